@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A generated project becomes a binary: PlatformIO, found or prepared, run and read."""
+
+from heatwright.generator.toolchain.build import build
+from heatwright.generator.toolchain.errors import BuildFailed, ToolMissing
+from heatwright.generator.toolchain.result import BuildResult
+
+__all__ = ["BuildFailed", "BuildResult", "ToolMissing", "build"]

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""PlatformIO without its registry: a core directory made of what is on the machine already.
+
+PlatformIO looks for SCons, a compiler and a development platform in its core directory and
+downloads what is missing there. Ours holds all three: SCons as pip installed it beside PlatformIO,
+the compiler that is on the PATH, and the small platform in `generator/platform/`.
+"""
+
+import json
+import re
+import subprocess
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from shutil import which
+
+from heatwright.generator.toolchain.cache import cache_dir, folder_of
+from heatwright.generator.toolchain.errors import ToolMissing
+
+PLATFORM = Path(__file__).parents[1] / "platform"
+
+REMEDY = (
+    "the AVR compiler is missing: sudo apt-get install gcc-avr avr-libc binutils-avr"
+    " (other systems: install avr-gcc and avr-libc, and put avr-gcc on the PATH)"
+)
+
+
+def compiler() -> str | None:
+    """Version of the AVR compiler, C library and linker on the PATH; None where one is missing."""
+    gcc, linker = which("avr-gcc"), which("avr-ld")
+    if gcc is None or linker is None or which("avr-objcopy") is None:
+        return None
+    # Compiling with the library's version header shows that the library is there, too.
+    asked = subprocess.run(  # noqa: S603
+        [gcc, "-mmcu=atmega328p", "-E", "-dM", "-x", "c", "-include", "avr/version.h", "-"],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if asked.returncode != 0:
+        return None
+    macros = dict(
+        re.findall(r'^#define (__VERSION__|__AVR_LIBC_VERSION_STRING__) "(.*)"', asked.stdout, re.M)
+    )
+    stamps = [f"{Path(tool).resolve().stat().st_mtime_ns}" for tool in (gcc, linker)]
+    return " ".join([*macros.values(), *stamps])
+
+
+def core_dir() -> Path:
+    """Return PlatformIO's core directory in the user's cache, written on first use."""
+    for module, package in (("platformio", "platformio"), ("SCons", "scons")):
+        if find_spec(module) is None:
+            raise ToolMissing(f"{package} is missing: pip install {package}")
+    return folder_of(core_files(), cache_dir() / "platformio")
+
+
+def core_files() -> dict[str, bytes]:
+    """Everything in the core directory, by path."""
+    files = {
+        path.relative_to(PLATFORM).as_posix(): path.read_bytes()
+        for path in sorted(PLATFORM.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    platform = json.loads(files["platforms/atmelavr/platform.json"])
+    scons = scons_version()
+    files |= package("platforms", "platform", "atmelavr", platform["version"])
+    files |= package("packages", "tool", "tool-scons", scons)
+    files |= package("packages", "tool", "toolchain-atmelavr", "1.0.0+system")
+    # PlatformIO greets whom it does not know, and upgrades the packages of whom it knows longer.
+    files["appstate.json"] = json.dumps({"last_version": version("platformio")}).encode()
+    return files
+
+
+def scons_version() -> str:
+    """Version that PlatformIO asks of its SCons package, such as 4.41101.0 for SCons 4.11.1."""
+    from platformio.dependencies import get_core_dependencies  # noqa: PLC0415
+
+    return str(get_core_dependencies()["tool-scons"]).lstrip("~^=")
+
+
+def package(folder: str, kind: str, name: str, number: str) -> dict[str, bytes]:
+    """Return the two files by which PlatformIO takes a folder for an installed package."""
+    spec = {"owner": "platformio", "id": None, "name": name, "requirements": None, "uri": None}
+    record = {"type": kind, "name": name, "version": number, "spec": spec}
+    files = {f"{folder}/{name}/.piopm": json.dumps(record).encode()}
+    if kind == "tool":
+        manifest = {"name": name, "version": number, "system": "*"}
+        files[f"{folder}/{name}/package.json"] = json.dumps(manifest).encode()
+    return files

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a build has made, measured on the binary itself."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from elftools.elf.elffile import ELFFile
+
+FLASH = (".text", ".data", ".rodata", ".bootloader")
+RAM = (".data", ".bss", ".noinit")
+
+
+@dataclass(frozen=True)
+class BuildResult:
+    """A binary, and what of the chip it takes.
+
+    Sizes are in bytes. `ram_bytes` is static: .data, .bss and .noinit. `stack_bytes` is the most
+    the stack can take on top of that, from the code alone: the deepest chain of calls from reset,
+    and the deepest interrupt on top of it.
+    """
+
+    elf: Path
+    flash_bytes: int
+    ram_bytes: int
+    stack_bytes: int
+    flash_limit: int
+    ram_limit: int
+    log: str
+    cached: bool = False
+
+
+def sizes(elf: Path) -> tuple[int, int]:
+    """Bytes of flash and of static RAM that the binary takes."""
+    with elf.open("rb") as file:
+        size = {section.name: section["sh_size"] for section in ELFFile(file).iter_sections()}
+    return sum(size.get(name, 0) for name in FLASH), sum(size.get(name, 0) for name in RAM)
+
+
+def limits(log: str) -> tuple[int, int]:
+    """Bytes of flash and of RAM on the board, as PlatformIO printed them."""
+    found = dict(re.findall(r"^(RAM|Flash):.*from (\d+) bytes\)", log, re.MULTILINE))
+    return int(found["Flash"]), int(found["RAM"])
