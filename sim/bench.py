@@ -1,0 +1,159 @@
+"""The test bench: a device wired to a simulated machine and an operator."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
+
+import numpy as np
+
+from heatwright.sim.plants import Plant, plant_of
+from heatwright.sim.reference.device import ReferenceDevice
+from heatwright.sim.scenario import Action, actions, end_s
+from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
+from heatwright.spec import Controller, Event, Simulation, ThermalNetwork
+
+__all__ = ["STEP_S", "Device", "ReferenceDevice", "bench"]
+
+STEP_S = 0.1
+"""Default time step: a tenth of the usual control period, ten ticks of the firmware."""
+
+PROGRESS_REPORTS = 200
+
+Progress = Callable[[float, float], None]
+"""Called with the simulated time and the end, s."""
+
+
+class Device(Protocol):
+    """A controller seen from outside: the simulated binary or the reference model."""
+
+    def sense(self, sensor: str, temperature_c: float) -> None:
+        """Give a sensor this temperature from now on, °C."""
+
+    def press(self, key: str | None) -> None:
+        """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
+
+    def advance(self, until_s: float) -> None:
+        """Run to a time since power-up, s. What is due at that very time is done after it."""
+
+    def on_fraction(self, output: str) -> float:
+        """Return the mean active fraction (0..1) of an output since the last call."""
+
+    def steps(self, loop: str) -> StepLog:
+        """Return a row for every control step so far."""
+
+
+def bench(
+    controller: Controller,
+    device: Device,
+    scenario: Iterable[Event] | None = None,
+    *,
+    plant: ThermalNetwork | None = None,
+    step_s: float = STEP_S,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Trace:
+    """Run a device against a machine and an operator.
+
+    The run goes on one time step beyond the end of the scenario, so that what is due at the end
+    is done.
+
+    Args:
+        controller: the specification.
+        device: what is tested.
+        scenario: the operator's events; the specification's if None.
+        plant: the machine; the specification's if None.
+        step_s: time step of the machine, s.
+        seed: of the sensor noise.
+        progress: told of the simulated time now and then.
+
+    Returns:
+        What happened.
+
+    Raises:
+        ValueError: the specification has no simulation, or the scenario no end.
+
+    """
+    if controller.simulation is None:
+        message = "A bench needs a machine: the specification has no `simulation`"
+        raise ValueError(message)
+    simulation = controller.simulation
+    events = tuple(simulation.scenario if scenario is None else scenario)
+    machine = plant_of(
+        controller,
+        plant or simulation.plant,
+        ambient_c=simulation.ambient_c,
+        step_s=step_s,
+        seed=seed,
+    )
+    run = _Run(controller, device, machine, actions(events), round(end_s(events) / step_s) + 1)
+    run.go(step_s, progress)
+    return run.trace(step_s)
+
+
+class _Run:
+    """One run, row by row."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        device: Device,
+        plant: Plant,
+        hand: tuple[Action, ...],
+        count: int,
+    ) -> None:
+        self._device = device
+        self._plant = plant
+        self._hand = hand
+        self._done = 0
+        self._count = count
+        self._outputs = tuple(controller.outputs)
+        self._loops = tuple(controller.loops)
+        self._sensors = tuple(plant.sensed_c())
+        self._temperatures = np.empty((count + 1, len(plant.nodes)))
+        self._sensed = np.empty((count + 1, len(self._sensors)))
+        self._active = np.zeros((count + 1, len(self._outputs)))
+
+    def go(self, step_s: float, progress: Progress | None) -> None:
+        device, plant, outputs = self._device, self._plant, self._outputs
+        report_every = max(1, self._count // PROGRESS_REPORTS)
+        felt = plant.sensed_c()
+        self._note(0, felt)
+        for row in range(1, self._count + 1):
+            for sensor, temperature_c in felt.items():
+                device.sense(sensor, temperature_c)
+            until_s = row * step_s
+            if self._done < len(self._hand):
+                self._act(until_s)
+            device.advance(until_s)
+            active = {name: device.on_fraction(name) for name in outputs}
+            plant.step(active)
+            felt = plant.sensed_c()
+            self._note(row, felt)
+            self._active[row] = tuple(active.values())
+            if progress is not None and row % report_every == 0:
+                progress(until_s, self._count * step_s)
+
+    def trace(self, step_s: float) -> Trace:
+        return Trace(
+            times_s=np.arange(self._count + 1) * step_s,
+            temperatures_c=_columns(self._plant.nodes, self._temperatures),
+            sensed_c=_columns(self._sensors, self._sensed),
+            on_fraction=_columns(self._outputs, self._active),
+            steps={loop: self._device.steps(loop) for loop in self._loops},
+            events=tuple(TraceEvent(time_s, key) for time_s, key in self._hand if key),
+        )
+
+    def _note(self, row: int, felt: Mapping[str, float]) -> None:
+        self._temperatures[row] = self._plant.temperatures_c
+        self._sensed[row] = tuple(felt.values())
+
+    def _act(self, until_s: float) -> None:
+        """Move the operator's hand at the times that come before the next row."""
+        while self._done < len(self._hand) and self._hand[self._done].time_s < until_s:
+            action = self._hand[self._done]
+            self._device.advance(action.time_s)
+            self._device.press(action.key)
+            self._done += 1
+
+
+def _columns(names: tuple[str, ...], table: Series) -> dict[str, Series]:
+    return {name: table[:, number] for number, name in enumerate(names)}

@@ -1,0 +1,52 @@
+"""The simulated machines, one module per kind of plant, found by its stem.
+
+`plant: {kind: thermal_network}` is `heatwright.sim.plants.thermal_network.Plant`.
+"""
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.spec import Controller, ThermalNetwork
+
+Temperatures = NDArray[np.float64]
+
+
+class Plant(Protocol):
+    """A machine that outputs heat and sensors feel."""
+
+    nodes: tuple[str, ...]
+    """Names of the temperatures in `temperatures_c`."""
+
+    @property
+    def temperatures_c(self) -> Temperatures:
+        """The temperature of every node now, °C."""
+
+    def sensed_c(self) -> dict[str, float]:
+        """Return what every sensor's tip feels now, °C."""
+
+    def step(self, active: Mapping[str, float]) -> None:
+        """Go on by one step, given each output's mean active fraction (0..1) over it."""
+
+
+def plant_of(
+    controller: Controller, plant: ThermalNetwork, *, ambient_c: float, step_s: float, seed: int = 0
+) -> Plant:
+    """Build the machine of a specification for a fixed time step.
+
+    Args:
+        controller: gives the power of the outputs.
+        plant: the machine.
+        ambient_c: temperature of the surroundings, °C.
+        step_s: time step of the simulation, s.
+        seed: of the sensor noise.
+
+    """
+    powers_w = {name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()}
+    module = import_module(f"heatwright.sim.plants.{plant.kind}")
+    return cast(
+        "Plant", module.Plant(plant, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
+    )

@@ -1,0 +1,57 @@
+"""What the tip of a sensor feels of the plant: dead time and noise."""
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.spec import Sense
+
+NOISE_BLOCK = 4096
+"""Random numbers drawn at a time: one by one they would take longer than the plant."""
+
+
+class Feeler:
+    """One sensor's tip."""
+
+    def __init__(
+        self, state: int, sense: Sense, initial_c: float, step_s: float, seed: tuple[int, int]
+    ) -> None:
+        """Start at rest.
+
+        Args:
+            state: index of the plant's state that the sensor follows.
+            sense: dead time and noise.
+            initial_c: temperature up to now, °C.
+            step_s: time between two calls of `feel`, s.
+            seed: of the noise.
+
+        """
+        self._state = state
+        self._noise_k = sense.noise_k
+        whole = math.ceil(sense.delay_s / step_s)
+        self._older_share = 1 - (whole - sense.delay_s / step_s)
+        self._past = deque([initial_c] * (whole + 1), maxlen=whole + 1)
+        self._random = np.random.default_rng(seed)
+        self._noise: list[float] = []
+        self.felt_c = initial_c + self._draw()
+
+    def feel(self, states: NDArray[np.float64]) -> None:
+        """Follow the plant by one step."""
+        self._past.append(float(states[self._state]))
+        self.felt_c = self._delayed() + self._draw()
+
+    def _delayed(self) -> float:
+        past = self._past
+        if len(past) == 1:
+            return past[0]
+        share = self._older_share
+        return share * past[0] + (1 - share) * past[1]
+
+    def _draw(self) -> float:
+        if not self._noise_k:
+            return 0.0
+        if not self._noise:
+            self._noise = self._random.normal(0.0, self._noise_k, NOISE_BLOCK).tolist()
+        return self._noise.pop()

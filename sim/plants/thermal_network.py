@@ -1,0 +1,138 @@
+"""Heat capacities joined by thermal resistances.
+
+Of every node i with capacity C_i:
+
+    C_i · dT_i/dt = Σ_j (T_j − T_i) / R_ij + Q_i
+
+Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
+τ · dy/dt = T − y, a dead time and Gaussian noise. A fan multiplies the conductance of a link by a
+factor; at an active fraction f by 1 + (factor − 1)·f.
+
+The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
+the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, section 2.3).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from heatwright.sim.plants.sensing import Feeler
+from heatwright.spec import ThermalNetwork
+
+Matrix = NDArray[np.float64]
+
+AMBIENT = "ambient"
+MOST_STEP_MATRICES = 1024
+"""One is kept for every active fraction of the fans that occurred: a PWM fan has a few hundred."""
+
+
+class Plant:
+    """A thermal network that goes on in equal steps of time."""
+
+    def __init__(
+        self,
+        network: ThermalNetwork,
+        powers_w: Mapping[str, float],
+        *,
+        ambient_c: float,
+        step_s: float,
+        seed: int = 0,
+    ) -> None:
+        """Set the network to its initial temperature.
+
+        Args:
+            network: the specification.
+            powers_w: power of each output when active, W.
+            ambient_c: temperature of the surroundings, °C.
+            step_s: time step, s.
+            seed: of the sensor noise.
+
+        """
+        self.nodes = tuple(network.nodes)
+        self._network = network
+        self._step_s = step_s
+        self._heaters = tuple((name, powers_w[name]) for name in network.heat)
+        self._lagging = tuple(name for name, sense in network.sense.items() if sense.lag_s > 0)
+        self._states = len(self.nodes) + len(self._lagging)
+        initial_c = ambient_c if network.initial_c is None else network.initial_c
+        self._vector = np.full(self._states + len(self._heaters) + 1, initial_c)
+        self._vector[-1] = ambient_c
+        self._next = np.empty(self._states)
+        self._matrices: dict[tuple[float, ...], Matrix] = {}
+        self._feelers = {
+            name: Feeler(self._state_of(name), sense, initial_c, step_s, (seed, number))
+            for number, (name, sense) in enumerate(network.sense.items())
+        }
+
+    @property
+    def temperatures_c(self) -> Matrix:
+        """The temperature of every node now, °C."""
+        return self._vector[: len(self.nodes)]
+
+    def sensed_c(self) -> dict[str, float]:
+        """Return what every sensor's tip feels now, °C."""
+        return {name: feeler.felt_c for name, feeler in self._feelers.items()}
+
+    def step(self, active: Mapping[str, float]) -> None:
+        """Go on by one step, given each output's mean active fraction (0..1) over it."""
+        vector, states = self._vector, self._states
+        for place, (name, power_w) in enumerate(self._heaters, states):
+            vector[place] = active[name] * power_w
+        fans = tuple(active[name] for name in self._network.fans)
+        matrix = self._matrices.get(fans)
+        if matrix is None:
+            matrix = self._remember(fans)
+        np.dot(matrix, vector, out=self._next)
+        vector[:states] = self._next
+        for feeler in self._feelers.values():
+            feeler.feel(vector)
+
+    def _remember(self, fans: tuple[float, ...]) -> Matrix:
+        if len(self._matrices) >= MOST_STEP_MATRICES:
+            self._matrices.clear()
+        self._matrices[fans] = step_matrix(self._rates(fans), self._states, self._step_s)
+        return self._matrices[fans]
+
+    def _state_of(self, sensor: str) -> int:
+        if sensor in self._lagging:
+            return len(self.nodes) + self._lagging.index(sensor)
+        return self.nodes.index(self._network.sense[sensor].node)
+
+    def _rates(self, fans: tuple[float, ...]) -> Matrix:
+        """Return the derivatives of the states by states and inputs, 1/s."""
+        rates = np.zeros((self._states, len(self._vector)))
+        for link in self._network.links:
+            self._join(rates, link.between, self._gain(link.between, fans) / link.resistance_k_per_w)
+        for place, node in enumerate(self._network.heat.values(), self._states):
+            number = self.nodes.index(node)
+            rates[number, place] = 1 / self._network.nodes[node]
+        for state, sensor in enumerate(self._lagging, len(self.nodes)):
+            sense = self._network.sense[sensor]
+            rates[state, self.nodes.index(sense.node)] = 1 / sense.lag_s
+            rates[state, state] = -1 / sense.lag_s
+        return rates
+
+    def _join(self, rates: Matrix, between: tuple[str, str], conductance_w_per_k: float) -> None:
+        for here, there in (between, between[::-1]):
+            if here == AMBIENT:
+                continue
+            row = self.nodes.index(here)
+            other = -1 if there == AMBIENT else self.nodes.index(there)
+            rates[row, other] += conductance_w_per_k / self._network.nodes[here]
+            rates[row, row] -= conductance_w_per_k / self._network.nodes[here]
+
+    def _gain(self, between: tuple[str, str], fans: tuple[float, ...]) -> float:
+        gain = 1.0
+        for effect, fraction in zip(self._network.fans.values(), fans, strict=True):
+            if set(effect.link) == set(between):
+                gain *= 1 + (effect.factor - 1) * fraction
+        return gain
+
+
+def step_matrix(rates: Matrix, states: int, step_s: float) -> Matrix:
+    """Integrate dx/dt = rates · [x; u] over a step with constant u: x_next = result · [x; u]."""
+    augmented = np.zeros((rates.shape[1], rates.shape[1]))
+    augmented[:states] = rates
+    return np.asarray(expm(augmented * step_s))[:states]

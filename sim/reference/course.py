@@ -1,0 +1,83 @@
+"""What a heater's pin does between control steps: for the reference device."""
+
+from typing import Protocol
+
+from heatwright.sim.reference.output import pwm_counts
+from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+
+
+class Course(Protocol):
+    """Course of an output in time; all times in microseconds since the start."""
+
+    def apply(self, duty_percent: float, counts: int) -> None:
+        """Take over what a control step asks for, now."""
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time and return for how many microseconds the output was active."""
+
+
+class SteadyCourse:
+    """A share of the time: all or nothing, or a PWM too fast to be followed."""
+
+    def __init__(self, whole: int) -> None:
+        """Start off; `whole` counts are full power."""
+        self._whole = whole
+        self._share = 0.0
+        self._now_us = 0
+
+    def apply(self, duty_percent: float, counts: int) -> None:  # noqa: ARG002
+        """Set the share."""
+        self._share = counts / self._whole
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = (to_us - self._now_us) * self._share
+        self._now_us = to_us
+        return on_us
+
+
+class WindowCourse:
+    """On for the first part of each window; the windows begin with the first control step."""
+
+    def __init__(self, window_us: int, step_us: int) -> None:
+        """Start off, without a window."""
+        self._window_us = window_us
+        self._step_us = step_us
+        self._now_us = 0
+        self._start_us = -1
+        self._off_us = 0
+        self._counts = 0
+
+    def apply(self, duty_percent: float, counts: int) -> None:
+        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        self._counts = counts
+        if self._start_us < 0 or self._now_us == self._start_us:
+            self._open()
+        if duty_percent == 0:
+            self._off_us = min(self._off_us, self._now_us)
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = 0
+        while self._now_us < to_us:
+            started = self._start_us >= 0
+            end_us = min(to_us, self._start_us + self._window_us) if started else to_us
+            on_us += max(0, min(end_us, self._off_us) - self._now_us)
+            self._now_us = end_us
+            if started and end_us == self._start_us + self._window_us:
+                self._open()
+        return float(on_us)
+
+    def _open(self) -> None:
+        self._start_us = self._now_us
+        self._off_us = self._now_us + self._counts * self._step_us
+
+
+def course_of(controller: Controller, name: str) -> Course:
+    """Return the course of a controller's heater."""
+    output = controller.outputs[name]
+    if isinstance(output, TimeProportionalOutput):
+        return WindowCourse(round(output.window_s * 1e6), round(output.resolution_s * 1e6))
+    if isinstance(output, PwmOutput):
+        return SteadyCourse(pwm_counts(controller, output))
+    return SteadyCourse(1)

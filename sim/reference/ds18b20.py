@@ -1,0 +1,33 @@
+"""DS18B20: raw codes of 1/16 K (data sheet, "Temperature register format")."""
+
+import math
+
+from heatwright.sim.reference.numbers import Single
+from heatwright.spec import Ds18b20
+
+SCALE = Single(0.0625)
+"""K per code at every resolution: a coarser one leaves the lowest bits zero."""
+
+READ_MARGIN_S = 0.030
+"""Time for the nine bytes of the scratchpad and their check, before the control step is due."""
+
+LOWEST_C, HIGHEST_C = -55.0, 125.0
+
+
+def temperature(raw: int) -> Single:
+    """Convert a raw code to °C."""
+    return Single(raw) * SCALE
+
+
+class IdealSensor:
+    """A sensor that always answers, with the quantisation of the chip."""
+
+    def __init__(self, sensor: Ds18b20) -> None:
+        """Prepare the conversion for the sensor's resolution."""
+        self._step = 1 << (12 - sensor.resolution_bits)
+        self.sampled_before_step_s = sensor.conversion_s + READ_MARGIN_S
+
+    def code(self, temperature_c: float) -> int:
+        """Return the code nearest to a temperature, within the chip's range."""
+        limited_c = min(max(temperature_c, LOWEST_C), HIGHEST_C)
+        return math.floor(limited_c * 16 / self._step + 0.5) * self._step

@@ -1,0 +1,75 @@
+"""The protections of a loop (docs/control.md, "Protections")."""
+
+from heatwright.sim.reference.guard_rules import (
+    GuardRule,
+    Look,
+    rules_of,
+)
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import Single, steps
+from heatwright.spec import Loop
+
+OVER_TEMPERATURE = 6
+UNDER_TEMPERATURE = 7
+RISE_RATE = 8
+
+MOST_MISSING = 255
+"""The count of missing readings stays here: `stale_after` cannot be longer."""
+
+
+class Guard:
+    """Watches a loop and names the first rule that is broken."""
+
+    def __init__(self, loop: Loop, output_maximum: Single) -> None:
+        """Derive the limits of a loop whose algorithm ends at `output_maximum` percent."""
+        protection = loop.protection
+        self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop.period_s))
+        self._maximum_c = Single(protection.maximum_c)
+        self._minimum_c = Single(protection.minimum_c)
+        self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
+        self._rules: tuple[GuardRule, ...] = rules_of(loop, output_maximum)
+        self.fresh = 1
+        self.members: tuple[Member, ...] = tuple(
+            member for rule in self._rules for member in rule.members
+        ) + (("fresh", "u1"),)
+
+    def reset(self) -> None:
+        """Start anew: the operator acknowledged the fault."""
+        for rule in self._rules:
+            rule.reset()
+        self.fresh = 1
+
+    def without_reading(self, status: int, missing: int) -> int:
+        """Return the fault code after a step without a reading, 0 for none."""
+        return status if missing >= self._stale_steps else 0
+
+    def with_reading(self, look: Look) -> int:
+        """Return the fault code after a step with a reading, 0 for none."""
+        code = self._reading(look)
+        if code:
+            return code
+        if self.fresh:
+            for rule in self._rules:
+                rule.start(look)
+            self.fresh = 0
+        for rule in self._rules:
+            code = rule.check(look)
+            if code:
+                return code
+        return 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        found: tuple[Value, ...] = ()
+        for rule in self._rules:
+            found += rule.values()
+        return (*found, self.fresh)
+
+    def _reading(self, look: Look) -> int:
+        if look.temperature_c >= self._maximum_c:
+            return OVER_TEMPERATURE
+        if look.temperature_c <= self._minimum_c:
+            return UNDER_TEMPERATURE
+        if abs(look.temperature_c - look.last_c) > self._rise_per_step * Single(look.gap):
+            return RISE_RATE
+        return 0

@@ -1,0 +1,239 @@
+"""Protections that watch the course of the temperature over many steps."""
+
+from typing import NamedTuple, Protocol
+
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import LARGEST_COUNT, ZERO, Single, steps
+from heatwright.spec import Frozen, Heating, Loop, RisingWhileOff, Runaway
+
+FROZEN = 9
+HEATING_FAILED = 10
+RUNAWAY_ABOVE = 11
+RUNAWAY_BELOW = 12
+RISING_WHILE_OFF = 13
+
+ABOVE_ARMED = 1
+BELOW_ARMED = 2
+
+
+class Look(NamedTuple):
+    """What the protections see at a step with a reading."""
+
+    temperature_c: Single
+    last_c: Single
+    """The reading before, this one if there was none."""
+    gap: int
+    """Periods since the reading before."""
+    raw: int
+    setpoint_c: Single
+    duty_percent: Single
+    """What the step before asked for."""
+
+
+class GuardRule(Protocol):
+    """One protection with its own state."""
+
+    members: tuple[Member, ...]
+
+    def reset(self) -> None:
+        """Clear the counters."""
+
+    def start(self, look: Look) -> None:
+        """Take the first reading since the reset as the point to compare with."""
+
+    def check(self, look: Look) -> int:
+        """Return the code of the fault, 0 for none."""
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+
+
+def rules_of(loop: Loop, output_maximum: Single) -> tuple[GuardRule, ...]:
+    """Return the loop's rules in the order in which they are asked."""
+    protection, period_s = loop.protection, loop.period_s
+    rules: list[GuardRule] = []
+    if protection.runaway is not None:
+        rules.append(RunawayRule(protection.runaway, period_s))
+    if protection.heating is not None:
+        rules.append(HeatingRule(protection.heating, period_s, output_maximum))
+    if protection.frozen is not None:
+        rules.append(FrozenRule(protection.frozen, period_s))
+    if protection.rising_while_off is not None:
+        rules.append(RisingRule(protection.rising_while_off, period_s))
+    return tuple(rules)
+
+
+def counted(count: int) -> int:
+    """Count one more, up to the end of a 16-bit counter."""
+    return min(count + 1, LARGEST_COUNT)
+
+
+class RunawayRule:
+    """11 and 12: the temperature left the band around the setpoint after having been in it."""
+
+    members: tuple[Member, ...] = (
+        ("runaway_steps", "u2"),
+        ("in_band", "u1"),
+        ("setpoint_last_c", "f4"),
+    )
+
+    def __init__(self, runaway: Runaway, period_s: float) -> None:
+        """Derive the limits."""
+        self._above = Single(runaway.above_k)
+        self._below = None if runaway.below_k is None else Single(runaway.below_k)
+        self._limit = steps(runaway.for_s, period_s)
+        self._setpoint_last_c = ZERO
+        self.reset()
+
+    def reset(self) -> None:
+        """Clear the counter and disarm."""
+        self._steps = 0
+        self._in_band = 0
+
+    def start(self, look: Look) -> None:
+        """Treat the first setpoint as a changed one."""
+        self.reset()
+        self._setpoint_last_c = look.setpoint_c
+
+    def check(self, look: Look) -> int:
+        """Return 11 or 12 after too long outside the band."""
+        if look.setpoint_c != self._setpoint_last_c:
+            self.start(look)
+        above = self._is_above(look)
+        below = self._is_below(look)
+        self._steps = counted(self._steps) if above or below else 0
+        if self._steps < self._limit:
+            return 0
+        return RUNAWAY_ABOVE if above else RUNAWAY_BELOW
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._steps, self._in_band, self._setpoint_last_c)
+
+    def _is_above(self, look: Look) -> bool:
+        if look.temperature_c <= look.setpoint_c + self._above:
+            self._in_band |= ABOVE_ARMED
+            return False
+        return bool(self._in_band & ABOVE_ARMED)
+
+    def _is_below(self, look: Look) -> bool:
+        if self._below is None:
+            return False
+        if look.temperature_c >= look.setpoint_c - self._below:
+            self._in_band |= BELOW_ARMED
+            return False
+        return bool(self._in_band & BELOW_ARMED)
+
+
+class HeatingRule:
+    """10: full power for long, and the temperature did not rise."""
+
+    members: tuple[Member, ...] = (("heating_steps", "u2"), ("heating_from_c", "f4"))
+
+    def __init__(self, heating: Heating, period_s: float, full_percent: Single) -> None:
+        """Derive the limits."""
+        self._rise = Single(heating.rise_k)
+        self._limit = steps(heating.within_s, period_s)
+        self._full_percent = full_percent
+        self._from_c = ZERO
+        self.reset()
+
+    def reset(self) -> None:
+        """Clear the counter."""
+        self._steps = 0
+
+    def start(self, look: Look) -> None:
+        """Compare with the present temperature from now on."""
+        self._from_c = look.temperature_c
+
+    def check(self, look: Look) -> int:
+        """Return 10 after too many steps at full power without the rise."""
+        if (
+            look.duty_percent < self._full_percent
+            or look.temperature_c >= self._from_c + self._rise
+        ):
+            self._steps = 0
+            self._from_c = look.temperature_c
+            return 0
+        self._steps = counted(self._steps)
+        return HEATING_FAILED if self._steps >= self._limit else 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._steps, self._from_c)
+
+
+class FrozenRule:
+    """9: the reading stands still below the setpoint although the heater is on."""
+
+    members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", "i2"))
+
+    def __init__(self, frozen: Frozen, period_s: float) -> None:
+        """Derive the limit."""
+        self._limit = steps(frozen.for_s, period_s)
+        self._raw = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Clear the counter."""
+        self._steps = 0
+
+    def start(self, look: Look) -> None:
+        """Compare with the present code from now on."""
+        self._raw = look.raw
+
+    def check(self, look: Look) -> int:
+        """Return 9 after too many equal codes."""
+        if (
+            look.raw != self._raw
+            or look.duty_percent == ZERO
+            or look.temperature_c >= look.setpoint_c
+        ):
+            self._steps = 0
+            self._raw = look.raw
+            return 0
+        self._steps = counted(self._steps)
+        return FROZEN if self._steps >= self._limit else 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._steps, self._raw)
+
+
+class RisingRule:
+    """13: the temperature rises although the heater is off, long after it went off."""
+
+    members: tuple[Member, ...] = (("off_steps", "u2"), ("off_lowest_c", "f4"))
+
+    def __init__(self, rising: RisingWhileOff, period_s: float) -> None:
+        """Derive the limits."""
+        self._rise = Single(rising.rise_k)
+        self._settle = steps(rising.settle_s, period_s)
+        self._lowest_c = ZERO
+        self.reset()
+
+    def reset(self) -> None:
+        """Clear the counter."""
+        self._steps = 0
+
+    def start(self, look: Look) -> None:
+        """Take the present temperature as the lowest."""
+        self._lowest_c = look.temperature_c
+
+    def check(self, look: Look) -> int:
+        """Return 13 once the temperature is too far above its lowest since the heater went off."""
+        if look.duty_percent > ZERO:
+            self._steps = 0
+        elif self._steps < self._settle:
+            self._steps += 1
+            self._lowest_c = look.temperature_c
+        else:
+            if look.temperature_c < self._lowest_c:
+                self._lowest_c = look.temperature_c
+            if look.temperature_c >= self._lowest_c + self._rise:
+                return RISING_WHILE_OFF
+        return 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._steps, self._lowest_c)

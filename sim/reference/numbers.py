@@ -1,0 +1,41 @@
+"""How the specification's numbers become the numbers of a control step (docs/control.md, "Numbers").
+
+Every operation between two `numpy.float32` scalars is one IEEE 754 single-precision operation,
+rounded to nearest, ties to even: what gcc's and avr-libc's `float` do.
+"""
+
+import numpy as np
+
+Single = np.float32
+
+ZERO = np.float32(0.0)
+FULL = np.float32(100.0)
+LARGEST_COUNT = 65535
+"""Counters of steps are 16 bits wide and stay at their end."""
+
+
+def steps(duration_s: float, period_s: float) -> int:
+    """Count the whole control steps in a duration, at least one.
+
+    Both are taken in whole milliseconds first: 0.3 s at a period of 0.1 s are 3 steps, although
+    0.3 / 0.1 is less than 3 in binary arithmetic.
+    """
+    return max(1, round(duration_s * 1000) // round(period_s * 1000))
+
+
+def filter_share(period_s: float, filter_s: float) -> Single:
+    """Return the share A of a new value in a first-order low-pass y ← y + A·(x − y).
+
+    A = h/(T + h) with period h and time constant T: the backward difference of T·dy/dt + y = x
+    (Åström & Hägglund, Advanced PID Control, 2006, section 13.4). T = 0 gives 1: no filter.
+    """
+    return Single(period_s / (filter_s + period_s))
+
+
+def clamp(value: Single, minimum: Single, maximum: Single) -> Single:
+    """Limit a value to a range."""
+    if value < minimum:
+        return minimum
+    if value > maximum:
+        return maximum
+    return value

@@ -1,0 +1,188 @@
+"""The binary's control steps, done again by the reference model and compared bit for bit.
+
+What went into each step is fed to the reference: the reading, the setpoint, the operator's
+acknowledgement. Every other member of the state must come out equal, to the last bit.
+
+Two inputs are not in the log as such. An acknowledgement shows in that the fault or the guard's
+history is gone. A fault that outlived a reset shows in the first step after the reset; those are
+listed in `ReplayResult.restored`, for whoever knows whether there was one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.reference import Reference
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Controller
+
+MOST_SHOWN = 10
+
+
+class ReplayError(ValueError):
+    """The log cannot be replayed."""
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One member of the state that differs after one step."""
+
+    row: int
+    time_s: float
+    variable: str
+    expected: str
+    """What the reference computed, as a number and its bits."""
+    actual: str
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        return (
+            f"step {self.row} at {self.time_s:.3f} s: {self.variable} is {self.actual}, "
+            f"not {self.expected}"
+        )
+
+
+@dataclass(frozen=True)
+class Restored:
+    """A fault that was there at the first step after a reset without having tripped in it."""
+
+    row: int
+    fault_code: int
+
+
+@dataclass(frozen=True)
+class ReplayResult:
+    """How the binary and the reference compare."""
+
+    ticks: int
+    """Control steps compared."""
+    mismatches: int
+    """Members that differ, over all steps."""
+    first: tuple[Mismatch, ...]
+    """The first few of them."""
+    segments: int
+    """Runs of steps from one reset to the next."""
+    restored: tuple[Restored, ...]
+    unchecked: tuple[str, ...]
+    """Members of the log that the reference does not have."""
+
+
+def replay(controller: Controller, log: StepLog, loop: str | None = None) -> ReplayResult:
+    """Compare a log of control steps with the reference model.
+
+    The step counter must go on by one each time: a missing or repeated step is a mismatch. A
+    counter of 1 out of turn is a reset.
+
+    Args:
+        controller: the specification.
+        log: one row per control step.
+        loop: name of the loop; the first if None.
+
+    Raises:
+        ReplayError: the log is empty or lacks a member.
+
+    """
+    name = loop or next(iter(controller.loops))
+    if not len(log):
+        message = "There are no control steps to compare"
+        raise ReplayError(message)
+    player = _Player(controller, name)
+    lacking = [member for member, _ in player.members if member not in (log.dtype.names or ())]
+    if lacking:
+        message = f"The log lacks {', '.join(lacking)}"
+        raise ReplayError(message)
+    expected = np.array([player.play(number, row) for number, row in enumerate(log)], player.members)
+    found = [
+        (int(row), member)
+        for member, width in player.members
+        for row in np.flatnonzero(_bits(expected[member], width) != _bits(log[member], width))
+    ]
+    found.sort(key=lambda item: item[0])
+    return ReplayResult(
+        ticks=len(log),
+        mismatches=len(found),
+        first=tuple(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]),
+        segments=player.segments,
+        restored=tuple(player.restored),
+        unchecked=tuple(sorted({*(log.dtype.names or ())} - {"time_s", *dict(player.members)})),
+    )
+
+
+class _Player:
+    """Feeds the reference."""
+
+    def __init__(self, controller: Controller, loop: str) -> None:
+        self._controller = controller
+        self._loop = loop
+        self._reference = Reference(controller, loop)
+        self.members = list(self._reference.members)
+        self.segments = 0
+        self.restored: list[Restored] = []
+        self._last: np.void | None = None
+
+    def play(self, number: int, row: np.void) -> tuple[object, ...]:
+        if self._last is None or self._is_reset(row, self._last):
+            return self._first_of_segment(number, row)
+        acknowledged = _is_acknowledged(row, self._last)
+        self._last = row
+        return _fed(self._reference, row, acknowledge=acknowledged)
+
+    def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
+        self.segments += 1
+        self._last = row
+        self._reference = Reference(self._controller, self._loop)
+        values = _fed(self._reference, row, acknowledge=False)
+        code = int(row["fault.code"])
+        if not code or self._reference.fault_code:
+            return values
+        self.restored.append(Restored(number, code))
+        self._reference = Reference(self._controller, self._loop)
+        self._reference.restore(code, Single(row["fault.temperature_c"]))
+        return _fed(self._reference, row, acknowledge=False)
+
+    @staticmethod
+    def _is_reset(row: np.void, last: np.void) -> bool:
+        return bool(row["steps"] == 1 and last["steps"] != 0)
+
+
+def _fed(reference: Reference, row: np.void, *, acknowledge: bool) -> tuple[object, ...]:
+    record = reference.step(
+        int(row["reading_status"]),
+        int(row["reading_raw"]),
+        Single(row["setpoint_c"]),
+        acknowledge=acknowledge,
+    )
+    return tuple(record.values())
+
+
+def _is_acknowledged(row: np.void, last: np.void) -> bool:
+    """Tell whether the operator acknowledged the fault between two steps.
+
+    If the same fault trips again at once, only the guard's fresh start shows it.
+    """
+    if not last["fault.code"]:
+        return False
+    return bool(not row["fault.code"] or row["guard.fresh"] > last["guard.fresh"])
+
+
+def _bits(values: NDArray[np.generic], width: str) -> NDArray[np.generic]:
+    typed = np.ascontiguousarray(values.astype(width, casting="unsafe"))
+    return typed.view(f"u{typed.dtype.itemsize}")
+
+
+def _mismatch(log: StepLog, expected: StepLog, row: int, member: str) -> Mismatch:
+    return Mismatch(
+        row=row,
+        time_s=float(log["time_s"][row]),
+        variable=member,
+        expected=_shown(expected[member][row]),
+        actual=_shown(log[member][row]),
+    )
+
+
+def _shown(value: np.generic) -> str:
+    if isinstance(value, np.floating):
+        return f"{value!s} (0x{value.view(np.uint32):08x})"
+    return str(value)

@@ -1,0 +1,105 @@
+"""What a run on the bench left behind."""
+
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Series = NDArray[np.float64]
+StepLog = NDArray[np.void]
+"""One row per control step: `time_s` and the members of the state (docs/control.md)."""
+
+UNITS = (
+    ("_k_per_s", "K/s"),
+    ("_percent", "%"),
+    ("_c", "°C"),
+    ("_s", "s"),
+)
+"""Unit by the end of a member's name."""
+
+
+@dataclass(frozen=True)
+class TraceEvent:
+    """Something that happened, for the legend of a plot."""
+
+    time_s: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A run: the world in equal steps of time, the controller in its own steps."""
+
+    times_s: Series
+    temperatures_c: Mapping[str, Series]
+    """By node of the plant."""
+    sensed_c: Mapping[str, Series]
+    """By sensor: what its tip feels."""
+    on_fraction: Mapping[str, Series]
+    """By output: mean active fraction since the row before."""
+    steps: Mapping[str, StepLog]
+    """By loop."""
+    events: tuple[TraceEvent, ...] = ()
+
+    @property
+    def duration_s(self) -> float:
+        """The time from the first row to the last, s."""
+        return float(self.times_s[-1] - self.times_s[0])
+
+    def write_csv(self, path: Path) -> None:
+        """Write one row per step of time, units in the header.
+
+        A loop's columns show its last control step; they are empty before the first.
+        """
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(self._header())
+            writer.writerows(self._rows())
+
+    def _header(self) -> list[str]:
+        return [
+            "time [s]",
+            *(f"{name} [°C]" for name in self.temperatures_c),
+            *(f"{name} sensed [°C]" for name in self.sensed_c),
+            *(f"{name} on [1]" for name in self.on_fraction),
+            *(
+                f"{loop}.{with_unit(member)}"
+                for loop, log in self.steps.items()
+                for member in members(log)
+            ),
+        ]
+
+    def _rows(self) -> Iterator[list[Any]]:
+        world = [*self.temperatures_c.values(), *self.sensed_c.values(), *self.on_fraction.values()]
+        latest = {
+            loop: np.searchsorted(log["time_s"], self.times_s, side="right") - 1
+            for loop, log in self.steps.items()
+        }
+        for row, time_s in enumerate(self.times_s):
+            cells = [f"{time_s:.3f}", *(f"{float(series[row]):.6g}" for series in world)]
+            for loop, log in self.steps.items():
+                cells += _cells(log, int(latest[loop][row]))
+            yield cells
+
+
+def members(log: StepLog) -> tuple[str, ...]:
+    """Return the members of the state in a log, without the time."""
+    return tuple(name for name in log.dtype.names or () if name != "time_s")
+
+
+def with_unit(member: str) -> str:
+    """Write a member's name with its unit: `temperature_c` → `temperature_c [°C]`."""
+    for ending, unit in UNITS:
+        if member.endswith(ending):
+            return f"{member} [{unit}]"
+    return member
+
+
+def _cells(log: StepLog, row: int) -> list[str]:
+    if row < 0:
+        return [""] * len(members(log))
+    return [f"{log[name][row]:.9g}" for name in members(log)]
