@@ -3,11 +3,11 @@
 
 
 class ToolMissing(RuntimeError):
-    """A program that the build needs is not on this machine; the text is one line with the remedy."""
+    """A program that the build needs is missing; the text is one line with the remedy."""
 
 
 class BuildFailed(RuntimeError):
-    """The project does not build; the text holds the compiler's errors, `log` everything printed."""
+    """The project does not build; the text holds the errors, `log` everything printed."""
 
     def __init__(self, message: str, log: str = "") -> None:
         super().__init__(message)

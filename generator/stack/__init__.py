@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The most stack that a program can take, from its machine code alone.
+
+The worst case is the deepest chain of calls from reset, with the deepest interrupt on top of it.
+An interrupt that lets others in may be met by every other one: then the sum of all such, each at
+most once, and the deepest of the rest. It is an upper bound: no input takes more, and paths that
+no input takes are counted, too.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import SymbolTableSection
+
+from heatwright.generator.stack.flow import Analysis, Depth, Program
+from heatwright.generator.stack.state import StackUnknown
+
+__all__ = ["StackUnknown", "WorstStack", "worst_stack"]
+
+_MACHINE = 0x7F  # part of the ELF header's flags that names the core
+_AVR6 = 6  # more than 128 KB of flash: addresses of code take three bytes
+
+
+@dataclass(frozen=True)
+class WorstStack:
+    """Bytes of stack, and the chains of calls that take them.
+
+    `total` is `program` plus `interrupts`. `interrupt_chain` is that of the deepest interrupt.
+    """
+
+    program: int
+    interrupts: int
+    program_chain: tuple[str, ...]
+    interrupt_chain: tuple[str, ...]
+
+    @property
+    def total(self) -> int:
+        """Return the bytes of stack in the worst case."""
+        return self.program + self.interrupts
+
+
+def worst_stack(elf: Path) -> WorstStack:
+    """Return the worst stack of the AVR program in `elf`.
+
+    Raises StackUnknown for a recursion, for a call by pointer, and for code that moves the stack
+    in a way that cannot be followed.
+    """
+    program, handlers = _read(elf)
+    analysis = Analysis(program)
+    main = analysis.interrupt(0)
+    interrupts = [analysis.interrupt(handler) for handler in handlers]
+    deepest = max(interrupts, key=lambda depth: depth.bytes, default=Depth(0, (), True, False))
+    return WorstStack(
+        main.bytes, _on_top(interrupts, program.call_bytes), main.chain, deepest.chain
+    )
+
+
+def _on_top(interrupts: list[Depth], call_bytes: int) -> int:
+    """Bytes that interrupts can take on top of the program, the address they return to included."""
+    yielding = sum(depth.bytes + call_bytes for depth in interrupts if depth.enables_interrupts)
+    closed = [depth.bytes + call_bytes for depth in interrupts if not depth.enables_interrupts]
+    return yielding + max(closed, default=0)
+
+
+def _read(elf: Path) -> tuple[Program, list[int]]:
+    """Return the program in `elf` and the addresses of its interrupt handlers."""
+    with elf.open("rb") as file:
+        image = ELFFile(file)
+        text, table = image.get_section_index(".text"), image.get_section_by_name(".symtab")
+        if text is None or not isinstance(table, SymbolTableSection):
+            raise StackUnknown(f"{elf} holds no code with names")
+        code = image.get_section(text).data()
+        symbols = [(symbol.name, symbol.entry) for symbol in table.iter_symbols()]
+        flags = image.header["e_flags"]
+    address = {name: entry["st_value"] for name, entry in symbols}
+    functions = sorted(
+        (entry["st_value"], entry["st_value"] + entry["st_size"], name)
+        for name, entry in symbols
+        if entry["st_shndx"] == text and entry["st_size"] > 0  # libgcc's have a size but no type
+    )
+    unused = address.get("__bad_interrupt")
+    handlers = {value for name, value in address.items() if re.fullmatch(r"__vector_\d+", name)} - {
+        unused
+    }
+    program = Program(
+        code=code,
+        functions=tuple(functions),
+        call_bytes=3 if flags & _MACHINE == _AVR6 else 2,
+        stack_top=address["__stack"],
+    )
+    return program, sorted(handlers)

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is known of the registers and the stack pointer at one point of a function.
+
+A register holds a constant, a byte of an address on the stack, or something unknown. Addresses on
+the stack count downwards in bytes from the stack pointer at the function's entry: its depth.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+from heatwright.generator.stack.instructions import Instruction
+
+SPL, SPH = 0x3D, 0x3E
+
+# What a C function leaves as it was (avr-gcc's calling convention).
+KEPT_BY_CALLS = frozenset([*range(2, 18), 28, 29])
+
+
+class StackUnknown(ValueError):
+    """The stack that a program needs cannot be told from its code; the text says why."""
+
+
+class Byte(NamedTuple):
+    """A register's content.
+
+    `constant`: `number`. `low` and `high`: that byte of the stack's address at depth `number`.
+    `low_less`: the low byte at depth `number` after taking off `less`; the high byte is to follow.
+    """
+
+    kind: Literal["constant", "low", "high", "low_less"]
+    number: int
+    less: int = 0
+
+
+Registers = tuple[Byte | None, ...]
+UNKNOWN: Registers = (None,) * 32
+
+# A C function may count on zero in r1, and leaves it so.
+CALLED: Registers = (None, Byte("constant", 0), *UNKNOWN[2:])
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Depth of the stack, and what each register holds (None: unknown).
+
+    `half` is what was written to one half of the stack pointer while the other is still to come.
+    """
+
+    depth: int
+    registers: Registers = UNKNOWN
+    half: Byte | None = None
+
+    def holding(self, values: dict[int, Byte | None]) -> "State":
+        """Return the state with some registers changed."""
+        return replace(
+            self, registers=tuple(values.get(n, old) for n, old in enumerate(self.registers))
+        )
+
+    def after_call(self) -> "State":
+        """Return the state once a called function is back."""
+        return self.holding({n: CALLED[n] for n in range(32) if n not in KEPT_BY_CALLS})
+
+    def joined(self, other: "State") -> "State":
+        """Return what holds in both states, of the same depth."""
+        both = tuple(
+            a if a == b else None for a, b in zip(self.registers, other.registers, strict=True)
+        )
+        return replace(self, registers=both, half=self.half if self.half == other.half else None)
+
+    def pointer(self, register: int) -> int | None:
+        """Return the constant in the register pair from `register` on."""
+        low, high = self.registers[register : register + 2]
+        if low is None or high is None or {low.kind, high.kind} != {"constant"}:
+            return None
+        return low.number | high.number << 8
+
+
+def advance(state: State, instruction: Instruction, stack_top: int) -> State:
+    """Return the state after an instruction that only computes.
+
+    `stack_top` is the address at which the program first sets its stack pointer.
+    """
+    effect = _EFFECTS.get(instruction.name)
+    if effect is None:
+        return state.holding(dict.fromkeys(instruction.writes))
+    return effect(state, instruction, stack_top)
+
+
+def _push(state: State, _: Instruction, __: int) -> State:
+    return replace(state, depth=state.depth + 1)
+
+
+def _pop(state: State, instruction: Instruction, _: int) -> State:
+    return replace(state.holding({instruction.d: None}), depth=state.depth - 1)
+
+
+def _load(state: State, instruction: Instruction, _: int) -> State:
+    return state.holding({instruction.d: Byte("constant", instruction.k)})
+
+
+def _copy(state: State, instruction: Instruction, _: int) -> State:
+    return state.holding({instruction.d: state.registers[instruction.r]})
+
+
+def _copy_pair(state: State, instruction: Instruction, _: int) -> State:
+    d, r = instruction.d, instruction.r
+    return state.holding({d: state.registers[r], d + 1: state.registers[r + 1]})
+
+
+def _eor(state: State, instruction: Instruction, _: int) -> State:
+    same = instruction.d == instruction.r
+    return state.holding({instruction.d: Byte("constant", 0) if same else None})
+
+
+def _in(state: State, instruction: Instruction, _: int) -> State:
+    byte = None
+    if state.half is None and instruction.k == SPL:
+        byte = Byte("low", state.depth)
+    elif state.half is None and instruction.k == SPH:
+        byte = Byte("high", state.depth)
+    return state.holding({instruction.d: byte})
+
+
+def _move_pair(state: State, instruction: Instruction, less: int) -> State:
+    d = instruction.d
+    low, high = state.registers[d : d + 2]
+    if low is None or high is None or low.kind != "low" or high != Byte("high", low.number):
+        return state.holding({d: None, d + 1: None})
+    depth = low.number + less
+    return state.holding({d: Byte("low", depth), d + 1: Byte("high", depth)})
+
+
+def _adiw(state: State, instruction: Instruction, _: int) -> State:
+    return _move_pair(state, instruction, -instruction.k)
+
+
+def _sbiw(state: State, instruction: Instruction, _: int) -> State:
+    return _move_pair(state, instruction, instruction.k)
+
+
+def _less(state: State, d: int, less: int | None) -> State:
+    """Take a constant off a register: the low half of a subtraction."""
+    byte = state.registers[d]
+    if byte is None or less is None or byte.kind != "low":
+        return state.holding({d: None})
+    return state.holding({d: Byte("low_less", byte.number, less)})
+
+
+def _less_high(state: State, d: int, less: int | None) -> State:
+    """Take a constant and the borrow off a register: the high half of a subtraction."""
+    low, high = state.registers[d - 1], state.registers[d]
+    if less is None or low is None or low.kind != "low_less" or high != Byte("high", low.number):
+        return state.holding({d: None})
+    taken = (low.less + (less << 8)) & 0xFFFF
+    depth = low.number + (taken - 0x10000 if taken & 0x8000 else taken)
+    return state.holding({d - 1: Byte("low", depth), d: Byte("high", depth)})
+
+
+def _constant(state: State, register: int) -> int | None:
+    byte = state.registers[register]
+    return byte.number if byte is not None and byte.kind == "constant" else None
+
+
+def _negated(number: int | None) -> int | None:
+    return None if number is None else -number
+
+
+def _out(state: State, instruction: Instruction, stack_top: int) -> State:
+    if instruction.k not in (SPL, SPH):
+        return state
+    byte = state.registers[instruction.d]
+    half: Literal["low", "high"] = "low" if instruction.k == SPL else "high"
+    if byte is not None and byte.kind == "constant":
+        expected = stack_top & 0xFF if half == "low" else stack_top >> 8
+        byte = Byte(half, 0) if byte.number == expected else None
+    if byte is None or byte.kind != half:
+        raise StackUnknown(
+            f"the stack pointer is set to an unknown place at 0x{instruction.address:x}"
+        )
+    if state.half is None:
+        return replace(state, half=byte)
+    if state.half.kind == half or state.half.number != byte.number:
+        raise StackUnknown(f"the stack pointer is set by halves at 0x{instruction.address:x}")
+    return replace(state, depth=byte.number, half=None)
+
+
+_EFFECTS: dict[str, Callable[[State, Instruction, int], State]] = {
+    "push": _push,
+    "pop": _pop,
+    "ldi": _load,
+    "mov": _copy,
+    "movw": _copy_pair,
+    "eor": _eor,
+    "in": _in,
+    "out": _out,
+    "adiw": _adiw,
+    "sbiw": _sbiw,
+    "subi": lambda state, i, _: _less(state, i.d, i.k),
+    "sbci": lambda state, i, _: _less_high(state, i.d, i.k),
+    "sub": lambda state, i, _: _less(state, i.d, _constant(state, i.r)),
+    "sbc": lambda state, i, _: _less_high(state, i.d, _constant(state, i.r)),
+    "add": lambda state, i, _: _less(state, i.d, _negated(_constant(state, i.r))),
+    "adc": lambda state, i, _: _less_high(state, i.d, _negated(_constant(state, i.r))),
+}
