@@ -1,0 +1,105 @@
+"""Algorithms: from the error of the temperature to the heater's duty."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+from pydantic_core import core_schema
+
+from heatwright.spec.base import Model
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import DIFFERENCE, DURATION, PERCENT, Quantity
+
+LARGEST_GAIN = 1e6
+"""Far above any use, and far below where products with temperatures leave single precision."""
+
+
+class Gain:
+    """A gain: a bare number, for its unit is fixed and would only be in the way."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def read(self, value: object) -> float:
+        """Accept a number from 0 up."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise refuse("a gain is a bare number", f"Write the number alone; it is in {self.unit}")
+        if value < 0:
+            raise refuse(
+                f"{value} is negative and would heat the hotter it gets", "Use a gain of 0 or more"
+            )
+        if not value <= LARGEST_GAIN:
+            raise refuse(f"{value} is too large", f"Use at most {LARGEST_GAIN:.0f}")
+        return float(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+Percent = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
+_Filter = Annotated[float, Quantity(DURATION, least=0.0)]
+
+
+class OnOff(Model):
+    """Full power or none, with a band and with a lead (a look ahead along the slope)."""
+
+    kind: Literal["on_off"]
+    hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
+        0.0,
+        alias="hysteresis",
+        description="Half width of the band: off at setpoint + this, on at setpoint − this.",
+    )
+    lead_s: Annotated[float, Quantity(DURATION, least=0.0)] = Field(
+        0.0,
+        alias="lead",
+        description="How far to look ahead: the temperature plus lead times its slope decides.",
+    )
+    lead_filter_s: _Filter = Field(
+        0.0, alias="lead_filter", description="Time constant that smooths the slope."
+    )
+
+
+class IntegralLimits(Model):
+    """Bounds of the integral term, and what it does at the output's bounds."""
+
+    minimum_percent: Percent = Field(0.0, alias="minimum", description="Least contribution.")
+    maximum_percent: Percent = Field(100.0, alias="maximum", description="Greatest contribution.")
+    while_limited: Literal["hold", "run"] = Field(
+        "hold",
+        description="`hold` stops the integral while it would push a limited output further.",
+    )
+
+
+class OutputLimits(Model):
+    """Bounds of the duty."""
+
+    minimum_percent: Percent = Field(0.0, alias="minimum", description="Least duty.")
+    maximum_percent: Percent = Field(100.0, alias="maximum", description="Greatest duty.")
+
+
+class Pid(Model):
+    """Proportional, integral and derivative control; a gain of 0 leaves its term out."""
+
+    kind: Literal["pid"]
+    kp: Annotated[float, Gain("%/K")] = Field(description="Duty per kelvin of error, %/K.")
+    ki: Annotated[float, Gain("%/(K·s)")] = Field(
+        0.0, description="Duty per kelvin of error and second, %/(K·s)."
+    )
+    kd: Annotated[float, Gain("%·s/K")] = Field(
+        0.0, description="Duty per kelvin per second of slope, %·s/K."
+    )
+    derivative_of: Literal["measurement", "error"] = Field(
+        "measurement",
+        description="`measurement` does not kick when the setpoint is changed; `error` does.",
+    )
+    derivative_filter_s: _Filter = Field(
+        0.0, alias="derivative_filter", description="Time constant that smooths the slope."
+    )
+    integral: IntegralLimits = Field(
+        IntegralLimits(), description="Limits of the integral's contribution."
+    )
+    output: OutputLimits = Field(OutputLimits(), description="Limits of the duty.")
+
+
+Algorithm = Annotated[OnOff | Pid, Field(discriminator="kind")]

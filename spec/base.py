@@ -1,0 +1,103 @@
+"""What all models share: strict keys, frozen values, names, read-only maps."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PlainValidator
+
+from heatwright.spec.names import check_name
+from heatwright.spec.problems import refuse
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class Model(BaseModel):
+    """A part of the spec: unknown keys are refused, values never change."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", defer_build=True, hide_input_in_errors=True
+    )
+
+
+class ReadOnlyDict(dict[K, V]):
+    """A dict in the order of the file that nothing can change."""
+
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("a spec is read-only")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[type[ReadOnlyDict[K, V]], tuple[dict[K, V]]]:
+        return type(self), (dict(self),)
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(tuple(self.items()))
+
+
+def _plain_text(value: object) -> str:
+    """Accept text for people: one line of printable characters, 1 to 80 of them."""
+    if not isinstance(value, str):
+        raise refuse("text is needed here", "Put it between quotation marks")
+    if not value.strip():
+        raise refuse("this text is empty", "Write a few words, or leave the key out")
+    if len(value) > 80:
+        raise refuse(f"this text has {len(value)} characters", "Use at most 80")
+    if not value.isprintable():
+        raise refuse("this text holds characters that cannot be printed", "Retype it on one line")
+    return value
+
+
+def _name(value: object) -> str:
+    if not isinstance(value, str):
+        raise refuse("a name is needed here", "Write lower-case letters, digits and _")
+    check_name(value)
+    return value
+
+
+def _reference(value: object) -> str:
+    if not isinstance(value, str):
+        raise refuse("the name of something defined in this file is needed", "Write its name")
+    return value
+
+
+def _frozen(value: Mapping[K, V]) -> Mapping[K, V]:
+    return ReadOnlyDict(value)
+
+
+def _not_empty(value: Mapping[K, V]) -> Mapping[K, V]:
+    if not value:
+        raise refuse("nothing is defined here", "Define at least one")
+    return ReadOnlyDict(value)
+
+
+def off_is_none(value: object) -> object:
+    """Read the word `off` as None."""
+    return None if value == "off" else value
+
+
+Off = BeforeValidator(off_is_none)
+Name = Annotated[str, PlainValidator(_name)]
+Reference = Annotated[str, PlainValidator(_reference)]
+Title = Annotated[str, PlainValidator(_plain_text)]
+ReadOnly = AfterValidator(_frozen)
+Filled = AfterValidator(_not_empty)
+"""Marks a mapping that must have at least one entry."""
+
+PIN_NAME = re.compile(r"D\d{1,2}|A\d{1,2}|P[A-L][0-7]", re.ASCII)
+
+
+def _pin(value: object) -> str:
+    if not isinstance(value, str) or not PIN_NAME.fullmatch(value):
+        raise refuse(
+            f"{value!r} is not a pin" if isinstance(value, str) else "a pin is needed here",
+            "Name it as on the board (D3, A0) or by its port (PB3)",
+        )
+    return value
+
+
+PinName = Annotated[str, PlainValidator(_pin)]

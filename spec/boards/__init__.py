@@ -1,0 +1,85 @@
+"""The boards heatwright knows, by the name a spec gives them."""
+
+from __future__ import annotations
+
+from heatwright.spec.boards import chips
+from heatwright.spec.boards.build import build
+from heatwright.spec.boards.model import Board, Pin, Timer, Uart
+
+
+def _numbered(prefix: str, first: int, port_names: str) -> dict[str, str]:
+    names = port_names.split()
+    return {f"{prefix}{first + offset}": name for offset, name in enumerate(names)}
+
+
+_UNO_PINS = _numbered(
+    "D", 0, "PD0 PD1 PD2 PD3 PD4 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5"
+) | _numbered("A", 0, "PC0 PC1 PC2 PC3 PC4 PC5")
+
+_MEGA_PINS = (
+    _numbered("D", 0, "PE0 PE1 PE4 PE5 PG5 PE3 PH3 PH4 PH5 PH6 PB4 PB5 PB6 PB7")
+    | _numbered("D", 14, "PJ1 PJ0 PH1 PH0 PD3 PD2 PD1 PD0")
+    | _numbered("D", 22, "PA0 PA1 PA2 PA3 PA4 PA5 PA6 PA7 PC7 PC6 PC5 PC4 PC3 PC2 PC1 PC0")
+    | _numbered("D", 38, "PD7 PG2 PG1 PG0 PL7 PL6 PL5 PL4 PL3 PL2 PL1 PL0 PB3 PB2 PB1 PB0")
+    | _numbered("A", 0, "PF0 PF1 PF2 PF3 PF4 PF5 PF6 PF7 PK0 PK1 PK2 PK3 PK4 PK5 PK6 PK7")
+)
+
+# D14 to D16 are on the ISP header alone; D17 is the receive LED.
+_LEONARDO_PINS = _numbered(
+    "D", 0, "PD2 PD3 PD1 PD0 PD4 PC6 PD7 PE6 PB4 PB5 PB6 PB7 PD6 PC7 PB3 PB1 PB2 PB0"
+) | _numbered("A", 0, "PF7 PF6 PF5 PF4 PF1 PF0")
+
+# Optiboot and its elders flash the LED and talk on the serial port at every reset.
+_SERIAL_BOOTLOADER = "D0 D1 D13"
+
+_ALL = (
+    build(
+        "uno",
+        chips.ATMEGA328P,
+        platformio="uno",
+        names=_UNO_PINS,
+        bootloader_bytes=512,
+        bootloader_pins=_SERIAL_BOOTLOADER,
+        led="D13",
+        shield=True,
+    ),
+    build(
+        "nano",
+        chips.ATMEGA328P,
+        platformio="nanoatmega328",
+        names=_UNO_PINS,
+        bootloader_bytes=2048,  # the elder bootloader of most Nanos sold
+        bootloader_pins=_SERIAL_BOOTLOADER,
+        led="D13",
+        analog_only={"A6": 6, "A7": 7},
+    ),
+    build(
+        "mega2560",
+        chips.ATMEGA2560,
+        platformio="megaatmega2560",
+        names=_MEGA_PINS,
+        bootloader_bytes=8192,
+        bootloader_pins=_SERIAL_BOOTLOADER,
+        led="D13",
+        shield=True,
+    ),
+    build(
+        "leonardo",
+        chips.ATMEGA32U4,
+        platformio="leonardo",
+        names=_LEONARDO_PINS,
+        bootloader_bytes=4096,
+        bootloader_pins="D13 D17",  # its three LEDs; the one on PD5 has no pin
+        led="D13",
+        shield=True,
+    ),
+    build("atmega328p", chips.ATMEGA328P, platformio="ATmega328P"),
+    build("atmega2560", chips.ATMEGA2560, platformio="ATmega2560"),
+    build("atmega32", chips.ATMEGA32, platformio="ATmega32"),
+    build("atmega16", chips.ATMEGA16, platformio="ATmega16"),
+    build("atmega1284p", chips.ATMEGA1284P, platformio="ATmega1284P"),
+)
+
+BOARDS: dict[str, Board] = {board.name: board for board in _ALL}
+
+__all__ = ["BOARDS", "Board", "Pin", "Timer", "Uart"]

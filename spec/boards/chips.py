@@ -1,0 +1,214 @@
+"""The chips, from their data sheets: memories, timers, and what each pin can do besides I/O."""
+
+from __future__ import annotations
+
+from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports
+from heatwright.spec.boards.model import Chip, Timer
+
+
+def _functions(pins: tuple[str, ...], functions: dict[str, str]) -> dict[str, str]:
+    return {pin: functions.get(pin, "") for pin in pins}
+
+
+# Port B6, B7 carry the crystal and C6 the reset: they are no I/O here.
+ATMEGA328P = Chip(
+    mcu="atmega328p",
+    flash_bytes=32768,
+    ram_bytes=2048,
+    ram_start=0x100,
+    eeprom_bytes=1024,
+    signature=(0x1E, 0x95, 0x0F),
+    timers={
+        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+        1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+        2: Timer(8, FINE_PRESCALERS, ("A", "B")),
+    },
+    functions=_functions(
+        ports({"B": "0-5", "C": "0-5", "D": "0-7"}),
+        {
+            "PB1": "oc1a",
+            "PB2": "oc1b ss",
+            "PB3": "oc2a mosi",
+            "PB4": "miso",
+            "PB5": "sck",
+            **{f"PC{bit}": f"adc{bit}" for bit in range(6)},
+            "PD0": "rx0",
+            "PD1": "tx0",
+            "PD3": "oc2b",
+            "PD5": "oc0b",
+            "PD6": "oc0a",
+        },
+    ),
+)
+
+# PB7 is also OC1C, and PG5 OC0B: one compare output a pin is enough to choose from.
+ATMEGA2560 = Chip(
+    mcu="atmega2560",
+    flash_bytes=262144,
+    ram_bytes=8192,
+    ram_start=0x200,
+    eeprom_bytes=4096,
+    signature=(0x1E, 0x98, 0x01),
+    timers={
+        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+        1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
+        2: Timer(8, FINE_PRESCALERS, ("A", "B")),
+        3: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
+        4: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
+        5: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
+    },
+    functions=_functions(
+        ports(
+            {
+                **dict.fromkeys("ABCDEF", "0-7"),
+                "G": "0-5",
+                **dict.fromkeys("HJKL", "0-7"),
+            }
+        ),
+        {
+            "PB0": "ss",
+            "PB1": "sck",
+            "PB2": "mosi",
+            "PB3": "miso",
+            "PB4": "oc2a",
+            "PB5": "oc1a",
+            "PB6": "oc1b",
+            "PB7": "oc0a",
+            "PD2": "rx1",
+            "PD3": "tx1",
+            "PE0": "rx0",
+            "PE1": "tx0",
+            "PE3": "oc3a",
+            "PE4": "oc3b",
+            "PE5": "oc3c",
+            **{f"PF{bit}": f"adc{bit}" for bit in range(8)},
+            "PG5": "oc0b",
+            "PH0": "rx2",
+            "PH1": "tx2",
+            "PH3": "oc4a",
+            "PH4": "oc4b",
+            "PH5": "oc4c",
+            "PH6": "oc2b",
+            "PJ0": "rx3",
+            "PJ1": "tx3",
+            **{f"PK{bit}": f"adc{bit + 8}" for bit in range(8)},
+            "PL3": "oc5a",
+            "PL4": "oc5b",
+            "PL5": "oc5c",
+        },
+    ),
+)
+
+# Timer 4 counts ten bits from a PLL, unlike every other: it is left out, and with it OC4x.
+ATMEGA32U4 = Chip(
+    mcu="atmega32u4",
+    flash_bytes=32768,
+    ram_bytes=2560,
+    ram_start=0x100,
+    eeprom_bytes=1024,
+    signature=(0x1E, 0x95, 0x87),
+    timers={
+        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+        1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
+        3: Timer(16, SLOW_PRESCALERS, ("A",)),
+    },
+    functions=_functions(
+        (*ports({"B": "0-7", "C": "6-7", "D": "0-7"}), "PE2", "PE6", "PF0", "PF1")
+        + ports({"F": "4-7"}),
+        {
+            "PB0": "ss",
+            "PB1": "sck",
+            "PB2": "mosi",
+            "PB3": "miso",
+            "PB4": "adc11",
+            "PB5": "oc1a adc12",
+            "PB6": "oc1b adc13",
+            "PB7": "oc0a",
+            "PC6": "oc3a",
+            "PD0": "oc0b",
+            "PD2": "rx1",
+            "PD3": "tx1",
+            "PD4": "adc8",
+            "PD6": "adc9",
+            "PD7": "adc10",
+            **{f"PF{bit}": f"adc{bit}" for bit in (0, 1, 4, 5, 6, 7)},
+        },
+    ),
+)
+
+# The ATmega16 and 32 differ in their memories alone. Timer 0 and 2 have one channel without letter.
+_ATMEGA32_TIMERS = {
+    0: Timer(8, SLOW_PRESCALERS, ("",)),
+    1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+    2: Timer(8, FINE_PRESCALERS, ("",)),
+}
+_ATMEGA32_FUNCTIONS = _functions(
+    ports(dict.fromkeys("ABCD", "0-7")),
+    {
+        **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
+        "PB3": "oc0",
+        "PB4": "ss",
+        "PB5": "mosi",
+        "PB6": "miso",
+        "PB7": "sck",
+        "PD0": "rx",
+        "PD1": "tx",
+        "PD4": "oc1b",
+        "PD5": "oc1a",
+        "PD7": "oc2",
+    },
+)
+ATMEGA32 = Chip(
+    mcu="atmega32",
+    flash_bytes=32768,
+    ram_bytes=2048,
+    ram_start=0x60,
+    eeprom_bytes=1024,
+    signature=(0x1E, 0x95, 0x02),
+    timers=_ATMEGA32_TIMERS,
+    functions=_ATMEGA32_FUNCTIONS,
+)
+ATMEGA16 = Chip(
+    mcu="atmega16",
+    flash_bytes=16384,
+    ram_bytes=1024,
+    ram_start=0x60,
+    eeprom_bytes=512,
+    signature=(0x1E, 0x94, 0x03),
+    timers=_ATMEGA32_TIMERS,
+    functions=_ATMEGA32_FUNCTIONS,
+)
+
+ATMEGA1284P = Chip(
+    mcu="atmega1284p",
+    flash_bytes=131072,
+    ram_bytes=16384,
+    ram_start=0x100,
+    eeprom_bytes=4096,
+    signature=(0x1E, 0x97, 0x05),
+    timers={
+        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+        1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+        2: Timer(8, FINE_PRESCALERS, ("A", "B")),
+        3: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+    },
+    functions=_functions(
+        ports(dict.fromkeys("ABCD", "0-7")),
+        {
+            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
+            "PB3": "oc0a",
+            "PB4": "oc0b ss",
+            "PB5": "mosi",
+            "PB6": "oc3a miso",
+            "PB7": "oc3b sck",
+            "PD0": "rx0",
+            "PD1": "tx0",
+            "PD2": "rx1",
+            "PD3": "tx1",
+            "PD4": "oc1b",
+            "PD5": "oc1a",
+            "PD6": "oc2b",
+            "PD7": "oc2a",
+        },
+    ),
+)

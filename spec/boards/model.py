@@ -1,0 +1,91 @@
+"""What a board offers: its chip, its pins by name, its timers and serial ports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """One pin of the chip, under the name the board gives it."""
+
+    name: str
+    """The board's own name, such as `D3`; its port's name, `PD3`, on a bare chip."""
+    port: str
+    bit: int
+    adc: int | None = None
+    pwm: tuple[int, str] | None = None
+    """Timer and channel of the compare output; the channel is "" where the timer has one only."""
+    serial: Literal["rx", "tx"] | None = None
+    spi: Literal["ss", "sck", "mosi", "miso"] | None = None
+    led: bool = False
+    bootloader: bool = False
+    """Driven, or pulled up, by the bootloader at every reset."""
+
+    @property
+    def digital(self) -> bool:
+        """False for the pins that lead to the ADC alone (A6 and A7 of a Nano)."""
+        return self.port != ""
+
+    @property
+    def port_name(self) -> str:
+        """The chip's own name of the pin, such as `PD3`."""
+        return f"P{self.port}{self.bit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Timer:
+    """One timer/counter; prescalers in the order of its clock-select codes 1, 2, 3 …"""
+
+    bits: Literal[8, 16]
+    prescalers: tuple[int, ...]
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Uart:
+    """One serial port; `suffix` is what its registers carry: UDR0, or UDR on the oldest chips."""
+
+    suffix: str
+    rx: str
+    tx: str
+
+
+@dataclass(frozen=True, slots=True)
+class Chip:
+    """One microcontroller, from its data sheet."""
+
+    mcu: str
+    flash_bytes: int
+    ram_bytes: int
+    ram_start: int
+    eeprom_bytes: int
+    signature: tuple[int, int, int]
+    timers: Mapping[int, Timer]
+    functions: Mapping[str, str]
+    """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """A chip on a board (or bare), with its clock and the names of its pins."""
+
+    name: str
+    mcu: str
+    platformio: str
+    """The board's id in PlatformIO."""
+    clock_hz: int
+    flash_bytes: int
+    bootloader_bytes: int
+    ram_bytes: int
+    ram_start: int
+    eeprom_bytes: int
+    signature: tuple[int, int, int]
+    pins: Mapping[str, Pin]
+    """By every name a pin has: `D3` and `PD3` give the same Pin."""
+    timers: Mapping[int, Timer]
+    uarts: tuple[Uart, ...]
+    shield: bool
+    """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""

@@ -1,0 +1,115 @@
+"""The whole spec as one frozen value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import Field, PlainValidator
+
+from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.base import Filled, Model, Name, Title
+from heatwright.spec.boards import BOARDS, Board
+from heatwright.spec.interfaces import Interface
+from heatwright.spec.loops import Loop, Temperature
+from heatwright.spec.outputs import Output
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import DURATION, FREQUENCY, Quantity
+from heatwright.spec.sensors import Sensor
+from heatwright.spec.simulation import Simulation
+from heatwright.spec.suggest import one_of
+
+FORMAT = 1
+"""The version of the language; a file says it as `heatwright: 1`."""
+
+WATCHDOG_S = (0.015, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""The AVR's watchdog periods."""
+
+
+def _format(value: Any) -> int:
+    if isinstance(value, bool) or value != FORMAT:
+        raise refuse(f"this is not version {FORMAT} of the language", f"Write heatwright: {FORMAT}")
+    return FORMAT
+
+
+def _board(value: Any) -> str:
+    if not isinstance(value, str) or value not in BOARDS:
+        raise one_of(value, "board", tuple(BOARDS))
+    return value
+
+
+class _Watchdog(Quantity):
+    def read(self, value: object) -> float:
+        seconds = super().read(value)
+        if seconds not in WATCHDOG_S:
+            periods = ", ".join(f"{1000 * period:g}" for period in WATCHDOG_S[:6])
+            raise refuse(f"the AVR's watchdog has no {value}", f"Use {periods} ms, 1, 2, 4 or 8 s")
+        return seconds
+
+
+class Identity(Model):
+    """What the controller is called and what it runs on."""
+
+    name: Name = Field(description="Name of its folder and files.")
+    title: Title | None = Field(None, description="What it is, in a few words; else its name.")
+    board: Annotated[str, PlainValidator(_board)] = Field(description="The board, or bare chip.")
+    clock_hz: Annotated[float, Quantity(FREQUENCY, least=1e6, most=20e6)] | None = Field(
+        None, alias="clock", description="The crystal's frequency; left out: the board's own."
+    )
+
+
+class Safety(Model):
+    """What guards the controller itself."""
+
+    watchdog_s: Annotated[float, _Watchdog(DURATION)] = Field(
+        2.0, alias="watchdog", description="Time after which a hung program is reset."
+    )
+
+
+class Published(Model):
+    """Figures of a published experiment, to stand beside ours."""
+
+    maximum_c: Temperature = Field(alias="maximum", description="Highest temperature.")
+    steady_minimum_c: Temperature = Field(
+        alias="steady_minimum", description="Lowest temperature of the steady part."
+    )
+    steady_maximum_c: Temperature = Field(
+        alias="steady_maximum", description="Highest temperature of the steady part."
+    )
+
+
+class ComparisonRow(Model):
+    """One experiment of a comparison: the same machine under another algorithm."""
+
+    name: Title = Field(description="Name of the row.")
+    setpoint_c: Temperature = Field(alias="setpoint", description="Setpoint of the experiment.")
+    algorithm: Algorithm = Field(description="Takes the place of the loop's algorithm.")
+    output: Output | None = Field(None, description="Takes the place of the loop's heater.")
+    published: Published | None = Field(None, description="Published figures, if there are any.")
+
+
+class Controller(Model):
+    """One thermal controller."""
+
+    format: Annotated[int, PlainValidator(_format)] = Field(
+        alias="heatwright", description="Version of the language."
+    )
+    identity: Identity = Field(alias="controller", description="Name and board.")
+    sensors: Annotated[Mapping[Name, Sensor], Filled] = Field(description="Sensors by name.")
+    outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
+    loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
+    safety: Safety = Field(Safety(), description="Watchdog.")
+    interfaces: tuple[Interface, ...] = Field((), description="Displays, keys, serial lines.")
+    simulation: Simulation | None = Field(None, description="The simulated machine.")
+    comparison: tuple[ComparisonRow, ...] = Field(
+        (), description="Experiments for `heatwright compare`."
+    )
+
+    @property
+    def board(self) -> Board:
+        """The board, at the clock this spec gives it."""
+        board = BOARDS[self.identity.board]
+        if self.identity.clock_hz is None:
+            return board
+        return replace(board, clock_hz=round(self.identity.clock_hz))

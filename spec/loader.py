@@ -1,0 +1,90 @@
+"""Loads a spec: bytes → text → tree → models → checks, and all problems of a stage at once."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from json import dumps
+from pathlib import Path as FilePath
+
+from pydantic import ValidationError
+
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path, Problem, SpecError
+from heatwright.spec.text import Unreadable, decode
+from heatwright.spec.translate import findings
+from heatwright.spec.tree import Tree, parse
+
+MOST_PROBLEMS = 100
+"""Problems reported at once; more help nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A controller that passed every check, and where in which file each part of it stands."""
+
+    controller: Controller
+    file_name: str
+    """The file's name without its folders."""
+    tree: Tree
+
+    def line(self, path: Path) -> int:
+        """Give the line, from 1, of an entry, or of the nearest one above it in the tree."""
+        return self.tree.position(path)[0]
+
+    @property
+    def digest(self) -> str:
+        """CRC-32, eight hex digits, of all that shapes the firmware."""
+        return digest(self.controller)
+
+
+def digest(controller: Controller) -> str:
+    """CRC-32 of the canonical JSON of a controller without its simulation and comparison."""
+    shaping = controller.model_dump(by_alias=True, exclude={"simulation", "comparison"})
+    text = dumps(shaping, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return f"{zlib.crc32(text.encode()):08x}"
+
+
+def load(path: str | os.PathLike[str]) -> Spec:
+    """Load a spec from a file.
+
+    Raises SpecError with all problems, OSError if the file cannot be read.
+    """
+    file = os.fspath(path)
+    return _load(FilePath(file).read_bytes(), file)
+
+
+def load_text(text: str | bytes, file: str = "spec.yaml") -> Spec:
+    """Load a spec from text; `file` is its name in the messages."""
+    return _load(text.encode(errors="surrogatepass") if isinstance(text, str) else text, file)
+
+
+def _load(data: bytes, file: str) -> Spec:
+    try:
+        tree = parse(decode(data, file), file)
+    except Unreadable as error:
+        raise SpecError((error.problem,)) from None
+    controller, problems = _validate(tree)
+    if problems or controller is None:
+        raise SpecError(_sorted(problems))
+    return Spec(controller, FilePath(file).name, tree)
+
+
+def _validate(tree: Tree) -> tuple[Controller | None, list[Problem]]:
+    problems = dict(tree.problems)
+    controller = None
+    if () not in problems:
+        try:
+            controller = Controller.model_validate(tree.data)
+        except ValidationError as error:
+            for path, reason, remedy in findings(error, Controller):
+                if not any(path[:depth] in problems for depth in range(len(path) + 1)):
+                    problems[path] = tree.problem(path, reason, remedy)
+    return controller, list(problems.values())
+
+
+def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    ordered = sorted(problems, key=lambda problem: (problem.line, problem.column))
+    return tuple(ordered[:MOST_PROBLEMS])

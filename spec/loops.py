@@ -1,0 +1,125 @@
+"""Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, StrictBool, model_validator
+
+from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.base import Model, Off, Reference
+from heatwright.spec.quantity import DIFFERENCE, DURATION, RATE, TEMPERATURE, Quantity
+
+ABSOLUTE_ZERO_C = -273.15
+DEFAULT_MARGIN_K = 15.0
+"""Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
+
+Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
+_Rise = Annotated[float, Quantity(DIFFERENCE, above=0.0)]
+_Time = Annotated[float, Quantity(DURATION, above=0.0)]
+
+
+class Setpoint(Model):
+    """What the operator may ask for."""
+
+    initial_c: Temperature = Field(alias="initial", description="Setpoint after the first start.")
+    minimum_c: Temperature = Field(alias="minimum", description="Lowest setpoint.")
+    maximum_c: Temperature = Field(alias="maximum", description="Highest setpoint.")
+    stored: StrictBool = Field(
+        False, description="Keep the operator's setpoint in EEPROM while the power is off."
+    )
+
+
+class Heating(Model):
+    """Rule `heating_failed`: full power must raise the temperature."""
+
+    rise_k: _Rise = Field(2.0, alias="rise", description="Rise that full power must bring.")
+    within_s: _Time = Field(120.0, alias="within", description="Time it may take.")
+
+
+class Runaway(Model):
+    """Rules `runaway_above` and `runaway_below`: once reached, the setpoint must be held."""
+
+    above_k: _Rise = Field(10.0, alias="above", description="How far above is too far.")
+    below_k: _Rise | None = Field(
+        None, alias="below", description="How far below is too far; left out: no such rule."
+    )
+    for_s: _Time = Field(60.0, alias="for", description="Time it must last.")
+
+
+class Frozen(Model):
+    """Rule `sensor_frozen`: while the heater is on, readings must move."""
+
+    for_s: _Time = Field(600.0, alias="for", description="Time without the smallest movement.")
+
+
+class RisingWhileOff(Model):
+    """Rule `rising_while_off`: with the heater off, the temperature must not climb."""
+
+    rise_k: _Rise = Field(10.0, alias="rise", description="Rise above the lowest since then.")
+    settle_s: _Time = Field(
+        120.0, alias="settle", description="Time after switching off in which it may coast up."
+    )
+
+
+class Protection(Model):
+    """What switches the heater off and keeps it off until somebody acknowledges."""
+
+    # The loop puts the default in, for only the loop knows its highest setpoint.
+    maximum_c: Temperature = Field(
+        math.inf,
+        alias="maximum",
+        description="Rule `over_temperature`. Left out: the highest setpoint plus 15 K.",
+    )
+    minimum_c: Temperature = Field(
+        -10.0, alias="minimum", description="Rule `under_temperature`: a colder reading is wrong."
+    )
+    rise_rate_k_per_s: Annotated[float, Quantity(RATE, above=0.0)] = Field(
+        5.0,
+        alias="rise_rate",
+        description="Rule `rise_rate`: a faster change, up or down, is wrong.",
+    )
+    heating: Annotated[Heating | None, Off] = Field(
+        Heating(), description="Rule `heating_failed`, or `off`."
+    )
+    runaway: Annotated[Runaway | None, Off] = Field(
+        Runaway(), description="Rules `runaway_above` and `runaway_below`, or `off`."
+    )
+    stale_after_s: _Time = Field(
+        5.0,
+        alias="stale_after",
+        description="Time without a good reading until it is a fault; the heater is off at once.",
+    )
+    frozen: Annotated[Frozen | None, Off] = Field(
+        Frozen(), description="Rule `sensor_frozen`, or `off`."
+    )
+    rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
+        RisingWhileOff(), description="Rule `rising_while_off`, or `off`."
+    )
+
+
+class Loop(Model):
+    """One temperature held by one heater."""
+
+    sensor: Reference = Field(description="Sensor that measures the temperature.")
+    heater: Reference = Field(description="Output that heats.")
+    fan: Reference | None = Field(
+        None, description="Digital output without which the heater must not be on."
+    )
+    period_s: _Time = Field(
+        alias="period", description="Time between control steps; a multiple of the 10 ms tick."
+    )
+    setpoint: Setpoint = Field(description="The range of the setpoint.")
+    algorithm: Algorithm = Field(description="How the heater's duty follows from the error.")
+    protection: Protection = Field(
+        Protection(), description="The rules that stop the heater; all are on by default."
+    )
+
+    @model_validator(mode="after")
+    def _default_maximum(self) -> Loop:
+        if math.isfinite(self.protection.maximum_c):
+            return self
+        maximum_c = self.setpoint.maximum_c + DEFAULT_MARGIN_K
+        protection = self.protection.model_copy(update={"maximum_c": maximum_c})
+        return self.model_copy(update={"protection": protection})

@@ -1,0 +1,40 @@
+"""Names of a spec become C identifiers and file names: which ones may."""
+
+from __future__ import annotations
+
+import re
+
+from heatwright.spec.problems import refuse
+
+LONGEST_NAME = 24
+"""Characters. With the longest prefix and member it stays below the 63 C11 tells apart."""
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*", re.ASCII)
+
+# C11's keywords (those in lower case), what avr-gcc adds, and the predefined macro names of
+# gcc's gnu dialects; then the names Windows keeps for its devices, for a controller's name is
+# that of a folder and a file.
+RESERVED = frozenset(
+    """
+    auto break case char const continue default do double else enum extern float for goto if
+    inline int long register restrict return short signed sizeof static struct switch typedef
+    union unsigned void volatile while asm typeof linux unix bool true false main
+    aux con nul prn com1 com2 com3 com4 com5 com6 com7 com8 com9
+    lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 lpt7 lpt8 lpt9
+    """.split()
+)
+
+
+def check_name(name: str) -> None:
+    """Raise a PydanticCustomError unless `name` can be used as it is in C and as a file name."""
+    if len(name) > LONGEST_NAME:
+        raise refuse(
+            f"the name has {len(name)} characters", f"Use at most {LONGEST_NAME} characters"
+        )
+    if not _NAME.fullmatch(name):
+        raise refuse(
+            f"{name!r} cannot be a name in the generated C",
+            "Use lower-case letters, digits and single _, with a letter first",
+        )
+    if name in RESERVED:
+        raise refuse(f"{name!r} is a word of C or of the system", f"Use another, such as {name}_1")

@@ -1,0 +1,37 @@
+"""Parts of the language that have their place but are not built: refused, with these words."""
+
+from __future__ import annotations
+
+KINDS = {
+    "Sensor": "analog max6675 max31855 max31856 rtd thermistor",
+    "Output": "stepper",
+    "Algorithm": "three_position",
+    "Interface": "gcode indicators modbus_rtu nextion",
+}
+"""Kinds by the union they will join."""
+
+KEYS = {
+    "Controller": "programs",
+    "Ds18b20": "moving_average",
+    "PwmOutput": "current supply",
+    "DigitalOutput": "current supply",
+    "TimeProportionalOutput": "current supply",
+    "Pid": "band dead_band",
+    "Loop": "autotune cooler ready_within starts",
+    "Protection": "master_lost_after",
+    "Safety": "relay",
+    "ThermalNetwork": "filament radiation",
+    "Sense": "of",
+    "Event": "extrude loop send setpoint write",
+}
+"""Keys by the model they will join."""
+
+
+def kind(union: str, word: str) -> bool:
+    """Tell whether `word` will be a kind of `union`."""
+    return word in KINDS.get(union, "").split()
+
+
+def key(model: str, word: str) -> bool:
+    """Tell whether `word` will be a key of `model`."""
+    return word in KEYS.get(model, "").split()

@@ -1,0 +1,136 @@
+"""The protections' rules: one code and one id on the display, in the EEPROM, in every report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One reason to switch a heater off for good. Codes are never renumbered."""
+
+    code: int
+    id: str
+    display: str
+    """At most 12 ASCII characters: what fits beside `E06 ` on a 16-column display."""
+    meaning: str
+    remedy: str
+
+
+_RULES = (
+    Rule(
+        1,
+        "sensor_no_answer",
+        "NO SENSOR",
+        "The sensor does not answer.",
+        "Check its cable, its supply and its pull-up resistor.",
+    ),
+    Rule(
+        2,
+        "sensor_short",
+        "SENSOR SHORT",
+        "The sensor's line is held low.",
+        "Look for a short circuit between its data line and ground.",
+    ),
+    Rule(
+        3,
+        "sensor_crc",
+        "SENSOR CRC",
+        "The sensor's answers arrive damaged.",
+        "Shorten or shield its cable; keep it away from the heater's wires.",
+    ),
+    Rule(
+        4,
+        "sensor_stale",
+        "SENSOR STALE",
+        "No reading has come for too long.",
+        "Check the sensor; then report this, for the firmware should have had one.",
+    ),
+    Rule(
+        5,
+        "sensor_reset",
+        "SENSOR RESET",
+        "The sensor has lost its settings: its supply broke down.",
+        "Check the sensor's supply and its capacitor.",
+    ),
+    Rule(
+        6,
+        "over_temperature",
+        "TOO HOT",
+        "The temperature reached the protection's maximum.",
+        "Find out what heats: a shorted switch, a wrong setting, a fan that stands still.",
+    ),
+    Rule(
+        7,
+        "under_temperature",
+        "TOO COLD",
+        "The temperature fell to the protection's minimum.",
+        "Check the sensor: so low a reading is mostly a damaged one.",
+    ),
+    Rule(
+        8,
+        "rise_rate",
+        "JUMP",
+        "The temperature changed faster than the machine can.",
+        "Check the sensor's contacts and where it sits.",
+    ),
+    Rule(
+        9,
+        "sensor_frozen",
+        "FROZEN",
+        "The reading has not moved although the heater was on.",
+        "Replace the sensor; check that it sits where it measures.",
+    ),
+    Rule(
+        10,
+        "heating_failed",
+        "NO HEATING",
+        "Full power did not raise the temperature.",
+        "Check the heater, its supply and its switch, and where the sensor sits.",
+    ),
+    Rule(
+        11,
+        "runaway_above",
+        "RUNAWAY HIGH",
+        "The temperature left the band about the setpoint upwards, and stayed there.",
+        "Look for a switch that conducts while it is off.",
+    ),
+    Rule(
+        12,
+        "runaway_below",
+        "RUNAWAY LOW",
+        "The temperature left the band about the setpoint downwards, and stayed there.",
+        "Check the heater and the sensor; look for a draught or an open door.",
+    ),
+    Rule(
+        13,
+        "rising_while_off",
+        "HEATS IN OFF",
+        "The temperature rises although the heater is off.",
+        "Take the supply away: the switch conducts while it is off.",
+    ),
+    Rule(
+        14,
+        "watchdog_reset",
+        "WATCHDOG",
+        "The watchdog had to reset the controller.",
+        "Look for disturbances on its supply; if it comes again, report it.",
+    ),
+    Rule(
+        15,
+        "brown_out",
+        "BROWN-OUT",
+        "The controller's supply broke down.",
+        "Check the supply's voltage while the heater switches on.",
+    ),
+    Rule(
+        16,
+        "settings_corrupt",
+        "SETTINGS BAD",
+        "The stored settings cannot be read.",
+        "Set them again; if it comes again, replace the controller.",
+    ),
+)
+
+RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}
+"""All rules by code, in the order of their codes."""

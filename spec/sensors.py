@@ -1,0 +1,42 @@
+"""Sensors: one model for each kind."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from heatwright.spec.base import Model, PinName
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import BITS, Quantity
+
+
+def _resolution(value: float) -> int:
+    if value not in (9, 10, 11, 12):
+        raise refuse(f"a DS18B20 has no resolution of {value:g} bit", "Use 9, 10, 11 or 12 bit")
+    return int(value)
+
+
+class Ds18b20(Model):
+    """Digital thermometer on a 1-Wire line of its own, with its own supply wire."""
+
+    kind: Literal["ds18b20"]
+    pin: PinName = Field(description="Data line; it needs a pull-up resistor of 4.7 kΩ.")
+    resolution_bits: Annotated[int, Quantity(BITS), AfterValidator(_resolution)] = Field(
+        12,
+        alias="resolution",
+        description="9 to 12 bit: steps of 0.5, 0.25, 0.125 or 0.0625 K; each doubles the time.",
+    )
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion, from the data sheet: 93.75 ms at 9 bit to 750 ms."""
+        return float(0.09375 * 2 ** (self.resolution_bits - 9))
+
+    @property
+    def step_k(self) -> float:
+        """Smallest difference the sensor resolves."""
+        return float(0.5 / 2 ** (self.resolution_bits - 9))
+
+
+Sensor = Annotated[Ds18b20, Field(discriminator="kind")]

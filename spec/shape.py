@@ -1,0 +1,95 @@
+"""Finds its way through the models: which keys and kinds belong where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from heatwright.spec.problems import Path
+
+
+def kinds(union: Any) -> dict[str, type[BaseModel]]:
+    """List the models of a discriminated union by their `kind`, in the order of their writing."""
+    return {
+        get_args(model.model_fields["kind"].annotation)[0]: model for model in alternatives(union)
+    }
+
+
+def alternatives(annotation: Any) -> tuple[type[BaseModel], ...]:
+    """List the models an annotation allows; none for plain values."""
+    while get_origin(annotation) is Annotated:
+        annotation = get_args(annotation)[0]
+    if get_origin(annotation) in (Union, UnionType):
+        parts = [part for part in get_args(annotation) if part is not NoneType]
+        return tuple(model for part in parts for model in alternatives(part))
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return (annotation,)
+    return ()
+
+
+def keys(model: type[BaseModel]) -> dict[str, str]:
+    """Map each YAML key of a model to its attribute."""
+    return {field.alias or name: name for name, field in model.model_fields.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where one of pydantic's locations is: the path in the file and the type wanted there."""
+
+    path: Path
+    annotation: Any
+    parent: type[BaseModel] | None
+    """The model the last key belongs, or would belong, to."""
+
+
+def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
+    """Follow a location of pydantic's, which names a union's chosen kind between the keys."""
+    place = Place((), root, None)
+    tag_read = False
+    for step in location:
+        models = alternatives(place.annotation)
+        if not tag_read and models and "kind" in models[0].model_fields and _tagged(place):
+            chosen = kinds(place.annotation).get(str(step))
+            place = Place(place.path, chosen or place.annotation, place.parent)
+            tag_read = True
+            continue
+        tag_read = False
+        place = _enter(place, step)
+    return place
+
+
+def _tagged(place: Place) -> bool:
+    return get_origin(place.annotation) is Annotated or len(alternatives(place.annotation)) > 1
+
+
+def _enter(place: Place, step: str | int) -> Place:
+    path = (*place.path, step)
+    models = alternatives(place.annotation)
+    if models:
+        model = models[0]
+        field = model.model_fields.get(keys(model).get(str(step), ""))
+        inner = None
+        if field is not None:
+            inner = field.annotation
+            if field.discriminator is not None:
+                inner = Annotated[inner, field]
+        return Place(path, inner, model)
+    return Place(path, _item(place.annotation, step), None)
+
+
+def _item(annotation: Any, step: str | int) -> Any:
+    while get_origin(annotation) is Annotated:
+        annotation = get_args(annotation)[0]
+    arguments = get_args(annotation)
+    origin = get_origin(annotation)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return arguments[1]
+    if origin is tuple:
+        fixed = arguments[-1:] != (Ellipsis,)
+        index = step if fixed and isinstance(step, int) and step < len(arguments) else 0
+        return arguments[index]
+    return None

@@ -1,0 +1,137 @@
+"""The simulated machine: a plant, what the operator does, and what to expect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, model_validator
+
+from heatwright.spec.base import Filled, Model, Name, ReadOnly, Reference
+from heatwright.spec.loops import Temperature
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import (
+    CAPACITY,
+    DIFFERENCE,
+    DURATION,
+    THERMAL_RESISTANCE,
+    Quantity,
+)
+
+AMBIENT = "ambient"
+"""The node whose temperature never changes."""
+
+_Time = Annotated[float, Quantity(DURATION, least=0.0)]
+_Difference = Annotated[float, Quantity(DIFFERENCE, least=0.0)]
+
+
+def _factor(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1000:
+        raise refuse("a factor is a bare number above 0, up to 1000", "Write one, such as 1.4")
+    return float(value)
+
+
+def _times(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 1000:
+        raise refuse("a number of presses is a whole number from 1 to 1000", "Write one, such as 3")
+    return value
+
+
+class Link(Model):
+    """A thermal resistance between two nodes, or a node and `ambient`."""
+
+    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, above=0.0)] = Field(
+        alias="resistance", description="Kelvin of difference for each watt that flows."
+    )
+
+
+class Sense(Model):
+    """Where a sensor sits and how it lags."""
+
+    node: Reference = Field(description="Node whose temperature it measures.")
+    lag_s: _Time = Field(0.0, alias="lag", description="Time constant of the sensor.")
+    delay_s: _Time = Field(0.0, alias="delay", description="Dead time before it.")
+    noise_k: _Difference = Field(
+        0.0, alias="noise", description="Standard deviation of Gaussian noise, seeded."
+    )
+
+
+class FanEffect(Model):
+    """How a running fan changes a link."""
+
+    link: tuple[Reference, Reference] = Field(description="The two ends of the link.")
+    factor: Annotated[float, PlainValidator(_factor)] = Field(
+        description="By what the link's conductance is multiplied while the fan runs."
+    )
+
+
+class ThermalNetwork(Model):
+    """Heat capacities joined by thermal resistances."""
+
+    kind: Literal["thermal_network"]
+    nodes: Annotated[
+        Mapping[Name, Annotated[float, Quantity(CAPACITY, above=0.0)]], Filled
+    ] = Field(description="Heat capacity of each node.")
+    links: tuple[Link, ...] = Field(description="Thermal resistances between nodes.")
+    heat: Annotated[Mapping[str, Reference], Filled] = Field(
+        description="For each heating output, the node its power goes to."
+    )
+    sense: Annotated[Mapping[str, Sense], Filled] = Field(
+        description="For each sensor, where it measures."
+    )
+    initial_c: Temperature | None = Field(
+        None, alias="initial", description="Temperature of all nodes at the start; else ambient."
+    )
+    fans: Annotated[Mapping[str, FanEffect], ReadOnly] = Field(
+        {}, description="For each fan, the link it changes.", validate_default=True
+    )
+
+
+Plant = Annotated[ThermalNetwork, Field(discriminator="kind")]
+
+
+class Event(Model):
+    """One line of a scenario: `at` and `press`, or `for`, which ends it."""
+
+    at_s: _Time | None = Field(None, alias="at", description="Time since the start.")
+    press: Literal["right", "up", "down", "left", "select"] | None = Field(
+        None, description="Key that is pressed and released."
+    )
+    times: Annotated[int, PlainValidator(_times)] = Field(
+        1, description="How often the key is pressed."
+    )
+    for_s: Annotated[float, Quantity(DURATION, above=0.0)] | None = Field(
+        None, alias="for", description="Length of the scenario; the last line, alone."
+    )
+
+    @model_validator(mode="after")
+    def _one_thing(self) -> Event:
+        if self.for_s is not None:
+            if self.at_s is not None or self.press is not None or self.times != 1:
+                raise refuse("`for` ends the scenario and stands alone", "Give it a line of its own")
+        elif self.at_s is None or self.press is None:
+            raise refuse(
+                "an event needs a time and an action", "Write {at: 10 s, press: up} or {for: 30 min}"
+            )
+        return self
+
+
+class Expect(Model):
+    """What `verify` holds the closed loop to."""
+
+    overshoot_k: _Difference | None = Field(
+        None, alias="overshoot", description="Largest overshoot above the setpoint."
+    )
+    steady_k: _Difference | None = Field(
+        None, alias="steady", description="Largest deviation in the steady part, both ways."
+    )
+
+
+class Simulation(Model):
+    """The world around the controller; it does not change the firmware."""
+
+    ambient_c: Temperature = Field(alias="ambient", description="Temperature around the machine.")
+    plant: Plant = Field(description="The machine.")
+    scenario: tuple[Event, ...] = Field(description="What happens, in the order of time.")
+    expect: Expect | None = Field(None, description="Limits that `verify` checks.")

@@ -1,0 +1,34 @@
+"""Did you mean …?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from heatwright.spec.problems import refuse
+
+_LONGEST_WORD = 40
+
+
+def closest(word: str, known: Sequence[str]) -> str | None:
+    """Find what `word` was probably meant to be."""
+    from difflib import get_close_matches  # noqa: PLC0415  (only wrong specs pay for it)
+
+    if len(word) > _LONGEST_WORD:
+        return None
+    found = get_close_matches(word.lower(), [name.lower() for name in known], n=1)
+    return next((name for name in known if found and name.lower() == found[0]), None)
+
+
+def advice(word: str, known: Sequence[str]) -> str:
+    """Say what was probably meant, or else what there is."""
+    match = closest(word, known)
+    if match is not None:
+        return f"Did you mean {match}?"
+    return f"There is {', '.join(known)}"
+
+
+def one_of(value: object, what: str, known: Sequence[str]) -> Exception:
+    """Make the error for a word that is none of `known`."""
+    word = value if isinstance(value, str) else ""
+    shown = repr(word) if 0 < len(word) <= _LONGEST_WORD else "this"
+    return refuse(f"{shown} is not a {what}", advice(word, known))

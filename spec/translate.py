@@ -1,0 +1,122 @@
+"""From pydantic's errors to problems of the file: reason and remedy in the language's words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from heatwright.spec import planned
+from heatwright.spec.problems import Path, shown
+from heatwright.spec.shape import Place, keys, kinds, locate
+from heatwright.spec.suggest import advice
+
+Finding = tuple[Path, str, str]
+"""Path, reason, remedy."""
+
+_SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"}
+NOT_BUILT = "is a planned part of the language that is not built yet"
+
+
+def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
+    """Translate all errors of one validation."""
+    for entry in error.errors(include_url=False):
+        place = locate(root, entry["loc"])
+        translate = _TRANSLATIONS.get(entry["type"], _other)
+        yield translate(place, entry)
+
+
+def _spec(place: Place, entry: Any) -> Finding:
+    return place.path, entry["ctx"]["reason"], entry["ctx"]["remedy"]
+
+
+def _missing(place: Place, entry: Any) -> Finding:
+    name = keys(place.parent).get(str(place.path[-1])) if place.parent else None
+    if place.parent is None or name is None:
+        return place.path, "an item is missing here", "Add it"
+    about = (place.parent.model_fields[name].description or "").removesuffix(".")
+    return place.path, "this key is missing", f"Add it: {about[:1].lower()}{about[1:]}"
+
+
+def _extra(place: Place, entry: Any) -> Finding:
+    word = str(place.path[-1])
+    if place.parent is None:
+        return place.path, "there are too many items", "Delete it"
+    if planned.key(place.parent.__name__, word):
+        return place.path, f"this key {NOT_BUILT}", "Leave it out"
+    return place.path, "there is no such key here", advice(word, tuple(keys(place.parent)))
+
+
+def _no_kind(place: Place, entry: Any) -> Finding:
+    known = ", ".join(kinds(place.annotation))
+    return place.path, "it does not say its kind", f"Add kind: with one of {known}"
+
+
+def _wrong_kind(place: Place, entry: Any) -> Finding:
+    word = entry["ctx"]["tag"]
+    known = tuple(kinds(place.annotation))
+    path = (*place.path, "kind")
+    if planned.kind(_union(place.path), word):
+        return path, f"{word} {NOT_BUILT}", f"Use {' or '.join(known)}"
+    return path, f"{shown(word)} is no kind there is", advice(word, known)
+
+
+def _union(path: Path) -> str:
+    if path[-1] == "algorithm":
+        return "Algorithm"
+    return "Output" if path[-1] == "output" else _SECTIONS.get(str(path[0]), "")
+
+
+def _literal(place: Place, entry: Any) -> Finding:
+    known = tuple(word.strip("'") for word in _literal_words(place))
+    value = entry["input"]
+    word = value if isinstance(value, str) else ""
+    return place.path, f"{shown(word) if word else 'this'} is not possible", advice(word, known)
+
+
+def _literal_words(place: Place) -> tuple[str, ...]:
+    from typing import Literal, get_args, get_origin
+
+    found: list[str] = []
+    stack = [place.annotation]
+    while stack:
+        annotation = stack.pop()
+        if get_origin(annotation) is Literal:
+            found += get_args(annotation)
+        else:
+            stack += get_args(annotation)
+    return tuple(found)
+
+
+def _mapping(place: Place, entry: Any) -> Finding:
+    return place.path, "keys and values are needed here", "Write key: value, one for each line"
+
+
+def _list(place: Place, entry: Any) -> Finding:
+    return place.path, "a list is needed here", "Start each item with a dash, or write [a, b]"
+
+
+def _flag(place: Place, entry: Any) -> Finding:
+    return place.path, "yes or no is needed here", "Write true or false"
+
+
+def _other(place: Place, entry: Any) -> Finding:
+    return place.path, f"this cannot be read: {entry['msg']}", "Correct it"
+
+
+_TRANSLATIONS: dict[str, Callable[[Place, Any], Finding]] = {
+    "spec": _spec,
+    "missing": _missing,
+    "extra_forbidden": _extra,
+    "union_tag_not_found": _no_kind,
+    "union_tag_invalid": _wrong_kind,
+    "literal_error": _literal,
+    "model_type": _mapping,
+    "model_attributes_type": _mapping,
+    "dict_type": _mapping,
+    "mapping_type": _mapping,
+    "tuple_type": _list,
+    "too_long": lambda place, _: (place.path, "there are too many items", "Delete the last ones"),
+    "bool_type": _flag,
+}
