@@ -1,0 +1,56 @@
+"""One row of a comparison: the same machine under another algorithm, setpoint or output."""
+
+from collections.abc import Callable
+
+from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
+from heatwright.sim.trace import Trace
+from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork
+
+
+def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
+    """Return the controller of a row: what the row says takes the place of what the file says.
+
+    The row's setpoint becomes the initial one, so the run needs no operator.
+    """
+    ((name, loop), *_) = controller.loops.items()
+    setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
+    changed = loop.model_copy(update={"algorithm": row.algorithm, "setpoint": setpoint})
+    outputs = dict(controller.outputs)
+    if row.output is not None:
+        outputs[loop.heater] = row.output
+    return controller.model_copy(
+        update={"loops": {**controller.loops, name: changed}, "outputs": outputs}
+    )
+
+
+def row_scenario(controller: Controller) -> tuple[Event, ...]:
+    """Return the scenario of every row: the file's, without the operator.
+
+    Raises:
+        ValueError: the specification has no simulation.
+
+    """
+    if controller.simulation is None:
+        message = "A comparison needs a machine: the specification has no `simulation`"
+        raise ValueError(message)
+    return tuple(event for event in controller.simulation.scenario if event.for_s is not None)
+
+
+def run_row(
+    controller: Controller,
+    row: ComparisonRow,
+    *,
+    plant: ThermalNetwork | None = None,
+    step_s: float = STEP_S,
+    progress: Callable[[float, float], None] | None = None,
+) -> Trace:
+    """Run a row with the reference model."""
+    varied = row_controller(controller, row)
+    return bench(
+        varied,
+        ReferenceDevice(varied),
+        row_scenario(controller),
+        plant=plant,
+        step_s=step_s,
+        progress=progress,
+    )

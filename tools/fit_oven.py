@@ -1,0 +1,303 @@
+"""Fit the thermal network of spec/examples/oven.yaml to the published comparison.
+
+Every row of the comparison is run in closed loop by the reference model; the figures that were
+published (maximum and steady range of each row, and how far the temperature coasted up after
+switch-off) are compared with ours. Differential evolution searches within physically sensible
+bounds, a simplex finishes. Same seed, same result.
+
+The heater's power stays as it is in the file. It cannot be found from temperatures alone: twice the
+power, twice the capacities and half the resistances give the same curves.
+
+    python tools/fit_oven.py spec/examples/oven.yaml --seed 1
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from scipy.optimize import differential_evolution, minimize
+
+from heatwright.sim.comparison import row_controller, run_row
+from heatwright.sim.metrics import metrics
+from heatwright.sim.trace import StepLog
+from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load
+
+STEP_S = 0.2
+"""Time step of the plant: the sensor is sampled within 20 ms of where the firmware samples it."""
+
+COAST_UP_K = 1.5
+"""Published rise after switch-off, "about"; seen in the first heating of the plain threshold."""
+
+SIMPLEX_EVALUATIONS = 600
+
+Point = NDArray[np.float64]
+
+
+class Parameter(NamedTuple):
+    """A free parameter, searched on a logarithmic scale unless it is a temperature."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    why: str
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether ratios matter rather than differences."""
+        return self.unit != "°C"
+
+
+PARAMETERS = (
+    Parameter("rise", "K", 50, 75, "above ambient at full power; 70 °C was held, 50 °C took half"),
+    Parameter("element_over", "K", 20, 300, "element above the air at full power"),
+    Parameter("walls_share", "1", 0.1, 0.9, "of the rise that falls between walls and ambient"),
+    Parameter("element", "J/K", 5, 500, "a wire at least, a finned body at most"),
+    Parameter("air", "J/K", 30, 3000, "some litres of air and what is thin"),
+    Parameter("walls", "J/K", 300, 20000, "kilograms of metal or insulation"),
+    Parameter("lag", "s", 1, 40, "DS18B20 in moving to still air"),
+    Parameter("delay", "s", 0.05, 20, "transport of the air"),
+    Parameter("ambient", "°C", 18, 28, "a laboratory"),
+)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One published figure and ours."""
+
+    row: str
+    name: str
+    published: float
+    found: float
+
+    @property
+    def error(self) -> float:
+        """Ours minus the published one, K."""
+        return self.found - self.published
+
+
+def values_of(point: Point) -> dict[str, float]:
+    """Return the physical values of a point of the search space."""
+    return {
+        parameter.name: math.exp(x) if parameter.logarithmic else float(x)
+        for parameter, x in zip(PARAMETERS, point, strict=True)
+    }
+
+
+def search_bounds() -> list[tuple[float, float]]:
+    """Return the bounds of the search space."""
+    return [
+        (math.log(p.low), math.log(p.high)) if p.logarithmic else (p.low, p.high)
+        for p in PARAMETERS
+    ]
+
+
+def oven_with(controller: Controller, values: dict[str, float]) -> Controller:
+    """Return the controller with a plant of these values."""
+    simulation = controller.simulation
+    if simulation is None:
+        raise click.UsageError("the specification has no `simulation`")
+    ((output, _),) = simulation.plant.heat.items()
+    power_w = controller.outputs[output].power_w or 0.0
+    plant = simulation.plant.model_copy(update=plant_update(simulation.plant, values, power_w))
+    changed = simulation.model_copy(update={"plant": plant, "ambient_c": values["ambient"]})
+    return controller.model_copy(update={"simulation": changed})
+
+
+def plant_update(
+    plant: ThermalNetwork, values: dict[str, float], power_w: float
+) -> dict[str, object]:
+    """Return the fields of the network that the fit changes."""
+    outer = values["rise"] * values["walls_share"] / power_w
+    resistances = (
+        values["element_over"] / power_w,
+        values["rise"] / power_w - outer,
+        outer,
+    )
+    ((sensor, sense),) = plant.sense.items()
+    return {
+        "nodes": {name: values[name] for name in ("element", "air", "walls")},
+        "links": tuple(
+            link.model_copy(update={"resistance_k_per_w": resistance})
+            for link, resistance in zip(plant.links, resistances, strict=True)
+        ),
+        "sense": {
+            sensor: sense.model_copy(update={"lag_s": values["lag"], "delay_s": values["delay"]})
+        },
+    }
+
+
+def coast_up(log: StepLog) -> float:
+    """Return how far the reading rose after the heater was first switched off, K."""
+    on = log["duty_percent"] > 0
+    off = int(np.flatnonzero(on[:-1] & ~on[1:])[0]) + 1 if on.any() and not on.all() else -1
+    return float(log["temperature_c"][off:].max() - log["temperature_c"][off])
+
+
+def figures_of(controller: Controller, row: ComparisonRow) -> Iterator[Figure]:
+    """Run a row and yield its figures."""
+    published = row.published
+    if published is None:
+        return
+    trace = run_row(controller, row, step_s=STEP_S)
+    found = metrics(trace, row_controller(controller, row))
+    label = f"{row.name}, {row.setpoint_c:g} °C"
+    yield Figure(label, "maximum", published.maximum_c, found.maximum_c)
+    yield Figure(label, "steady minimum", published.steady_minimum_c, found.steady_minimum_c)
+    yield Figure(label, "steady maximum", published.steady_maximum_c, found.steady_maximum_c)
+    algorithm = row.algorithm
+    if algorithm.kind == "on_off" and not (algorithm.hysteresis_k or algorithm.lead_s):
+        (log,) = trace.steps.values()
+        yield Figure(label, "coast-up", COAST_UP_K, coast_up(log))
+
+
+def all_figures(controller: Controller) -> list[Figure]:
+    """Run every published row."""
+    return [figure for row in controller.comparison for figure in figures_of(controller, row)]
+
+
+def squares(controller: Controller, point: Point) -> float:
+    """Return the sum of the squared errors at a point of the search space, K²."""
+    low, high = np.array(search_bounds()).T
+    inside = np.clip(point, low, high)
+    outside = float(((point - inside) ** 2).sum())
+    found = all_figures(oven_with(controller, values_of(inside)))
+    return sum(figure.error**2 for figure in found) + outside
+
+
+def search(
+    controller: Controller, *, seed: int, generations: int, workers: int, report: Callable[[], None]
+) -> Point:
+    """Find the best point."""
+    goal = partial(squares, controller)
+    coarse = differential_evolution(
+        goal,
+        search_bounds(),
+        popsize=6,
+        maxiter=generations,
+        rng=seed,
+        polish=False,
+        updating="deferred",
+        workers=workers,
+        callback=lambda *_, **__: report(),
+    )
+    fine = minimize(
+        goal,
+        coarse.x,
+        method="Nelder-Mead",
+        options={
+            "maxfev": SIMPLEX_EVALUATIONS,
+            "initial_simplex": simplex_around(coarse.x),
+            "adaptive": True,
+        },
+    )
+    return np.asarray(fine.x if fine.fun < coarse.fun else coarse.x)
+
+
+def simplex_around(point: Point) -> NDArray[np.float64]:
+    """Return a simplex of 5 % steps: smaller ones drown in the sensor's steps."""
+    return np.vstack([point, *(point + 0.05 * unit for unit in np.eye(len(point)))])
+
+
+def shortened(controller: Controller, duration_s: float) -> Controller:
+    """Return the controller with a shorter scenario."""
+    if controller.simulation is None:
+        raise click.UsageError("the specification has no `simulation`")
+    scenario = (Event.model_validate({"for": f"{duration_s:g} s"}),)
+    simulation = controller.simulation.model_copy(update={"scenario": scenario})
+    return controller.model_copy(update={"simulation": simulation})
+
+
+def show(console: Console, values: dict[str, float], figures: list[Figure]) -> None:
+    """Print the values and how well they fit."""
+    table = Table("parameter", "value", "unit", "bounds", "what")
+    for parameter in PARAMETERS:
+        bounds = f"{parameter.low:g} .. {parameter.high:g}"
+        value = f"{values[parameter.name]:.4g}"
+        table.add_row(parameter.name, value, parameter.unit, bounds, parameter.why)
+    console.print(table)
+    table = Table("row", "figure", "published °C", "ours °C", "error K")
+    for figure in figures:
+        numbers = (f"{figure.published:.2f}", f"{figure.found:.2f}", f"{figure.error:+.2f}")
+        table.add_row(figure.row, figure.name, *numbers)
+    console.print(table)
+    errors = np.array([figure.error for figure in figures])
+    worst = figures[int(np.abs(errors).argmax())]
+    console.print(
+        f"rms {math.sqrt(float((errors**2).mean())):.3f} K, "
+        f"worst {worst.error:+.3f} K ({worst.row}, {worst.name})"
+    )
+
+
+@click.command()
+@click.argument("spec", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--seed", default=1, show_default=True, help="Of the search.")
+@click.option("--generations", default=40, show_default=True, help="Of differential evolution.")
+@click.option("--workers", default=1, show_default=True, help="Processes.")
+@click.option("--minutes", default=40.0, show_default=True, help="Simulated time of each row.")
+@click.option("--evaluate", is_flag=True, help="Only show how well the file's own plant fits.")
+@click.option("--json", "output", type=click.Path(path_type=Path), help="Write the values here.")
+def main(
+    spec: Path,
+    seed: int,
+    generations: int,
+    workers: int,
+    minutes: float,
+    evaluate: bool,
+    output: Path | None,
+) -> None:
+    """Fit the oven's plant to the published figures of its comparison rows."""
+    console = Console()
+    controller = load(spec).controller
+    if evaluate:
+        show(console, values_of_file(controller), all_figures(controller))
+        return
+    with Progress(console=console) as progress:
+        task = progress.add_task("searching", total=generations)
+        point = search(
+            shortened(controller, minutes * 60),
+            seed=seed,
+            generations=generations,
+            workers=workers,
+            report=lambda: progress.advance(task),
+        )
+    values = values_of(point)
+    show(console, values, all_figures(oven_with(controller, values)))
+    if output is not None:
+        output.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+
+
+def values_of_file(controller: Controller) -> dict[str, float]:
+    """Return the fit's parameters of the file's own plant."""
+    simulation = controller.simulation
+    if simulation is None:
+        raise click.UsageError("the specification has no `simulation`")
+    ((output, _),) = simulation.plant.heat.items()
+    power_w = controller.outputs[output].power_w or 0.0
+    over, inner, outer = (link.resistance_k_per_w * power_w for link in simulation.plant.links)
+    ((_, sense),) = simulation.plant.sense.items()
+    return {
+        "rise": inner + outer,
+        "element_over": over,
+        "walls_share": outer / (inner + outer),
+        **simulation.plant.nodes,
+        "lag": sense.lag_s,
+        "delay": sense.delay_s,
+        "ambient": simulation.ambient_c,
+    }
+
+
+if __name__ == "__main__":
+    main()
