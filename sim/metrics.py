@@ -15,7 +15,7 @@ STEADY_SHARE = 1 / 3
 """The steady part is the last third of the response."""
 
 SETTLED_SHARE = 0.02
-"""Settled is within 2 % of the step (Åström & Hägglund, Advanced PID Control, 2006, section 4.2)."""
+"""Settled is within 2 % of the step (Åström & Hägglund, Advanced PID Control, 2006, chapter 4)."""
 
 AUDIBLE_HZ = (20.0, 20_000.0)
 """What a human ear hears."""

@@ -9,7 +9,7 @@ Ambient is a node of fixed temperature. A sensor follows its node with a first-o
 factor; at an active fraction f by 1 + (factor − 1)·f.
 
 The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
-the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, section 2.3).
+the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, chapter 2).
 """
 
 from collections.abc import Mapping

@@ -27,7 +27,7 @@ def filter_share(period_s: float, filter_s: float) -> Single:
     """Return the share A of a new value in a first-order low-pass y ← y + A·(x − y).
 
     A = h/(T + h) with period h and time constant T: the backward difference of T·dy/dt + y = x
-    (Åström & Hägglund, Advanced PID Control, 2006, section 13.4). T = 0 gives 1: no filter.
+    (Åström & Hägglund, Advanced PID Control, 2006, chapter 13). T = 0 gives 1: no filter.
     """
     return Single(period_s / (filter_s + period_s))
 
