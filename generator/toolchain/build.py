@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Build a project in the user's cache, and keep the binary for the next time."""
 
-import dataclasses
-import json
 import re
 import shutil
 from collections.abc import Callable
@@ -16,16 +14,18 @@ from heatwright.generator.toolchain.cache import cache_dir, digest, write_files
 from heatwright.generator.toolchain.errors import BuildFailed, ToolMissing
 from heatwright.generator.toolchain.offline import REMEDY
 from heatwright.generator.toolchain.result import BuildResult, limits, sizes
+from heatwright.generator.toolchain.store import forget_old, recall, remember
 
-# Raised when a change of this package gives other binaries or other figures from the same project.
+# Changed when this package comes to give other figures for the same binary.
 FORMAT = "1"
 
 IGNORED = {".pio", ".git", ".vscode", "__pycache__"}
 
+STEPS = ("Compiling", "Linking", "Platform Manager", "Tool Manager", "Downloading", "Unpacking")
 ERROR = re.compile(
-    r"error:|Error:|Error\b.*:|undefined reference|multiple definition|region .* overflowed"
+    r"error:|Error:|undefined reference|multiple definition|overflowed|not within region"
 )
-UNREACHABLE = re.compile(r"InternetConnectionError|HTTPClientError|ConnectionError|Max retries")
+UNREACHABLE = re.compile(r"InternetConnectionError|HTTPClientError|ConnectionError")
 
 Progress = Callable[[str], None]
 
@@ -38,15 +38,14 @@ def build(
 ) -> BuildResult:
     """Build the PlatformIO project in `project_dir` without writing there.
 
-    The project is copied to the user's cache and built by `pio run`; the same project, built with
-    the same tools, is built once. `environment` picks one of several in `platformio.ini`.
-    `progress` is called with a short line as each step begins.
+    The project is copied to the user's cache and built by `pio run`; the same project is built
+    once by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is
+    called with a short line as each step begins.
 
     Raises ToolMissing where PlatformIO or a compiler is not to be had, and BuildFailed with the
     compiler's errors where the project is at fault.
     """
     files = project_files(project_dir)
-    say = progress or (lambda _: None)
     tools = platformio.find()
     folder = cache_dir() / "builds" / digest(files, FORMAT, tools.tools, environment or "")
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -56,8 +55,10 @@ def build(
             return kept
         shutil.rmtree(folder, ignore_errors=True)
         write_files(folder / "project", files)
-        result = make(folder, tools, environment, say, project_dir)
+        log = run(folder / "project", project_dir, tools, environment, progress)
+        result = measured(folder / "project", project_dir, log)
         remember(folder, result)
+    forget_old(folder.parent)
     return result
 
 
@@ -72,44 +73,51 @@ def project_files(project_dir: Path) -> dict[str, bytes]:
     }
 
 
-def make(
-    folder: Path,
+def run(
+    copy: Path,
+    project_dir: Path,
     tools: platformio.PlatformIO,
     environment: str | None,
-    say: Progress,
-    project_dir: Path,
-) -> BuildResult:
-    """Run PlatformIO on the copy in `folder` and measure what it made."""
+    progress: Progress | None,
+) -> str:
+    """Run PlatformIO on the copy of the project; return what it printed."""
     lines: list[str] = []
 
     def hear(text: str) -> None:
         lines.append(text)
-        if text.startswith(
-            ("Compiling", "Linking", "Building .", "Platform Manager", "Tool Manager")
-        ):
-            say(text.replace(".pio/build/", ""))
+        if progress is not None and text.startswith(STEPS):
+            progress(text.replace(".pio/build/", ""))
 
-    status = platformio.run(tools, folder / "project", environment, hear)
-    log = "\n".join(lines).replace(str(folder / "project"), str(project_dir))
+    status = platformio.run(tools, copy, environment, hear)
+    log = "\n".join(lines).replace(str(copy), str(project_dir))
+    if status != 0 and not tools.offline and UNREACHABLE.search(log):
+        raise ToolMissing(f"PlatformIO reaches no registry, and {REMEDY}")
     if status != 0:
-        if not tools.offline and UNREACHABLE.search(log):
-            raise ToolMissing(REMEDY)
         raise BuildFailed(readable(log, project_dir), log)
-    elf = only_elf(folder / "project", log)
+    return log
+
+
+def measured(copy: Path, project_dir: Path, log: str) -> BuildResult:
+    """Measure the binary that a build made."""
+    elf = only_elf(copy, log)
     flash, ram = sizes(elf)
     flash_limit, ram_limit = limits(log)
     try:
         stack = worst_stack(elf).total
     except StackUnknown as reason:
+        raise BuildFailed(f"{project_dir}: the worst stack is unknown: {reason}", log) from reason
+    if ram + stack > ram_limit:
         raise BuildFailed(
-            f"{project_dir}: the worst stack cannot be told: {reason}", log
-        ) from reason
+            f"{project_dir}: {ram} bytes of variables and {stack} bytes of stack at worst"
+            f" do not fit into {ram_limit} bytes of RAM",
+            log,
+        )
     return BuildResult(elf, flash, ram, stack, flash_limit, ram_limit, log)
 
 
-def only_elf(project: Path, log: str) -> Path:
-    """Return the one binary that the build made."""
-    found = sorted(project.glob(".pio/build/*/firmware.elf"))
+def only_elf(copy: Path, log: str) -> Path:
+    """Return the one binary that a build made."""
+    found = sorted(copy.glob(".pio/build/*/firmware.elf"))
     if len(found) != 1:
         names = ", ".join(path.parent.name for path in found) or "none"
         raise BuildFailed(f"one environment is built at a time, not {names}: set default_envs", log)
@@ -121,27 +129,7 @@ def readable(log: str, project_dir: Path) -> str:
     lines = log.splitlines()
     kept: list[str] = []
     for number, text in enumerate(lines):
-        if ERROR.search(text) and not text.startswith("***"):
-            shown = [text, *lines[number + 1 : number + 3]] if "error:" in text else [text]
-            kept += [line for line in shown if line.strip() and line not in kept]
-    return "\n".join(
-        [f"{project_dir}: PlatformIO could not build this project", *(kept or lines[-5:])]
-    )
-
-
-def remember(folder: Path, result: BuildResult) -> None:
-    """Write the result beside the binary; only then does the folder count."""
-    record = dataclasses.asdict(result) | {"elf": result.elf.relative_to(folder).as_posix()}
-    fresh = folder / "result.json.new"
-    fresh.write_text(json.dumps(record), encoding="utf-8")
-    fresh.replace(folder / "result.json")
-
-
-def recall(folder: Path) -> BuildResult | None:
-    """Return what an earlier build left in `folder`."""
-    try:
-        record = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        elf = folder / record.pop("elf")
-    except (OSError, ValueError, KeyError):
-        return None
-    return BuildResult(elf, **record | {"cached": True}) if elf.is_file() else None
+        if ERROR.search(text):
+            shown = lines[number : number + 3] if " error: " in text else [text]
+            kept += [line for line in shown if line not in kept]
+    return "\n".join([f"{project_dir}: PlatformIO could not build it", *(kept or lines[-5:])])

@@ -16,12 +16,13 @@ from shutil import which
 
 from heatwright.generator.toolchain.cache import cache_dir, folder_of
 from heatwright.generator.toolchain.errors import ToolMissing
+from heatwright.spec.boards import BOARDS, Board
 
 PLATFORM = Path(__file__).parents[1] / "platform"
 
 REMEDY = (
     "the AVR compiler is missing: sudo apt-get install gcc-avr avr-libc binutils-avr"
-    " (other systems: install avr-gcc and avr-libc, and put avr-gcc on the PATH)"
+    " (elsewhere: have avr-gcc, with avr-libc, on the PATH)"
 )
 
 
@@ -67,9 +68,35 @@ def core_files() -> dict[str, bytes]:
     files |= package("platforms", "platform", "atmelavr", platform["version"])
     files |= package("packages", "tool", "tool-scons", scons)
     files |= package("packages", "tool", "toolchain-atmelavr", "1.0.0+system")
+    files |= boards()
     # PlatformIO greets whom it does not know, and upgrades the packages of whom it knows longer.
     files["appstate.json"] = json.dumps({"last_version": version("platformio")}).encode()
     return files
+
+
+def boards() -> dict[str, bytes]:
+    """What PlatformIO needs to know of each board, by the name that it has there."""
+    known = {board.platformio: board for board in BOARDS.values()}
+    # Nanos sold since 2018 differ in how they are uploaded to, and in nothing else.
+    known["nanoatmega328new"] = BOARDS["nano"]
+    return {
+        f"platforms/atmelavr/boards/{name}.json": json.dumps(manifest(board)).encode()
+        for name, board in known.items()
+    }
+
+
+def manifest(board: Board) -> dict[str, object]:
+    """A board in PlatformIO's terms."""
+    return {
+        "name": board.name,
+        "vendor": "heatwright",
+        "url": "",
+        "build": {"mcu": board.mcu, "f_cpu": f"{board.clock_hz}L"},
+        "upload": {
+            "maximum_size": board.flash_bytes - board.bootloader_bytes,
+            "maximum_ram_size": board.ram_bytes,
+        },
+    }
 
 
 def scons_version() -> str:
