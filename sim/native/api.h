@@ -1,0 +1,124 @@
+/* What Python may call and see. cffi reads this file, so: declarations only. */
+
+typedef struct hw hw;
+
+/* Results of hw_run. */
+enum {
+    HW_DONE = 0,     /* the cycle asked for is reached */
+    HW_YIELD = 1,    /* some wall time has passed, or a log wants to be emptied: call again */
+    HW_CRASHED = 2,  /* the CPU left its flash or RAM: hw_message says how */
+    HW_LIMIT = 3,    /* the firmware uses what simavr does not model: hw_message says what */
+};
+
+/* Causes of a reset, as MCUSR numbers them. */
+enum { HW_POWER_ON = 0, HW_EXTERNAL = 1, HW_BROWN_OUT = 2, HW_WATCHDOG = 3 };
+
+/* Logs, see hw_log_data. */
+enum { HW_PIN_LOG = 0, HW_UART_LOG, HW_RESET_LOG, HW_ENTRY_LOG, HW_SNAPSHOT_LOG, HW_LOGS = 16 };
+
+typedef struct { uint64_t cycle; uint8_t pin, state, pad[6]; } hw_pin_event;
+typedef struct { uint64_t written, end; uint8_t uart, value, lost, pad[5]; } hw_uart_byte;
+typedef struct { uint64_t cycle; uint32_t pc; uint8_t cause, mcusr, pad[2]; } hw_reset_event;
+typedef struct { uint64_t cycle; uint32_t pc, pad; } hw_entry;
+
+/* One processor. mcu: simavr's name. NULL when simavr does not know it. */
+hw *hw_new(const char *mcu, uint32_t clock_hz, uint32_t supply_mv);
+void hw_free(hw *h);
+const char *hw_message(hw *h);
+uint32_t hw_flash_size(hw *h);
+uint32_t hw_ram_end(hw *h);
+uint8_t *hw_ram(hw *h);
+uint8_t *hw_flash(hw *h);
+void hw_sleep_register(hw *h, uint16_t address, uint8_t enable, uint8_t mode);
+int hw_run(hw *h, uint64_t until);
+uint64_t hw_cycle(hw *h);
+uint64_t hw_sleep_cycles(hw *h);
+uint32_t hw_program_counter(hw *h);
+uint16_t hw_stack_pointer(hw *h);
+int hw_asleep_for_good(hw *h);
+void hw_reset(hw *h, int cause);
+
+/* Logs. */
+const void *hw_log_data(hw *h, int log);
+size_t hw_log_count(hw *h, int log);
+void hw_log_clear(hw *h, int log);
+
+/* Pins. A pin is 8 * (port letter - 'A') + bit. */
+enum { HW_NONE = 0, HW_LOW = 1, HW_HIGH = 2 };
+enum { HW_BY_MCU = 0, HW_BY_OTHERS, HW_BY_RESISTOR, HW_BY_PULL_UP, HW_FLOATING };
+int hw_pin_watch(hw *h, int pin, int logged);
+int hw_pin_drive(hw *h, int pin, int level);
+int hw_pin_pull(hw *h, int pin, int level);
+int hw_pin_state(hw *h, int pin);
+uint64_t hw_pin_high_cycles(hw *h, int pin);
+uint64_t hw_pin_contention_cycles(hw *h, int pin);
+
+/* UART. */
+void hw_uart_send(hw *h, int uart, const uint8_t *data, size_t size, double cycles_per_frame);
+size_t hw_uart_unsent(hw *h, int uart);
+void hw_uart_unsend(hw *h, int uart);
+double hw_uart_frame_cycles(hw *h, int uart);
+uint64_t hw_uart_overruns(hw *h, int uart);
+
+/* ADC. */
+void hw_adc_set(hw *h, int channel, double millivolts);
+void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
+uint64_t hw_adc_conversions(hw *h);
+
+/* EEPROM. */
+int hw_eeprom_size(hw *h);
+void hw_eeprom_get(hw *h, uint8_t *into);
+void hw_eeprom_set(hw *h, const uint8_t *from);
+void hw_eeprom_write_time(hw *h, double seconds);
+int hw_eeprom_writing(hw *h, uint16_t *address, uint8_t *old, uint8_t *new_value);
+uint64_t hw_eeprom_writes(hw *h);
+uint64_t hw_eeprom_violations(hw *h);
+
+/* Snapshots: the RAM range, whenever the counter has changed when the CPU goes to sleep. */
+int hw_snapshot(hw *h, uint16_t counter, uint8_t counter_size, uint16_t base, uint16_t size);
+
+/* 1-Wire: one slave on a pin. Times in cycles. */
+typedef struct {
+    uint64_t reset_low, reset_high;             /* master: least reset low and high */
+    uint64_t slot, recovery, low_least;         /* master: least slot, recovery, low */
+    uint64_t one_most, zero_least, zero_most;   /* master: low of a 1, low of a 0 */
+    uint64_t read_within;                       /* master: samples a read slot within */
+    uint64_t presence_wait, presence_low;       /* slave: presence pulse */
+    uint64_t sample, hold;                      /* slave: samples after, holds a 0 for */
+} hw_onewire_timing;
+
+/* What is judged: the master's phases. */
+enum {
+    HW_OW_RESET_LOW = 0, HW_OW_RESET_HIGH, HW_OW_SLOT, HW_OW_RECOVERY, HW_OW_ONE_LOW,
+    HW_OW_ZERO_LOW, HW_OW_READ_AT, HW_OW_CHECKS
+};
+enum { HW_OW_LEAST = 0, HW_OW_MOST = 1 };
+
+typedef struct hw_onewire hw_onewire;
+hw_onewire *hw_onewire_new(hw *h, int pin, void *handle, const hw_onewire_timing *timing);
+void hw_onewire_retime(hw_onewire *w, const hw_onewire_timing *timing);
+void hw_onewire_connect(hw_onewire *w, int connected);
+void hw_onewire_ignore(hw_onewire *w);
+void hw_onewire_receive(hw_onewire *w, int bits);
+void hw_onewire_send(hw_onewire *w, const uint8_t *data, int bits);
+void hw_onewire_busy(hw_onewire *w, uint64_t until);
+void hw_onewire_search(hw_onewire *w, const uint8_t *rom);
+uint64_t hw_onewire_violations(hw_onewire *w, int check);
+uint64_t hw_onewire_resets(hw_onewire *w);
+uint64_t hw_onewire_seen(hw_onewire *w, int check, int end);
+
+/* Profile: one instruction at a time. function: of each flash word. */
+int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
+                     int functions);
+void hw_profile_stop(hw *h);
+void hw_profile_trace_entry(hw *h, int function, int on);
+typedef struct { uint64_t calls, total, longest, own; } hw_function;
+const hw_function *hw_profile_functions(hw *h);
+const uint8_t *hw_profile_coverage(hw *h);
+typedef struct {
+    uint64_t cycles, at;
+    uint32_t pc;
+} hw_stretch;
+hw_stretch hw_profile_masked(hw *h);    /* longest with interrupts off, after the first enable */
+hw_stretch hw_profile_busy(hw *h);      /* longest stay in 8 words, no sleep */
+uint16_t hw_profile_stack(hw *h);       /* lowest stack pointer */

@@ -1,0 +1,85 @@
+/* Logs, timers, and what Python asks of the processor. */
+#include <stdio.h>
+#include <stdlib.h>
+#include "hw.h"
+
+void *log_add(hw *h, int log) {
+    struct log *l = &h->logs[log];
+    if (l->size + l->record > l->capacity) {
+        l->capacity = l->capacity ? 2 * l->capacity : 64 * l->record;
+        l->data = realloc(l->data, l->capacity);
+        if (!l->data)
+            abort();
+    }
+    uint8_t *entry = l->data + l->size;
+    l->size += l->record;
+    if (l->size > HW_LOG_FULL)
+        h->log_full = 1;
+    for (size_t i = 0; i < l->record; i++)
+        entry[i] = 0;
+    return entry;
+}
+
+const void *hw_log_data(hw *h, int log) { return h->logs[log].data; }
+
+size_t hw_log_count(hw *h, int log) {
+    return h->logs[log].record ? h->logs[log].size / h->logs[log].record : 0;
+}
+
+void hw_log_clear(hw *h, int log) {
+    h->logs[log].size = 0;
+    h->log_full = 0;
+    for (int i = 0; i < HW_LOGS; i++)
+        if (h->logs[i].size > HW_LOG_FULL)
+            h->log_full = 1;
+}
+
+static avr_cycle_count_t on_due(struct avr_t *avr, avr_cycle_count_t when, void *param) {
+    struct timer *t = param;
+    (void)avr, (void)when;
+    t->armed = 0;
+    t->fire(t->h, t->param, t->due);
+    return 0;
+}
+
+struct timer *timer_new(hw *h, timer_fn fire, void *param) {
+    if (h->timer_count == HW_TIMERS)
+        return NULL;
+    struct timer *t = &h->timers[h->timer_count++];
+    t->h = h;
+    t->fire = fire;
+    t->param = param;
+    return t;
+}
+
+void timer_set(struct timer *t, uint64_t due) {
+    uint64_t now = t->h->avr->cycle;
+    t->due = due;
+    t->armed = 1;
+    avr_cycle_timer_register(t->h->avr, due > now ? due - now : 0, on_due, t);
+}
+
+void timer_stop(struct timer *t) {
+    t->armed = 0;
+    avr_cycle_timer_cancel(t->h->avr, on_due, t);
+}
+
+const char *hw_message(hw *h) { return h->message; }
+uint32_t hw_flash_size(hw *h) { return h->avr->flashend + 1; }
+uint32_t hw_ram_end(hw *h) { return h->avr->ramend; }
+uint8_t *hw_ram(hw *h) { return h->avr->data; }
+uint8_t *hw_flash(hw *h) { return h->avr->flash; }
+uint64_t hw_cycle(hw *h) { return h->avr->cycle; }
+uint64_t hw_sleep_cycles(hw *h) { return h->sleep_cycles; }
+uint32_t hw_program_counter(hw *h) { return h->avr->pc; }
+int hw_asleep_for_good(hw *h) { return h->dead_sleep; }
+
+uint16_t hw_stack_pointer(hw *h) {
+    return (uint16_t)(h->avr->data[R_SPL] | h->avr->data[R_SPH] << 8);
+}
+
+void hw_sleep_register(hw *h, uint16_t address, uint8_t enable, uint8_t mode) {
+    h->sleep_register = address;
+    h->sleep_enable = enable;
+    h->sleep_mode = mode;
+}

@@ -1,0 +1,11 @@
+"""``python -m heatwright.sim.native.build``: compile the shim now; print where it is."""
+
+import sys
+
+from heatwright.sim.native.shim import SimulatorMissing, build
+
+if __name__ == "__main__":
+    try:
+        print(build())  # noqa: T201
+    except SimulatorMissing as problem:
+        sys.exit(str(problem))

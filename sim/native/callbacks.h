@@ -1,0 +1,5 @@
+/* What C calls in Python. */
+extern "Python+C" {
+    void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits,
+                             uint64_t cycle);
+}

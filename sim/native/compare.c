@@ -1,0 +1,117 @@
+/* Timer outputs: the pin a timer has taken, with the corners simavr gets wrong.
+
+   A pin taken by a timer no longer follows PORT. Fast PWM whose compare value is TOP or above is
+   constant; simavr inverts the first and forgets the second. Phase-correct PWM has no edges in
+   simavr: the firmware is told so. */
+#include <stdlib.h>
+#include "hw.h"
+
+static uint8_t mode(struct compare *c) {
+    return avr_regbit_get(c->h->avr, c->timer->comp[c->channel].com);
+}
+
+static uint8_t waveform(struct compare *c) {
+    return avr_regbit_get_array(c->h->avr, c->timer->wgm, 4);
+}
+
+/* simavr calls modes 14 and 15 of a 16-bit timer, and 7 of an 8-bit one, plain PWM. */
+static int fast(struct compare *c) {
+    if (c->timer->mode.kind == avr_timer_wgm_fast_pwm)
+        return 1;
+    return c->timer->mode.kind == avr_timer_wgm_pwm &&
+           (c->timer->wgm[3].reg ? waveform(c) >= 14 : 1);
+}
+
+static int simulated(struct compare *c) {
+    return fast(c) || c->timer->mode.kind == avr_timer_wgm_normal ||
+           c->timer->mode.kind == avr_timer_wgm_ctc;
+}
+
+static int constant(struct compare *c) {
+    uint64_t match = c->timer->comp[c->channel].comp_cycles;
+    return fast(c) && c->timer->tov_cycles && (!match || match >= c->timer->tov_cycles);
+}
+
+static void refresh(struct compare *c) {
+    struct pin *pin = &c->h->pins[c->pin];
+    if (!pin->watched)
+        return;
+    pin->compare = mode(c) != avr_timer_com_normal;
+    if (pin->compare && c->timer->cs_div_value && !simulated(c))
+        limit(c->h, "phase-correct PWM on timer %c: simavr gives it no edges", c->timer->name);
+    if (pin->compare && constant(c))
+        pin->compare_level = mode(c) == avr_timer_com_clear;
+    pin_update(c->h, c->pin);
+}
+
+static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
+    struct compare *c = param;
+    struct pin *pin = &c->h->pins[c->pin];
+    (void)irq;
+    if (!pin->watched)
+        return;
+    pin->compare_level = constant(c) ? mode(c) == avr_timer_com_clear : (value & 0xff) != 0;
+    pin_update(c->h, c->pin);
+}
+
+static void on_register(struct compare *c, struct tap *tap, avr_io_addr_t a, uint8_t v) {
+    if (tap->write)
+        tap->write(c->h->avr, a, v, tap->write_param);
+    else
+        c->h->avr->data[a] = v;
+    refresh(c);
+}
+
+#define REGISTER(n) \
+    static void on_register_##n(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) { \
+        struct compare *c = param; \
+        (void)avr; \
+        on_register(c, &c->taps[n], a, v); \
+    }
+REGISTER(0) REGISTER(1) REGISTER(2) REGISTER(3) REGISTER(4)
+
+static int pin_of(hw *h, avr_regbit_t where) {
+    for (int i = 0; i < HW_PORTS; i++)
+        if (where.reg && h->ports[i].io && h->ports[i].io->r_port == where.reg)
+            return 8 * i + where.bit;
+    return -1;
+}
+
+static void tap_all(struct compare *c) {
+    static const avr_io_write_t handlers[] = {on_register_0, on_register_1, on_register_2,
+                                              on_register_3, on_register_4};
+    avr_timer_t *t = c->timer;
+    avr_io_addr_t registers[] = {t->comp[c->channel].com.reg, t->cs[0].reg,
+                                 t->comp[c->channel].r_ocr, t->r_icr, t->comp[0].r_ocr};
+    for (int i = 0; i < 5; i++) {
+        int again = 0;
+        for (int j = 0; j < i; j++)
+            again |= registers[i] == registers[j];
+        if (registers[i] && !again)
+            tap_write(c->h, registers[i], handlers[i], c, &c->taps[i]);
+    }
+}
+
+static void add(hw *h, avr_timer_t *timer, int channel) {
+    int pin = pin_of(h, timer->comp[channel].com_pin);
+    struct compare *c = pin < 0 ? NULL : calloc(1, sizeof *c);
+    if (!c)
+        return;
+    *c = (struct compare){.h = h, .timer = timer, .channel = channel, .pin = pin,
+                          .next = h->compares};
+    h->compares = c;
+    tap_all(c);
+    avr_irq_register_notify(timer->io.irq + TIMER_IRQ_OUT_COMP + channel, on_output, c);
+}
+
+void compare_init(hw *h) {
+    avr_timer_t *timer;
+    for (int nth = 0; (timer = (avr_timer_t *)io_find(h, "timer", nth)); nth++)
+        for (int channel = 0; channel < AVR_TIMER_COMP_COUNT; channel++)
+            add(h, timer, channel);
+}
+
+void compare_reset(hw *h) {
+    for (struct compare *c = h->compares; c; c = c->next)
+        h->pins[c->pin].compare = h->pins[c->pin].compare_level = 0;
+}

@@ -1,0 +1,192 @@
+/* The shim's own structures. */
+#ifndef HEATWRIGHT_HW_H
+#define HEATWRIGHT_HW_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <simavr/avr_adc.h>
+#include <simavr/avr_eeprom.h>
+#include <simavr/avr_extint.h>
+#include <simavr/avr_ioport.h>
+#include <simavr/avr_timer.h>
+#include <simavr/avr_uart.h>
+#include <simavr/avr_watchdog.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_core.h>
+#include "api.h"
+
+#define HW_PORTS 12             /* A to L */
+#define HW_PINS (8 * HW_PORTS)
+#define HW_UARTS 4
+#define HW_CHANNELS 16
+#define HW_SNAPSHOTS 8
+#define HW_WIRES 8              /* 1-Wire slaves */
+#define HW_TIMERS 40
+#define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
+
+/* In Python, see callbacks.h. */
+void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
+
+/* A growing array of records. */
+struct log {
+    uint8_t *data;
+    size_t size, capacity, record;
+};
+void *log_add(hw *h, int log);
+
+/* A callback at a cycle. Unlike simavr's it survives a reset of the processor. */
+typedef void (*timer_fn)(hw *h, void *param, uint64_t when);
+struct timer {
+    hw *h;
+    timer_fn fire;
+    void *param;
+    uint64_t due;
+    int armed;
+};
+struct timer *timer_new(hw *h, timer_fn fire, void *param);
+void timer_set(struct timer *t, uint64_t due);
+void timer_stop(struct timer *t);
+
+/* Code of ours that runs after simavr's own handler of a register. */
+struct tap {
+    avr_io_write_t write;
+    void *write_param;
+    avr_io_read_t read;
+    void *read_param;
+};
+typedef void (*tapped_fn)(hw *h, void *param);
+void tap_write(hw *h, avr_io_addr_t address, avr_io_write_t ours, void *param, struct tap *tap);
+void tap_read(hw *h, avr_io_addr_t address, avr_io_read_t ours, void *param, struct tap *tap);
+
+struct wire_listener {
+    void (*edge)(void *param, int low, uint64_t cycle);
+    void (*sampled)(void *param, uint64_t cycle);
+    void *param;
+};
+
+struct pin {
+    uint8_t watched, logged;
+    uint8_t drive, pull;        /* HW_NONE, HW_LOW, HW_HIGH from outside */
+    uint8_t held_low;           /* 1-Wire slaves that hold it low now */
+    uint8_t state;              /* level | source << 1 */
+    uint8_t line_low;           /* low by anyone but a 1-Wire slave */
+    uint8_t compare, compare_level;     /* a timer's output has taken the pin */
+    uint8_t contention;
+    uint64_t since, high_cycles, contention_cycles;
+    struct wire_listener listeners[HW_WIRES];
+    int listener_count;
+};
+
+struct port {
+    hw *h;
+    int index;
+    avr_ioport_t *io;           /* NULL: this part has no such port */
+    uint8_t watched;            /* bits */
+    uint8_t sampled;            /* bits whose reads are of interest */
+    uint8_t ddr, port;          /* as last seen */
+    struct tap tap_port, tap_ddr, tap_pin;
+};
+
+struct uart {
+    hw *h;
+    int index;
+    avr_uart_t *io;
+    struct tap taps[5];
+    double frame_cycles;        /* of the firmware's setting */
+    uint64_t busy_until, overruns;
+    uint8_t *queue;
+    size_t queued, sent;
+    double host_frame, next;
+    struct timer *line;
+};
+
+/* One compare output of a timer, on its pin. */
+struct compare {
+    hw *h;
+    avr_timer_t *timer;
+    int channel, pin;
+    struct compare *next;
+    struct tap taps[5];
+};
+
+struct snapshot {
+    uint16_t counter, base, size;
+    uint8_t counter_size;
+    uint32_t last;
+};
+
+struct profile;
+
+struct hw {
+    avr_t *avr;
+    char message[256];
+    int limit;
+    uint64_t sleep_cycles;
+    int dead_sleep;             /* asleep with interrupts off */
+    uint16_t sleep_register;
+    uint8_t sleep_enable, sleep_mode;
+    int entry_cycles;
+    struct timer *stop;
+    struct timer timers[HW_TIMERS];
+    int timer_count;
+    struct log logs[HW_LOGS];
+    int log_full;
+
+    struct port ports[HW_PORTS];
+    struct pin pins[HW_PINS];
+    struct compare *compares;
+    struct uart uarts[HW_UARTS];
+
+    avr_adc_t *adc;
+    struct tap tap_adcl, tap_adch;
+    double channels[HW_CHANNELS], aref_mv, avcc_mv;
+    uint16_t adc_pending, adc_result;
+    int adc_locked;
+    uint64_t adc_conversions;
+
+    avr_eeprom_t *eeprom;
+    struct tap tap_eecr;
+    struct timer *eeprom_timer;
+    double eeprom_seconds;
+    int eeprom_busy;
+    uint16_t eeprom_address;
+    uint8_t eeprom_old, eeprom_new;
+    uint64_t eeprom_writes, eeprom_violations;
+
+    avr_watchdog_t *watchdog;
+    struct tap tap_wdtcsr;
+
+    struct snapshot snapshots[HW_SNAPSHOTS];
+    int snapshot_count;
+    hw_onewire *wires[HW_WIRES];
+    int wire_count;
+    struct profile *profile;
+};
+
+avr_io_t *io_find(hw *h, const char *kind, int nth);
+void limit(hw *h, const char *format, ...);
+
+/* Each part: set up once, and put right after every reset. */
+int pins_init(hw *h);
+void pins_reset(hw *h);
+void pin_update(hw *h, int pin);
+void pin_hold(hw *h, int pin, int low);
+int pin_listen(hw *h, int pin, struct wire_listener listener);
+void compare_init(hw *h);
+void compare_reset(hw *h);
+void uart_init(hw *h);
+void uart_free(hw *h);
+void adc_init(hw *h);
+void eeprom_init(hw *h);
+void eeprom_reset(hw *h);
+void watchdog_init(hw *h);
+void snapshots_take(hw *h);
+void onewire_free(hw *h);
+void profile_free(hw *h);
+void profile_before(hw *h);
+void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
+void profile_interrupt(hw *h);
+void profile_sleep(hw *h);
+void profile_reset(hw *h);
+
+#endif

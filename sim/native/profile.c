@@ -1,0 +1,230 @@
+/* Profile: one instruction at a time, who spends the cycles, and the longest stretches. */
+#include <stdlib.h>
+#include <string.h>
+#include "hw.h"
+
+#define WINDOW 16               /* bytes of flash: 8 words */
+#define DEPTH 128
+#define NO_FUNCTION 0xffff
+
+struct window {
+    uint32_t low, high;
+    uint64_t began, paused;     /* cycle of the first instruction; cycles of interrupts within */
+};
+
+struct frame {
+    uint16_t sp;                /* before the call pushed */
+    uint16_t function;
+    int interrupt;
+    uint64_t began, stolen;     /* stolen: cycles of interrupts within */
+    struct window window;       /* of the interrupted code */
+};
+
+struct profile {
+    uint16_t *function_of_word;
+    uint32_t *starts;
+    int functions, depth, masked, ever_enabled;
+    hw_function *totals;
+    uint8_t *traced, *coverage;
+    struct frame frames[DEPTH];
+    struct window window;
+    uint32_t pc, masked_pc;
+    uint16_t sp, lowest;
+    uint64_t began, masked_since;
+    hw_stretch longest_masked, longest_busy;
+};
+
+int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
+                     int functions) {
+    size_t words = (h->avr->flashend + 1) / 2;
+    struct profile *p = calloc(1, sizeof *p);
+    if (!p || h->profile)
+        return free(p), -1;
+    p->function_of_word = malloc(words * sizeof *function_of_word);
+    p->starts = malloc((size_t)functions * sizeof *starts);
+    p->totals = calloc((size_t)functions, sizeof *p->totals);
+    p->traced = calloc((size_t)functions, 1);
+    p->coverage = calloc(words, 1);
+    memcpy(p->function_of_word, function_of_word, words * sizeof *function_of_word);
+    memcpy(p->starts, starts, (size_t)functions * sizeof *starts);
+    p->functions = functions;
+    p->lowest = hw_stack_pointer(h);
+    h->profile = p;
+    profile_reset(h);
+    return 0;
+}
+
+void profile_free(hw *h) {
+    struct profile *p = h->profile;
+    if (!p)
+        return;
+    free(p->function_of_word);
+    free(p->starts);
+    free(p->totals);
+    free(p->traced);
+    free(p->coverage);
+    free(p);
+    h->profile = NULL;
+}
+
+void hw_profile_stop(hw *h) { profile_free(h); }
+
+static void open_window(struct profile *p, uint32_t pc, uint64_t now) {
+    p->window = (struct window){.low = pc, .high = pc, .began = now};
+}
+
+void profile_reset(hw *h) {
+    struct profile *p = h->profile;
+    p->depth = 0;
+    p->masked = 0;
+    p->ever_enabled = 0;
+    open_window(p, h->avr->pc, h->avr->cycle);
+}
+
+static void close_window(struct profile *p, uint64_t now) {
+    uint64_t stayed = now - p->window.began - p->window.paused;
+    if (stayed > p->longest_busy.cycles)
+        p->longest_busy = (hw_stretch){.cycles = stayed, .at = p->window.began,
+                                       .pc = p->window.low};
+}
+
+static void follow_window(struct profile *p, uint32_t pc, uint64_t now) {
+    uint32_t low = pc < p->window.low ? pc : p->window.low;
+    uint32_t high = pc > p->window.high ? pc : p->window.high;
+    if (high - low >= WINDOW) {
+        close_window(p, now);
+        open_window(p, pc, now);
+        return;
+    }
+    p->window.low = low;
+    p->window.high = high;
+}
+
+static void follow_mask(hw *h, uint32_t pc) {
+    struct profile *p = h->profile;
+    if (h->avr->sreg[S_I]) {
+        uint64_t lasted = h->avr->cycle - p->masked_since;
+        if (p->masked && p->ever_enabled && lasted > p->longest_masked.cycles)
+            p->longest_masked = (hw_stretch){.cycles = lasted, .at = p->masked_since,
+                                             .pc = p->masked_pc};
+        p->masked = 0;
+        p->ever_enabled = 1;
+    } else if (!p->masked) {
+        p->masked = 1;
+        p->masked_since = p->began;
+        p->masked_pc = pc;
+    }
+}
+
+static void trace_entry(hw *h, uint16_t function) {
+    struct profile *p = h->profile;
+    if (function == NO_FUNCTION)
+        return;
+    p->totals[function].calls++;
+    if (!p->traced[function])
+        return;
+    hw_entry *e = log_add(h, HW_ENTRY_LOG);
+    e->cycle = h->avr->cycle;
+    e->pc = p->starts[function];
+}
+
+static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int interrupt) {
+    struct profile *p = h->profile;
+    uint16_t function = p->function_of_word[pc / 2];
+    trace_entry(h, function);
+    if (p->depth == DEPTH)
+        return;
+    p->frames[p->depth++] = (struct frame){.sp = sp, .function = function, .began = began,
+                                           .interrupt = interrupt, .window = p->window};
+}
+
+/* The time of an interrupt is not that of what it interrupted. */
+static void forget(struct profile *p, const struct frame *f, uint64_t now) {
+    uint64_t lasted = now - f->began;
+    if (!f->interrupt)
+        return;
+    for (int i = 0; i < p->depth; i++)
+        p->frames[i].stolen += lasted - f->stolen;
+    p->window = f->window;
+    p->window.paused += lasted;
+}
+
+static void pop(hw *h) {
+    struct profile *p = h->profile;
+    uint16_t sp = hw_stack_pointer(h);
+    uint64_t now = h->avr->cycle;
+    while (p->depth && p->frames[p->depth - 1].sp <= sp) {
+        struct frame f = p->frames[--p->depth];
+        uint64_t lasted = now - f.began - f.stolen;
+        if (f.function != NO_FUNCTION) {
+            hw_function *t = &p->totals[f.function];
+            t->total += lasted;
+            if (lasted > t->longest)
+                t->longest = lasted;
+        }
+        forget(p, &f, now);
+    }
+}
+
+void profile_before(hw *h) {
+    struct profile *p = h->profile;
+    p->pc = h->avr->pc;
+    p->sp = hw_stack_pointer(h);
+    p->began = h->avr->cycle;
+    if (p->pc / 2 <= h->avr->flashend / 2)
+        p->coverage[p->pc / 2] = 1;
+    follow_window(p, p->pc, p->began);
+}
+
+static int is_call(uint16_t op) {
+    if (op == 0xd000)           /* rcall .+0 only makes room on the stack */
+        return 0;
+    return (op & 0xf000) == 0xd000 || (op & 0xfe0e) == 0x940e || op == 0x9509 || op == 0x9519;
+}
+
+static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
+
+void profile_after(hw *h, uint32_t pc) {
+    struct profile *p = h->profile;
+    avr_t *avr = h->avr;
+    uint16_t function = p->function_of_word[p->pc / 2];
+    uint16_t op = (uint16_t)(avr->flash[p->pc] | avr->flash[p->pc + 1] << 8);
+    uint16_t sp = hw_stack_pointer(h);
+    if (function != NO_FUNCTION)
+        p->totals[function].own += avr->cycle - p->began;
+    if (sp < p->lowest)
+        p->lowest = sp;
+    if (is_call(op))
+        push(h, pc, p->sp, p->began, 0);
+    else if (is_return(op))
+        pop(h);
+    follow_mask(h, p->pc);
+}
+
+/* Called when the vector is reached: its entry cycles are already counted. */
+void profile_interrupt(hw *h) {
+    struct profile *p = h->profile;
+    uint16_t sp = hw_stack_pointer(h);
+    uint64_t began = h->avr->cycle - (uint64_t)h->entry_cycles;
+    if (sp < p->lowest)
+        p->lowest = sp;
+    p->began = began;
+    follow_mask(h, h->avr->pc);
+    push(h, h->avr->pc, (uint16_t)(sp + h->avr->address_size), began, 1);
+    open_window(p, h->avr->pc, h->avr->cycle);
+}
+
+void profile_sleep(hw *h) {
+    close_window(h->profile, h->avr->cycle);
+    open_window(h->profile, h->avr->pc, h->avr->cycle);
+}
+
+void hw_profile_trace_entry(hw *h, int function, int on) {
+    h->profile->traced[function] = (uint8_t)on;
+}
+
+const hw_function *hw_profile_functions(hw *h) { return h->profile->totals; }
+const uint8_t *hw_profile_coverage(hw *h) { return h->profile->coverage; }
+hw_stretch hw_profile_masked(hw *h) { return h->profile->longest_masked; }
+hw_stretch hw_profile_busy(hw *h) { return h->profile->longest_busy; }
+uint16_t hw_profile_stack(hw *h) { return h->profile->lowest; }

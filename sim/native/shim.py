@@ -1,0 +1,150 @@
+"""Compile and load the shim.
+
+It is built once per machine into the user's cache (``$XDG_CACHE_HOME/heatwright/native``, default
+``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name holds a digest of the sources, the simavr it was built against and this Python's ABI, so a
+change of any of them builds anew, and processes that build at the same time do not meet.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+MODULE = "_heatwright_native"
+TESTED = ("1.6",)
+HEADERS = (Path("/usr/include"), Path("/usr/local/include"))
+INSTALL = "sudo apt install libsimavr-dev gcc libc6-dev"
+
+
+class SimulatorMissing(RuntimeError):  # noqa: N818 - it names what is wrong
+    """The shim cannot be built or loaded; the message is one line with the remedy."""
+
+
+def simavr_headers() -> tuple[Path, str]:
+    """Return the include folder that holds ``simavr/`` and simavr's version.
+
+    Raises SimulatorMissing when simavr is absent, or of a version nobody has tested: between
+    versions its timing and its structures change.
+    """
+    for folder in HEADERS:
+        config = folder / "simavr" / "sim_core_config.h"
+        if config.is_file():
+            found = re.search(r'CONFIG_SIMAVR_VERSION\s+"([^"]+)"', config.read_text())
+            version = found.group(1) if found else "of unknown version"
+            if version not in TESTED:
+                raise SimulatorMissing(
+                    f"simavr {version} is untested: install {' or '.join(TESTED)} "
+                    "(Debian 12 has it: libsimavr-dev)."
+                )
+            return folder, version
+    raise SimulatorMissing(f"simavr is not installed: {INSTALL}")
+
+
+def _compiler() -> str:
+    found = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
+    if not found:
+        raise SimulatorMissing(f"There is no C compiler: {INSTALL}")
+    return found
+
+
+def _python_headers() -> Path:
+    folder = Path(sysconfig.get_paths()["include"])
+    if not (folder / "Python.h").is_file():
+        raise SimulatorMissing(
+            "Python's headers are not installed: sudo apt install "
+            f"libpython{sys.version_info.major}.{sys.version_info.minor}-dev"
+        )
+    return folder
+
+
+def _sources() -> list[Path]:
+    return sorted(path for path in HERE.iterdir() if path.suffix in {".c", ".h"})
+
+
+def _digest(version: str) -> str:
+    parts = [version, sysconfig.get_config_var("SOABI") or sys.version, sys.prefix]
+    parts += [f"{path.name}\n{path.read_text()}" for path in [*_sources(), HERE / "shim.py"]]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Return the folder compiled shims are kept in; it need not exist."""
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(root) / "heatwright" / "native"
+
+
+def _glue(folder: Path) -> Path:
+    """Write cffi's C for the declarations in api.h and callbacks.h."""
+    from cffi import FFI  # noqa: PLC0415 - only when something is to be compiled
+
+    ffi = FFI()
+    ffi.cdef((HERE / "api.h").read_text() + (HERE / "callbacks.h").read_text())
+    ffi.set_source(MODULE, '#include <stddef.h>\n#include <stdint.h>\n#include "api.h"\n')
+    path = folder / f"{MODULE}.c"
+    with contextlib.redirect_stdout(None):  # it tells what it writes
+        ffi.emit_c_code(str(path))
+    return path
+
+
+def _compile(folder: Path, includes: Path) -> Path:
+    output = folder / f"{MODULE}.so"
+    own = [str(path) for path in _sources() if path.suffix == ".c"]
+    command = [_compiler(), "-O2", "-fPIC", "-shared", "-std=gnu11", "-Wall", "-o", str(output)]
+    command += ["-isystem", str(includes), "-isystem", str(includes / "simavr")]
+    command += ["-isystem", str(_python_headers()), "-I", str(HERE), *own, str(_glue(folder))]
+    result = subprocess.run(  # noqa: S603 - our own command
+        [*command, "-lsimavr"], capture_output=True, text=True, check=False
+    )
+    if result.returncode:
+        why = next((line for line in result.stderr.splitlines() if "error" in line), "")
+        raise SimulatorMissing(f"The simulator's shim does not compile ({why.strip()}): {INSTALL}")
+    return output
+
+
+def build() -> Path:
+    """Return the compiled shim of this machine, building it if it is not there yet."""
+    includes, version = simavr_headers()
+    target = cache_folder() / f"{MODULE}-{_digest(version)}.so"
+    if target.is_file():
+        return target
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+            _compile(Path(folder), includes).replace(target)
+    except OSError as error:
+        raise SimulatorMissing(
+            f"The simulator's shim cannot be kept in {target.parent} ({error.strerror}): "
+            "set XDG_CACHE_HOME to a folder you can write."
+        ) from error
+    return target
+
+
+@cache
+def load() -> Any:
+    """Return the compiled module (``.lib``, ``.ffi``), building it on first use.
+
+    Raises SimulatorMissing with the remedy.
+    """
+    path = build()
+    spec = importlib.util.spec_from_file_location(MODULE, path)
+    if spec is None or spec.loader is None:
+        raise SimulatorMissing(f"{path} is not a Python module: delete it and try again.")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except ImportError as error:
+        raise SimulatorMissing(f"{path.name} does not load ({error}): {INSTALL}") from error
+    return module
+

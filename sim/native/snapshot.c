@@ -1,0 +1,39 @@
+/* Snapshots: a RAM range copied whenever a counter in it has changed and the CPU goes to sleep. */
+#include <string.h>
+#include "hw.h"
+
+static uint32_t counter(const uint8_t *ram, const struct snapshot *s) {
+    uint32_t value = 0;
+    for (int i = 0; i < s->counter_size; i++)
+        value |= (uint32_t)ram[s->counter + i] << 8 * i;
+    return value;
+}
+
+void snapshots_take(hw *h) {
+    const uint8_t *ram = h->avr->data;
+    for (int i = 0; i < h->snapshot_count; i++) {
+        struct snapshot *s = &h->snapshots[i];
+        uint32_t now = counter(ram, s);
+        if (now == s->last)
+            continue;
+        s->last = now;
+        uint8_t *entry = log_add(h, HW_SNAPSHOT_LOG + i);
+        memcpy(entry, &h->avr->cycle, sizeof(uint64_t));
+        memcpy(entry + sizeof(uint64_t), ram + s->base, s->size);
+    }
+}
+
+/* The number of the log that receives them, or -1. */
+int hw_snapshot(hw *h, uint16_t counter_address, uint8_t counter_size, uint16_t base,
+                uint16_t size) {
+    if (h->snapshot_count == HW_SNAPSHOTS || counter_size > 4 ||
+        base + size > h->avr->ramend + 1 || counter_address + counter_size > h->avr->ramend + 1)
+        return -1;
+    int i = h->snapshot_count++;
+    struct snapshot *s = &h->snapshots[i];
+    *s = (struct snapshot){.counter = counter_address, .counter_size = counter_size,
+                           .base = base, .size = size};
+    s->last = counter(h->avr->data, s);
+    h->logs[HW_SNAPSHOT_LOG + i].record = sizeof(uint64_t) + size;
+    return HW_SNAPSHOT_LOG + i;
+}

@@ -1,0 +1,143 @@
+/* UARTs: what is sent with its times, what is received at the line's own speed. */
+#include <stdlib.h>
+#include <string.h>
+#include "hw.h"
+
+#define UPM1 0x20               /* UCSRnC: parity on */
+#define BUFFERED 2              /* bytes the part's receiver holds */
+
+/* simavr counts a parity bit in every frame and looks only when UBRRnL is written. */
+static void refresh(struct uart *u) {
+    static const int data_bits[] = {5, 6, 7, 8, 8, 8, 8, 9};
+    avr_t *avr = u->h->avr;
+    avr_uart_t *io = u->io;
+    int divisor = avr_regbit_get(avr, io->ubrrl) | avr_regbit_get(avr, io->ubrrh) << 8;
+    int bit = (divisor + 1) * (avr_regbit_get(avr, io->u2x) ? 8 : 16);
+    int data = data_bits[avr_regbit_get(avr, io->ucsz) | avr_regbit_get(avr, io->ucsz2) << 2];
+    int parity = io->r_ucsrc && (avr->data[io->r_ucsrc] & UPM1) ? 1 : 0;
+    int stop = 1 + avr_regbit_get(avr, io->usbs);
+    u->frame_cycles = bit * (1 + data + parity + stop);
+    io->cycles_per_byte = (avr_cycle_count_t)u->frame_cycles;
+}
+
+static void on_setting(struct uart *u, struct tap *tap, avr_io_addr_t a, uint8_t v) {
+    if (tap->write)
+        tap->write(u->h->avr, a, v, tap->write_param);
+    else
+        u->h->avr->data[a] = v;
+    refresh(u);
+}
+
+#define SETTING(n) \
+    static void on_setting_##n(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) { \
+        struct uart *u = param; \
+        (void)avr; \
+        on_setting(u, &u->taps[n], a, v); \
+    }
+SETTING(0) SETTING(1) SETTING(2) SETTING(3) SETTING(4)
+
+/* A byte written while shift register and buffer are full is lost on the part. */
+static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
+    struct uart *u = param;
+    uint64_t now = u->h->avr->cycle;
+    (void)irq;
+    hw_uart_byte *b = log_add(u->h, HW_UART_LOG);
+    b->written = now;
+    b->uart = (uint8_t)u->index;
+    b->value = (uint8_t)value;
+    if (u->io->tx_cnt >= 2) {
+        b->lost = 1;
+        u->overruns++;
+        return;
+    }
+    u->busy_until = (u->busy_until > now ? u->busy_until : now) + (uint64_t)u->frame_cycles;
+    b->end = u->busy_until;
+}
+
+static void on_line(hw *h, void *param, uint64_t when) {
+    struct uart *u = param;
+    (void)when;
+    uint16_t waiting = (uint16_t)((u->io->input.write - u->io->input.read) & 63);
+    if (waiting < BUFFERED + 1)
+        avr_raise_irq(u->io->io.irq + UART_IRQ_INPUT, u->queue[u->sent]);
+    else
+        avr_regbit_set(h->avr, u->io->dor);
+    if (++u->sent == u->queued)
+        return;
+    u->next += u->host_frame;
+    timer_set(u->line, (uint64_t)u->next);
+}
+
+void uart_init(hw *h) {
+    static const avr_io_write_t handlers[] = {on_setting_0, on_setting_1, on_setting_2,
+                                              on_setting_3, on_setting_4};
+    for (int nth = 0;; nth++) {
+        avr_uart_t *io = (avr_uart_t *)io_find(h, "uart", nth);
+        int index = io ? io->name - '0' : 0;
+        if (!io)
+            return;
+        if (index < 0 || index >= HW_UARTS)
+            continue;
+        struct uart *u = &h->uarts[index];
+        u->h = h;
+        u->index = index;
+        u->io = io;
+        io->flags = 0;          /* neither sleep when polled nor print */
+        avr_io_addr_t settings[] = {io->ubrrl.reg, io->ubrrh.reg, io->r_ucsra, io->r_ucsrb,
+                                    io->r_ucsrc};
+        for (int i = 0; i < 5; i++) {
+            int again = 0;
+            for (int j = 0; j < i; j++)
+                again |= settings[i] == settings[j];
+            if (settings[i] && !again)
+                tap_write(h, settings[i], handlers[i], u, &u->taps[i]);
+        }
+        avr_irq_register_notify(io->io.irq + UART_IRQ_OUTPUT, on_output, u);
+        u->line = timer_new(h, on_line, u);
+        refresh(u);
+    }
+}
+
+void uart_free(hw *h) {
+    for (int i = 0; i < HW_UARTS; i++)
+        free(h->uarts[i].queue);
+}
+
+/* Queue bytes for the receiver; the first starts when the line is free. */
+void hw_uart_send(hw *h, int uart, const uint8_t *data, size_t size, double cycles_per_frame) {
+    struct uart *u = &h->uarts[uart];
+    size_t rest = u->queued - u->sent;
+    if (!u->io || !size)
+        return;
+    uint8_t *queue = malloc(rest + size);
+    if (!queue)
+        abort();
+    if (rest)
+        memcpy(queue, u->queue + u->sent, rest);
+    memcpy(queue + rest, data, size);
+    free(u->queue);
+    u->queue = queue;
+    u->queued = rest + size;
+    u->sent = 0;
+    u->host_frame = cycles_per_frame;
+    if (rest)
+        return;
+    if (u->next < (double)h->avr->cycle)
+        u->next = (double)h->avr->cycle;
+    else
+        u->next += cycles_per_frame;
+    timer_set(u->line, (uint64_t)u->next);
+}
+
+size_t hw_uart_unsent(hw *h, int uart) { return h->uarts[uart].queued - h->uarts[uart].sent; }
+
+void hw_uart_unsend(hw *h, int uart) {
+    struct uart *u = &h->uarts[uart];
+    if (u->queued == u->sent)
+        return;
+    timer_stop(u->line);
+    u->queued = u->sent;
+}
+
+double hw_uart_frame_cycles(hw *h, int uart) { return h->uarts[uart].frame_cycles; }
+uint64_t hw_uart_overruns(hw *h, int uart) { return h->uarts[uart].overruns; }
