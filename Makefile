@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# `make demo` and `make test` set up what they need, once, and then do their job.
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint types pytest bench format clean
+
+BIN := .venv/bin
+READY := .venv/ready
+ARGS ?=
+
+help: ## list what there is to make
+	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
+
+setup: $(READY) ## Debian packages where missing, .venv, the simulator's native part
+
+$(READY): pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
+	@tools/setup.sh
+	@touch $@
+
+demo: $(READY) ## the whole way for the chamber: generate, compile, simulate, compare with the model
+	@$(BIN)/heatwright verify spec/examples/chamber.yaml
+
+test: lint types pytest ## everything that must hold (ARGS="-k name" for some of it)
+
+lint: $(READY)
+	@echo "ruff"
+	@$(BIN)/ruff check --quiet .
+	@$(BIN)/ruff format --quiet --check .
+
+types: $(READY)
+	@echo "mypy"
+	@$(BIN)/mypy | sed 's#^\.typing/heatwright/##'
+
+pytest: $(READY)
+	@$(BIN)/python -m pytest -n 2 $(ARGS)
+
+bench: $(READY) ## how fast the simulation runs and the generator starts
+	@$(BIN)/python tools/bench.py
+
+format: $(READY) ## let ruff lay out the code
+	@$(BIN)/ruff check --quiet --fix .
+	@$(BIN)/ruff format --quiet .
+
+clean: ## remove everything that make made here
+	@rm -rf .venv .typing .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist *.egg-info

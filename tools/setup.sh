@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Make this checkout ready: Debian's packages where missing, .venv, the simulator's native part.
+# `make setup` runs it when something it reads has changed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+LOG=.venv/setup.log
+
+# What the build, the simulator and the tests need, and a file or command by which each is known.
+PACKAGES=(
+    gcc-avr:avr-gcc avr-libc:/usr/lib/avr/include/avr/io.h binutils-avr:avr-objcopy
+    libsimavr-dev:/usr/include/simavr/sim_avr.h
+    gcc:cc libc6-dev:/usr/include/stdio.h
+    arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt
+)
+
+say() { printf '%s\n' "$*"; }
+
+stop() {
+    printf '%s\n' "$*" >&2
+    exit 3
+}
+
+# Run a command whose words matter only when it fails.
+quietly() {
+    if ! "$@" >>"$LOG" 2>&1; then
+        tail -n 20 "$LOG" >&2
+        stop "failed: $* (all of it is in $LOG)"
+    fi
+}
+
+missing_packages() {
+    local pair
+    for pair in "${PACKAGES[@]}"; do
+        if ! [ -e "${pair#*:}" ] && ! command -v "${pair#*:}" >/dev/null; then
+            say "${pair%%:*}"
+        fi
+    done
+    python3 -c 'import ensurepip' 2>/dev/null || say python3-venv
+    python3 - <<'CHECK' || say python3-dev
+import pathlib, sys, sysconfig
+sys.exit(not pathlib.Path(sysconfig.get_paths()["include"], "Python.h").is_file())
+CHECK
+}
+
+install_packages() {
+    local packages=("$@") sudo=()
+    command -v apt-get >/dev/null ||
+        stop "missing: ${packages[*]} (Debian's names): install what they hold, then try again"
+    if [ "$(id -u)" != 0 ]; then
+        command -v sudo >/dev/null || stop "missing, as root: apt-get install ${packages[*]}"
+        sudo=(sudo)
+    fi
+    say "installing Debian packages: ${packages[*]}"
+    local install=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends "${packages[@]}")
+    if ! "${install[@]}" >>"$LOG" 2>&1; then
+        say "  (its lists of packages are old: updating them first)"
+        quietly "${sudo[@]}" apt-get update -qq
+        quietly "${install[@]}"
+    fi
+}
+
+command -v python3 >/dev/null || stop "python3 is missing: sudo apt-get install python3"
+python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+    stop "$(python3 --version) is too old: 3.11 or later is needed"
+
+mkdir -p .venv
+: >"$LOG"
+mapfile -t missing < <(missing_packages)
+[ ${#missing[@]} = 0 ] || install_packages "${missing[@]}"
+
+if ! [ -x .venv/bin/python ] || ! .venv/bin/python -c 'import pip' 2>/dev/null; then
+    say "creating .venv"
+    quietly python3 -m venv .venv
+fi
+say "installing the Python packages into .venv"
+quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable '.[dev]'
+
+# The type checker knows nothing of an editable install: the packages under their names.
+mkdir -p .typing/heatwright
+for package in cli generator sim spec templates; do
+    ln -sfn "../../$package" ".typing/heatwright/$package"
+done
+
+say "compiling the simulator's native part"
+quietly .venv/bin/python -m heatwright.sim.native.build
