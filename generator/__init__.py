@@ -1,1 +1,9 @@
-"""heatwright.generator."""
+"""From a spec to a project: plan decides, render prints, output writes, toolchain builds."""
+
+from __future__ import annotations
+
+from heatwright.generator.output import Difference, OutputRefused, compare, write
+from heatwright.generator.plan import Plan, plan_firmware
+from heatwright.generator.render import render
+
+__all__ = ["Difference", "OutputRefused", "Plan", "compare", "plan_firmware", "render", "write"]

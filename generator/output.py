@@ -1,0 +1,117 @@
+"""Write a project to a folder, or compare a folder with it. Nothing of the user's is touched."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from heatwright.generator.plan.parts import MARK
+
+_MARK_WITHIN = 200
+"""Bytes of a file's first line in which its mark must stand."""
+
+
+class OutputRefused(Exception):
+    """The folder holds something that is not ours to replace; says what and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One file that is not as it should be: `missing`, `changed` or `extra`."""
+
+    path: str
+    state: str
+
+
+def write(files: Mapping[str, str], folder: Path) -> tuple[Path, ...]:
+    """Write the files that differ; returns their paths.
+
+    Files of the user's are never replaced: a file at one of our paths that does not carry our
+    mark refuses the whole, before anything is written. Raises OutputRefused, OSError.
+    """
+    targets = {folder / _inside(path): text for path, text in files.items()}
+    for target in targets:
+        _refuse_foreign(folder, target)
+    written = []
+    for target, text in targets.items():
+        data = text.encode()
+        if target.is_file() and target.read_bytes() == data:
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _replace(target, data)
+        written.append(target)
+    return tuple(written)
+
+
+def compare(files: Mapping[str, str], folder: Path) -> tuple[Difference, ...]:
+    """Compare both ways: missing, changed, and generated files that should no longer be there."""
+    differences = []
+    for path, text in files.items():
+        target = folder / _inside(path)
+        if not target.is_file():
+            differences.append(Difference(path, "missing"))
+        elif target.read_bytes() != text.encode():
+            differences.append(Difference(path, "changed"))
+    differences += [Difference(path, "extra") for path in left_over(files, folder)]
+    return tuple(differences)
+
+
+def left_over(files: Mapping[str, str], folder: Path) -> tuple[str, ...]:
+    """Generated files in the folder that this spec no longer generates."""
+    if not folder.is_dir():
+        return ()
+    found = (
+        path.relative_to(folder).as_posix()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.is_symlink() and ".pio" not in path.parts and _is_ours(path)
+    )
+    return tuple(path for path in found if path not in files)
+
+
+def _inside(path: str) -> PurePosixPath:
+    pure = PurePosixPath(path)
+    if pure.is_absolute() or ".." in pure.parts:
+        raise ValueError(f"{path!r} leads out of the output folder")
+    return pure
+
+
+def _is_ours(path: Path) -> bool:
+    with path.open("rb") as file:
+        return MARK.encode() in file.read(_MARK_WITHIN)
+
+
+def _refuse_foreign(folder: Path, target: Path) -> None:
+    for step in (target, *target.parents):
+        if step == folder.parent:
+            break
+        if step.is_symlink() and step != folder:
+            raise OutputRefused(
+                f"{step} is a link and might lead elsewhere. Remove it, or choose another folder."
+            )
+        if step != target and step.exists() and not step.is_dir():
+            raise OutputRefused(
+                f"{step} is a file where a folder is needed. Choose another folder."
+            )
+    if target.is_dir():
+        raise OutputRefused(f"{target} is a folder where a file is needed. Choose another folder.")
+    if target.exists() and not _is_ours(target):
+        raise OutputRefused(
+            f"{target} was not written by heatwright and would be replaced. "
+            "Move it away, or choose another folder."
+        )
+
+
+def _replace(target: Path, data: bytes) -> None:
+    """All or nothing: a reader never finds half a file, Ctrl-C leaves the old one."""
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        temporary.chmod(0o644)
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""Plans of the algorithms, found by the stem of their kind."""

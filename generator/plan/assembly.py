@@ -1,0 +1,148 @@
+"""Put the parts together: files, numbers, pins, and the order of start and tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+
+from heatwright.generator.plan import core
+from heatwright.generator.plan.loops import plan_loop, summary
+from heatwright.generator.plan.numbers import TICK_MS
+from heatwright.generator.plan.outputs.common import UseOfOutput
+from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
+from heatwright.generator.plan.project import project_files
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.text import c_comment
+from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
+from heatwright.spec.base import Model
+from heatwright.spec.timers import allocate
+
+MCU_MACROS = {
+    "atmega328p": "__AVR_ATmega328P__",
+    "atmega2560": "__AVR_ATmega2560__",
+    "atmega32u4": "__AVR_ATmega32U4__",
+    "atmega1284p": "__AVR_ATmega1284P__",
+}
+"""The chips whose registers the templates know, by the macro that avr-gcc defines for each."""
+
+
+def plan_firmware(spec: Spec) -> Plan:
+    """Decide the firmware of `spec`: every file, constant, register and call."""
+    root = Source(spec, ())
+    controller = spec.controller
+    use = allocate(controller)
+    loops = [summary(root.at("loops", name), name, loop) for name, loop in controller.loops.items()]
+    clock, gate = core.clock(root, use.tick), core.gate(loops)
+    settings = core.settings(root, loops)
+    sensors = [_sensor(root, name, use.one_wire[name]) for name in controller.sensors]
+    outputs = [_output(root, name) for name in controller.outputs]
+    interfaces = [
+        import_module(f"heatwright.generator.plan.interfaces.{interface.kind}").plan(
+            root.at("interfaces", index), interface
+        )
+        for index, interface in enumerate(controller.interfaces)
+    ]
+    control = [
+        plan_loop(
+            root.at("loops", name),
+            name,
+            loop,
+            plotted=_serves(controller, SerialPlotter, name),
+            shown=_serves(controller, LcdKeypad, name),
+        )
+        for name, loop in controller.loops.items()
+    ]
+    parts = [
+        core.start(root), clock, gate, core.fault(loops), *outputs, *sensors, *control,
+        *interfaces, settings,
+    ]  # fmt: skip
+    files = (
+        *project_files(spec),
+        *_shared_files(spec, parts),
+        *(file for part in parts for file in part.files),
+    )
+    return Plan(
+        name=controller.identity.name,
+        banner=f"{MARK} from {c_comment(spec.file_name)}: edit that file, not this one. "
+        "SPDX-License-Identifier: MIT-0",
+        files=_unique(files),
+    )
+
+
+def _serves(controller: Controller, kind: type[Model], loop: str) -> bool:
+    return any(isinstance(each, kind) and each.loop == loop for each in controller.interfaces)
+
+
+def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
+    """The files to which every part adds: config.h, pins.h, main.c."""
+    board = spec.controller.board
+    config = {
+        "spec_file": c_comment(spec.file_name),
+        "digest": spec.digest,
+        "clock_hz": board.clock_hz,
+        "clock_mhz": f"{board.clock_hz / 1e6:g}",
+        "mcu_macro": MCU_MACROS[board.mcu],
+        "mcu_name": board.mcu,
+        "groups": [group for part in parts for group in part.groups],
+    }
+    pins = [pin for part in parts for pin in part.pins]
+    pin_context = {
+        "pins": pins,
+        "atomic_pins": any(function.atomic for pin in pins for function in pin.functions),
+    }
+    start, tick = (
+        sorted(
+            (call for part in parts for call in getattr(part, f"{when}_calls")),
+            key=lambda call: call.stage,
+        )
+        for when in ("start", "tick")
+    )
+    main = {
+        "title": c_comment(spec.controller.identity.title or spec.controller.identity.name),
+        "tick_ms": TICK_MS,
+        "main_includes": _includes([*start, *tick]),
+        "start_calls": start,
+        "tick_calls": tick,
+    }
+    return (
+        File("src/config.h", "src/config.h.j2", config),
+        File("src/pins.h", "src/pins.h.j2", pin_context),
+        File("src/main.c", "src/main.c.j2", main),
+    )
+
+
+def _includes(calls: list[Call]) -> list[dict[str, str]]:
+    """Each header once, with the functions main.c needs it for."""
+    functions: dict[str, list[str]] = {"clock.h": ["clock_wait"]}
+    for call in calls:
+        if call.header:
+            functions.setdefault(call.header, []).append(call.text.partition("(")[0])
+    return [
+        {"name": header, "symbols": ", ".join(dict.fromkeys(functions[header]))}
+        for header in sorted(functions)
+    ]
+
+
+def _unique(files: Iterable[File]) -> tuple[File, ...]:
+    """Each path once: two interfaces may need the same helper."""
+    by_path: dict[str, File] = {}
+    for file in files:
+        by_path.setdefault(file.path, file)
+    return tuple(by_path[path] for path in sorted(by_path))
+
+
+def _sensor(root: Source, name: str, timer: int) -> Part:
+    controller = root.controller
+    sensor = controller.sensors[name]
+    period_s = min(loop.period_s for loop in controller.loops.values() if loop.sensor == name)
+    module = import_module(f"heatwright.generator.plan.sensors.{sensor.kind}")
+    part: Part = module.plan(root.at("sensors", name), name, sensor, period_s, timer)
+    return part
+
+
+def _output(root: Source, name: str) -> Part:
+    output = root.controller.outputs[name]
+    heats = any(loop.heater == name for loop in root.controller.loops.values())
+    module = import_module(f"heatwright.generator.plan.outputs.{output.kind}")
+    part: Part = module.plan(root.at("outputs", name), name, output, UseOfOutput(heats))
+    return part

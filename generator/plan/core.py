@@ -1,0 +1,178 @@
+"""The parts every firmware has: clock, reset, fault, gate, settings, serial line."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, steps, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.timers import compare_match, tick_interval, vector
+from heatwright.spec import Loop
+from heatwright.spec.rules import RULES, Rule
+
+GATE_MAIN_PERMIT_TICKS = 10
+SETTINGS_DELAY_S = 10.0
+EEPROM_CELL_WRITES = 100_000
+"""Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
+
+
+def rule_macro(rule: Rule) -> str:
+    """The C name of a rule's code."""
+    return f"FAULT_{rule.id.upper()}"
+
+
+def rules() -> list[dict[str, object]]:
+    """Name every rule as fault.h and the display need it, in the order of the codes."""
+    return [
+        {
+            "macro": rule_macro(rule),
+            "code": rule.code,
+            "display": rule.display,
+            "meaning": rule.meaning,
+            "id": rule.id,
+            "remedy": rule.remedy,
+        }
+        for rule in sorted(RULES.values(), key=lambda rule: rule.code)
+    ]
+
+
+WATCHDOG_NAMES = {
+    0.015: "15MS", 0.03: "30MS", 0.06: "60MS", 0.12: "120MS", 0.25: "250MS",
+    0.5: "500MS", 1.0: "1S", 2.0: "2S", 4.0: "4S", 8.0: "8S",
+}  # fmt: skip
+
+
+def start(root: Source) -> Part:
+    """Plan what main does first and last, and the first instructions after a reset."""
+    controller = root.controller
+    heaters = dict.fromkeys(loop.heater for loop in controller.loops.values())
+    period = WATCHDOG_NAMES[controller.safety.watchdog_s]
+    watchdog = root.at("safety", "watchdog").where
+    return Part(
+        files=(
+            File("src/reset.h", "src/reset.h"),
+            File(
+                "src/reset.c", "src/reset.c.j2", {"heaters": [{"name": name} for name in heaters]}
+            ),
+        ),
+        start_calls=(
+            Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
+            Call(Stage.SENSE, "reset.h", "reset_report();"),
+            Call(Stage.GO, "", "sei();"),
+        ),
+    )
+
+
+def clock(root: Source, timer: int) -> Part:
+    """The tick on `timer`."""
+    board = root.controller.board
+    interval = tick_interval(board.clock_hz, board.timers[timer])
+    derived = f"{board.clock_hz / 1e6:g} MHz / {interval.prescaler} / {interval.counts}"
+    constants = [
+        Constant("CLOCK_COMPARE", f"{interval.counts - 1}u", f"timer {timer}: {derived}"),
+        Constant("CLOCK_TICKS_PER_SECOND", f"{1000 // TICK_MS}u", f"one tick is {TICK_MS} ms"),
+    ]
+    if interval.divider > 1:
+        constants.append(
+            Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods to one tick")
+        )
+    tick = {
+        "timer": timer,
+        "vector": vector(timer),
+        "divider": interval.divider,
+        "setup": compare_match(board, timer, interval, "CLOCK_COMPARE"),
+    }
+    context = {"tick": tick, "tick_ms": TICK_MS}
+    return Part(
+        files=(
+            File("src/clock.h", "src/clock.h.j2", context),
+            File("src/clock.c", "src/clock.c.j2", context),
+        ),
+        groups=(Group(f"Clock of {TICK_MS} ms", tuple(constants)),),
+        start_calls=(Call(Stage.GO, "clock.h", "clock_start();"),),
+    )
+
+
+def gate(loops: list[dict[str, object]]) -> Part:
+    """The gate to the heaters, and its permits."""
+    context = {"loops": loops}
+    return Part(
+        files=(
+            File("src/gate.h", "src/gate.h.j2", context),
+            File("src/gate.c", "src/gate.c.j2", context),
+        ),
+        groups=(
+            Group(
+                "Heater gate",
+                (
+                    Constant(
+                        "GATE_MAIN_PERMIT_TICKS",
+                        f"{GATE_MAIN_PERMIT_TICKS}u",
+                        f"{GATE_MAIN_PERMIT_TICKS * TICK_MS} ms without the main loop "
+                        "and the heaters are off",
+                    ),
+                ),
+            ),
+        ),
+        tick_calls=(Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
+    )
+
+
+def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """How long one decision of the loop, and one good reading, may hold the heater on."""
+    stale = steps(loop.protection.stale_after_s, loop.period_s)
+    return [
+        source.at("period").count(
+            f"{prefix}_PERMIT_TICKS",
+            2 * ticks(loop.period_s),
+            "two periods without a decision and the heater is off",
+        ),
+        source.at("protection", "stale_after").count(
+            f"{prefix}_SENSOR_PERMIT_TICKS",
+            stale * ticks(loop.period_s) + 1,
+            f"{quantity(loop.protection.stale_after_s, 's')} without a reading: heater off",
+        ),
+    ]
+
+
+def settings(root: Source, loops: list[dict[str, object]]) -> Part:
+    """Settings and the latched fault in EEPROM."""
+    stored = any(loop["stored"] for loop in loops)
+    record_bytes = 2 + 10 + (4 * len(loops) if stored else 0) + 2
+    slots = min(255, root.controller.board.eeprom_bytes // record_bytes)
+    constants = [
+        Constant(
+            "SETTINGS_SLOTS",
+            f"{slots}u",
+            f"{root.controller.board.eeprom_bytes} bytes of EEPROM / {record_bytes}: "
+            f"{slots * EEPROM_CELL_WRITES / 1e6:.1f} million saves",
+        )
+    ]
+    if stored:
+        constants.append(
+            Constant(
+                "SETTINGS_DELAY_TICKS",
+                f"{ticks(SETTINGS_DELAY_S)}u",
+                "a setpoint is saved when it has rested 10 s",
+            )
+        )
+    context = {"loops": loops, "any_stored": stored, "save_delay": quantity(SETTINGS_DELAY_S, "s")}
+    return Part(
+        files=(
+            File("src/settings.h", "src/settings.h.j2", context),
+            File("src/settings.c", "src/settings.c.j2", context),
+        ),
+        groups=(Group("Settings in EEPROM", tuple(constants)),),
+        start_calls=(Call(Stage.RESTORE, "settings.h", "settings_start();"),),
+        tick_calls=(Call(Stage.STORE, "settings.h", "settings_tick();"),),
+    )
+
+
+def fault(loops: list[dict[str, object]]) -> Part:
+    """The latched fault and its codes."""
+    context = {"loops": loops, "rules": rules()}
+    return Part(
+        files=(
+            File("src/fault.h", "src/fault.h.j2", context),
+            File("src/fault.c", "src/fault.c.j2", context),
+        )
+    )

@@ -1,0 +1,1 @@
+"""Plans of the interfaces, found by the stem of their kind."""

@@ -1,0 +1,105 @@
+"""The LCD keypad shield: display, keys, and what they show and do."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.pins import driven
+from heatwright.generator.plan.source import Source
+from heatwright.spec import LcdKeypad
+
+LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
+"""The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
+
+KEYPAD_PIN = "A0"
+POWER_UP_S = 0.05
+"""HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
+RESYNC_S = 10.0
+
+
+def plan(source: Source, interface: LcdKeypad) -> Part:
+    """Plan the shield for one loop."""
+    controller = source.controller
+    board, loop = controller.board, controller.loops[interface.loop]
+    channel = board.pins[KEYPAD_PIN].adc
+    assert channel is not None  # noqa: S101 - the spec refuses a board that takes no shields
+    lcd = {
+        "where": source.where,
+        "resync_s": f"{RESYNC_S:g}",
+        "data_lines": [
+            {"name": name, "mask": mask}
+            for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
+        ],
+    }
+    panel = {
+        "where": source.where,
+        "loop_name": interface.loop,
+        "prefix": prefix_of(interface.loop),
+        "heater": loop.heater,
+        "step": quantity(interface.step_k, "K"),
+        "stored": loop.setpoint.stored,
+        "rules": rules(),
+    }
+    whole = all(
+        value.is_integer()
+        for value in (
+            interface.step_k,
+            loop.setpoint.initial_c,
+            loop.setpoint.minimum_c,
+            loop.setpoint.maximum_c,
+        )
+    )
+    constants = (
+        Constant(
+            "LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"
+        ),
+        Constant(
+            "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
+        ),
+        source.at("step").number("PANEL_STEP_K", interface.step_k, quantity(interface.step_k, "K")),
+        Constant(
+            "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
+        ),
+    )
+    return Part(
+        files=(
+            File("src/lcd.h", "interfaces/lcd.h"),
+            File("src/lcd.c", "interfaces/lcd.c.j2", lcd),
+            File("src/keypad.h", "interfaces/keypad.h"),
+            File(
+                "src/keypad.c",
+                "interfaces/keypad.c.j2",
+                {"where": source.where, "adc_setup": _adc_setup(channel, board.clock_hz)},
+            ),
+            File("src/panel.h", "interfaces/panel.h"),
+            File("src/panel.c", "interfaces/panel.c.j2", panel),
+            File("src/text.h", "src/text.h"),
+            File("src/text.c", "src/text.c"),
+        ),
+        groups=(Group("LCD keypad shield", constants),),
+        pins=tuple(
+            driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
+            for name, pin in LINES
+        ),
+        start_calls=(
+            Call(Stage.SHOW, "lcd.h", "lcd_start();"),
+            Call(Stage.OPERATE, "keypad.h", "keypad_start();"),
+        ),
+        tick_calls=(
+            Call(Stage.OPERATE, "panel.h", "panel_tick();"),
+            Call(Stage.SHOW, "lcd.h", "lcd_tick();"),
+        ),
+    )
+
+
+def _adc_setup(channel: int, clock_hz: int) -> list[str]:
+    """Left-adjusted against AVCC; the ADC clock must not exceed 200 kHz (data sheet, ADC)."""
+    code = next(code for code in range(1, 8) if clock_hz / (1 << code) <= 200_000)
+    clock = " | ".join(f"(1u << ADPS{bit})" for bit in (2, 1, 0) if code & (1 << bit))
+    mux = "".join(f" | (1u << MUX{bit})" for bit in (2, 1, 0) if channel & (1 << bit))
+    return [
+        f"ADMUX = (1u << REFS0) | (1u << ADLAR){mux}; /* supply as reference, upper eight bits */",
+        f"ADCSRA = (1u << ADEN) | (1u << ADSC) | {clock};",
+    ]

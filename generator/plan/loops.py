@@ -1,0 +1,151 @@
+"""A control loop: its step, its protections, its algorithm."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from heatwright.generator.plan.core import permits
+from heatwright.generator.plan.numbers import quantity, steps, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop
+
+
+def prefix_of(name: str) -> str:
+    """Begin the constants of loop `name` with this."""
+    return f"LOOP_{name.upper()}"
+
+
+def summary(source: Source, name: str, loop: Loop) -> dict[str, object]:
+    """Say what gate, fault and settings need to know of each loop."""
+    return {
+        "name": name,
+        "prefix": prefix_of(name),
+        "heater": loop.heater,
+        "fan": loop.fan,
+        "where": source.at("heater").where,
+        "fan_where": source.at("fan").where,
+        "stored": loop.setpoint.stored,
+    }
+
+
+def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bool) -> Part:
+    """Plan everything of one loop but its sensor and its heater."""
+    prefix = prefix_of(name)
+    kind = import_module(f"heatwright.generator.plan.algorithms.{loop.algorithm.kind}")
+    algorithm = kind.plan(source.at("algorithm"), name, loop, prefix)
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "prefix": prefix,
+        "where": source.where,
+        "sensor": loop.sensor,
+        "SENSOR": loop.sensor.upper(),
+        "heater": loop.heater,
+        "plotter": plotted,
+        "panel": shown,
+    }
+    guard = {
+        **context,
+        "where": source.at("protection").where,
+        "where_of": {
+            rule: source.at("protection", rule).where
+            for rule in ("rise_rate", "runaway", "heating", "frozen", "rising_while_off")
+        },
+        "runaway": loop.protection.runaway is not None,
+        "runaway_below": loop.protection.runaway is not None
+        and loop.protection.runaway.below_k is not None,
+        "heating": loop.protection.heating is not None,
+        "frozen": loop.protection.frozen is not None,
+        "rising": loop.protection.rising_while_off is not None,
+    }
+    constants = (
+        *_loop_constants(source, loop, prefix),
+        *permits(source, loop, prefix),
+        *algorithm.constants,
+        *_guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
+    )
+    files = (
+        File(f"src/loop_{name}.h", "src/loop.h.j2", context),
+        File(f"src/loop_{name}.c", "src/loop.c.j2", context),
+        File(f"src/guard_{name}.h", "src/guard.h.j2", guard),
+        File(f"src/guard_{name}.c", "src/guard.c.j2", guard),
+        File(f"src/algorithm_{name}.h", f"{algorithm.template}.h.j2", context | algorithm.context),
+        File(f"src/algorithm_{name}.c", f"{algorithm.template}.c.j2", context | algorithm.context),
+    )
+    return Part(
+        files=files,
+        groups=(Group(f"Loop {name}", constants),),
+        start_calls=(
+            Call(Stage.SENSE, f"guard_{name}.h", f"guard_{name}_reset();"),
+            Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_start();"),
+        ),
+        tick_calls=(Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_tick();"),),
+    )
+
+
+def _loop_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    setpoint = source.at("setpoint")
+    return [
+        source.at("period").count(
+            f"{prefix}_PERIOD_TICKS", ticks(loop.period_s), quantity(loop.period_s, "s")
+        ),
+        *(
+            setpoint.at(key).number(
+                f"{prefix}_SETPOINT_{key.upper()}_C", value, quantity(value, "degC")
+            )
+            for key, value in (
+                ("initial", loop.setpoint.initial_c),
+                ("minimum", loop.setpoint.minimum_c),
+                ("maximum", loop.setpoint.maximum_c),
+            )
+        ),
+    ]
+
+
+def _guard_constants(
+    source: Source, loop: Loop, prefix: str, full_duty: Constant
+) -> list[Constant]:
+    rules, period_s = loop.protection, loop.period_s
+
+    def count(path: tuple[str, ...], name: str, duration_s: float) -> Constant:
+        derivation = f"{quantity(duration_s, 's')} in periods of {quantity(period_s, 's')}"
+        return source.at(*path).count(f"{prefix}_{name}", steps(duration_s, period_s), derivation)
+
+    def number(path: tuple[str, ...], name: str, value: float, unit: str) -> Constant:
+        return source.at(*path).number(f"{prefix}_{name}", value, quantity(value, unit))
+
+    constants = [
+        number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
+        number(("minimum",), "MINIMUM_C", rules.minimum_c, "degC"),
+        source.at("rise_rate").number(
+            f"{prefix}_RISE_PER_STEP_K",
+            rules.rise_rate_k_per_s * period_s,
+            f"{quantity(rules.rise_rate_k_per_s, 'K/s')} x {quantity(period_s, 's')}",
+        ),
+        count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
+    ]
+    if rules.runaway is not None:
+        constants.append(
+            number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")
+        )
+        if rules.runaway.below_k is not None:
+            constants.append(
+                number(("runaway", "below"), "RUNAWAY_BELOW_K", rules.runaway.below_k, "K")
+            )
+        constants.append(count(("runaway", "for"), "RUNAWAY_STEPS", rules.runaway.for_s))
+    if rules.heating is not None:
+        constants += [
+            full_duty,
+            number(("heating", "rise"), "HEATING_RISE_K", rules.heating.rise_k, "K"),
+            count(("heating", "within"), "HEATING_STEPS", rules.heating.within_s),
+        ]
+    if rules.frozen is not None:
+        constants.append(count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s))
+    if rules.rising_while_off is not None:
+        rising = rules.rising_while_off
+        constants += [
+            number(("rising_while_off", "rise"), "OFF_RISE_K", rising.rise_k, "K"),
+            count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
+        ]
+    return constants

@@ -1,0 +1,51 @@
+"""Numbers on their way into C: literals that keep every bit, counts, quantities for comments."""
+
+from __future__ import annotations
+
+import struct
+from decimal import Decimal
+
+TICK_MS = 10
+"""The firmware's tick. Every period and time-out is a whole number of ticks."""
+
+
+def float32(value: float) -> float:
+    """Round once to IEEE single precision, to nearest even."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
+def c_float(value: float) -> str:
+    """The shortest C literal of type float that names exactly float32(value)."""
+    rounded = float32(value)
+    for digits in range(1, 10):
+        text = f"{rounded:.{digits}g}"
+        if float32(float(text)) == rounded:
+            break
+    if 1e-6 < abs(rounded) < 1e9:
+        text = format(Decimal(text), "f")
+    return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
+
+
+def c_count(value: int) -> str:
+    """A C literal of an unsigned count."""
+    return f"{value}u"
+
+
+def milliseconds(duration_s: float) -> int:
+    """Whole milliseconds; the spec refuses what would be lost here."""
+    return round(duration_s * 1000)
+
+
+def ticks(duration_s: float) -> int:
+    """Whole ticks in `duration_s`, rounded down: a limit comes early rather than late."""
+    return milliseconds(duration_s) // TICK_MS
+
+
+def steps(duration_s: float, period_s: float) -> int:
+    """Whole control periods in `duration_s`, rounded down, one at least."""
+    return max(1, milliseconds(duration_s) // milliseconds(period_s))
+
+
+def quantity(value: float, unit: str) -> str:
+    """A number and its unit for a comment, such as `0.5 K/s`; ASCII only."""
+    return f"{value:g} {unit}"

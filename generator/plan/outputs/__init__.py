@@ -1,0 +1,1 @@
+"""Plans of the outputs, found by the stem of their kind."""

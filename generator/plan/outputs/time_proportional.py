@@ -1,0 +1,58 @@
+"""Time-proportional outputs: on for a share of a window, counted in ticks."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
+from heatwright.generator.plan.outputs.common import UseOfOutput, heater_part
+from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.source import Source
+from heatwright.spec import TimeProportionalOutput
+
+
+def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOutput) -> Part:
+    """Plan a heater that is switched by the tick."""
+    del use
+    prefix = f"OUTPUT_{name.upper()}"
+    resolution_ms = milliseconds(output.resolution_s)
+
+    def in_steps(duration_s: float) -> int:
+        return milliseconds(duration_s) // resolution_ms
+
+    window = in_steps(output.window_s)
+    shown = f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms"
+    constants = [
+        source.at("window").count(f"{prefix}_WINDOW_STEPS", window, shown),
+        source.at("window").count(
+            f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
+        ),
+        source.at("resolution").count(
+            f"{prefix}_TICKS_PER_STEP", ticks(output.resolution_s), f"{resolution_ms} ms"
+        ),
+        source.at("window").number(
+            f"{prefix}_STEPS_PER_PERCENT", window / 100, f"{window} / 100 %"
+        ),
+    ]
+    if output.minimum_on_s > 0:
+        constants.append(
+            source.at("minimum_on").count(
+                f"{prefix}_MINIMUM_ON_STEPS",
+                in_steps(output.minimum_on_s),
+                quantity(output.minimum_on_s, "s"),
+            )
+        )
+    if output.minimum_off_s > 0:
+        constants.append(
+            source.at("minimum_off").count(
+                f"{prefix}_MINIMUM_OFF_STEPS",
+                in_steps(output.minimum_off_s),
+                quantity(output.minimum_off_s, "s"),
+            )
+        )
+    return heater_part(
+        source,
+        name,
+        output,
+        "outputs/time_proportional",
+        constants=tuple(constants),
+        context={"minimum_on": output.minimum_on_s > 0, "minimum_off": output.minimum_off_s > 0},
+    )

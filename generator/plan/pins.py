@@ -1,0 +1,84 @@
+"""Pins: names of the board to registers, and the inline functions that pins.h gives each."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.parts import PinFunction, PinPlan
+from heatwright.generator.plan.source import Source
+from heatwright.spec.boards import Pin
+
+FAR_PORTS = "HJKL"
+"""Ports beyond the reach of `sbi` and `cbi`: their changes take several instructions."""
+
+
+def _mask(pin: Pin) -> str:
+    return f"(1u << {pin.bit})"
+
+
+def _set(register: str, pin: Pin) -> str:
+    return f"{register}{pin.port} |= {_mask(pin)};"
+
+
+def _clear(register: str, pin: Pin) -> str:
+    return f"{register}{pin.port} &= (uint8_t)~{_mask(pin)};"
+
+
+def _change(pin: Pin, name: str, *statements: str) -> PinFunction:
+    return PinFunction(name, "void", statements, pin.port in FAR_PORTS)
+
+
+def _test(pin: Pin, name: str, comparison: str) -> PinFunction:
+    return PinFunction(
+        name, "bool", (f"return (PIN{pin.port} & {_mask(pin)}) {comparison} 0;",), False
+    )
+
+
+def label(pin: Pin) -> str:
+    """Such as `D3 = PD3`, or `PD3` on a bare chip."""
+    return pin.name if pin.name == pin.port_name else f"{pin.name} = {pin.port_name}"
+
+
+def switched(source: Source, name: str, pin: Pin, active: str, purpose: str) -> PinPlan:
+    """An output that is on or off, whatever level that is."""
+    on, off = (_set, _clear) if active == "high" else (_clear, _set)
+    return PinPlan(
+        name=name,
+        label=label(pin),
+        purpose=f"{purpose}, active {active}",
+        where=source.where,
+        functions=(
+            _change(pin, "on", on("PORT", pin)),
+            _change(pin, "off", off("PORT", pin)),
+            _change(pin, "drive", _set("DDR", pin)),
+            _test(pin, "is_on", "!=" if active == "high" else "=="),
+        ),
+    )
+
+
+def driven(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """An output that is high or low."""
+    return PinPlan(
+        name=name,
+        label=label(pin),
+        purpose=purpose,
+        where=source.where,
+        functions=(
+            _change(pin, "high", _set("PORT", pin)),
+            _change(pin, "low", _clear("PORT", pin)),
+            _change(pin, "drive", _set("DDR", pin)),
+        ),
+    )
+
+
+def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
+    return PinPlan(
+        name=name,
+        label=label(pin),
+        purpose=purpose,
+        where=source.where,
+        functions=(
+            _change(pin, "low", _set("DDR", pin)),
+            _change(pin, "release", _clear("DDR", pin)),
+            _test(pin, "is_high", "!="),
+        ),
+    )

@@ -1,0 +1,26 @@
+"""The files around the sources: PlatformIO's project, the Arduino sketch, the README."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.parts import File
+from heatwright.generator.plan.readme import readme_context
+from heatwright.generator.plan.text import c_comment
+from heatwright.spec import Spec
+
+
+def project_files(spec: Spec) -> tuple[File, ...]:
+    """Plan the files that make a folder of sources a project."""
+    identity, board = spec.controller.identity, spec.controller.board
+    ini = {
+        "board": board.platformio,
+        "clock_hz": board.clock_hz if identity.clock_hz is not None else None,
+    }
+    sketch = {
+        "name": identity.name,
+        "title": c_comment(identity.title or identity.name),
+    }
+    return (
+        File("platformio.ini", "project/platformio.ini.j2", ini),
+        File(f"{identity.name}.ino", "project/sketch.ino.j2", sketch),
+        File("README.md", "project/README.md.j2", readme_context(spec)),
+    )

@@ -1,0 +1,144 @@
+"""What the README of a project tells the one who builds the machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.pins import label
+from heatwright.generator.plan.text import markdown
+from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
+
+SENSOR_WIRING = {
+    "ds18b20": "data line with a 4.7 kΩ pull-up to 5 V; its own 5 V and ground wires",
+}
+
+
+def readme_context(spec: Spec) -> dict[str, Any]:
+    """Wiring, settings and fault codes."""
+    controller = spec.controller
+    identity = controller.identity
+    return {
+        "name": identity.name,
+        "title": markdown(identity.title or identity.name),
+        "spec_file": markdown(spec.file_name),
+        "digest": spec.digest,
+        "board": identity.board,
+        "platformio_board": controller.board.platformio,
+        "wiring": _wiring(spec),
+        "loops": _loops(spec),
+        "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules()],
+        "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
+        "plotters": [
+            each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
+        ],
+        "watchdog": quantity(controller.safety.watchdog_s, "s"),
+    }
+
+
+def _wiring(spec: Spec) -> list[dict[str, str]]:
+    controller = spec.controller
+    pins = controller.board.pins
+    rows = [
+        {
+            "pin": label(pins[sensor.pin]),
+            "what": f"sensor `{name}`: {sensor.kind}",
+            "how": SENSOR_WIRING[sensor.kind],
+        }
+        for name, sensor in controller.sensors.items()
+    ]
+    for name, output in controller.outputs.items():
+        power = f", {quantity(output.power_w, 'W')}" if output.power_w is not None else ""
+        pull = "down" if output.active == "high" else "up"
+        rows.append(
+            {
+                "pin": label(pins[output.pin]),
+                "what": f"output `{name}`: {output.kind}{power}",
+                "how": f"active {output.active}; 10 kΩ pull it {pull} while the chip is in reset",
+            }
+        )
+    for interface in controller.interfaces:
+        if isinstance(interface, LcdKeypad):
+            rows += [
+                {
+                    "pin": "D4 D5 D6 D7 D8 D9",
+                    "what": "LCD keypad shield, display",
+                    "how": "D4..D7 data, D8 RS, D9 E, R/W to ground",
+                },
+                {"pin": "A0", "what": "LCD keypad shield, keys", "how": "resistor ladder"},
+            ]
+        if isinstance(interface, SerialPlotter):
+            rows.append(
+                {
+                    "pin": label(pins[controller.board.uarts[0].tx]),
+                    "what": "serial plotter",
+                    "how": f"{interface.baud} baud, 8N1, sends only",
+                }
+            )
+    return rows
+
+
+def _loops(spec: Spec) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": name,
+            "sensor": loop.sensor,
+            "heater": loop.heater,
+            "fan": loop.fan,
+            "algorithm": loop.algorithm.kind,
+            "period": quantity(loop.period_s, "s"),
+            "initial": f"{loop.setpoint.initial_c:g} °C",
+            "minimum": f"{loop.setpoint.minimum_c:g} °C",
+            "maximum": f"{loop.setpoint.maximum_c:g} °C",
+            "stored": loop.setpoint.stored,
+        }
+        for name, loop in spec.controller.loops.items()
+    ]
+
+
+def _limit(spec: Spec, rule: str) -> str:
+    """What trips `rule`: once if all loops agree, else loop by loop."""
+    loops = spec.controller.loops
+    limits = {name: _limits(loop.protection).get(rule, "") for name, loop in loops.items()}
+    if len(set(limits.values())) == 1:
+        return next(iter(limits.values()))
+    return "; ".join(f"{name}: {limit or 'not used'}" for name, limit in limits.items())
+
+
+def _limits(protection: Protection) -> dict[str, str]:
+    """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
+    stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
+    limits = {
+        f"sensor_{cause}": stale for cause in ("no_answer", "short", "crc", "stale", "reset")
+    } | {
+        "over_temperature": f"{protection.maximum_c:g} °C or more",
+        "under_temperature": f"{protection.minimum_c:g} °C or less",
+        "rise_rate": f"a change of more than {quantity(protection.rise_rate_k_per_s, 'K/s')}",
+    }
+    if protection.frozen is not None:
+        limits["sensor_frozen"] = (
+            f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of heat "
+            "below the setpoint"
+        )
+    if protection.heating is not None:
+        limits["heating_failed"] = (
+            f"less than {quantity(protection.heating.rise_k, 'K')} in "
+            f"{quantity(protection.heating.within_s, 's')} of full heat"
+        )
+    if protection.runaway is not None:
+        time = quantity(protection.runaway.for_s, "s")
+        limits["runaway_above"] = (
+            f"{quantity(protection.runaway.above_k, 'K')} above the setpoint for {time}"
+        )
+        if protection.runaway.below_k is not None:
+            limits["runaway_below"] = (
+                f"{quantity(protection.runaway.below_k, 'K')} below the setpoint for {time}"
+            )
+    if protection.rising_while_off is not None:
+        rising = protection.rising_while_off
+        limits["rising_while_off"] = (
+            f"a rise of {quantity(rising.rise_k, 'K')}, "
+            f"from {quantity(rising.settle_s, 's')} after switching off"
+        )
+    return limits

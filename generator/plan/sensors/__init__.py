@@ -1,0 +1,1 @@
+"""Plans of the sensors, found by the stem of their kind."""

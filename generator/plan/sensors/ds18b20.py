@@ -1,0 +1,111 @@
+"""DS18B20 on a 1-Wire line of its own."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.pins import label, open_drain
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.timers import compare_match, slot_interval, vector
+from heatwright.spec import Ds18b20
+
+SLOT_US = 64
+"""A slot lasts 60 us at least (data sheet, t_SLOT); the rest is its recovery and our latency."""
+
+PRESENCE_US = 62
+"""From the end of the reset pulse to the look at the answer, before the interrupt's latency: the
+chip pulls low 60 us after it at the latest and lets go 75 us after it at the earliest."""
+
+TRANSFER_TICKS = 5
+"""Ticks of a period that are not conversion: set-up, command, reading, and one to spare."""
+
+
+def plan(source: Source, name: str, sensor: Ds18b20, period_s: float, timer: int) -> Part:
+    """Plan the sensor of a loop with the period `period_s`, on a timer of its own."""
+    board = source.controller.board
+    pin = board.pins[sensor.pin]
+    interval = slot_interval(board.clock_hz, board.timers[timer], SLOT_US)
+    counts_per_us = board.clock_hz / interval.prescaler / 1e6
+    slot_us = interval.counts / counts_per_us
+    prefix, bus = f"SENSOR_{name.upper()}", f"ONE_WIRE_{name.upper()}"
+    bus_context = {
+        "name": name,
+        "NAME": name.upper(),
+        "timer": timer,
+        "slot_us": f"{slot_us:g}",
+        "reset_us": f"{8 * slot_us:g}",
+        "vector": vector(timer),
+        "counter": f"TCNT{timer}",
+        "start": compare_match(board, timer, interval, f"{bus}_COMPARE"),
+        "stop": [f"TCCR{timer}B = 0;", f"TIMSK{timer} = 0;"],
+    }
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "pin": label(pin),
+        "where": source.where,
+        "step": quantity(1 / 16, "K"),
+    }
+    bus_constants = (
+        Constant(
+            f"{bus}_COMPARE",
+            f"{interval.counts - 1}u",
+            f"timer {timer}: {interval.counts} x {1 / counts_per_us:g} us, {slot_us:g} us a slot",
+        ),
+        Constant(
+            f"{bus}_PRESENCE_COUNT",
+            f"{interval.counts - math.ceil(PRESENCE_US * counts_per_us)}u",
+            f"the answer is looked for {PRESENCE_US} us after the reset pulse",
+        ),
+    )
+    return Part(
+        files=(
+            File(f"src/one_wire_{name}.h", "src/one_wire.h.j2", bus_context),
+            File(f"src/one_wire_{name}.c", "src/one_wire.c.j2", bus_context),
+            File(f"src/sensor_{name}.h", "sensors/ds18b20.h.j2", context),
+            File(f"src/sensor_{name}.c", "sensors/ds18b20.c.j2", context),
+        ),
+        groups=(
+            Group(
+                f"Sensor {name}", (*_constants(source, sensor, prefix, period_s), *bus_constants)
+            ),
+        ),
+        pins=(
+            open_drain(source.at("pin"), f"sensor_{name}", pin, f"1-Wire line of sensor {name}"),
+        ),
+        tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
+    )
+
+
+def _constants(
+    source: Source, sensor: Ds18b20, prefix: str, period_s: float
+) -> tuple[Constant, ...]:
+    resolution = source.at("resolution")
+    bits = sensor.resolution_bits
+    conversion = math.ceil(round(sensor.conversion_s * 1e6) / (TICK_MS * 1000))
+    start = max(0, ticks(period_s) - conversion - TRANSFER_TICKS)
+    return (
+        Constant(f"{prefix}_STEP_C", "0.0625f", "one step of the reading, at any resolution"),
+        Constant(
+            f"{prefix}_RAW_MASK",
+            f"0x{0xFFFF & -(1 << (12 - bits)):04X}u",
+            f"{resolution.where}: {bits} bit, lower ones are undefined",
+        ),
+        Constant(
+            f"{prefix}_SETTINGS",
+            f"0x{((bits - 9) << 5) | 0x1F:02X}u",
+            f"{resolution.where}: configuration register for {bits} bit",
+        ),
+        resolution.count(
+            f"{prefix}_CONVERSION_TICKS",
+            conversion,
+            f"{quantity(sensor.conversion_s * 1000, 'ms')} at most at {bits} bit",
+        ),
+        Constant(
+            f"{prefix}_START_TICKS",
+            f"{start}u",
+            "wait, so that the reading is fresh when the step comes",
+        ),
+    )

@@ -1,0 +1,46 @@
+"""Print a plan: templates in, text out. Nothing is decided or computed here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import PurePosixPath
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+from heatwright.generator.plan import Plan
+
+_STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
+_COMMENTS = {".ini": "; {}\n", ".md": "<!-- {} -->\n"}
+
+
+def _load(template: str) -> str:
+    """Read a template, its `//%` lines made into statements.
+
+    Jinja's own line statements would swallow the empty lines behind them.
+    """
+    text = files("heatwright.templates").joinpath(template).read_text(encoding="utf-8")
+    return _STATEMENT_LINE.sub(r"{% \1 %}", text)
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=FunctionLoader(_load),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        autoescape=False,  # noqa: S701 - C is no HTML; the plan escapes text from the spec
+    )
+
+
+def render(plan: Plan) -> Mapping[str, str]:
+    """Text of every file by its path in the project, in the order of the paths."""
+    environment = _environment()
+    return {
+        file.path: _COMMENTS.get(PurePosixPath(file.path).suffix, "// {}\n").format(plan.banner)
+        + environment.get_template(file.template).render(file.context)
+        for file in plan.files
+    }

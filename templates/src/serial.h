@@ -1,0 +1,18 @@
+/* Serial transmitter, emptied by interrupt. Nothing is received. */
+#ifndef SERIAL_H
+#define SERIAL_H
+
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
+
+enum { SERIAL_SIZE = 16 };
+
+void serial_start(void);
+
+/* True when all that was written has been handed to the transmitter. */
+bool serial_is_empty(void);
+
+/* Send `size` bytes, at most SERIAL_SIZE; only while the transmitter is empty. */
+void serial_send(const char *text, uint8_t size);
+
+#endif
