@@ -1,13 +1,11 @@
 """Algorithms: from the error of the temperature to the heater's duty."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 from pydantic_core import core_schema
 
-from heatwright.spec.base import Model
+from heatwright.spec.base import DEFAULTS, Model
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import DIFFERENCE, DURATION, PERCENT, Quantity
 
@@ -96,10 +94,9 @@ class Pid(Model):
     derivative_filter_s: _Filter = Field(
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
-    integral: IntegralLimits = Field(
-        IntegralLimits(), description="Limits of the integral's contribution."
+    integral: IntegralLimits = Field(DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
     )
-    output: OutputLimits = Field(OutputLimits(), description="Limits of the duty.")
+    output: OutputLimits = Field(DEFAULTS, validate_default=True, description="Limits of the duty.")
 
 
 Algorithm = Annotated[OnOff | Pid, Field(discriminator="kind")]

@@ -11,6 +11,10 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Pla
 from heatwright.spec.names import check_name
 from heatwright.spec.problems import refuse
 
+DEFAULTS: Any = {}
+"""The default of a field that holds a model: validated, so that the model fills itself. An
+instance would have pydantic build that model's validator by itself while modules are imported."""
+
 K = TypeVar("K")
 V = TypeVar("V")
 

@@ -1,21 +1,24 @@
 """The whole spec as one frozen value."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import Filled, Model, Name, Title
+from heatwright.spec.base import DEFAULTS, Filled, Model, Name, Title
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop, Temperature
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import DURATION, FREQUENCY, Quantity
+from heatwright.spec.quantity import (
+    DURATION,
+    FREQUENCY,
+    TEMPERATURE,
+    Quantity,
+    QuantityRange,
+)
 from heatwright.spec.sensors import Sensor
 from heatwright.spec.simulation import Simulation
 from heatwright.spec.suggest import one_of
@@ -71,12 +74,19 @@ class Published(Model):
     """Figures of a published experiment, to stand beside ours."""
 
     maximum_c: Temperature = Field(alias="maximum", description="Highest temperature.")
-    steady_minimum_c: Temperature = Field(
-        alias="steady_minimum", description="Lowest temperature of the steady part."
+    steady_c: Annotated[tuple[float, float], QuantityRange(TEMPERATURE)] = Field(
+        alias="steady", description="Lowest and highest temperature of the steady part."
     )
-    steady_maximum_c: Temperature = Field(
-        alias="steady_maximum", description="Highest temperature of the steady part."
-    )
+
+    @property
+    def steady_minimum_c(self) -> float:
+        """Lowest temperature of the steady part."""
+        return self.steady_c[0]
+
+    @property
+    def steady_maximum_c(self) -> float:
+        """Highest temperature of the steady part."""
+        return self.steady_c[1]
 
 
 class ComparisonRow(Model):
@@ -99,7 +109,7 @@ class Controller(Model):
     sensors: Annotated[Mapping[Name, Sensor], Filled] = Field(description="Sensors by name.")
     outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
     loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
-    safety: Safety = Field(Safety(), description="Watchdog.")
+    safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog.")
     interfaces: tuple[Interface, ...] = Field((), description="Displays, keys, serial lines.")
     simulation: Simulation | None = Field(None, description="The simulated machine.")
     comparison: tuple[ComparisonRow, ...] = Field(
@@ -112,4 +122,4 @@ class Controller(Model):
         board = BOARDS[self.identity.board]
         if self.identity.clock_hz is None:
             return board
-        return replace(board, clock_hz=round(self.identity.clock_hz))
+        return board._replace(clock_hz=round(self.identity.clock_hz))

@@ -1,7 +1,5 @@
 """Interfaces: how an operator or a computer sees and sets the loops."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator

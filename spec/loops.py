@@ -1,14 +1,12 @@
 """Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated
 
 from pydantic import Field, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import Model, Off, Reference
+from heatwright.spec.base import DEFAULTS, Model, Off, Reference
 from heatwright.spec.quantity import DIFFERENCE, DURATION, RATE, TEMPERATURE, Quantity
 
 ABSOLUTE_ZERO_C = -273.15
@@ -80,22 +78,18 @@ class Protection(Model):
         alias="rise_rate",
         description="Rule `rise_rate`: a faster change, up or down, is wrong.",
     )
-    heating: Annotated[Heating | None, Off] = Field(
-        Heating(), description="Rule `heating_failed`, or `off`."
+    heating: Annotated[Heating | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `heating_failed`, or `off`."
     )
-    runaway: Annotated[Runaway | None, Off] = Field(
-        Runaway(), description="Rules `runaway_above` and `runaway_below`, or `off`."
+    runaway: Annotated[Runaway | None, Off] = Field(DEFAULTS, validate_default=True, description="Rules `runaway_above` and `runaway_below`, or `off`."
     )
     stale_after_s: _Time = Field(
         5.0,
         alias="stale_after",
         description="Time without a good reading until it is a fault; the heater is off at once.",
     )
-    frozen: Annotated[Frozen | None, Off] = Field(
-        Frozen(), description="Rule `sensor_frozen`, or `off`."
+    frozen: Annotated[Frozen | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `sensor_frozen`, or `off`."
     )
-    rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
-        RisingWhileOff(), description="Rule `rising_while_off`, or `off`."
+    rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
     )
 
 
@@ -112,12 +106,11 @@ class Loop(Model):
     )
     setpoint: Setpoint = Field(description="The range of the setpoint.")
     algorithm: Algorithm = Field(description="How the heater's duty follows from the error.")
-    protection: Protection = Field(
-        Protection(), description="The rules that stop the heater; all are on by default."
+    protection: Protection = Field(DEFAULTS, validate_default=True, description="The rules that stop the heater; all are on by default."
     )
 
     @model_validator(mode="after")
-    def _default_maximum(self) -> Loop:
+    def _default_maximum(self) -> "Loop":
         if math.isfinite(self.protection.maximum_c):
             return self
         maximum_c = self.setpoint.maximum_c + DEFAULT_MARGIN_K

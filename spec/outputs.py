@@ -1,7 +1,5 @@
 """Outputs: what switches heaters and fans."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic_core import core_schema
 
@@ -26,16 +25,14 @@ _PREFIXES = {"M": "1e6", "k": "1e3", "": "1", "c": "1e-2", "m": "1e-3", "μ": "1
 _DROPPED = str.maketrans("", "", "·*()")
 
 
-@dataclass(frozen=True, slots=True)
-class Unit:
+class Unit(NamedTuple):
     """One unit of a dimension: base = (number − offset) · factor."""
 
     factor: Decimal
     offset: Decimal = Decimal(0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Dimension:
+class Dimension(NamedTuple):
     """A kind of quantity: its name and example in messages, its units by spelling."""
 
     name: str
@@ -166,15 +163,22 @@ def _wrong_unit(text: str, digits: str, unit: str, dimension: Dimension) -> Exce
     )
 
 
-@dataclass(frozen=True, slots=True)
 class Quantity:
     """Marks a model's float field: `Annotated[float, Quantity(DURATION, above=0)]`."""
 
-    dimension: Dimension
-    least: float = -math.inf
-    most: float = math.inf
-    above: float = -math.inf
-    """Exclusive lower limit."""
+    def __init__(
+        self,
+        dimension: Dimension,
+        *,
+        least: float = -math.inf,
+        most: float = math.inf,
+        above: float = -math.inf,
+    ) -> None:
+        """Limit the quantity to least..most, and to more than `above`."""
+        self.dimension = dimension
+        self.least = least
+        self.most = most
+        self.above = above
 
     def read(self, value: object) -> float:
         """Read one quantity and hold it to its limits."""
@@ -190,3 +194,24 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
+
+
+class QuantityRange(Quantity):
+    """Marks a field of two floats, lowest and highest: `48.5 °C .. 51.9 °C`."""
+
+    def read_range(self, value: object) -> tuple[float, float]:
+        """Read both ends and put them in order."""
+        low, dots, high = value.partition("..") if isinstance(value, str) else ("", "", "")
+        if not dots:
+            example = self.dimension.example
+            raise refuse(
+                f"a range of a {self.dimension.name} is needed here",
+                f"Write its two ends, such as {example} .. {example}",
+            )
+        ends = self.read(low.strip()), self.read(high.strip())
+        if ends[0] > ends[1]:
+            raise refuse(f"{value!r} ends below its start", "Write the lower end first")
+        return ends
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read_range)

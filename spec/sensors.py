@@ -1,7 +1,5 @@
 """Sensors: one model for each kind."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field

@@ -1,7 +1,5 @@
 """The simulated machine: a plant, what the operator does, and what to expect."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -106,7 +104,7 @@ class Event(Model):
     )
 
     @model_validator(mode="after")
-    def _one_thing(self) -> Event:
+    def _one_thing(self) -> "Event":
         if self.for_s is not None:
             if self.at_s is not None or self.press is not None or self.times != 1:
                 raise refuse("`for` ends the scenario and stands alone", "Give it a line of its own")

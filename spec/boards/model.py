@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Pin:
+class Pin(NamedTuple):
     """One pin of the chip, under the name the board gives it."""
 
     name: str
@@ -35,8 +33,7 @@ class Pin:
         return f"P{self.port}{self.bit}"
 
 
-@dataclass(frozen=True, slots=True)
-class Timer:
+class Timer(NamedTuple):
     """One timer/counter; prescalers in the order of its clock-select codes 1, 2, 3 …"""
 
     bits: Literal[8, 16]
@@ -44,8 +41,7 @@ class Timer:
     channels: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Uart:
+class Uart(NamedTuple):
     """One serial port; `suffix` is what its registers carry: UDR0, or UDR on the oldest chips."""
 
     suffix: str
@@ -53,8 +49,7 @@ class Uart:
     tx: str
 
 
-@dataclass(frozen=True, slots=True)
-class Chip:
+class Chip(NamedTuple):
     """One microcontroller, from its data sheet."""
 
     mcu: str
@@ -68,8 +63,7 @@ class Chip:
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
 
 
-@dataclass(frozen=True, slots=True)
-class Board:
+class Board(NamedTuple):
     """A chip on a board (or bare), with its clock and the names of its pins."""
 
     name: str
