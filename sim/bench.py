@@ -9,7 +9,7 @@ from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
-from heatwright.spec import Controller, Event, Simulation, ThermalNetwork
+from heatwright.spec import Controller, Event, ThermalNetwork
 
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench"]
 
@@ -41,7 +41,7 @@ class Device(Protocol):
         """Return a row for every control step so far."""
 
 
-def bench(
+def bench(  # noqa: PLR0913 – all but two have defaults and names
     controller: Controller,
     device: Device,
     scenario: Iterable[Event] | None = None,
@@ -134,7 +134,7 @@ class _Run:
 
     def trace(self, step_s: float) -> Trace:
         return Trace(
-            times_s=np.arange(self._count + 1) * step_s,
+            times_s=np.arange(self._count + 1, dtype=np.float64) * step_s,
             temperatures_c=_columns(self._plant.nodes, self._temperatures),
             sensed_c=_columns(self._sensors, self._sensed),
             on_fraction=_columns(self._outputs, self._active),

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork
+from heatwright.spec.base import ReadOnlyDict
 
 
 def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
@@ -15,11 +16,14 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     ((name, loop), *_) = controller.loops.items()
     setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
     changed = loop.model_copy(update={"algorithm": row.algorithm, "setpoint": setpoint})
-    outputs = dict(controller.outputs)
+    outputs = {**controller.outputs}
     if row.output is not None:
         outputs[loop.heater] = row.output
     return controller.model_copy(
-        update={"loops": {**controller.loops, name: changed}, "outputs": outputs}
+        update={
+            "loops": ReadOnlyDict({**controller.loops, name: changed}),
+            "outputs": ReadOnlyDict(outputs),
+        }
     )
 
 

@@ -82,7 +82,9 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
         maximum_c=float(readings_c.max()),
         overshoot_k=overshoot(readings_c, setpoint_c),
         rise_time_s=rise_time(times_s, readings_c, setpoint_c),
-        settling_s=settling(times_s, readings_c, setpoint_c, controller.sensors[spec.sensor].step_k),
+        settling_s=settling(
+            times_s, readings_c, setpoint_c, controller.sensors[spec.sensor].step_k
+        ),
         steady_minimum_c=float(steady_c.min()),
         steady_maximum_c=float(steady_c.max()),
         steady_error_k=float(np.abs(steady_c - setpoint_c).max()),

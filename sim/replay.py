@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.reference import Reference
+from heatwright.sim.reference.members import Member
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
@@ -89,15 +90,14 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         message = "There are no control steps to compare"
         raise ReplayError(message)
     player = _Player(controller, name)
-    lacking = [member for member, _ in player.members if member not in (log.dtype.names or ())]
-    if lacking:
-        message = f"The log lacks {', '.join(lacking)}"
-        raise ReplayError(message)
-    expected = np.array([player.play(number, row) for number, row in enumerate(log)], player.members)
+    _check_members(log, player.members)
+    expected = np.array(
+        [player.play(number, row) for number, row in enumerate(log)], player.members
+    )
     found = [
         (int(row), member)
-        for member, width in player.members
-        for row in np.flatnonzero(_bits(expected[member], width) != _bits(log[member], width))
+        for member, _ in player.members
+        for row in np.flatnonzero(_bits(expected[member]) != _bits(log[member]))
     ]
     found.sort(key=lambda item: item[0])
     return ReplayResult(
@@ -108,6 +108,18 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         restored=tuple(player.restored),
         unchecked=tuple(sorted({*(log.dtype.names or ())} - {"time_s", *dict(player.members)})),
     )
+
+
+def _check_members(log: StepLog, members: list[Member]) -> None:
+    found = log.dtype.names or ()
+    lacking = [name for name, _ in members if name not in found]
+    if lacking:
+        message = f"The log lacks {', '.join(lacking)}"
+        raise ReplayError(message)
+    for name, width in members:
+        if log.dtype[name] != np.dtype(width):
+            message = f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}"
+            raise ReplayError(message)
 
 
 class _Player:
@@ -167,9 +179,8 @@ def _is_acknowledged(row: np.void, last: np.void) -> bool:
     return bool(not row["fault.code"] or row["guard.fresh"] > last["guard.fresh"])
 
 
-def _bits(values: NDArray[np.generic], width: str) -> NDArray[np.generic]:
-    typed = np.ascontiguousarray(values.astype(width, casting="unsafe"))
-    return typed.view(f"u{typed.dtype.itemsize}")
+def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
 
 
 def _mismatch(log: StepLog, expected: StepLog, row: int, member: str) -> Mismatch:

@@ -8,9 +8,6 @@ from heatwright.spec import Event
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
 
-END_TOLERANCE_S = 1e-9
-"""Times are sums of decimal fractions; a nanosecond is far below every tick."""
-
 
 class Action(NamedTuple):
     """The operator's hand from a time on."""
@@ -28,8 +25,8 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
     """
     found: list[Action] = []
     free_s = 0.0
-    for event in sorted((e for e in scenario if e.press is not None), key=lambda e: e.at_s):
-        start_s = max(event.at_s, free_s)
+    for event in sorted((e for e in scenario if e.press is not None), key=_begin_s):
+        start_s = max(_begin_s(event), free_s)
         for number in range(event.times):
             down_s = start_s + number * 2 * PRESS_S
             found += [Action(down_s, event.press), Action(down_s + PRESS_S, None)]
@@ -49,3 +46,7 @@ def end_s(scenario: Iterable[Event]) -> float:
             return event.for_s
     message = "A scenario needs its end: - {for: 30 min}"
     raise ValueError(message)
+
+
+def _begin_s(event: Event) -> float:
+    return event.at_s or 0.0

@@ -249,7 +249,7 @@ def show(console: Console, values: dict[str, float], figures: list[Figure]) -> N
 @click.option("--minutes", default=40.0, show_default=True, help="Simulated time of each row.")
 @click.option("--evaluate", is_flag=True, help="Only show how well the file's own plant fits.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write the values here.")
-def main(
+def main(  # noqa: PLR0913, PLR0917 – one for each option
     spec: Path,
     seed: int,
     generations: int,

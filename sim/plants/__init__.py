@@ -45,7 +45,9 @@ def plant_of(
         seed: of the sensor noise.
 
     """
-    powers_w = {name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()}
+    powers_w = {
+        name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()
+    }
     module = import_module(f"heatwright.sim.plants.{plant.kind}")
     return cast(
         "Plant", module.Plant(plant, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)

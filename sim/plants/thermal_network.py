@@ -104,7 +104,9 @@ class Plant:
         """Return the derivatives of the states by states and inputs, 1/s."""
         rates = np.zeros((self._states, len(self._vector)))
         for link in self._network.links:
-            self._join(rates, link.between, self._gain(link.between, fans) / link.resistance_k_per_w)
+            self._join(
+                rates, link.between, self._gain(link.between, fans) / link.resistance_k_per_w
+            )
         for place, node in enumerate(self._network.heat.values(), self._states):
             number = self.nodes.index(node)
             rates[number, place] = 1 / self._network.nodes[node]

@@ -29,9 +29,10 @@ class Guard:
         self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
         self._rules: tuple[GuardRule, ...] = rules_of(loop, output_maximum)
         self.fresh = 1
-        self.members: tuple[Member, ...] = tuple(
-            member for rule in self._rules for member in rule.members
-        ) + (("fresh", "u1"),)
+        self.members: tuple[Member, ...] = (
+            *(member for rule in self._rules for member in rule.members),
+            ("fresh", "u1"),
+        )
 
     def reset(self) -> None:
         """Start anew: the operator acknowledged the fault."""

@@ -228,8 +228,7 @@ class RisingRule:
             self._steps += 1
             self._lowest_c = look.temperature_c
         else:
-            if look.temperature_c < self._lowest_c:
-                self._lowest_c = look.temperature_c
+            self._lowest_c = min(self._lowest_c, look.temperature_c)
             if look.temperature_c >= self._lowest_c + self._rise:
                 return RISING_WHILE_OFF
         return 0

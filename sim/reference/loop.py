@@ -69,9 +69,7 @@ class Reference:
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 
-    def step(
-        self, status: int, raw: int, setpoint: Single, *, acknowledge: bool = False
-    ) -> Record:
+    def step(self, status: int, raw: int, setpoint: Single, *, acknowledge: bool = False) -> Record:
         """Do one control step.
 
         Args:

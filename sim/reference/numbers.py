@@ -1,4 +1,4 @@
-"""How the specification's numbers become the numbers of a control step (docs/control.md, "Numbers").
+"""From the specification's numbers to those of a control step (docs/control.md, "Numbers").
 
 Every operation between two `numpy.float32` scalars is one IEEE 754 single-precision operation,
 rounded to nearest, ties to even: what gcc's and avr-libc's `float` do.

@@ -1,0 +1,160 @@
+import csv
+
+import numpy as np
+import pytest
+
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.trace import TraceEvent
+from heatwright.spec import Event, Pid, PwmOutput, TimeProportionalOutput
+
+
+def scenario(*lines):
+    return [Event.model_validate(line) for line in lines]
+
+
+@pytest.fixture(scope="module")
+def run(chamber):
+    return bench(chamber, ReferenceDevice(chamber))
+
+
+def test_one_step_per_period_up_to_the_end(run):
+    log = run.steps["air"]
+    assert log["time_s"].tolist() == [float(n) for n in range(1, 1801)]
+    assert log["steps"].tolist() == list(range(1, 1801))
+
+
+def test_the_keys_set_the_setpoint(run):
+    log = run.steps["air"]
+    assert log["setpoint_c"][:11].tolist() == [20.0] * 9 + [
+        30.0,
+        50.0,
+    ]  # a press at 10 s comes first
+    assert run.events == tuple(TraceEvent(pytest.approx(t), "up") for t in (10.0, 10.2, 10.4))
+
+
+def test_the_setpoint_stays_in_its_range(chamber):
+    device = ReferenceDevice(chamber)
+    trace = bench(
+        chamber,
+        device,
+        scenario(
+            {"at": "1 s", "press": "up", "times": 9},
+            {"at": "5 s", "press": "down", "times": 9},
+            {"for": "10 s"},
+        ),
+    )
+    assert trace.steps["air"]["setpoint_c"].max() == 70
+    assert trace.steps["air"]["setpoint_c"][-1] == 10
+
+
+def test_a_held_key_is_one_press(chamber):
+    device = ReferenceDevice(chamber)
+    for time_s in (1.0, 2.0, 3.0):
+        device.press("up")
+        device.advance(time_s)
+    device.press(None)
+    device.press("up")
+    device.advance(5.0)
+    assert device.steps("air")["setpoint_c"].tolist() == [
+        30,
+        30,
+        40,
+        40,
+    ]  # the step at 3 s is done after it
+
+
+def test_select_acknowledges(chamber):
+    device = ReferenceDevice(chamber)
+    device.sense("air", 90.0)
+    device.advance(2.5)
+    device.sense("air", 30.0)
+    device.advance(4.5)
+    device.press("select")
+    device.advance(6.5)
+    assert device.steps("air")["fault.code"].tolist() == [6, 6, 6, 6, 0, 0]
+
+
+def test_readings_are_what_the_sensor_felt_when_its_conversion_began(run):
+    log = run.steps["air"]
+    felt_c = np.interp(log["time_s"] - 0.8, run.times_s, run.sensed_c["air"])  # row before 0.78 s
+    assert log["reading_raw"].tolist() == np.floor(felt_c * 16 + 0.5).tolist()
+
+
+def test_the_heater_follows_the_step(run):
+    log = run.steps["air"]
+    after = np.searchsorted(run.times_s, log["time_s"] + 0.05)
+    on = run.on_fraction["heater"]
+    assert np.array_equal(on[after[:-1]] * 100, log["duty_percent"][:-1])
+    assert (run.on_fraction["fan"][1:] == 1).all()
+
+
+def test_same_run_twice(chamber, run):
+    again = bench(chamber, ReferenceDevice(chamber))
+    assert again.steps["air"].tobytes() == run.steps["air"].tobytes()
+    assert again.temperatures_c["air"].tobytes() == run.temperatures_c["air"].tobytes()
+
+
+def test_seed_changes_the_noise(chamber):
+    network = chamber.simulation.plant
+    sense = {"air": network.sense["air"].model_copy(update={"noise_k": 0.1})}
+    noisy = network.model_copy(update={"sense": sense})
+    short = scenario({"for": "20 s"})
+
+    def felt(seed):
+        trace = bench(chamber, ReferenceDevice(chamber), short, plant=noisy, seed=seed)
+        return trace.sensed_c["air"].tolist()
+
+    assert felt(1) == felt(1) != felt(2)
+
+
+def test_progress_ends_at_the_end(chamber):
+    told = []
+    bench(
+        chamber,
+        ReferenceDevice(chamber),
+        scenario({"for": "60 s"}),
+        progress=lambda now_s, end_s: told.append(now_s / end_s),
+    )
+    assert told == sorted(told)
+    assert 0.99 < told[-1] <= 1
+    assert len(told) <= 201
+
+
+def test_energy_is_the_same_for_pwm_and_windows(vary):
+    """Both give the asked-for heat, so the plant cannot tell them apart but by rounding."""
+    pid = Pid(kind="pid", kp=10)
+    settings = {"pin": "D3", "power": "240 W"}
+    pwm = PwmOutput.model_validate({"kind": "pwm", "frequency": "490 Hz", **settings})
+    windows = TimeProportionalOutput.model_validate(
+        {"kind": "time_proportional", "window": "1 s", **settings}
+    )
+    heat = []
+    for output in (pwm, windows):
+        controller = vary(algorithm=pid, output=output)
+        trace = bench(controller, ReferenceDevice(controller), scenario({"for": "10 s"}))
+        log = trace.steps["air"]
+        asked = log["duty_percent"][:-1].astype(float).sum() / 100
+        given = trace.on_fraction["heater"][:-1].sum() * 0.1
+        steps = 255 if output is pwm else 100
+        assert given == pytest.approx(asked, abs=len(log) * 0.5 / steps)
+        heat.append(given)
+
+
+def test_a_bench_needs_a_machine(chamber):
+    bare = chamber.model_copy(update={"simulation": None})
+    with pytest.raises(ValueError, match="no `simulation`"):
+        bench(bare, ReferenceDevice(bare))
+
+
+def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
+    trace = bench(chamber, ReferenceDevice(chamber), scenario({"for": "3 s"}))
+    path = tmp_path / "run.csv"
+    trace.write_csv(path)
+    with path.open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header[:5] == ["time [s]", "element [°C]", "air [°C]", "walls [°C]", "air sensed [°C]"]
+    assert "air.temperature_c [°C]" in header
+    assert "air.algorithm.rate_k_per_s [K/s]" in header
+    assert "air.duty_percent [%]" in header
+    steps = [row[header.index("air.steps")] for row in rows]
+    assert steps == [""] * 10 + ["1"] * 10 + ["2"] * 10 + ["3"] * 2

@@ -1,0 +1,103 @@
+"""Figures of merit on signals whose figures are known."""
+
+import numpy as np
+import pytest
+
+from heatwright.sim.metrics import metrics, overshoot, rise_time, settling
+from heatwright.sim.trace import Trace
+from heatwright.spec import PwmOutput, TimeProportionalOutput
+
+
+def trace_of(readings_c, setpoints_c, duties, fractions=None):
+    count = len(readings_c)
+    log = np.zeros(
+        count,
+        [
+            ("time_s", "f8"),
+            ("setpoint_c", "f4"),
+            ("temperature_c", "f4"),
+            ("duty_percent", "f4"),
+            ("has_reading", "u1"),
+        ],
+    )
+    log["time_s"] = np.arange(1, count + 1)
+    log["setpoint_c"], log["temperature_c"] = setpoints_c, readings_c
+    log["duty_percent"], log["has_reading"] = duties, 1
+    on = np.concatenate(([0.0], np.asarray(duties if fractions is None else fractions) / 100))
+    return Trace(np.arange(count + 1.0), {}, {}, {"heater": on, "fan": on}, {"air": log})
+
+
+def test_a_response_with_known_figures(chamber):
+    readings = [20, 20, 23, 30, 45, 47, 52, 51, 50, 49.9375, 50, 50.0625]
+    found = metrics(
+        trace_of(readings, [20] + [50] * 11, [0, 100, 100, 100, 0, 100] + [0] * 6), chamber
+    )
+    assert found.setpoint_c == 50
+    assert found.maximum_c == 52
+    assert found.overshoot_k == 2
+    assert found.rise_time_s == 3  # from 23 °C to 47 °C
+    assert found.settling_s == 7  # at 50 °C, within 0.6 K from there on
+    assert (found.steady_minimum_c, found.steady_maximum_c) == (49.9375, 50.0625)
+    assert found.steady_error_k == 0.0625
+    assert found.iae_ks == 30 + 27 + 20 + 5 + 3 + 2 + 1 + 0 + 0.0625 + 0 + 0.0625
+    assert found.switchings == 2
+    assert not found.audible
+    assert found.energy_j == 240 * 4
+
+
+def test_only_the_last_response_counts(chamber):
+    readings = [60, 60, 20, 30, 30, 30]
+    found = metrics(trace_of(readings, [60, 60, 30, 30, 30, 30], [0] * 6), chamber)
+    assert (found.setpoint_c, found.maximum_c, found.overshoot_k) == (30, 30, 0)
+
+
+def test_overshoot_is_in_the_direction_of_the_step():
+    assert overshoot(np.array([20.0, 52.0, 49.0]), 50.0) == 2
+    assert overshoot(np.array([60.0, 49.0, 50.5]), 50.0) == 1
+    assert overshoot(np.array([20.0, 49.0]), 50.0) == 0
+
+
+def test_without_arrival_there_is_no_rise_or_settling_time():
+    times_s, readings_c = np.arange(4.0), np.array([20.0, 25.0, 30.0, 40.0])
+    assert rise_time(times_s, readings_c, 50.0) is None
+    assert settling(times_s, readings_c, 50.0, 0.0625) is None
+
+
+def test_settled_from_the_start():
+    times_s, readings_c = np.arange(3.0), np.array([50.0, 50.0625, 50.0])
+    assert rise_time(times_s, readings_c, 50.0) is None
+    assert settling(times_s, readings_c, 50.0, 0.0625) == 0
+
+
+def test_leaving_the_band_again_is_not_settled():
+    times_s, readings_c = np.arange(5.0), np.array([40.0, 50.0, 50.0, 50.0, 50.3])
+    assert settling(times_s, readings_c, 50.0, 0.0625) is None
+
+
+@pytest.mark.parametrize(
+    ("output", "expected", "audible"),
+    [
+        ({"kind": "pwm", "frequency": "490 Hz"}, 2 * 490 + 1, True),
+        ({"kind": "pwm", "frequency": "25 kHz"}, 2 * 25000 + 1, False),
+        ({"kind": "time_proportional", "window": "2 s"}, 2 * 0.5 + 1, False),
+    ],
+)
+def test_switchings_of_a_partial_duty(vary, output, expected, audible):
+    kind = PwmOutput if output["kind"] == "pwm" else TimeProportionalOutput
+    model = kind.model_validate({"pin": "D3", "power": "240 W", **output})
+    trace = trace_of([20] * 6, [50] * 6, [0, 100, 100, 50, 50, 0])
+    found = metrics(trace, vary(output=model))
+    assert found.switchings == expected
+    assert found.audible is audible
+
+
+def test_energy_is_what_the_pin_gave_not_what_was_asked(chamber):
+    trace = trace_of([20] * 4, [50] * 4, [100] * 4, fractions=[0, 100, 50, 0])
+    assert metrics(trace, chamber).energy_j == 240 * 1.5
+
+
+def test_a_run_without_a_reading_has_no_figures(chamber):
+    trace = trace_of([20] * 3, [50] * 3, [0] * 3)
+    trace.steps["air"]["has_reading"] = 0
+    with pytest.raises(ValueError, match="no reading"):
+        metrics(trace, chamber)

@@ -1,0 +1,39 @@
+import pytest
+
+from heatwright.sim.scenario import Action, actions, end_s
+from heatwright.spec import Event
+
+
+def events(*lines):
+    return [Event.model_validate(line) for line in lines]
+
+
+def test_each_press_is_down_and_up():
+    found = actions(events({"at": "10 s", "press": "up", "times": 2}, {"for": "1 min"}))
+    assert found == (
+        Action(10.0, "up"),
+        Action(10.1, None),
+        Action(10.2, "up"),
+        Action(pytest.approx(10.3), None),
+    )
+
+
+def test_an_event_waits_for_the_hand_to_be_free():
+    found = actions(
+        events({"at": "1 s", "press": "up", "times": 3}, {"at": "1.2 s", "press": "select"})
+    )
+    assert found[6] == Action(pytest.approx(1.6), "select")
+
+
+def test_events_are_done_in_the_order_of_their_times():
+    found = actions(events({"at": "5 s", "press": "up"}, {"at": "1 s", "press": "down"}))
+    assert [action.key for action in found] == ["down", None, "up", None]
+
+
+def test_the_end_is_the_for():
+    assert end_s(events({"at": "1 s", "press": "up"}, {"for": "30 min"})) == 1800
+
+
+def test_a_scenario_without_an_end_is_refused():
+    with pytest.raises(ValueError, match="needs its end"):
+        end_s(events({"at": "1 s", "press": "up"}))

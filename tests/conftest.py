@@ -1,0 +1,48 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from heatwright.spec import Controller, load
+from heatwright.spec.base import ReadOnlyDict
+
+EXAMPLES = Path(__file__).parents[1] / "spec" / "examples"
+
+Vary = Callable[..., Controller]
+
+
+@pytest.fixture(scope="session")
+def chamber() -> Controller:
+    return load(EXAMPLES / "chamber.yaml").controller
+
+
+@pytest.fixture(scope="session")
+def oven() -> Controller:
+    return load(EXAMPLES / "oven.yaml").controller
+
+
+@pytest.fixture(scope="session")
+def vary(chamber: Controller) -> Vary:
+    """The chamber with another algorithm, output, period, or other protections."""
+
+    def varied(
+        *, algorithm: Any = None, output: Any = None, period_s: float = 1.0, **protection: Any
+    ) -> Controller:
+        loop = chamber.loops["air"]
+        changed = loop.model_copy(
+            update={
+                "algorithm": algorithm or loop.algorithm,
+                "period_s": period_s,
+                "protection": loop.protection.model_copy(update=protection),
+            }
+        )
+        outputs = {**chamber.outputs, "heater": output or chamber.outputs["heater"]}
+        return chamber.model_copy(
+            update={
+                "loops": ReadOnlyDict({"air": changed}),
+                "outputs": ReadOnlyDict(outputs),
+            }
+        )
+
+    return varied

@@ -1,0 +1,93 @@
+import pytest
+
+from heatwright.sim.reference.course import WindowCourse, course_of
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.output import heater_of, pwm_counts
+from heatwright.spec import PwmOutput, TimeProportionalOutput
+
+
+def pwm(**settings):
+    return PwmOutput.model_validate({"kind": "pwm", "pin": "D3", "power": "240 W", **settings})
+
+
+def windows(**settings):
+    return TimeProportionalOutput.model_validate(
+        {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
+    )
+
+
+@pytest.mark.parametrize(
+    ("pin", "frequency", "counts"),
+    [
+        ("D3", "490 Hz", 255),  # timer 2, channel B: 16 MHz / 128 / 490 Hz
+        ("D11", "490 Hz", 256),  # timer 2, channel A
+        ("D9", "490 Hz", 32653),  # timer 1, 16 bits: 16 MHz / 490 Hz
+        ("D9", "30 Hz", 8333),
+        ("D3", "25 kHz", 80),  # prescaler 8
+    ],
+)
+def test_pwm_counts(vary, pin, frequency, counts):
+    controller = vary(output=pwm(pin=pin, frequency=frequency))
+    output = controller.outputs["heater"]
+    assert pwm_counts(controller, output) == counts
+
+
+def test_a_pin_without_a_timer_has_no_pwm(vary):
+    controller = vary(output=pwm(pin="D4", frequency="490 Hz"))
+    with pytest.raises(ValueError, match="Pin D4 has no PWM"):
+        pwm_counts(controller, controller.outputs["heater"])
+
+
+def test_duty_is_rounded_to_the_nearest_count(vary):
+    heater = heater_of(vary(output=pwm(frequency="490 Hz")), "heater")
+    found = []
+    for duty in (0.0, 0.19, 0.2, 50.0, 99.8, 99.81, 100.0):
+        heater.apply(Single(duty))
+        found.append(heater.counts)
+    assert found == [0, 0, 1, 128, 254, 255, 255]
+
+
+def test_short_pulses_and_pauses_are_left_out(vary):
+    output = windows(minimum_on="50 ms", minimum_off="100 ms")
+    heater = heater_of(vary(output=output), "heater")
+    found = []
+    for duty in (0, 4.4, 4.5, 5, 50, 90, 90.4, 90.6, 100):
+        heater.apply(Single(duty))
+        found.append(heater.counts)
+    assert found == [0, 0, 5, 5, 50, 90, 90, 100, 100]
+
+
+def test_a_window_is_on_first_and_off_then():
+    course = WindowCourse(1_000_000, 10_000)
+    assert course.advance(500_000) == 0
+    course.apply(25.0, 25)
+    assert course.advance(600_000) == 100_000
+    assert course.advance(1_000_000) == 150_000
+    assert course.advance(1_600_000) == 100_000  # the second window began at 1.5 s
+    assert course.advance(3_500_000) == 150_000 + 250_000
+
+
+def test_a_new_duty_waits_for_its_window_but_zero_does_not():
+    course = WindowCourse(10_000_000, 10_000)
+    course.apply(50.0, 500)
+    course.advance(1_000_000)
+    course.apply(20.0, 200)
+    assert course.advance(6_000_000) == 4_000_000
+    assert course.advance(10_000_000) == 0
+    assert course.advance(11_000_000) == 1_000_000
+    course.apply(0.0, 0)
+    assert course.advance(20_000_000) == 0
+
+
+def test_a_duty_at_the_start_of_a_window_counts_at_once():
+    course = WindowCourse(1_000_000, 10_000)
+    course.apply(10.0, 10)
+    assert course.advance(1_000_000) == 100_000
+    course.apply(90.0, 90)
+    assert course.advance(2_000_000) == 900_000
+
+
+def test_a_pwm_course_is_its_mean(vary):
+    course = course_of(vary(output=pwm(frequency="490 Hz")), "heater")
+    course.apply(20.0, 51)
+    assert course.advance(1_000_000) == pytest.approx(200_000, rel=1e-15)
