@@ -32,10 +32,9 @@ class OnOffControl:
         """Return the duty in percent."""
         expected_c = temperature_c
         if self._leads:
-            slope = (temperature_c - last_c) * self._per_period
-            if gap > 1:
-                slope = slope / Single(gap)
-            self._rate = self._rate + self._share * (slope - self._rate)
+            if gap == 1:
+                slope = (temperature_c - last_c) * self._per_period
+                self._rate = self._rate + self._share * (slope - self._rate)
             expected_c = temperature_c + self._lead_s * self._rate
         if self._has_width:
             if expected_c >= setpoint_c + self._half_width:

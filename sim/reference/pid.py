@@ -39,8 +39,8 @@ class PidControl:
         error = setpoint_c - temperature_c
         if not self._started:
             self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO
-        if self._differentiates:
-            slope = self._slope(temperature_c, error, gap)
+        if self._differentiates and gap == 1:
+            slope = self._slope(temperature_c, error)
             self._derivative = self._derivative + self._share * (slope - self._derivative)
         self._proportional = self._kp * error
         candidate = self._integral
@@ -67,14 +67,12 @@ class PidControl:
             found += (self._started,)
         return found
 
-    def _slope(self, temperature_c: Single, error: Single, gap: int) -> Single:
+    def _slope(self, temperature_c: Single, error: Single) -> Single:
         if not self._started:
             return ZERO
         if self._of_error:
-            slope = (error - self._last) * self._per_period
-        else:
-            slope = -(temperature_c - self._last) * self._per_period
-        return slope / Single(gap) if gap > 1 else slope
+            return (error - self._last) * self._per_period
+        return -(temperature_c - self._last) * self._per_period
 
     def _sum(self, integral: Single) -> Single:
         total = self._proportional
