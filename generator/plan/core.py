@@ -5,9 +5,10 @@ from __future__ import annotations
 from heatwright.generator.plan.numbers import TICK_MS, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import compare_match, tick_interval, vector
+from heatwright.generator.plan.timers import compare_match, vector
 from heatwright.spec import Loop
 from heatwright.spec.rules import RULES, Rule
+from heatwright.spec.timers import tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
 SETTINGS_DELAY_S = 10.0
@@ -66,6 +67,7 @@ def clock(root: Source, timer: int) -> Part:
     """The tick on `timer`."""
     board = root.controller.board
     interval = tick_interval(board.clock_hz, board.timers[timer])
+    assert interval is not None  # noqa: S101 - the spec gave the tick a timer that can
     derived = f"{board.clock_hz / 1e6:g} MHz / {interval.prescaler} / {interval.counts}"
     constants = [
         Constant("CLOCK_COMPARE", f"{interval.counts - 1}u", f"timer {timer}: {derived}"),

@@ -2,31 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.spec.boards import Board, Timer
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A compare match every `counts` counts of clock/`prescaler`, `divider` of them to a tick."""
-
-    prescaler: int
-    counts: int
-    divider: int
-
-
-def tick_interval(clock_hz: int, timer: Timer) -> Interval:
-    """Divide the clock exactly into ticks: fewest interrupts, then the finest count."""
-    cycles, rest = divmod(clock_hz * TICK_MS, 1000)
-    for divider in range(1, 255):
-        for prescaler in timer.prescalers:
-            counts, left = divmod(cycles, divider * prescaler)
-            if rest == 0 and left == 0 and 1 < counts <= 1 << timer.bits:
-                return Interval(prescaler, counts, divider)
-    message = f"a {timer.bits}-bit timer cannot divide {clock_hz} Hz into ticks of {TICK_MS} ms"
-    raise ValueError(message)
+from heatwright.spec.timers import Interval
 
 
 def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:

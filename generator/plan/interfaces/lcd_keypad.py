@@ -85,6 +85,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         ),
         start_calls=(
             Call(Stage.SHOW, "lcd.h", "lcd_start();"),
+            Call(Stage.SHOW, "panel.h", "panel_refresh();"),
             Call(Stage.OPERATE, "keypad.h", "keypad_start();"),
         ),
         tick_calls=(

@@ -7,6 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff, Pid, SerialPlotter
 from heatwright.spec.boards import Uart
+from heatwright.spec.uart import baud_setting
 
 DECIMALS = 2
 
@@ -15,11 +16,10 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     """Plan transmitter and plotter for one loop."""
     controller = source.controller
     board, loop = controller.board, controller.loops[interface.loop]
-    divisor = round(board.clock_hz / (8 * interface.baud)) - 1
-    actual = board.clock_hz / (8 * (divisor + 1))
+    setting = baud_setting(board.clock_hz, interface.baud)
     constants = (
         source.at("baud").count(
-            "SERIAL_DIVISOR", divisor, f"{interface.baud} baud, really {actual:.0f}"
+            "SERIAL_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
         ),
         Constant("PLOTTER_DECIMALS", f"{DECIMALS}u", "of every field"),
     )
