@@ -6,6 +6,6 @@ from heatwright.sim.native.shim import SimulatorMissing, build
 
 if __name__ == "__main__":
     try:
-        print(build())  # noqa: T201
+        print(build())
     except SimulatorMissing as problem:
         sys.exit(str(problem))

@@ -157,6 +157,7 @@ void hw_reset(hw *h, int cause) {
     eeprom_reset(h);
     compare_reset(h);
     pins_reset(h);
+    snapshots_reset(h);
     if (h->profile)
         profile_reset(h);
     log_reset(h, cause, pc);

@@ -181,6 +181,7 @@ void eeprom_init(hw *h);
 void eeprom_reset(hw *h);
 void watchdog_init(hw *h);
 void snapshots_take(hw *h);
+void snapshots_reset(hw *h);
 void onewire_free(hw *h);
 void profile_free(hw *h);
 void profile_before(hw *h);

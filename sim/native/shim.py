@@ -1,8 +1,9 @@
 """Compile and load the shim.
 
 It is built once per machine into the user's cache (``$XDG_CACHE_HOME/heatwright/native``, default
-``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name holds a digest of the sources, the simavr it was built against and this Python's ABI, so a
-change of any of them builds anew, and processes that build at the same time do not meet.
+``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name holds a
+digest of the sources, of the simavr it was built against and of this Python's ABI, so a change of
+any of them builds anew, and processes that build at the same time do not meet.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ HEADERS = (Path("/usr/include"), Path("/usr/local/include"))
 INSTALL = "sudo apt install libsimavr-dev gcc libc6-dev"
 
 
-class SimulatorMissing(RuntimeError):  # noqa: N818 - it names what is wrong
+class SimulatorMissing(RuntimeError):
     """The shim cannot be built or loaded; the message is one line with the remedy."""
 
 
@@ -147,4 +148,3 @@ def load() -> Any:
     except ImportError as error:
         raise SimulatorMissing(f"{path.name} does not load ({error}): {INSTALL}") from error
     return module
-

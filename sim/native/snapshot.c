@@ -1,4 +1,5 @@
-/* Snapshots: a RAM range copied whenever a counter in it has changed and the CPU goes to sleep. */
+/* Snapshots: a RAM range copied whenever a counter has changed as the CPU goes to sleep.
+   After power-on and reset the counter is expected at 0. */
 #include <string.h>
 #include "hw.h"
 
@@ -23,6 +24,11 @@ void snapshots_take(hw *h) {
     }
 }
 
+void snapshots_reset(hw *h) {
+    for (int i = 0; i < h->snapshot_count; i++)
+        h->snapshots[i].last = 0;
+}
+
 /* The number of the log that receives them, or -1. */
 int hw_snapshot(hw *h, uint16_t counter_address, uint8_t counter_size, uint16_t base,
                 uint16_t size) {
@@ -33,7 +39,6 @@ int hw_snapshot(hw *h, uint16_t counter_address, uint8_t counter_size, uint16_t 
     struct snapshot *s = &h->snapshots[i];
     *s = (struct snapshot){.counter = counter_address, .counter_size = counter_size,
                            .base = base, .size = size};
-    s->last = counter(h->avr->data, s);
     h->logs[HW_SNAPSHOT_LOG + i].record = sizeof(uint64_t) + size;
     return HW_SNAPSHOT_LOG + i;
 }

@@ -1,0 +1,197 @@
+"""A simulated AVR: libsimavr behind a shim that makes it behave as the part does.
+
+The run loop is in C and does not hold Python's lock, so processors run in threads side by side;
+each is independent and deterministic. See docs/simulator.md for what is and is not simulated.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.native.analog import Adc
+from heatwright.sim.native.eeprom import Eeprom
+from heatwright.sim.native.hw import Hw, Range
+from heatwright.sim.native.log import Log
+from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
+from heatwright.sim.native.parts import PARTS
+from heatwright.sim.native.pins import Pins
+from heatwright.sim.native.shim import load
+from heatwright.sim.native.snapshots import Snapshots, snapshots
+from heatwright.sim.native.uart import Uarts
+
+RAM_FILL = 0xC5
+"""What RAM holds at power-on. The part's is arbitrary; zero would hide a missing initialisation."""
+
+RESET_EVENT = np.dtype(
+    {
+        "names": ["cycle", "pc", "cause", "mcusr"],
+        "formats": ["<u8", "<u4", "u1", "u1"],
+        "itemsize": 16,
+    }
+)
+"""A reset: its cycle, where the program was (flash byte), which of CAUSES, MCUSR after it."""
+
+CAUSES = ("power_on", "external", "brown_out", "watchdog")
+
+
+class AvrError(RuntimeError):
+    """The program has left its flash or RAM, or uses what is not simulated; says which."""
+
+
+class Avr:
+    """One processor, powered on when it is made; to cut its power, drop it.
+
+    mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF.
+    pins, uarts, adc, eeprom -- the outside of the part.
+
+    Raises ValueError for a part that is not in PARTS, SimulatorMissing when there is no simulator.
+    """
+
+    def __init__(self, mcu: str, clock_hz: float, *, supply_v: float = 5.0) -> None:
+        if mcu not in PARTS:
+            raise ValueError(f"{mcu} is not simulated; {', '.join(PARTS)} are.")
+        self.part = PARTS[mcu]
+        self.clock_hz = round(clock_hz)
+        hw = self._owner = self._power_on(mcu, supply_v)
+        self._lib, self._ffi, self._hw = hw.lib, hw.ffi, hw.pointer
+        self.pins = Pins(hw)
+        self.uarts = Uarts(hw)
+        self.adc = Adc(hw)
+        self.eeprom = Eeprom(hw, self.part.eeprom_write_s)
+        self._reset_log = Log(hw, hw.lib.HW_RESET_LOG, RESET_EVENT)
+        self._logs: list[Log] = [self.pins.log, self.uarts.log, self._reset_log]
+        self._slave_errors: list[BaseException] = []
+        self._stack_bottom = self.part.ram_start
+        self.write_ram(self.part.ram_start, bytes([RAM_FILL]) * self.ram_size)
+
+    def _power_on(self, mcu: str, supply_v: float) -> Hw:
+        shim = load()
+        install(shim.ffi)
+        hw = shim.lib.hw_new(mcu.encode(), self.clock_hz, round(1000 * supply_v))
+        part = self.part
+        shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
+        return Hw(shim.lib, shim.ffi, shim.ffi.gc(hw, shim.lib.hw_free), self.clock_hz)
+
+    def load(self, program: Elf) -> None:
+        """Program the flash, and the EEPROM if the program brings contents for it.
+
+        Raises ValueError when the program is too large for the part.
+        """
+        room = self._lib.hw_flash_size(self._hw)
+        if len(program.flash) > room:
+            raise ValueError(f"The program has {len(program.flash)} bytes, the flash {room}.")
+        self._ffi.buffer(self._lib.hw_flash(self._hw), room)[: len(program.flash)] = program.flash
+        if program.eeprom:
+            self.eeprom.contents = program.eeprom
+        self._stack_bottom = max(self.part.ram_start, program.static_ram[1])
+
+    # -- time ----------------------------------------------------------------------------------
+
+    @property
+    def cycle(self) -> int:
+        """Cycles since power-on."""
+        return int(self._lib.hw_cycle(self._hw))
+
+    @property
+    def time_s(self) -> float:
+        """Time since power-on, s."""
+        return self.cycle / self.clock_hz
+
+    def run_to(self, cycle: int) -> None:
+        """Run to a cycle: exactly when asleep, else to the end of the instruction that reaches it.
+
+        Raises AvrError, whatever a chip on a 1-Wire line has raised, and KeyboardInterrupt within
+        a tenth of a second.
+        """
+        run, hw = self._lib.hw_run, self._hw
+        while result := run(hw, cycle):
+            if result != self._lib.HW_YIELD:
+                raise AvrError(self._why())
+            for log in self._logs:
+                log.drain()
+        if self._slave_errors:
+            raise self._slave_errors.pop(0)
+
+    def run(self, seconds: float) -> None:
+        """Run on for a time, s; see run_to."""
+        self.run_to(self.cycle + round(seconds * self.clock_hz))
+
+    def _why(self) -> str:
+        text = self._ffi.string(self._lib.hw_message(self._hw)).decode(errors="replace")
+        place = f"at flash byte 0x{self.program_counter:04x}, {self.time_s:.6f} s"
+        return f"{text.strip() or 'The program has crashed'} ({place})."
+
+    @property
+    def sleep_cycles(self) -> int:
+        """Cycles spent asleep."""
+        return int(self._lib.hw_sleep_cycles(self._hw))
+
+    @property
+    def hung(self) -> bool:
+        """Whether it sleeps with interrupts off: only a reset can wake it."""
+        return bool(self._lib.hw_asleep_for_good(self._hw))
+
+    # -- resets --------------------------------------------------------------------------------
+
+    def reset(self, cause: Literal["external", "brown_out"] = "external") -> None:
+        """Reset the processor now; RAM keeps its contents."""
+        self._lib.hw_reset(self._hw, CAUSES.index(cause))
+
+    def take_resets(self) -> NDArray[Any]:
+        """Return the resets since the last call (RESET_EVENT records); power-on is not one."""
+        return self._reset_log.take()
+
+    # -- memory --------------------------------------------------------------------------------
+
+    @property
+    def ram_size(self) -> int:
+        """Bytes of RAM, registers not counted."""
+        return int(self._lib.hw_ram_end(self._hw)) + 1 - self.part.ram_start
+
+    def read_ram(self, address: int, size: int) -> bytes:
+        """Return bytes of the data space."""
+        return bytes(self._memory()[address : address + size])
+
+    def write_ram(self, address: int, data: bytes) -> None:
+        """Set bytes of RAM; registers written so do not act."""
+        self._memory()[address : address + len(data)] = data
+
+    def _memory(self) -> Any:
+        return self._ffi.buffer(self._lib.hw_ram(self._hw), self._lib.hw_ram_end(self._hw) + 1)
+
+    @property
+    def program_counter(self) -> int:
+        """Flash byte of the next instruction."""
+        return int(self._lib.hw_program_counter(self._hw))
+
+    @property
+    def stack_used(self) -> int:
+        """Bytes of stack the program has written so far (0 with no program loaded).
+
+        Found by the fill RAM had at power-on, so a byte written with just that value at the very
+        end is missed; Profile.stack_used is exact.
+        """
+        top = int(self._lib.hw_ram_end(self._hw)) + 1
+        above = self.read_ram(self._stack_bottom, top - self._stack_bottom)
+        return len(above.lstrip(bytes([RAM_FILL])))
+
+    # -- chips and recorders -------------------------------------------------------------------
+
+    def one_wire(self, pin: str, slave: Slave, timing: Timing | None = None) -> Line:
+        """Put a 1-Wire chip on a pin, with a pull-up resistor on the line."""
+        self.pins.pull(pin, "high")
+        number = self.pins.watch(pin, logged=False)
+        return attach(self._owner, number, slave, timing or Timing(), self._slave_errors)
+
+    def snapshots(self, counter: Range, ram: Range) -> Snapshots:
+        """Record a run of RAM whenever the counter has changed as the processor falls asleep.
+
+        Raises ValueError outside RAM, or beyond eight recorders.
+        """
+        found, log = snapshots(self._owner, counter, ram)
+        self._logs.append(log)
+        return found

@@ -1,0 +1,145 @@
+"""A linked AVR program: its flash image, its symbols, its functions.
+
+Addresses are the program's own: flash in bytes from 0, RAM as the data sheet counts it (the ELF
+file's offsets 0x800000 for RAM and 0x810000 for EEPROM are taken off).
+"""
+
+from __future__ import annotations
+
+import bisect
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from elftools.common.exceptions import ELFError
+from elftools.elf.elffile import ELFFile
+
+RAM = 0x800000
+EEPROM = 0x810000
+FUSES = 0x820000
+
+
+class ElfError(ValueError):
+    """The file is not a linked AVR program, or lacks what is asked of it; says which."""
+
+
+@dataclass(frozen=True, order=True)
+class Function:
+    """A function: flash bytes start to end (exclusive)."""
+
+    start: int
+    end: int
+    name: str
+
+
+class Elf:
+    """A linked program, read once.
+
+    flash -- image from address 0; eeprom -- initial contents, or empty; symbols -- name to address
+    (RAM and EEPROM without their offset); functions -- in order of address; static_ram -- first and
+    one past the last byte of .data, .bss and .noinit.
+
+    Raises ElfError when the file cannot be read as an AVR program.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        try:
+            with self.path.open("rb") as stream:
+                self._read(ELFFile(stream))
+        except ELFError as error:
+            raise ElfError(f"{self.path} is not an ELF file ({error}).") from error
+
+    def _read(self, elf: Any) -> None:
+        if elf["e_machine"] != "EM_AVR" or elf["e_type"] != "ET_EXEC":
+            raise ElfError(f"{self.path} is not a linked AVR program.")
+        self.flash, self.eeprom = _images(elf)
+        symbols = _symbols(elf)
+        self.symbols = {name: _own(address) for name, address, _ in symbols}
+        self.functions = _functions(elf, symbols)
+        self.static_ram = _static_ram(elf)
+        self._starts = [function.start for function in self.functions]
+
+    def function_at(self, address: int) -> Function | None:
+        """Return the function that holds the flash byte, or None."""
+        place = bisect.bisect_right(self._starts, address) - 1
+        found = self.functions[place] if place >= 0 else None
+        return found if found and address < found.end else None
+
+    def function(self, name: str) -> Function:
+        """Return the function of that name; raises ElfError when there is none."""
+        for function in self.functions:
+            if function.name == name:
+                return function
+        raise ElfError(f"{self.path.name} has no function {name}.")
+
+    def flash_bytes(self, symbol: str, size: int) -> bytes:
+        """Return size bytes of a constant in flash; raises ElfError when it is not there."""
+        address = self.symbols.get(symbol)
+        if address is None or address + size > len(self.flash):
+            raise ElfError(f"{self.path.name} has no constant {symbol} in flash.")
+        return self.flash[address : address + size]
+
+
+def _own(address: int) -> int:
+    for offset in (EEPROM, RAM):
+        if address >= offset:
+            return address - offset
+    return address
+
+
+def _images(elf: Any) -> tuple[bytes, bytes]:
+    flash, eeprom = bytearray(), bytearray()
+    for segment in elf.iter_segments("PT_LOAD"):
+        address = segment["p_paddr"]
+        if not segment["p_filesz"] or address >= FUSES:
+            continue
+        image, start = (eeprom, address - EEPROM) if address >= EEPROM else (flash, address)
+        if start >= RAM:
+            continue
+        image.extend(b"\xff" * (start + segment["p_filesz"] - len(image)))
+        image[start : start + segment["p_filesz"]] = segment.data()
+    return bytes(flash), bytes(eeprom)
+
+
+def _symbols(elf: Any) -> list[tuple[str, int, str]]:
+    table = elf.get_section_by_name(".symtab")
+    if table is None:
+        return []
+    return [
+        (symbol.name, symbol["st_value"], symbol["st_info"]["type"])
+        for symbol in table.iter_symbols()
+        if symbol.name and isinstance(symbol["st_shndx"], int)  # in a section
+    ]
+
+
+def _functions(elf: Any, symbols: list[tuple[str, int, str]]) -> tuple[Function, ...]:
+    """Each runs to the next: the library's assembler gives no sizes, and plain labels."""
+    text = elf.get_section_by_name(".text")
+    if text is None:
+        return ()
+    first, end = text["sh_addr"], text["sh_addr"] + text["sh_size"]
+    names: dict[int, tuple[bool, str]] = {}
+    for name, address, kind in symbols:
+        if first <= address < end and not name.startswith(".L") and kind in _CODE:
+            better = (kind != "STT_FUNC", name)
+            names[address] = min(names.get(address, better), better)
+    starts = sorted(names)
+    ends = [*starts[1:], end]
+    return tuple(
+        Function(start, stop, names[start][1]) for start, stop in zip(starts, ends, strict=True)
+    )
+
+
+_CODE = {"STT_FUNC", "STT_NOTYPE"}
+
+
+def _static_ram(elf: Any) -> tuple[int, int]:
+    inside = [
+        (section["sh_addr"] - RAM, section["sh_addr"] - RAM + section["sh_size"])
+        for section in elf.iter_sections()
+        if RAM <= section["sh_addr"] < EEPROM and section["sh_size"]
+    ]
+    if not inside:
+        return 0, 0
+    return min(start for start, _ in inside), max(end for _, end in inside)

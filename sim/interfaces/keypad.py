@@ -1,0 +1,69 @@
+"""Five keys on one analog input: a ladder of resistors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.analog import millivolts
+
+CODES: Mapping[str | None, int] = {
+    "right": 0,
+    "up": 131,
+    "down": 307,
+    "left": 481,
+    "select": 722,
+    None: 1023,
+}
+"""Nominal ADC codes of the LCD keypad shield; None: no key."""
+
+BOUNCE_S = 0.001
+
+
+class Keypad:
+    """The keys of the shield on an ADC channel.
+
+    tolerance -- the codes' common error, relative (the resistors'); bounces -- how often a contact
+    opens again before it stays closed, and the other way round, BOUNCE_S apart.
+    """
+
+    def __init__(
+        self, avr: Avr, channel: int = 0, *, tolerance: float = 0.0, bounces: int = 0
+    ) -> None:
+        self.held: str | None = None
+        self._avr = avr
+        self._channel = channel
+        self._tolerance = tolerance
+        self._bounces = bounces
+        self._pending: list[tuple[int, str | None]] = []
+        self._set(None)
+
+    def press(self, key: str | None) -> None:
+        """Hold a key from now on: right, up, down, left, select; None: none.
+
+        Raises ValueError for another name.
+        """
+        if key not in CODES:
+            raise ValueError(f"There is no key {key}; there are right, up, down, left, select.")
+        self._pending = list(self._bouncing(key))
+        self.held = key
+        self._set(key)
+
+    def _bouncing(self, key: str | None) -> Iterator[tuple[int, str | None]]:
+        step = round(BOUNCE_S * self._avr.clock_hz)
+        for turn in range(2 * self._bounces):
+            yield self._avr.cycle + (turn + 1) * step, key if turn % 2 else self.held
+
+    @property
+    def next_change(self) -> int | None:
+        """Cycle at which ``settle`` has to be called next, if any."""
+        return self._pending[0][0] if self._pending else None
+
+    def settle(self) -> None:
+        """Make the bounces that are due."""
+        while self._pending and self._pending[0][0] <= self._avr.cycle:
+            self._set(self._pending.pop(0)[1])
+
+    def _set(self, key: str | None) -> None:
+        code = CODES[key] if key is None else CODES[key] * (1 + self._tolerance)
+        self._avr.adc.set(self._channel, millivolts(min(code, 1023)))

@@ -1,0 +1,35 @@
+"""The Arduino LCD keypad shield: a display of 16 x 2 characters and five keys."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.keypad import Keypad
+from heatwright.sim.interfaces.lcd import Lcd
+from heatwright.spec.boards import Board
+
+LCD_PINS = ("D8", "D9", "D4", "D5", "D6", "D7")
+"""RS, E, D4..D7 of the display, on the board's pins."""
+KEYPAD_PIN = "A0"
+
+
+class LcdKeypad:
+    """The shield on a board. lcd -- its display; keypad -- its keys."""
+
+    def __init__(self, avr: Avr, board: Board) -> None:
+        self._avr = avr
+        pins = [board.pins[name].port_name for name in LCD_PINS]
+        for pin in pins:
+            avr.pins.watch(pin)
+        self.lcd = Lcd(pins, avr.clock_hz)
+        channel = board.pins[KEYPAD_PIN].adc
+        if channel is None:
+            raise ValueError(f"{board.name}'s {KEYPAD_PIN} is no analog input.")
+        self.keypad = Keypad(avr, channel)
+
+    def feed(self, events: NDArray[Any]) -> None:
+        """Take the processor's pin changes."""
+        self.lcd.feed(events)

@@ -1,0 +1,70 @@
+"""A computer that listens for the lines of the program Serial Port Plotter: ``$1.00 2.00;``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+
+LINE = re.compile(rb"\$(-?\d+(?:\.\d+)?(?: -?\d+(?:\.\d+)?)*);\r?\n?")
+
+
+@dataclass(frozen=True)
+class PlotterLine:
+    """A line, and the time its last character has come, s."""
+
+    time_s: float
+    values: tuple[float, ...]
+
+
+class SerialPlotter:
+    """The computer at the end of a UART.
+
+    lines -- what it has understood; garbage -- bytes that belonged to no line; baud -- its speed,
+    by which it also judges the firmware's.
+    """
+
+    MISMATCH = 0.045
+    """Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten,
+    less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
+
+    def __init__(self, avr: Avr, baud: int, uart: int = 0) -> None:
+        self.lines: list[PlotterLine] = []
+        self.garbage = 0
+        self.baud = baud
+        self._avr = avr
+        self._uart = uart
+        self._waiting = bytearray()
+
+    @property
+    def speed_error(self) -> float:
+        """Relative difference of the firmware's speed from the computer's."""
+        return 10 / (self._avr.uarts[self._uart].frame_s * self.baud) - 1
+
+    def feed(self, sent: NDArray[Any]) -> None:
+        """Take what the UARTs have sent (UART_BYTE records)."""
+        mine = sent[(sent["uart"] == self._uart) & ~sent["lost"]]
+        if not len(mine):
+            return
+        if abs(self.speed_error) > self.MISMATCH:
+            self.garbage += len(mine)
+            return
+        ends = mine["end"].tolist()
+        for end, value in zip(ends, mine["value"].tolist(), strict=True):
+            self._waiting.append(value)
+            if value == ord(";"):
+                self._line(end / self._avr.clock_hz)
+
+    def _line(self, time_s: float) -> None:
+        text = bytes(self._waiting).lstrip(b"\r\n")
+        self._waiting.clear()
+        found = LINE.fullmatch(text)
+        if found is None:
+            self.garbage += len(text)
+            return
+        values = tuple(float(field) for field in found.group(1).split())
+        self.lines.append(PlotterLine(time_s, values))

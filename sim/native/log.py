@@ -1,0 +1,42 @@
+"""Logs the shim fills and Python empties."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.native.hw import Hw
+
+
+class Log:
+    """One of the shim's logs; ``take`` gives what has come since the last call."""
+
+    def __init__(self, hw: Hw, number: int, dtype: np.dtype[Any]) -> None:
+        self._hw = hw
+        self._number = number
+        self._dtype = dtype
+        self._parts: list[NDArray[Any]] = []
+
+    def __len__(self) -> int:
+        waiting = int(self._hw.lib.hw_log_count(self._hw.pointer, self._number))
+        return waiting + sum(len(part) for part in self._parts)
+
+    def drain(self) -> None:
+        """Move what the shim holds into Python."""
+        lib, ffi, hw = self._hw.lib, self._hw.ffi, self._hw.pointer
+        count = lib.hw_log_count(hw, self._number)
+        if count:
+            data = lib.hw_log_data(hw, self._number)
+            raw = ffi.buffer(data, count * self._dtype.itemsize)
+            self._parts.append(np.frombuffer(raw, self._dtype).copy())
+            lib.hw_log_clear(hw, self._number)
+
+    def take(self) -> NDArray[Any]:
+        """Return the records that have come since the last call, in order of time."""
+        self.drain()
+        parts, self._parts = self._parts, []
+        if len(parts) == 1:
+            return parts[0]
+        return np.concatenate(parts) if parts else np.empty(0, self._dtype)

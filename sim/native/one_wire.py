@@ -1,0 +1,147 @@
+"""A 1-Wire slave's end of the line: bits in C, meaning in Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from heatwright.sim.native.hw import Hw
+
+PHASES = ("reset_low", "reset_high", "slot", "recovery", "one_low", "zero_low", "read_at")
+"""What is judged of the master: the low of a reset and the quiet after it, a slot's length, the
+high between slots, the low of a 1 (or of a read) and of a 0, and when it samples what is read."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Times in µs. The first nine are what the slave asks of the master, the rest is its own."""
+
+    reset_low: float = 480
+    reset_high: float = 480
+    slot: float = 60
+    recovery: float = 1
+    low_least: float = 1
+    one_most: float = 15
+    zero_least: float = 60
+    zero_most: float = 120
+    read_within: float = 15
+    presence_wait: float = 30
+    presence_low: float = 120
+    sample: float = 30
+    hold: float = 30
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A judged phase of the master's: shortest and longest seen, µs, and how often it was wrong."""
+
+    least: float
+    most: float
+    violations: int
+
+
+class Slave(Protocol):
+    """A chip on the line."""
+
+    def received(self, first: bool, data: bytes, cycle: int) -> None:
+        """Take what the master has sent; first: nothing came before it since the reset."""
+
+
+class Line:
+    """A slave's end of the line.
+
+    After a reset pulse the shim answers with a presence pulse and receives 8 bits by itself. What
+    comes next the slave says in ``received``, by calling one of ``receive``, ``send``, ``busy``,
+    ``search`` or ``ignore``.
+    """
+
+    def __init__(self, hw: Hw, wire: Any, handle: Any) -> None:
+        self._hw = hw
+        self._lib = hw.lib
+        self._wire = wire
+        self._handle = handle  # C points to it
+
+    def receive(self, bits: int) -> None:
+        """Receive bits; they come to ``received``, first bit lowest."""
+        self._lib.hw_onewire_receive(self._wire, bits)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, then read as ones."""
+        self._lib.hw_onewire_send(self._wire, data, 8 * len(data))
+
+    def busy(self, until: int) -> None:
+        """Read as 0 until a cycle, then as 1."""
+        self._lib.hw_onewire_busy(self._wire, until)
+
+    def search(self, rom: bytes) -> None:
+        """Take part in a search with this code; ``received`` is called if the master chooses it."""
+        self._lib.hw_onewire_search(self._wire, rom)
+
+    def ignore(self) -> None:
+        """Do nothing until the next reset."""
+        self._lib.hw_onewire_ignore(self._wire)
+
+    def connect(self, connected: bool) -> None:
+        """Plug the slave in, or pull it off the line."""
+        self._lib.hw_onewire_connect(self._wire, connected)
+
+    def retime(self, timing: Timing) -> None:
+        """Use other times from now on."""
+        self._lib.hw_onewire_retime(self._wire, _cycles(self._hw, timing))
+
+    @property
+    def resets(self) -> int:
+        """Reset pulses heard."""
+        return int(self._lib.hw_onewire_resets(self._wire))
+
+    @property
+    def phases(self) -> dict[str, Phase]:
+        """What the master has done so far; a phase not seen yet is left out."""
+        seen: dict[str, Phase] = {}
+        for check, name in enumerate(PHASES):
+            least = self._lib.hw_onewire_seen(self._wire, check, self._lib.HW_OW_LEAST)
+            most = self._lib.hw_onewire_seen(self._wire, check, self._lib.HW_OW_MOST)
+            wrong = self._lib.hw_onewire_violations(self._wire, check)
+            if least <= most:
+                seen[name] = Phase(self._us(least), self._us(most), wrong)
+        return seen
+
+    @property
+    def violations(self) -> int:
+        """How often the master has left the limits."""
+        return sum(phase.violations for phase in self.phases.values())
+
+    def _us(self, cycles: int) -> float:
+        return cycles * 1e6 / self._hw.clock_hz
+
+
+_FIELDS = tuple(Timing.__dataclass_fields__)
+
+
+def _cycles(hw: Hw, timing: Timing) -> Any:
+    cycles = hw.ffi.new("hw_onewire_timing *")
+    for field in _FIELDS:
+        setattr(cycles, field, round(getattr(timing, field) * hw.clock_hz / 1e6))
+    return cycles
+
+
+def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseException]) -> Line:
+    """Put a slave on a pin; what it raises is collected in errors."""
+    handle = hw.ffi.new_handle((slave, errors))
+    wire = hw.lib.hw_onewire_new(hw.pointer, pin, handle, _cycles(hw, timing))
+    if not wire:
+        raise ValueError("There are too many 1-Wire chips on this pin or processor.")
+    return Line(hw, wire, handle)
+
+
+def install(ffi: Any) -> None:
+    """Make the shim call the slaves."""
+
+    def hw_onewire_received(handle: Any, first: int, data: Any, bits: int, cycle: int) -> None:
+        slave, errors = ffi.from_handle(handle)
+        try:
+            slave.received(bool(first), ffi.buffer(data, (bits + 7) // 8)[:], cycle)
+        except BaseException as error:  # C cannot pass it on: Avr.run_to does
+            errors.append(error)
+
+    ffi.def_extern()(hw_onewire_received)

@@ -1,0 +1,27 @@
+"""What differs between the simulated parts and simavr does not know (data sheets)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Part:
+    """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s)."""
+
+    ram_start: int
+    sleep_register: int
+    sleep_enable: int
+    sleep_mode: int
+    eeprom_write_s: float
+
+
+PARTS: Mapping[str, Part] = {
+    "atmega328p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega1284p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega32u4": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega2560": Part(0x200, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega32": Part(0x60, 0x55, 0x80, 0x70, 0.0085),
+    "atmega16": Part(0x60, 0x55, 0x40, 0xB0, 0.0085),
+}

@@ -1,0 +1,1 @@
+"""Simulated sensors, one module for each kind of the language."""
