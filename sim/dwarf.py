@@ -82,6 +82,12 @@ class Variables(Mapping[str, Variable]):
             found = found.step(member) if member else found.element(int(index))
         return found
 
+    def __contains__(self, name: object) -> bool:
+        try:
+            return isinstance(name, str) and bool(self[name])
+        except ElfError:
+            return False
+
     def _find(self, file: str, name: str) -> Variable:
         found = self._all.get(f"{file}:{name}" if file else name, [])
         if len(found) == 1:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.keypad import Keypad
 from heatwright.sim.interfaces.lcd import Lcd
-from heatwright.spec.boards import Board
+from heatwright.spec import Board
+from heatwright.spec import LcdKeypad as Spec
 
 LCD_PINS = ("D8", "D9", "D4", "D5", "D6", "D7")
 """RS, E, D4..D7 of the display, on the board's pins."""
@@ -30,6 +31,13 @@ class LcdKeypad:
             raise ValueError(f"{board.name}'s {KEYPAD_PIN} is no analog input.")
         self.keypad = Keypad(avr, channel)
 
-    def feed(self, events: NDArray[Any]) -> None:
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take the processor's pin changes."""
-        self.lcd.feed(events)
+        del sent
+        self.lcd.feed(pins)
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> LcdKeypad:
+    """Put the shield on the board."""
+    del interface
+    return LcdKeypad(avr, board)

@@ -9,6 +9,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.spec import Board
+from heatwright.spec import SerialPlotter as Spec
 
 LINE = re.compile(rb"\$(-?\d+(?:\.\d+)?(?: -?\d+(?:\.\d+)?)*);\r?\n?")
 
@@ -45,8 +47,9 @@ class SerialPlotter:
         """Relative difference of the firmware's speed from the computer's."""
         return 10 / (self._avr.uarts[self._uart].frame_s * self.baud) - 1
 
-    def feed(self, sent: NDArray[Any]) -> None:
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
+        del pins
         mine = sent[(sent["uart"] == self._uart) & ~sent["lost"]]
         if not len(mine):
             return
@@ -68,3 +71,9 @@ class SerialPlotter:
             return
         values = tuple(float(field) for field in found.group(1).split())
         self.lines.append(PlotterLine(time_s, values))
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> SerialPlotter:
+    """Connect the computer to the board's first UART."""
+    del board
+    return SerialPlotter(avr, interface.baud)

@@ -13,6 +13,8 @@ from functools import cache
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.one_wire import Line, Timing
+from heatwright.spec import Board
+from heatwright.spec import Ds18b20 as Spec
 
 FAMILY = 0x28
 POWER_ON_RAW = 0x0550
@@ -115,6 +117,10 @@ class Ds18b20:
         self._eeprom = _Settings()
         self._power_on()
         self.line: Line = avr.one_wire(pin, self, timing)
+
+    def sense(self, temperature_c: float) -> None:
+        """Give its tip this temperature from now on, °C."""
+        self.temperature_c = temperature_c
 
     # -- faults --------------------------------------------------------------------------------
 
@@ -243,3 +249,8 @@ class Ds18b20:
         wrong = bytearray(data)
         wrong[bit // 8] ^= 1 << bit % 8
         return bytes(wrong)
+
+
+def attach(avr: Avr, board: Board, sensor: Spec) -> Ds18b20:
+    """Put a new chip on the sensor's pin, with the line's pull-up resistor."""
+    return Ds18b20(avr, board.pins[sensor.pin].port_name)

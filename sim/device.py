@@ -1,0 +1,190 @@
+"""The binary as a device on the bench: a processor with its chips wired as the spec says."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.elf import Elf, ElfError
+from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.serial_plotter import SerialPlotter
+from heatwright.sim.outputs.switch import Switch
+from heatwright.sim.state import StateLog
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Controller, digest
+
+DIGEST = "spec_digest"
+"""Constant in flash: CRC-32 of the spec the binary was generated from."""
+FEED_S = 1.0
+"""How often what chips and lines have recorded is read, s of simulated time."""
+
+
+Kind = TypeVar("Kind")
+
+
+class StaleBinary(ValueError):
+    """The binary was generated from another spec; says what to do."""
+
+
+class Sensor(Protocol):
+    """A simulated sensor."""
+
+    def sense(self, temperature_c: float) -> None:
+        """Give it this temperature from now on, °C."""
+
+
+class Interface(Protocol):
+    """A simulated display, keypad or line."""
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
+
+
+class AvrDevice:
+    """A spec's controller, running an unmodified binary in a simulated processor.
+
+    elf -- the binary, with debug information. Once made it is powered on, and its time is 0.
+    avr -- the processor; sensors, outputs, interfaces -- what is wired to it, by the spec's names.
+
+    Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
+    program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
+    """
+
+    def __init__(self, controller: Controller, elf: Path | str | Elf) -> None:
+        self._controller = controller
+        self.program = elf if isinstance(elf, Elf) else Elf(elf)
+        self.variables = Variables(self.program)
+        _check_digest(self.program, digest(controller))
+        self._start_s = 0.0
+        self._recorders: list[Any] = []
+        self._logs = {
+            loop: StateLog(self.variables, self.program.static_ram, controller.loops[loop], loop)
+            for loop in controller.loops
+        }
+        self._resets: list[NDArray[Any]] = []
+        self._power_on(b"")
+
+    def _power_on(self, eeprom: bytes) -> None:
+        board = self._controller.board
+        self.avr = Avr(board.mcu, board.clock_hz)
+        self.avr.load(self.program)
+        if eeprom:
+            self.avr.eeprom.contents = eeprom
+        self.sensors = self._attach("sensors", self._controller.sensors)
+        self.outputs: dict[str, Switch] = self._attach("outputs", self._controller.outputs)
+        numbered = dict(enumerate(self._controller.interfaces))
+        self.interfaces = list(self._attach("interfaces", numbered).values())
+        for log in self._logs.values():
+            log.record(self.avr, self._start_s)
+        self._feed_at = 0
+
+    def _attach(self, folder: str, parts: Any) -> dict[Any, Any]:
+        """Find each part's simulation by its kind."""
+        board = self._controller.board
+        return {
+            name: import_module(f"heatwright.sim.{folder}.{part.kind}").attach(
+                self.avr, board, part
+            )
+            for name, part in parts.items()
+        }
+
+    # -- the bench -----------------------------------------------------------------------------
+
+    def sense(self, sensor: str, temperature_c: float) -> None:
+        """Give a sensor this temperature from now on, °C."""
+        self.sensors[sensor].sense(temperature_c)
+
+    def press(self, key: str | None) -> None:
+        """Hold a key of the keypad: right, up, down, left, select; None: none."""
+        self.shield.keypad.press(key)
+
+    def advance(self, until_s: float) -> None:
+        """Run to a time since the device was made, s."""
+        cycle = round((until_s - self._start_s) * self.avr.clock_hz)
+        self.avr.run_to(cycle)
+        if cycle >= self._feed_at:
+            self.feed()
+
+    def on_fraction(self, output: str) -> float:
+        """Return the mean active fraction of an output since the last call, 0..1."""
+        return self.outputs[output].on_fraction()
+
+    def steps(self, loop: str) -> StepLog:
+        """Return one row for each control step so far."""
+        return self._logs[loop].steps()
+
+    # -- looking in ----------------------------------------------------------------------------
+
+    @property
+    def time_s(self) -> float:
+        """Time since the device was made, s."""
+        return self._start_s + self.avr.time_s
+
+    @property
+    def shield(self) -> LcdKeypad:
+        """The display shield; raises LookupError when the spec has none."""
+        return self._interface(LcdKeypad)
+
+    @property
+    def plotter(self) -> SerialPlotter:
+        """The computer on the serial line; raises LookupError when the spec has none."""
+        return self._interface(SerialPlotter)
+
+    def _interface(self, kind: type[Kind]) -> Kind:
+        self.feed()
+        for interface in self.interfaces:
+            if isinstance(interface, kind):
+                return interface
+        raise LookupError(f"{self._controller.identity.name} has no {kind.__name__}.")
+
+    def read(self, name: str) -> Any:
+        """Return a variable of the program now, by its name in the source."""
+        variable = self.variables[name]
+        raw = self.avr.read_ram(variable.address, variable.size)
+        return np.frombuffer(raw, variable.dtype)[0]
+
+    def feed(self) -> None:
+        """Give the interfaces and recorders what has happened up to now."""
+        pins, sent = self.avr.pins.take(), self.avr.uarts.take()
+        for interface in self.interfaces:
+            interface.feed(pins, sent)
+        for recorder in self._recorders:
+            recorder.feed(pins, sent)
+        self._feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
+
+    def record(self, recorder: Interface) -> None:
+        """Give a recorder everything from now on (see heatwright.sim.vcd)."""
+        self.feed()
+        self._recorders.append(recorder)
+
+    # -- power ---------------------------------------------------------------------------------
+
+    def power_cycle(self, undefined: int = 0xFF) -> None:
+        """Cut the power and give it back: everything starts anew but the EEPROM.
+
+        undefined -- what an EEPROM byte reads that was being written.
+        """
+        self.feed()
+        eeprom = self.avr.eeprom.after_power_cut(undefined)
+        for log in self._logs.values():
+            log.collect()
+        self._start_s = self.time_s
+        self._power_on(eeprom)
+
+
+def _check_digest(program: Elf, expected: str) -> None:
+    found = f"{int.from_bytes(program.flash_bytes(DIGEST, 4), 'little'):08x}"
+    if found != expected:
+        raise StaleBinary(
+            f"{program.path.name} was generated from another spec (digest {found}, not {expected}):"
+            " generate and build it again."
+        )
+
+
+__all__ = ["AvrDevice", "ElfError", "StaleBinary"]

@@ -1,0 +1,44 @@
+"""A switch on a pin: a transistor with the board's resistor at its gate."""
+
+from __future__ import annotations
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.pins import Level, Source
+from heatwright.spec import Board
+
+
+class Switch:
+    """What a pin switches, and for how long it has been on.
+
+    A floating pin counts as off only because the board holds the gate at the inactive level with a
+    resistor; a board without one would leave a heater to chance at every reset.
+    """
+
+    def __init__(self, avr: Avr, board: Board, pin: str, active: Level) -> None:
+        self._avr = avr
+        self.pin = board.pins[pin].port_name
+        self.active = active
+        self._inactive: Level = "low" if active == "high" else "high"
+        avr.pins.pull(self.pin, self._inactive)
+        self._number = avr.pins.watch(self.pin)
+        self._cycle = avr.cycle
+        self._high = avr.pins.high_cycles(self._number)
+
+    def on_fraction(self) -> float:
+        """Return the share of time it was on since the last call, 0..1; 0 if no time has passed."""
+        cycle, high = self._avr.cycle, self._avr.pins.high_cycles(self._number)
+        elapsed, on = cycle - self._cycle, high - self._high
+        self._cycle, self._high = cycle, high
+        if not elapsed:
+            return 0.0
+        return on / elapsed if self.active == "high" else 1 - on / elapsed
+
+    @property
+    def on(self) -> bool:
+        """Whether it is on now."""
+        return self._avr.pins.level(self.pin) == (self.active == "high")
+
+    @property
+    def driven(self) -> bool:
+        """Whether the processor sets the level, rather than the board's resistor."""
+        return self._avr.pins.source(self.pin) is Source.MCU

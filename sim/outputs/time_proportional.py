@@ -1,0 +1,12 @@
+"""An output that is on for part of each window."""
+
+from __future__ import annotations
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.outputs.switch import Switch
+from heatwright.spec import Board, TimeProportionalOutput
+
+
+def attach(avr: Avr, board: Board, output: TimeProportionalOutput) -> Switch:
+    """Wire it to its pin, with the board's resistor to the inactive level."""
+    return Switch(avr, board, output.pin, output.active)

@@ -1,0 +1,79 @@
+"""The state after each control step, read from the binary's RAM by the names in its source."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.native.snapshots import Snapshots
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Loop
+
+
+class StateLog:
+    """The steps of one loop: images of the whole static RAM, decoded when asked for.
+
+    The columns are the members of docs/control.md: those of the loop itself by their own names, the
+    others behind ``guard.``, ``algorithm.``, ``fault.`` and ``output.``.
+    """
+
+    def __init__(
+        self, variables: Variables, static_ram: tuple[int, int], loop: Loop, name: str
+    ) -> None:
+        self._base = static_ram[0]
+        self._size = static_ram[1] - static_ram[0]
+        self._counter = variables[f"loop_{name}.steps"]
+        self._variables = variables
+        self._columns = _columns(variables, loop, name)
+        self._times: list[NDArray[np.float64]] = []
+        self._images: list[NDArray[np.uint8]] = []
+        self._snapshots: Snapshots | None = None
+
+    def record(self, avr: Avr, start_s: float) -> None:
+        """Record a processor that has just been powered on, at start_s."""
+        self._start_s, self._clock_hz = start_s, avr.clock_hz
+        counter = (self._counter.address, self._counter.size)
+        self._snapshots = avr.snapshots(counter, (self._base, self._size))
+
+    def collect(self) -> None:
+        """Take what has been recorded so far."""
+        if self._snapshots is not None:
+            cycles, images = self._snapshots.take()
+            self._times.append(self._start_s + cycles / self._clock_hz)
+            self._images.append(images)
+
+    def steps(self) -> StepLog:
+        """Return one row for each step: ``time_s``, then the members."""
+        self.collect()
+        times, images = np.concatenate(self._times), np.concatenate(self._images)
+        self._times, self._images = [times], [images]
+        seen = self._variables.decode(images, self._base, self._columns.values())
+        log = np.empty(len(times), [("time_s", "f8"), *self._fields()])
+        log["time_s"] = times
+        for column, path in self._columns.items():
+            log[column] = seen[path]
+        return log
+
+    def _fields(self) -> list[tuple[str, Any]]:
+        return [(column, self._variables[path].dtype) for column, path in self._columns.items()]
+
+
+def _columns(variables: Variables, loop: Loop, name: str) -> dict[str, str]:
+    """Column to variable; a loop keeps only the state its algorithm and protections need."""
+    sources = {
+        "": f"loop_{name}",
+        "guard.": f"guard_{name}",
+        "algorithm.": f"algorithm_{name}",
+        "fault.": "fault",
+        "output.": f"output_{loop.heater}",
+    }
+    return {
+        f"{prefix}{member}": f"{source}.{member}"
+        for prefix, source in sources.items()
+        if source in variables
+        for member in variables[source].dtype.names or ()
+    }
