@@ -147,7 +147,10 @@ class _Walk:
         if flow is not None:
             flow(instruction, state)
             return
-        after = advance(state, instruction, self.program.stack_top)
+        try:
+            after = advance(state, instruction, self.program.stack_top)
+        except StackUnknown as reason:
+            raise StackUnknown(f"{self.name} {reason}") from None
         self.deepen(after.depth)
         self.reach(instruction.next, after)
 

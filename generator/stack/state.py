@@ -176,7 +176,7 @@ def _out(state: State, instruction: Instruction, stack_top: int) -> State:
         byte = Byte(half, 0) if byte.number == expected else None
     if byte is None or byte.kind != half:
         raise StackUnknown(
-            f"the stack pointer is set to an unknown place at 0x{instruction.address:x}"
+            f"sets the stack pointer to an unknown place at 0x{instruction.address:x}"
         )
     if state.half is None:
         return replace(state, half=byte)

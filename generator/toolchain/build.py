@@ -127,9 +127,9 @@ def only_elf(copy: Path, log: str) -> Path:
 def readable(log: str, project_dir: Path) -> str:
     """Return the errors of a failed build, each with the source line that the compiler showed."""
     lines = log.splitlines()
-    kept: list[str] = []
+    kept: set[int] = set()
     for number, text in enumerate(lines):
         if ERROR.search(text):
-            shown = lines[number : number + 3] if " error: " in text else [text]
-            kept += [line for line in shown if line not in kept]
-    return "\n".join([f"{project_dir}: PlatformIO could not build it", *(kept or lines[-5:])])
+            kept.update(range(number, number + 3) if " error: " in text else [number])
+    shown = [lines[number] for number in sorted(kept) if number < len(lines)] or lines[-5:]
+    return "\n".join([f"{project_dir}: PlatformIO could not build it", *shown])

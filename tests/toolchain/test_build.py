@@ -1,0 +1,251 @@
+"""A project becomes a binary, here without a registry, and the figures are those of the binary."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
+from heatwright.generator.toolchain.offline import core_dir
+from heatwright.generator.toolchain.store import KEPT_S, forget_old
+from heatwright.spec.boards import BOARDS, Board
+
+BLINK = Path(__file__).parent / "blink"
+
+Project = Callable[..., Path]
+
+BUILD = (
+    "import sys; from pathlib import Path; from heatwright.generator.toolchain import build;"
+    "print(build(Path(sys.argv[1]), progress=lambda line: print(line, flush=True)).elf)"
+)
+
+
+@pytest.fixture(autouse=True)
+def _no_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Send whatever asks for a network to a port where nobody listens."""
+    for name in ("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"):
+        monkeypatch.setenv(name, "http://127.0.0.1:9")
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def section_sizes(elf: Path) -> dict[str, int]:
+    listed = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True)
+    sizes = re.findall(r"^(\.\w+)\s+(\d+)", listed.stdout, re.MULTILINE)
+    return {name: int(size) for name, size in sizes}
+
+
+def test_the_figures_are_those_of_avr_size() -> None:
+    result = build(BLINK)
+    size = section_sizes(result.elf)
+    assert result.flash_bytes == size[".text"] + size[".data"]
+    assert result.ram_bytes == size[".data"] + size[".bss"] == 6
+    assert (result.flash_limit, result.ram_limit) == (32768 - 512, 2048)
+    assert f"used {result.flash_bytes} bytes from {result.flash_limit} bytes" in result.log
+
+
+@pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board: board.name)
+def test_every_board_builds(board: Board, project: Project) -> None:
+    result = build(project(board=board.platformio))
+    assert result.flash_limit == board.flash_bytes - board.bootloader_bytes
+    assert result.ram_limit == board.ram_bytes
+
+
+def test_the_clock_and_the_flags_are_the_projects_own(project: Project) -> None:
+    main = (
+        "#if F_CPU != 8000000L || !defined(HOT)\n#error no\n#endif\nint main(void) { for (;;); }\n"
+    )
+    build(project(ini=" -DHOT\nboard_build.f_cpu = 8000000L\n", main=main))
+
+
+def test_a_flag_of_the_platform_can_be_taken_off(project: Project) -> None:
+    folder = project(main="int main(void) { int never; for (;;); }\n")
+    with pytest.raises(BuildFailed, match="unused variable"):
+        build(folder)
+    ini = folder / "platformio.ini"
+    ini.write_text(ini.read_text() + "build_unflags = -Wall\n")
+    build(folder)
+
+
+def test_the_project_is_left_as_it_was(project: Project, fresh_cache: Path) -> None:
+    folder = project()
+    before = contents(folder)
+    result = build(folder)
+    assert contents(folder) == before
+    assert result.elf.is_relative_to(fresh_cache)
+
+
+def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> None:
+    first = build(project())
+    lines: list[str] = []
+    again = build(BLINK, progress=lines.append)
+    assert not first.cached
+    assert again.cached
+    assert lines == []
+    assert (again.elf, again.flash_bytes) == (first.elf, first.flash_bytes)
+
+
+def test_a_changed_byte_is_built_anew(project: Project) -> None:
+    folder = project()
+    first = build(folder)
+    source = folder / "src" / "level.c"
+    source.write_text(source.read_text().replace("0.25f", "0.5f"))
+    assert build(folder).elf != first.elf
+
+
+def test_progress_names_each_step(project: Project, fresh_cache: Path) -> None:
+    lines: list[str] = []
+    build(project(), progress=lines.append)
+    assert {line.split()[0] for line in lines} == {"Compiling", "Linking"}
+    assert "Linking uno/firmware.elf" in lines
+
+
+def test_the_compilers_errors_are_told(project: Project) -> None:
+    folder = project(main="int main(void) { return missing(1) }\n")
+    with pytest.raises(BuildFailed) as caught:
+        build(folder)
+    lines = str(caught.value).splitlines()
+    assert lines[0] == f"{folder}: PlatformIO could not build it"
+    assert any(re.match(r"src/main\.c:1:\d+: error: ", line) for line in lines)
+    assert " int main(void) { return missing(1) }" in lines
+    assert "heatwright/builds" not in str(caught.value)
+
+
+def test_a_missing_function_is_told(project: Project) -> None:
+    with pytest.raises(BuildFailed, match="undefined reference to `absent'"):
+        build(project(main="void absent(void);\nint main(void) { absent(); for (;;); }\n"))
+
+
+def test_an_unknown_board_is_told(project: Project) -> None:
+    with pytest.raises(BuildFailed, match="Unknown board ID 'teapot'"):
+        build(project(board="teapot"))
+
+
+def test_too_much_flash_is_told(project: Project) -> None:
+    main = (
+        "#include <avr/pgmspace.h>\n__attribute__((used)) const char big[32600] PROGMEM = {1};\n"
+        "int main(void) { for (unsigned i = 0;; i++) if (pgm_read_byte(big + i)) i++; }\n"
+    )
+    with pytest.raises(BuildFailed, match=r"program size \(\d+ bytes\) is greater than maximum"):
+        build(project(main=main))
+
+
+def test_a_stack_that_meets_the_variables_is_refused(project: Project) -> None:
+    main = (
+        "#include <stdint.h>\nstatic volatile uint8_t big[2000];\n"
+        "int main(void) { volatile uint8_t frame[60]; for (;;) frame[big[1]] = big[frame[9]]; }\n"
+    )
+    with pytest.raises(BuildFailed, match=r"2000 bytes of variables and 6\d bytes of stack"):
+        build(project(main=main))
+
+
+def test_an_unknown_stack_is_refused(project: Project) -> None:
+    main = "int (*volatile f)(void);\nint main(void) { for (;;) f(); }\n"
+    with pytest.raises(BuildFailed, match="main calls a function by pointer"):
+        build(project(main=main))
+
+
+def test_no_project_is_told(tmp_path: Path) -> None:
+    with pytest.raises(BuildFailed, match=r"platformio\.ini is missing"):
+        build(tmp_path)
+
+
+def test_several_environments_need_a_choice(project: Project) -> None:
+    folder = project(ini="\n[env:mega]\nplatform = atmelavr\nboard = megaatmega2560\n")
+    with pytest.raises(BuildFailed, match="not mega, uno: set default_envs"):
+        build(folder)
+    assert build(folder, environment="mega").ram_limit == 8192
+
+
+def test_a_missing_compiler_is_one_line_with_the_remedy(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "/nonexistent")
+    monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "offline")
+    with pytest.raises(ToolMissing, match="sudo apt-get install gcc-avr avr-libc") as caught:
+        build(project())
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_way_is_refused(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "sideways")
+    with pytest.raises(ToolMissing, match="HEATWRIGHT_PLATFORMIO=sideways"):
+        build(project())
+
+
+def test_the_users_own_platformio_is_run_as_it_is(
+    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A core directory with all that is needed stands for one that PlatformIO has filled online.
+    monkeypatch.setenv("PLATFORMIO_CORE_DIR", str(core_dir()))
+    monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "online")
+    assert build(project()).flash_bytes == build(BLINK).flash_bytes
+
+
+def test_settings_of_the_users_shell_do_not_change_the_binary(
+    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLATFORMIO_BUILD_FLAGS", "-DNONSENSE -O0")
+    monkeypatch.setenv("PLATFORMIO_BUILD_DIR", str(fresh_cache / "elsewhere"))
+    flash = build(project()).flash_bytes
+    monkeypatch.undo()
+    assert flash == build(BLINK).flash_bytes
+
+
+def test_two_at_once_share_one_build(project: Project, fresh_cache: Path) -> None:
+    folder = project()
+    both = [
+        subprocess.Popen([sys.executable, "-c", BUILD, folder], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    printed = [process.communicate()[0].splitlines() for process in both]
+    assert [process.returncode for process in both] == [0, 0]
+    assert printed[0][-1] == printed[1][-1]
+    assert sorted(len(lines) > 1 for lines in printed) == [False, True]
+
+
+def test_an_interrupted_build_leaves_nothing_behind(project: Project, fresh_cache: Path) -> None:
+    folder = project()
+    process = subprocess.Popen(
+        [sys.executable, "-c", BUILD, folder],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("Compiling")
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode != 0
+    assert still_running(str(fresh_cache)) == []
+    assert not build(folder).cached
+
+
+def still_running(word: str) -> list[str]:
+    """Commands on this machine that name `word` (Linux: from /proc)."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            command = entry.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue
+        if word in command and int(entry.parent.name) != os.getpid():
+            found.append(command)
+    return found
+
+
+def test_only_builds_long_unused_are_removed(project: Project, fresh_cache: Path) -> None:
+    elf = build(project()).elf
+    builds = fresh_cache / "builds"
+    forget_old(builds, time.time() + KEPT_S - 60)
+    assert elf.is_file()
+    forget_old(builds, time.time() + KEPT_S + 60)
+    assert list(builds.iterdir()) == []
