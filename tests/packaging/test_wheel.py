@@ -1,0 +1,111 @@
+"""The wheel holds what the tree holds, and works where there is no compiler."""
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("cli", "generator", "sim", "spec", "templates")
+NEEDED = ("pyproject.toml", "README.md", "LICENSE", "LICENSES")
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy: building leaves files in the tree."""
+    copy = tmp_path_factory.mktemp("tree")
+    for name in (*PACKAGES, *NEEDED):
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(ROOT / name, copy)
+    built = subprocess.run(
+        [sys.executable, "-m", "build", "--no-isolation", "--outdir", copy / "dist", copy],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    (found,) = (copy / "dist").glob("*.whl")
+    return found
+
+
+def test_the_wheel_holds_every_file_of_the_packages_and_no_other(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    packed = {name for name in names if ".dist-info/" not in name}
+    tree = {
+        f"heatwright/{path.relative_to(ROOT).as_posix()}"
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert tree - packed == set(), "in the tree and not in the wheel: see pyproject.toml"
+    assert packed - tree == set(), "in the wheel and not in the tree"
+
+
+def test_the_wheel_holds_both_licences(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/licenses/")[1] for name in names if "/licenses/" in name} == {
+        "LICENSE",
+        "LICENSES/MIT-0.txt",
+    }
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel in a virtual environment of its own, which borrows the libraries of this one."""
+    home = tmp_path_factory.mktemp("installed")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True)
+    python = home / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", wheel], check=True)
+    site = home / Path(sysconfig.get_path("purelib")).relative_to(sys.prefix)
+    (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return home
+
+
+def run(home: Path, *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command of the installed wheel with nothing on the PATH: no compiler, no PlatformIO."""
+    environment = {
+        "HEATWRIGHT_PLATFORMIO": "offline",
+        "HOME": str(cwd),
+        "LANG": "C.UTF-8",
+        "PATH": "/nonexistent",
+    }
+    return subprocess.run(
+        [home / "bin" / words[0], *words[1:]],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=cwd,
+        env=environment,
+    )
+
+
+def test_it_is_the_wheel_that_is_tested(installed: Path, tmp_path: Path) -> None:
+    asked = run(
+        installed, "python", "-c", "import heatwright.spec as s; print(s.__file__)", cwd=tmp_path
+    )
+    assert asked.stdout.startswith(str(installed)), asked.stderr
+
+
+def test_check_and_generate_need_no_compiler(installed: Path, tmp_path: Path) -> None:
+    shutil.copy(ROOT / "spec" / "examples" / "chamber.yaml", tmp_path)
+    checked = run(installed, "heatwright", "check", "chamber.yaml", cwd=tmp_path)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    made = run(installed, "heatwright", "generate", "chamber.yaml", "-o", "firmware", cwd=tmp_path)
+    assert made.returncode == 0, made.stdout + made.stderr
+    assert (tmp_path / "firmware" / "platformio.ini").is_file()
+
+
+def test_build_without_a_compiler_is_one_line_with_the_remedy(
+    installed: Path, tmp_path: Path
+) -> None:
+    shutil.copy(ROOT / "spec" / "examples" / "chamber.yaml", tmp_path)
+    built = run(installed, "heatwright", "build", "chamber.yaml", cwd=tmp_path)
+    assert built.returncode == 3, built.stdout + built.stderr
+    assert "sudo apt-get install gcc-avr" in built.stderr
