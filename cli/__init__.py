@@ -1,1 +1,1 @@
-"""heatwright.cli."""
+"""The commands: the only place where generator and simulation meet."""

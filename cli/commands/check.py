@@ -1,0 +1,61 @@
+"""`heatwright check`: what is wrong with specs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from heatwright.cli.ends import Status, unusable
+from heatwright.cli.options import File, json_option, print_json
+
+if TYPE_CHECKING:
+    from heatwright.spec import Problem, Spec
+
+
+@click.command()
+@click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
+@json_option
+def command(specs: tuple[Path, ...], as_json: bool) -> int:
+    """Find all that is wrong with specs, without writing anything.
+
+    Each problem is one line: file, line, column, what is wrong, and what to do about it.
+
+    \b
+    Example:
+      heatwright check chamber.yaml kiln.yaml
+    """
+    good: list[tuple[Path, Spec]] = []
+    problems: list[Problem] = []
+    for path in specs:
+        found = _look(path)
+        if isinstance(found, tuple):
+            problems += found
+        else:
+            good.append((path, found))
+    if as_json:
+        print_json(
+            {
+                "good": [{"file": str(path), "digest": spec.digest} for path, spec in good],
+                "problems": [problem._asdict() for problem in problems],
+            }
+        )
+    else:
+        for path, _ in good:
+            click.echo(f"{path}: good")
+        for problem in problems:
+            click.echo(str(problem))
+    return Status.REFUSED if problems else Status.DONE
+
+
+def _look(path: Path) -> Spec | tuple[Problem, ...]:
+    """Load a spec, or return what is wrong with it; other files are still to be looked at."""
+    from heatwright.spec import Problem, SpecError, load  # noqa: PLC0415
+
+    try:
+        return load(path)
+    except SpecError as error:
+        return error.problems
+    except OSError as error:
+        return (Problem(str(path), 1, 1, "", unusable(error), "Name a file that can be read"),)

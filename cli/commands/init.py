@@ -1,0 +1,56 @@
+"""`heatwright init`: a spec to begin with."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+import click
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.options import File
+
+
+@click.command()
+@click.argument("file", type=File, default=Path("controller.yaml"))
+def command(file: Path) -> None:
+    """Write a commented spec to start from; FILE is controller.yaml if none is named.
+
+    It is complete: check, generate and verify take it as it is. A file that is there already is
+    left alone.
+
+    \b
+    Example:
+      heatwright init heater.yaml
+    """
+    text = starter(_name(file))
+    try:
+        target = file.open("x", encoding="utf-8")
+    except FileExistsError:
+        raise Refused(f"{file}: is there already and stays as it is; name another file.") from None
+    try:
+        with target:
+            target.write(text)
+    except BaseException:
+        file.unlink(missing_ok=True)
+        raise
+    click.echo(f"{file}: written. Next: heatwright check {file}")
+
+
+def starter(name: str) -> str:
+    """Return the text of the spec, for a controller of this name."""
+    text = files("heatwright.cli").joinpath("starter.yaml").read_text(encoding="utf-8")
+    return text.replace("NAME", name)
+
+
+def _name(file: Path) -> str:
+    """Make the controller's name from the file's: what is no letter or digit becomes `_`."""
+    from heatwright.spec.names import check_name  # noqa: PLC0415
+
+    name = re.sub(r"[^a-z0-9]+", "_", file.stem.lower()).strip("_")
+    try:
+        check_name(name)
+    except Exception:  # noqa: BLE001
+        return "controller"
+    return name

@@ -1,0 +1,79 @@
+"""`heatwright`: the list of commands, and how they are started."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import click
+
+from heatwright.cli.ends import ended
+
+COMMANDS = ("init", "check", "generate")
+"""In the order in which a user meets them; each is a module of `commands`."""
+
+
+class _Commands(click.Group):
+    """Imports a command's module when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"heatwright.cli.commands.{cmd_name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Offer all commands, imported or not, where one is misspelt."""
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise click.NoSuchCommand(args[0], possibilities=list(COMMANDS), ctx=ctx)
+        return super().resolve_command(ctx, args)
+
+
+def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version  # noqa: PLC0415 - seldom asked, and slow to import
+
+        click.echo(f"heatwright {version('heatwright')}")
+        ctx.exit()
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_version,
+    help="Show the version and stop.",
+)
+@click.option(
+    "--debug",
+    is_flag=True,
+    envvar="HEATWRIGHT_DEBUG",
+    show_envvar=True,
+    help="Show where an unexpected error comes from.",
+)
+def cli(debug: bool) -> None:  # noqa: ARG001 - read from the context when something fails
+    """Firmware for thermal machines: generated from one YAML file, compiled, proven.
+
+    \b
+    heatwright init kiln.yaml        start a spec
+    heatwright check kiln.yaml       find what is wrong with it
+    heatwright verify kiln.yaml      generate, compile, simulate, compare with the model
+
+    Exit status: 0 done, 1 verification failed, 2 bad spec or usage, 3 a tool is missing.
+    """
+
+
+def main() -> None:
+    """Run the command line and end the process with its status."""
+    sys.exit(ended(cli, sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()

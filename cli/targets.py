@@ -1,0 +1,56 @@
+"""Files the user asked for: checked before the work, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from heatwright.cli.ends import Refused
+
+
+def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
+    """Refuse a file that cannot be written, before an hour is simulated for it.
+
+    suffixes -- of the kinds of file there are, such as `.png`; none: any.
+    """
+    if path is None:
+        return
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise Refused(f"{path}: name it with {' or '.join(suffixes)}, for that is its kind.")
+    if path.is_dir():
+        raise Refused(f"{path}: is a folder; name a file.")
+    folder = path.parent
+    if not folder.is_dir():
+        raise Refused(f"{path}: there is no folder {folder}; create it first.")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise Refused(f"{path}: you may not write there.")
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Give a name to write to; when all went well, the file takes the place of `path`.
+
+    The name has the suffix of `path`. After an error or Ctrl-C nothing of it is left.
+    """
+    target = path.resolve()
+    if target.exists() and not target.is_file():  # a device or a pipe
+        yield target
+        return
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=".", suffix=target.suffix)
+    os.close(handle)
+    fresh = Path(name)
+    try:
+        yield fresh
+        fresh.chmod(0o666 & ~_umask())
+        fresh.replace(target)
+    finally:
+        fresh.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
