@@ -7,7 +7,8 @@ from pydantic_core import core_schema
 
 from heatwright.spec.base import DEFAULTS, Model
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import DIFFERENCE, DURATION, PERCENT, Quantity
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LARGEST_GAIN = 1e6
 """Far above any use, and far below where products with temperatures leave single precision."""
@@ -94,7 +95,8 @@ class Pid(Model):
     derivative_filter_s: _Filter = Field(
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
-    integral: IntegralLimits = Field(DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
+    integral: IntegralLimits = Field(
+        DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
     )
     output: OutputLimits = Field(DEFAULTS, validate_default=True, description="Limits of the duty.")
 

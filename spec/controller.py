@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
+from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, Filled, Model, Name, Title
 from heatwright.spec.boards import BOARDS, Board
@@ -12,16 +13,11 @@ from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop, Temperature
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import (
-    DURATION,
-    FREQUENCY,
-    TEMPERATURE,
-    Quantity,
-    QuantityRange,
-)
+from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensors import Sensor
 from heatwright.spec.simulation import Simulation
 from heatwright.spec.suggest import one_of
+from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
 
 FORMAT = 1
 """The version of the language; a file says it as `heatwright: 1`."""
@@ -37,8 +33,11 @@ def _format(value: Any) -> int:
 
 
 def _board(value: Any) -> str:
+    built = [name for name in BOARDS if not planned.board(name)]
+    if isinstance(value, str) and planned.board(value):
+        raise refuse(f"{value} {planned.NOT_BUILT}", f"Use one of {', '.join(built)}")
     if not isinstance(value, str) or value not in BOARDS:
-        raise one_of(value, "board", tuple(BOARDS))
+        raise one_of(value, "board", built)
     return value
 
 
@@ -57,7 +56,7 @@ class Identity(Model):
     name: Name = Field(description="Name of its folder and files.")
     title: Title | None = Field(None, description="What it is, in a few words; else its name.")
     board: Annotated[str, PlainValidator(_board)] = Field(description="The board, or bare chip.")
-    clock_hz: Annotated[float, Quantity(FREQUENCY, least=1e6, most=20e6)] | None = Field(
+    clock_hz: Annotated[float, Quantity(FREQUENCY, least=8e6)] | None = Field(
         None, alias="clock", description="The crystal's frequency; left out: the board's own."
     )
 

@@ -6,7 +6,8 @@ from pydantic import Field, PlainValidator
 
 from heatwright.spec.base import Model, Reference
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import DIFFERENCE, Quantity
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import DIFFERENCE
 
 
 def _baud(value: Any) -> int:

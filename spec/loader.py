@@ -11,8 +11,10 @@ from pathlib import Path as FilePath
 
 from pydantic import ValidationError
 
+from heatwright.spec.checks import check
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path, Problem, SpecError
+from heatwright.spec.salvage import salvage
 from heatwright.spec.text import Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
@@ -74,15 +76,28 @@ def _load(data: bytes, file: str) -> Spec:
 
 def _validate(tree: Tree) -> tuple[Controller | None, list[Problem]]:
     problems = dict(tree.problems)
-    controller = None
-    if () not in problems:
-        try:
-            controller = Controller.model_validate(tree.data)
-        except ValidationError as error:
-            for path, reason, remedy in findings(error, Controller):
-                if not any(path[:depth] in problems for depth in range(len(path) + 1)):
-                    problems[path] = tree.problem(path, reason, remedy)
-    return controller, list(problems.values())
+    if () in problems:
+        return None, list(problems.values())
+    try:
+        controller: Controller | None = Controller.model_validate(tree.data)
+    except ValidationError as error:
+        for path, reason, remedy in findings(error, Controller):
+            if not any(path[:depth] in problems for depth in range(len(path) + 1)):
+                problems[path] = tree.problem(path, reason, remedy)
+    if problems:
+        controller = salvage(tree.data, problems)
+    found = list(problems.values())
+    for finding in check(controller) if controller is not None else ():
+        rests_on = (finding.path, *finding.because_of)
+        if not any(_overlap(path, broken) for path in rests_on for broken in problems):
+            found.append(tree.problem(finding.path, finding.reason, finding.remedy))
+    return controller, found
+
+
+def _overlap(path: Path, other: Path) -> bool:
+    """Tell whether one entry is part of the other, or is it."""
+    common = min(len(path), len(other))
+    return path[:common] == other[:common]
 
 
 def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -7,15 +7,16 @@ from pydantic import Field, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, Model, Off, Reference
-from heatwright.spec.quantity import DIFFERENCE, DURATION, RATE, TEMPERATURE, Quantity
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import DIFFERENCE, DURATION, RATE, TEMPERATURE
 
 ABSOLUTE_ZERO_C = -273.15
 DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
 
 Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
-_Rise = Annotated[float, Quantity(DIFFERENCE, above=0.0)]
-_Time = Annotated[float, Quantity(DURATION, above=0.0)]
+_Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
+_Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
 
 class Setpoint(Model):
@@ -73,23 +74,29 @@ class Protection(Model):
     minimum_c: Temperature = Field(
         -10.0, alias="minimum", description="Rule `under_temperature`: a colder reading is wrong."
     )
-    rise_rate_k_per_s: Annotated[float, Quantity(RATE, above=0.0)] = Field(
+    rise_rate_k_per_s: Annotated[float, Quantity(RATE, least=0.0001)] = Field(
         5.0,
         alias="rise_rate",
         description="Rule `rise_rate`: a faster change, up or down, is wrong.",
     )
-    heating: Annotated[Heating | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `heating_failed`, or `off`."
+    heating: Annotated[Heating | None, Off] = Field(
+        DEFAULTS, validate_default=True, description="Rule `heating_failed`, or `off`."
     )
-    runaway: Annotated[Runaway | None, Off] = Field(DEFAULTS, validate_default=True, description="Rules `runaway_above` and `runaway_below`, or `off`."
+    runaway: Annotated[Runaway | None, Off] = Field(
+        DEFAULTS,
+        validate_default=True,
+        description="Rules `runaway_above` and `runaway_below`, or `off`.",
     )
     stale_after_s: _Time = Field(
         5.0,
         alias="stale_after",
         description="Time without a good reading until it is a fault; the heater is off at once.",
     )
-    frozen: Annotated[Frozen | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `sensor_frozen`, or `off`."
+    frozen: Annotated[Frozen | None, Off] = Field(
+        DEFAULTS, validate_default=True, description="Rule `sensor_frozen`, or `off`."
     )
-    rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
+    rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
+        DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
     )
 
 
@@ -106,7 +113,10 @@ class Loop(Model):
     )
     setpoint: Setpoint = Field(description="The range of the setpoint.")
     algorithm: Algorithm = Field(description="How the heater's duty follows from the error.")
-    protection: Protection = Field(DEFAULTS, validate_default=True, description="The rules that stop the heater; all are on by default."
+    protection: Protection = Field(
+        DEFAULTS,
+        validate_default=True,
+        description="The rules that stop the heater; all are on by default.",
     )
 
     @model_validator(mode="after")

@@ -14,15 +14,14 @@ _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*", re.ASCII)
 # C11's keywords (those in lower case), what avr-gcc adds, and the predefined macro names of
 # gcc's gnu dialects; then the names Windows keeps for its devices, for a controller's name is
 # that of a folder and a file.
-RESERVED = frozenset(
-    """
+_RESERVED = """
     auto break case char const continue default do double else enum extern float for goto if
     inline int long register restrict return short signed sizeof static struct switch typedef
     union unsigned void volatile while asm typeof linux unix bool true false main
     aux con nul prn com1 com2 com3 com4 com5 com6 com7 com8 com9
     lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 lpt7 lpt8 lpt9
-    """.split()
-)
+"""
+RESERVED = frozenset(_RESERVED.split())
 
 
 def check_name(name: str) -> None:

@@ -5,10 +5,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from heatwright.spec.base import Model, PinName
-from heatwright.spec.quantity import DURATION, FREQUENCY, POWER, Quantity
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import DURATION, FREQUENCY, POWER
 
 Active = Literal["high", "low"]
-Power = Annotated[float, Quantity(POWER, above=0.0)]
+Power = Annotated[float, Quantity(POWER, least=0.001)]
 _PIN = "Pin that drives the switch."
 _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
@@ -34,7 +35,7 @@ class PwmOutput(Model):
     pin: PinName = Field(description="A pin with a timer's compare output.")
     active: Active = Field("high", description=_ACTIVE)
     power_w: Power | None = Field(None, alias="power", description=_POWER)
-    frequency_hz: Annotated[float, Quantity(FREQUENCY, above=0.0)] = Field(
+    frequency_hz: Annotated[float, Quantity(FREQUENCY, least=1.0)] = Field(
         alias="frequency",
         description="Held within 0.5 %; a timer offers only some. Most coils whine in between.",
     )
@@ -47,10 +48,10 @@ class TimeProportionalOutput(Model):
     pin: PinName = Field(description=_PIN)
     active: Active = Field("high", description=_ACTIVE)
     power_w: Power | None = Field(None, alias="power", description=_POWER)
-    window_s: Annotated[float, Quantity(DURATION, above=0.0)] = Field(
+    window_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
         alias="window", description="Time over which the power is measured out."
     )
-    resolution_s: Annotated[float, Quantity(DURATION, above=0.0)] = Field(
+    resolution_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
         0.01,
         alias="resolution",
         description="Smallest part of the window; a multiple of the 10 ms tick.",
@@ -63,6 +64,4 @@ class TimeProportionalOutput(Model):
     )
 
 
-Output = Annotated[
-    DigitalOutput | PwmOutput | TimeProportionalOutput, Field(discriminator="kind")
-]
+Output = Annotated[DigitalOutput | PwmOutput | TimeProportionalOutput, Field(discriminator="kind")]

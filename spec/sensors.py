@@ -6,7 +6,8 @@ from pydantic import AfterValidator, Field
 
 from heatwright.spec.base import Model, PinName
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import BITS, Quantity
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import BITS
 
 
 def _resolution(value: float) -> int:
@@ -25,6 +26,17 @@ class Ds18b20(Model):
         alias="resolution",
         description="9 to 12 bit: steps of 0.5, 0.25, 0.125 or 0.0625 K; each doubles the time.",
     )
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures (data sheet)."""
+        return -55.0, 125.0
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature (data sheet, thermometer error)."""
+        if -10.0 <= temperature_c <= 85.0:
+            return 0.5
+        return 1.0 if -30.0 <= temperature_c <= 100.0 else 2.0
 
     @property
     def conversion_s(self) -> float:

@@ -70,12 +70,10 @@ def _enter(place: Place, step: str | int) -> Place:
     if models:
         model = models[0]
         field = model.model_fields.get(keys(model).get(str(step), ""))
-        inner = None
-        if field is not None:
-            inner = field.annotation
-            if field.discriminator is not None:
-                inner = Annotated[inner, field]
-        return Place(path, inner, model)
+        if field is None:
+            return Place(path, None, model)
+        inner: Any = field.annotation
+        return Place(path, Annotated[inner, field] if field.discriminator else inner, model)
     return Place(path, _item(place.annotation, step), None)
 
 

@@ -8,13 +8,8 @@ from pydantic import Field, PlainValidator, model_validator
 from heatwright.spec.base import Filled, Model, Name, ReadOnly, Reference
 from heatwright.spec.loops import Temperature
 from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import (
-    CAPACITY,
-    DIFFERENCE,
-    DURATION,
-    THERMAL_RESISTANCE,
-    Quantity,
-)
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import CAPACITY, DIFFERENCE, DURATION, THERMAL_RESISTANCE
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""
@@ -39,7 +34,7 @@ class Link(Model):
     """A thermal resistance between two nodes, or a node and `ambient`."""
 
     between: tuple[Reference, Reference] = Field(description="The two ends.")
-    resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, above=0.0)] = Field(
+    resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, least=1e-6)] = Field(
         alias="resistance", description="Kelvin of difference for each watt that flows."
     )
 
@@ -68,9 +63,9 @@ class ThermalNetwork(Model):
     """Heat capacities joined by thermal resistances."""
 
     kind: Literal["thermal_network"]
-    nodes: Annotated[
-        Mapping[Name, Annotated[float, Quantity(CAPACITY, above=0.0)]], Filled
-    ] = Field(description="Heat capacity of each node.")
+    nodes: Annotated[Mapping[Name, Annotated[float, Quantity(CAPACITY, least=0.001)]], Filled] = (
+        Field(description="Heat capacity of each node.")
+    )
     links: tuple[Link, ...] = Field(description="Thermal resistances between nodes.")
     heat: Annotated[Mapping[str, Reference], Filled] = Field(
         description="For each heating output, the node its power goes to."
@@ -99,7 +94,7 @@ class Event(Model):
     times: Annotated[int, PlainValidator(_times)] = Field(
         1, description="How often the key is pressed."
     )
-    for_s: Annotated[float, Quantity(DURATION, above=0.0)] | None = Field(
+    for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."
     )
 
@@ -107,10 +102,13 @@ class Event(Model):
     def _one_thing(self) -> "Event":
         if self.for_s is not None:
             if self.at_s is not None or self.press is not None or self.times != 1:
-                raise refuse("`for` ends the scenario and stands alone", "Give it a line of its own")
+                raise refuse(
+                    "`for` ends the scenario and stands alone", "Give it a line of its own"
+                )
         elif self.at_s is None or self.press is None:
             raise refuse(
-                "an event needs a time and an action", "Write {at: 10 s, press: up} or {for: 30 min}"
+                "an event needs a time and an action",
+                "Write {at: 10 s, press: up} or {for: 30 min}",
             )
         return self
 

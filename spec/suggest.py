@@ -1,4 +1,4 @@
-"""Did you mean …?"""
+"""What a wrong word was probably meant to be."""
 
 from __future__ import annotations
 

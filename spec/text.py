@@ -10,7 +10,9 @@ from heatwright.spec.problems import Problem
 LARGEST_FILE = 256 * 1024
 """Bytes; a hundred times a real spec, and little enough to answer at once."""
 
-_ODD_MARKS = ((codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF32_BE, "UTF-32")) + (
+_ODD_MARKS = (
+    (codecs.BOM_UTF32_LE, "UTF-32"),
+    (codecs.BOM_UTF32_BE, "UTF-32"),
     (codecs.BOM_UTF16_LE, "UTF-16"),
     (codecs.BOM_UTF16_BE, "UTF-16"),
 )
@@ -45,7 +47,7 @@ def decode(data: bytes, file: str) -> str:
     text = _utf8(data.removeprefix(codecs.BOM_UTF8), file)
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     for index, character in enumerate(text):
-        if not (character.isprintable() or character == "\n" or character == "\t"):
+        if not (character.isprintable() or character in "\n\t"):
             _check_character(text, index, file)
     tab = _TAB.search(text)
     if tab:

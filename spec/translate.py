@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from heatwright.spec import planned
+from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.shape import Place, keys, kinds, locate
 from heatwright.spec.suggest import advice
@@ -16,22 +17,36 @@ Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
 _SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"}
-NOT_BUILT = "is a planned part of the language that is not built yet"
 
 
 def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
     """Translate all errors of one validation."""
-    for entry in error.errors(include_url=False):
-        place = locate(root, entry["loc"])
-        translate = _TRANSLATIONS.get(entry["type"], _other)
-        yield translate(place, entry)
+    entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
+    unfinished = {place.path[:-1] for place, entry in entries if _is_planned(place, entry)}
+    for place, entry in entries:
+        # What a planned key would have replaced is not missing.
+        if entry["type"] == "missing" and place.path[:-1] in unfinished:
+            continue
+        fixed = _FIXED.get(entry["type"])
+        if fixed is not None:
+            yield place.path, *fixed
+        else:
+            yield _TRANSLATIONS.get(entry["type"], _other)(place, entry)
+
+
+def _is_planned(place: Place, entry: Any) -> bool:
+    return (
+        entry["type"] == "extra_forbidden"
+        and place.parent is not None
+        and planned.key(place.parent.__name__, str(place.path[-1]))
+    )
 
 
 def _spec(place: Place, entry: Any) -> Finding:
     return place.path, entry["ctx"]["reason"], entry["ctx"]["remedy"]
 
 
-def _missing(place: Place, entry: Any) -> Finding:
+def _missing(place: Place, _: Any) -> Finding:
     name = keys(place.parent).get(str(place.path[-1])) if place.parent else None
     if place.parent is None or name is None:
         return place.path, "an item is missing here", "Add it"
@@ -43,12 +58,12 @@ def _extra(place: Place, entry: Any) -> Finding:
     word = str(place.path[-1])
     if place.parent is None:
         return place.path, "there are too many items", "Delete it"
-    if planned.key(place.parent.__name__, word):
+    if _is_planned(place, entry):
         return place.path, f"this key {NOT_BUILT}", "Leave it out"
     return place.path, "there is no such key here", advice(word, tuple(keys(place.parent)))
 
 
-def _no_kind(place: Place, entry: Any) -> Finding:
+def _no_kind(place: Place, _: Any) -> Finding:
     known = ", ".join(kinds(place.annotation))
     return place.path, "it does not say its kind", f"Add kind: with one of {known}"
 
@@ -76,8 +91,6 @@ def _literal(place: Place, entry: Any) -> Finding:
 
 
 def _literal_words(place: Place) -> tuple[str, ...]:
-    from typing import Literal, get_args, get_origin
-
     found: list[str] = []
     stack = [place.annotation]
     while stack:
@@ -89,21 +102,21 @@ def _literal_words(place: Place) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _mapping(place: Place, entry: Any) -> Finding:
-    return place.path, "keys and values are needed here", "Write key: value, one for each line"
-
-
-def _list(place: Place, entry: Any) -> Finding:
-    return place.path, "a list is needed here", "Start each item with a dash, or write [a, b]"
-
-
-def _flag(place: Place, entry: Any) -> Finding:
-    return place.path, "yes or no is needed here", "Write true or false"
-
-
 def _other(place: Place, entry: Any) -> Finding:
     return place.path, f"this cannot be read: {entry['msg']}", "Correct it"
 
+
+_KEYS_NEEDED = ("keys and values are needed here", "Write key: value, one for each line")
+_FIXED = {
+    "model_type": _KEYS_NEEDED,
+    "model_attributes_type": _KEYS_NEEDED,
+    "dict_type": _KEYS_NEEDED,
+    "mapping_type": _KEYS_NEEDED,
+    "tuple_type": ("a list is needed here", "Start each item with a dash, or write [a, b]"),
+    "too_long": ("there are too many items", "Delete the last ones"),
+    "bool_type": ("yes or no is needed here", "Write true or false"),
+}
+"""Errors whose place says all, by pydantic's type of them: reason and remedy."""
 
 _TRANSLATIONS: dict[str, Callable[[Place, Any], Finding]] = {
     "spec": _spec,
@@ -112,11 +125,4 @@ _TRANSLATIONS: dict[str, Callable[[Place, Any], Finding]] = {
     "union_tag_not_found": _no_kind,
     "union_tag_invalid": _wrong_kind,
     "literal_error": _literal,
-    "model_type": _mapping,
-    "model_attributes_type": _mapping,
-    "dict_type": _mapping,
-    "mapping_type": _mapping,
-    "tuple_type": _list,
-    "too_long": lambda place, _: (place.path, "there are too many items", "Delete the last ones"),
-    "bool_type": _flag,
 }

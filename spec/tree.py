@@ -152,7 +152,7 @@ class _Parser:
             found.append(self._node(event, inner))
         return tuple(found)
 
-    def _scalar(self, event: yaml.Event, path: Path) -> Data:
+    def _scalar(self, event: Any, path: Path) -> Data:
         text: str = event.value
         if event.style not in (None, ""):
             return text
@@ -191,5 +191,5 @@ class _Parser:
         return Unreadable(Problem(self._tree.file, *_position(event), "", reason, remedy))
 
 
-def _position(event: yaml.Event) -> Position:
+def _position(event: Any) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1

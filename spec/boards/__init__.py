@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.boards import chips
-from heatwright.spec.boards.build import build
+from heatwright.spec.boards.build import Layout, build
 from heatwright.spec.boards.model import Board, Pin, Timer, Uart
 
 
@@ -32,54 +32,32 @@ _LEONARDO_PINS = _numbered(
 # Optiboot and its elders flash the LED and talk on the serial port at every reset.
 _SERIAL_BOOTLOADER = "D0 D1 D13"
 
-_ALL = (
-    build(
-        "uno",
+_LAYOUTS = {
+    "uno": (
         chips.ATMEGA328P,
-        platformio="uno",
-        names=_UNO_PINS,
-        bootloader_bytes=512,
-        bootloader_pins=_SERIAL_BOOTLOADER,
-        led="D13",
-        shield=True,
+        Layout("uno", _UNO_PINS, 512, _SERIAL_BOOTLOADER, led="D13", shield=True),
     ),
-    build(
-        "nano",
+    "nano": (
         chips.ATMEGA328P,
-        platformio="nanoatmega328",
-        names=_UNO_PINS,
-        bootloader_bytes=2048,  # the elder bootloader of most Nanos sold
-        bootloader_pins=_SERIAL_BOOTLOADER,
-        led="D13",
-        analog_only={"A6": 6, "A7": 7},
+        # the elder bootloader of most Nanos sold
+        Layout("nanoatmega328", _UNO_PINS, 2048, _SERIAL_BOOTLOADER, "D13", {"A6": 6, "A7": 7}),
     ),
-    build(
-        "mega2560",
+    "mega2560": (
         chips.ATMEGA2560,
-        platformio="megaatmega2560",
-        names=_MEGA_PINS,
-        bootloader_bytes=8192,
-        bootloader_pins=_SERIAL_BOOTLOADER,
-        led="D13",
-        shield=True,
+        Layout("megaatmega2560", _MEGA_PINS, 8192, _SERIAL_BOOTLOADER, led="D13", shield=True),
     ),
-    build(
-        "leonardo",
+    "leonardo": (
         chips.ATMEGA32U4,
-        platformio="leonardo",
-        names=_LEONARDO_PINS,
-        bootloader_bytes=4096,
-        bootloader_pins="D13 D17",  # its three LEDs; the one on PD5 has no pin
-        led="D13",
-        shield=True,
+        # its LEDs; the third, on PD5, has no pin
+        Layout("leonardo", _LEONARDO_PINS, 4096, "D13 D17", led="D13", shield=True),
     ),
-    build("atmega328p", chips.ATMEGA328P, platformio="ATmega328P"),
-    build("atmega2560", chips.ATMEGA2560, platformio="ATmega2560"),
-    build("atmega32", chips.ATMEGA32, platformio="ATmega32"),
-    build("atmega16", chips.ATMEGA16, platformio="ATmega16"),
-    build("atmega1284p", chips.ATMEGA1284P, platformio="ATmega1284P"),
-)
+    "atmega328p": (chips.ATMEGA328P, Layout("ATmega328P")),
+    "atmega2560": (chips.ATMEGA2560, Layout("ATmega2560")),
+    "atmega32": (chips.ATMEGA32, Layout("ATmega32")),
+    "atmega16": (chips.ATMEGA16, Layout("ATmega16")),
+    "atmega1284p": (chips.ATMEGA1284P, Layout("ATmega1284P")),
+}
 
-BOARDS: dict[str, Board] = {board.name: board for board in _ALL}
+BOARDS: dict[str, Board] = {name: build(name, *parts) for name, parts in _LAYOUTS.items()}
 
 __all__ = ["BOARDS", "Board", "Pin", "Timer", "Uart"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from heatwright.spec.boards.model import Board, Chip, Pin, Uart
 
@@ -12,17 +13,60 @@ FINE_PRESCALERS = (1, 8, 32, 64, 128, 256, 1024)
 
 
 def ports(widths: Mapping[str, str]) -> tuple[str, ...]:
-    """List the pins of ports given as {"B": "0-5"}: PB0, PB1 … PB5."""
+    """List the pins of ports given as {"F": "0-1 4"}: PF0, PF1, PF4."""
     names = []
-    for port, bits in widths.items():
-        first, last = bits.split("-")
-        names += [f"P{port}{bit}" for bit in range(int(first), int(last) + 1)]
+    for port, parts in widths.items():
+        for part in parts.split():
+            first, _, last = part.partition("-")
+            names += [f"P{port}{bit}" for bit in range(int(first), int(last or first) + 1)]
     return tuple(names)
 
 
-def _pin(name: str, port_name: str, functions: str, led: bool, bootloader: bool) -> Pin:
+class Layout(NamedTuple):
+    """How a board carries its chip."""
+
+    platformio: str
+    names: Mapping[str, str] = {}
+    """Printed name of each pin to its port's name; empty for a bare chip."""
+    bootloader_bytes: int = 0
+    bootloader_pins: str = ""
+    led: str = ""
+    analog_only: Mapping[str, int] = {}
+    """Printed name of each pin that leads to the ADC alone, to its channel."""
+    clock_hz: int = 16_000_000
+    shield: bool = False
+
+
+def build(name: str, chip: Chip, layout: Layout) -> Board:
+    """Make a board."""
+    names = layout.names or {port_name: port_name for port_name in chip.functions}
+    pins = {}
+    for printed, port_name in names.items():
+        pins[printed] = pins[port_name] = _pin(printed, port_name, chip, layout)
+    for printed, channel in layout.analog_only.items():
+        pins[printed] = Pin(printed, "", 0, adc=channel)
+    return Board(
+        name=name,
+        mcu=chip.mcu,
+        platformio=layout.platformio,
+        clock_hz=layout.clock_hz,
+        flash_bytes=chip.flash_bytes,
+        bootloader_bytes=layout.bootloader_bytes,
+        ram_bytes=chip.ram_bytes,
+        ram_start=chip.ram_start,
+        eeprom_bytes=chip.eeprom_bytes,
+        signature=chip.signature,
+        fastest_hz=chip.fastest_hz,
+        pins=pins,
+        timers=chip.timers,
+        uarts=_uarts(chip, names),
+        shield=layout.shield,
+    )
+
+
+def _pin(printed: str, port_name: str, chip: Chip, layout: Layout) -> Pin:
     adc, pwm, serial, spi = None, None, None, None
-    for function in functions.split():
+    for function in chip.functions[port_name].split():
         match function[:2]:
             case "ad":
                 adc = int(function[3:])
@@ -33,47 +77,15 @@ def _pin(name: str, port_name: str, functions: str, led: bool, bootloader: bool)
             case _:
                 spi = function
     return Pin(
-        name, port_name[1:2], int(port_name[2:]), adc, pwm, serial, spi, led, bootloader  # type: ignore[arg-type]
-    )
-
-
-def build(
-    name: str,
-    chip: Chip,
-    *,
-    platformio: str,
-    names: Mapping[str, str] | None = None,
-    bootloader_bytes: int = 0,
-    bootloader_pins: str = "",
-    led: str = "",
-    analog_only: Mapping[str, int] | None = None,
-    clock_hz: int = 16_000_000,
-    shield: bool = False,
-) -> Board:
-    """Make a board; `names` maps the printed name of each pin to its port's name."""
-    names = names or {port_name: port_name for port_name in chip.functions}
-    pins = {}
-    for printed, port_name in names.items():
-        disturbed = printed in bootloader_pins.split()
-        pin = _pin(printed, port_name, chip.functions[port_name], printed == led, disturbed)
-        pins[printed] = pins[port_name] = pin
-    for printed, channel in (analog_only or {}).items():
-        pins[printed] = Pin(printed, "", 0, adc=channel)
-    return Board(
-        name=name,
-        mcu=chip.mcu,
-        platformio=platformio,
-        clock_hz=clock_hz,
-        flash_bytes=chip.flash_bytes,
-        bootloader_bytes=bootloader_bytes,
-        ram_bytes=chip.ram_bytes,
-        ram_start=chip.ram_start,
-        eeprom_bytes=chip.eeprom_bytes,
-        signature=chip.signature,
-        pins=pins,
-        timers=chip.timers,
-        uarts=_uarts(chip, names),
-        shield=shield,
+        name=printed,
+        port=port_name[1],
+        bit=int(port_name[2]),
+        adc=adc,
+        pwm=pwm,
+        serial=serial,
+        spi=spi,
+        led=printed == layout.led,
+        bootloader=printed in layout.bootloader_pins.split(),
     )
 
 

@@ -18,6 +18,7 @@ ATMEGA328P = Chip(
     ram_start=0x100,
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x0F),
+    fastest_hz=20_000_000,
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
@@ -49,6 +50,7 @@ ATMEGA2560 = Chip(
     ram_start=0x200,
     eeprom_bytes=4096,
     signature=(0x1E, 0x98, 0x01),
+    fastest_hz=16_000_000,
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
@@ -107,14 +109,14 @@ ATMEGA32U4 = Chip(
     ram_start=0x100,
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x87),
+    fastest_hz=16_000_000,
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
         3: Timer(16, SLOW_PRESCALERS, ("A",)),
     },
     functions=_functions(
-        (*ports({"B": "0-7", "C": "6-7", "D": "0-7"}), "PE2", "PE6", "PF0", "PF1")
-        + ports({"F": "4-7"}),
+        ports({"B": "0-7", "C": "6-7", "D": "0-7", "E": "2 6", "F": "0-1 4-7"}),
         {
             "PB0": "ss",
             "PB1": "sck",
@@ -165,6 +167,7 @@ ATMEGA32 = Chip(
     ram_start=0x60,
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x02),
+    fastest_hz=16_000_000,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
 )
@@ -175,6 +178,7 @@ ATMEGA16 = Chip(
     ram_start=0x60,
     eeprom_bytes=512,
     signature=(0x1E, 0x94, 0x03),
+    fastest_hz=16_000_000,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
 )
@@ -186,6 +190,7 @@ ATMEGA1284P = Chip(
     ram_start=0x100,
     eeprom_bytes=4096,
     signature=(0x1E, 0x97, 0x05),
+    fastest_hz=20_000_000,
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B")),

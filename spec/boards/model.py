@@ -16,8 +16,10 @@ class Pin(NamedTuple):
     adc: int | None = None
     pwm: tuple[int, str] | None = None
     """Timer and channel of the compare output; the channel is "" where the timer has one only."""
-    serial: Literal["rx", "tx"] | None = None
-    spi: Literal["ss", "sck", "mosi", "miso"] | None = None
+    serial: str | None = None
+    """`rx` or `tx`."""
+    spi: str | None = None
+    """`ss`, `sck`, `mosi` or `miso`."""
     led: bool = False
     bootloader: bool = False
     """Driven, or pulled up, by the bootloader at every reset."""
@@ -34,7 +36,7 @@ class Pin(NamedTuple):
 
 
 class Timer(NamedTuple):
-    """One timer/counter; prescalers in the order of its clock-select codes 1, 2, 3 …"""
+    """One timer/counter; prescalers in the order of its clock-select codes, from 1."""
 
     bits: Literal[8, 16]
     prescalers: tuple[int, ...]
@@ -58,6 +60,7 @@ class Chip(NamedTuple):
     ram_start: int
     eeprom_bytes: int
     signature: tuple[int, int, int]
+    fastest_hz: int
     timers: Mapping[int, Timer]
     functions: Mapping[str, str]
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
@@ -77,6 +80,8 @@ class Board(NamedTuple):
     ram_start: int
     eeprom_bytes: int
     signature: tuple[int, int, int]
+    fastest_hz: int
+    """The chip's highest clock at 5 V."""
     pins: Mapping[str, Pin]
     """By every name a pin has: `D3` and `PD3` give the same Pin."""
     timers: Mapping[int, Timer]

@@ -1,0 +1,92 @@
+"""The checks that need more than one entry to look at: references, pins, timers, physics."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks import (
+    algorithms,
+    interfaces,
+    limits,
+    pins,
+    plant,
+    references,
+    timers,
+    timing,
+    windows,
+)
+from heatwright.spec.checks.comparison import row_controller, row_path
+from heatwright.spec.checks.finding import Check, Finding
+from heatwright.spec.checks.thermal import thermal
+from heatwright.spec.controller import Controller
+
+CHECKS: tuple[Check, ...] = (
+    references.loop_parts,
+    references.interface_loops,
+    references.one_loop_per_output,
+    references.fans_run,
+    references.heaters_do_not_always_run,
+    references.everything_used,
+    references.names_apart_in_c,
+    pins.pins_exist,
+    pins.pins_used_once,
+    pins.shields_fit,
+    pins.pwm_pins,
+    pins.heater_pins_stay_off,
+    timers.clock_ticks,
+    timers.enough_timers,
+    timers.pwm_frequencies,
+    timers.pwm_neighbours,
+    timing.periods_are_ticks,
+    timing.conversion_fits,
+    timing.time_outs_fit,
+    timing.stale_after,
+    timing.watchdog_slow_enough,
+    timing.watchdog_fast_enough,
+    windows.resolution_is_ticks,
+    windows.window_has_steps,
+    windows.pulses_fit,
+    limits.setpoints_in_order,
+    limits.maximum_above_setpoints,
+    limits.minimum_below_setpoints,
+    limits.start_is_allowed,
+    limits.protections_in_range,
+    limits.rise_rate_above_steps,
+    algorithms.duty_can_be_made,
+    algorithms.limits_in_order,
+    algorithms.something_acts,
+    algorithms.rest_is_not_frozen,
+    interfaces.step_fits_range,
+    interfaces.baud_can_be_made,
+    plant.heaters_have_power,
+)
+
+SIMULATION_CHECKS: tuple[Check, ...] = (
+    plant.plant_names,
+    plant.plant_links,
+    plant.plant_nodes,
+    plant.plant_covers_loops,
+    plant.scenario_in_order,
+    plant.keys_exist,
+    plant.comparison_has_plant,
+)
+
+
+def check(controller: Controller) -> list[Finding]:
+    """Run all checks; the rows of a comparison report only what their controller does not."""
+    found = [finding for each in SIMULATION_CHECKS for finding in each(controller)]
+    whole = not found and not [*references.loop_parts(controller)]
+    found += _check_one(controller, whole)
+    own = {finding[:3] for finding in found}
+    for index, row in enumerate(controller.comparison):
+        for finding in _check_one(row_controller(controller, row), whole):
+            if finding[:3] not in own:
+                path = row_path(controller, index, finding.path)
+                found.append(finding._replace(path=path))
+    return found
+
+
+def _check_one(controller: Controller, whole: bool) -> list[Finding]:
+    """Run the checks of one controller; physics only if the parts of its machine are all there."""
+    found = [finding for each in CHECKS for finding in each(controller)]
+    if whole:
+        found += thermal(controller)
+    return found

@@ -1,0 +1,70 @@
+"""Algorithms: limits in order, and outputs that can do what they are asked."""
+
+from __future__ import annotations
+
+from heatwright.spec.algorithms import Pid
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.quantity import number
+
+
+def duty_can_be_made(controller: Controller) -> Findings:
+    """Find a duty in parts on an output that is on or off."""
+    for name, loop, heater in loop_heaters(controller):
+        if isinstance(heater, DigitalOutput) and isinstance(loop.algorithm, Pid):
+            yield Finding(
+                ("loops", name, "algorithm", "kind"),
+                f"pid asks for parts of the power, and {loop.heater} of the kind digital is on "
+                "or off",
+                "Make the output pwm or time_proportional, or use on_off",
+                (("outputs", loop.heater),),
+            )
+
+
+def limits_in_order(controller: Controller) -> Findings:
+    """Hold minimum < maximum of the integral's and the output's limits."""
+    for name, loop in controller.loops.items():
+        algorithm = loop.algorithm
+        if not isinstance(algorithm, Pid):
+            continue
+        for key in ("integral", "output"):
+            limits = getattr(algorithm, key)
+            if limits.minimum_percent >= limits.maximum_percent:
+                yield Finding(
+                    ("loops", name, "algorithm", key, "minimum"),
+                    f"{number(limits.minimum_percent)} % is not below the maximum of "
+                    f"{number(limits.maximum_percent)} %",
+                    "Use a minimum below the maximum",
+                    (("loops", name, "algorithm", key, "maximum"),),
+                )
+
+
+def something_acts(controller: Controller) -> Findings:
+    """Find controllers whose every gain is 0."""
+    for name, loop in controller.loops.items():
+        algorithm = loop.algorithm
+        if isinstance(algorithm, Pid) and algorithm.kp == 0 and algorithm.ki == 0:
+            yield Finding(
+                ("loops", name, "algorithm", "kp"),
+                "with kp and ki both 0 nothing brings the temperature to the setpoint",
+                "Give kp a value above 0",
+            )
+
+
+def rest_is_not_frozen(controller: Controller) -> Findings:
+    """Find loops that may rest below the setpoint, which the rule `sensor_frozen` takes amiss.
+
+    Without an integral the temperature comes to rest where the proportional term supplies the
+    losses: below the setpoint, with the heater on and no reading that moves.
+    """
+    for name, loop in controller.loops.items():
+        algorithm = loop.algorithm
+        if isinstance(algorithm, Pid) and algorithm.ki == 0 and loop.protection.frozen is not None:
+            yield Finding(
+                ("loops", name, "algorithm", "ki"),
+                "without an integral the temperature may come to rest below the setpoint, and "
+                "the rule sensor_frozen would take that for a fault",
+                "Give ki a value above 0, or write frozen: off in protection",
+                (("loops", name, "protection", "frozen"),),
+            )

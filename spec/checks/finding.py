@@ -1,0 +1,42 @@
+"""What a check finds, and how the checks see a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, TypeAlias
+
+from heatwright.spec.controller import Controller
+from heatwright.spec.loops import Loop
+from heatwright.spec.outputs import Output
+from heatwright.spec.problems import Path
+from heatwright.spec.sensors import Sensor
+
+
+class Finding(NamedTuple):
+    """One thing wrong, at the key that is best changed."""
+
+    path: Path
+    reason: str
+    remedy: str
+    because_of: tuple[Path, ...] = ()
+    """Other entries the finding rests on: if one of them is broken, so may be the finding."""
+
+
+Findings: TypeAlias = Iterator[Finding]
+Check: TypeAlias = Callable[[Controller], Findings]
+
+
+def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Sensor]]:
+    """List the loops whose sensor exists."""
+    for name, loop in controller.loops.items():
+        sensor = controller.sensors.get(loop.sensor)
+        if sensor is not None:
+            yield name, loop, sensor
+
+
+def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Output]]:
+    """List the loops whose heater exists."""
+    for name, loop in controller.loops.items():
+        heater = controller.outputs.get(loop.heater)
+        if heater is not None:
+            yield name, loop, heater

@@ -1,0 +1,131 @@
+"""Temperatures: setpoints in order, protections outside them, sensors that see them all."""
+
+from __future__ import annotations
+
+from heatwright.spec.algorithms import OnOff
+from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.controller import Controller
+from heatwright.spec.quantity import celsius, number
+
+
+def setpoints_in_order(controller: Controller) -> Findings:
+    """Hold minimum ≤ initial ≤ maximum."""
+    for name, loop in controller.loops.items():
+        path = ("loops", name, "setpoint")
+        setpoint = loop.setpoint
+        if setpoint.minimum_c > setpoint.maximum_c:
+            yield Finding(
+                (*path, "minimum"),
+                f"the lowest setpoint of {celsius(setpoint.minimum_c)} is above the highest of "
+                f"{celsius(setpoint.maximum_c)}",
+                "Exchange minimum and maximum",
+                ((*path, "maximum"),),
+            )
+        elif not setpoint.minimum_c <= setpoint.initial_c <= setpoint.maximum_c:
+            yield Finding(
+                (*path, "initial"),
+                f"{celsius(setpoint.initial_c)} is not one of the setpoints that may be chosen",
+                f"Use {celsius(setpoint.minimum_c)} to {celsius(setpoint.maximum_c)}",
+                ((*path, "minimum"), (*path, "maximum")),
+            )
+
+
+def maximum_above_setpoints(controller: Controller) -> Findings:
+    """Keep `over_temperature` from tripping in health.
+
+    At the highest setpoint a healthy loop reads up to the sensor's error more than there is, and
+    an on-off loop swings up by its half width before it switches off.
+    """
+    for name, loop, sensor in loop_sensors(controller):
+        highest_c = loop.setpoint.maximum_c
+        algorithm = loop.algorithm
+        swing_k = algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
+        least_c = highest_c + swing_k + sensor.error_k(highest_c)
+        if loop.protection.maximum_c <= least_c:
+            yield Finding(
+                ("loops", name, "protection", "maximum"),
+                f"{celsius(loop.protection.maximum_c)} is too near to the highest setpoint of "
+                f"{celsius(highest_c)}: the sensor may be wrong by "
+                f"{number(sensor.error_k(highest_c))} K"
+                + (f" and the loop swings by {number(swing_k)} K" if swing_k else ""),
+                f"Use more than {celsius(least_c)}; 10 to 15 K above the setpoint is usual",
+                (("loops", name, "setpoint"), ("loops", name, "algorithm"), ("sensors",)),
+            )
+
+
+def minimum_below_setpoints(controller: Controller) -> Findings:
+    """Keep `under_temperature` below the lowest setpoint."""
+    for name, loop in controller.loops.items():
+        protection = loop.protection
+        if protection.minimum_c >= loop.setpoint.minimum_c:
+            yield Finding(
+                ("loops", name, "protection", "minimum"),
+                f"{celsius(protection.minimum_c)} is not below the lowest setpoint of "
+                f"{celsius(loop.setpoint.minimum_c)}",
+                f"Use less than {celsius(loop.setpoint.minimum_c)}",
+                (("loops", name, "setpoint", "minimum"),),
+            )
+
+
+def start_is_allowed(controller: Controller) -> Findings:
+    """Find simulated machines that start outside the protections."""
+    simulation = controller.simulation
+    if simulation is None:
+        return
+    own_c = simulation.plant.initial_c
+    start_c = simulation.ambient_c if own_c is None else own_c
+    path = ("simulation", "ambient") if own_c is None else ("simulation", "plant", "initial")
+    for name, loop in controller.loops.items():
+        protection = loop.protection
+        if not protection.minimum_c < start_c < protection.maximum_c:
+            yield Finding(
+                path,
+                f"at {celsius(start_c)} the loop {name} is at fault from the start",
+                f"Use more than {celsius(protection.minimum_c)} and less than "
+                f"{celsius(protection.maximum_c)}",
+                (("loops", name, "protection"), ("simulation",)),
+            )
+
+
+def protections_in_range(controller: Controller) -> Findings:
+    """Find limits that a reading can never reach, for the sensor ends before them."""
+    for name, loop, sensor in loop_sensors(controller):
+        lowest_c, highest_c = sensor.range_c
+        path = ("loops", name, "protection")
+        reaches_c = highest_c - sensor.error_k(highest_c)
+        if loop.protection.maximum_c > reaches_c:
+            implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
+            yield Finding(
+                (*path, "maximum"),
+                f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
+                f"ends at {celsius(highest_c)} and may be "
+                f"{number(sensor.error_k(highest_c))} K too low there",
+                f"Use at most {celsius(reaches_c)}",
+                (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
+            )
+        reaches_c = lowest_c + sensor.error_k(lowest_c)
+        if loop.protection.minimum_c < reaches_c:
+            yield Finding(
+                (*path, "minimum"),
+                f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} ends at "
+                f"{celsius(lowest_c)} and may be {number(sensor.error_k(lowest_c))} K too high "
+                "there",
+                f"Use at least {celsius(reaches_c)}",
+                (("sensors", loop.sensor),),
+            )
+
+
+def rise_rate_above_steps(controller: Controller) -> Findings:
+    """Find rise rates that the sensor's own step would break between two readings."""
+    for name, loop, sensor in loop_sensors(controller):
+        limit_k = loop.protection.rise_rate_k_per_s * loop.period_s
+        if limit_k < sensor.step_k:
+            least = sensor.step_k / loop.period_s
+            yield Finding(
+                ("loops", name, "protection", "rise_rate"),
+                f"{number(loop.protection.rise_rate_k_per_s)} K/s is {number(limit_k)} K in a "
+                f"period, less than the sensor's step of {number(sensor.step_k)} K, so any "
+                "movement would be a fault",
+                f"Use at least {number(least)} K/s",
+                (("sensors", loop.sensor), ("loops", name, "period")),
+            )

@@ -1,0 +1,117 @@
+"""Pins: they must exist, be free, and be able to do what is asked of them."""
+
+from __future__ import annotations
+
+from heatwright.spec.boards import Pin
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.outputs import PwmOutput
+from heatwright.spec.suggest import advice
+from heatwright.spec.uses import PinUse, pin_uses
+
+
+def label(pin: Pin) -> str:
+    """Name a pin as a message does: `D3 (PD3)`."""
+    if not pin.digital or pin.name == pin.port_name:
+        return pin.name
+    return f"{pin.name} ({pin.port_name})"
+
+
+def pins_exist(controller: Controller) -> Findings:
+    """Find names that are no pin of the board."""
+    board = controller.board
+    names = tuple(board.pins)
+    for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
+        for name, part in parts.items():
+            pin = board.pins.get(part.pin)
+            path = (section, name, "pin")
+            if pin is None:
+                yield Finding(
+                    path,
+                    f"{board.name} has no pin {part.pin}",
+                    advice(part.pin, names),
+                    (("controller",),),
+                )
+            elif not pin.digital:
+                yield Finding(
+                    path,
+                    f"{pin.name} of {board.name} leads to the converter alone and cannot be "
+                    "switched or read",
+                    "Use a digital pin",
+                    (("controller",),),
+                )
+
+
+def pins_used_once(controller: Controller) -> Findings:
+    """Find pins that two parts of the file would use."""
+    first: dict[Pin, PinUse] = {}
+    reported = set()
+    for use in pin_uses(controller):
+        other = first.setdefault(use.pin, use)
+        # A shield and a serial port have several pins; one problem for each pair is enough.
+        if other is not use and (use.path, other.path) not in reported:
+            reported.add((use.path, other.path))
+            yield Finding(
+                use.path,
+                f"{label(use.pin)} is already used by {_user(other)}, and here for {_user(use)}",
+                "Use another pin",
+                (other.path,),
+            )
+
+
+def _user(use: PinUse) -> str:
+    return use.purpose if use.path[0] != "interfaces" else f"{use.purpose} (interfaces)"
+
+
+def shields_fit(controller: Controller) -> Findings:
+    """Find shields on boards that do not take them."""
+    board = controller.board
+    for index, interface in enumerate(controller.interfaces):
+        if isinstance(interface, LcdKeypad) and not board.shield:
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"{board.name} does not take a shield",
+                "Use uno, mega2560 or leonardo, or leave the shield out",
+                (("controller",),),
+            )
+
+
+def pwm_pins(controller: Controller) -> Findings:
+    """Find PWM outputs on pins without a timer's compare output."""
+    board = controller.board
+    able = [name for name, pin in board.pins.items() if pin.pwm and name == pin.name]
+    for name, output in controller.outputs.items():
+        pin = board.pins.get(output.pin)
+        if isinstance(output, PwmOutput) and pin is not None and pin.pwm is None:
+            yield Finding(
+                ("outputs", name, "pin"),
+                f"no timer reaches {label(pin)} of {board.name}",
+                f"Use {', '.join(able)}, or the kind time_proportional",
+                (("controller",),),
+            )
+
+
+def heater_pins_stay_off(controller: Controller) -> Findings:
+    """Refuse heaters on pins that something drives before the program runs.
+
+    A bootloader flashes the LED and uses the serial port at each reset; on a bare chip the
+    programmer clocks SCK and MOSI while the chip is held in reset.
+    """
+    board = controller.board
+    for _, loop, heater in loop_heaters(controller):
+        pin = board.pins.get(heater.pin)
+        if pin is None:
+            continue
+        why = ""
+        if pin.bootloader:
+            why = "the bootloader drives it at each reset"
+        elif board.bootloader_bytes == 0 and pin.spi in {"sck", "mosi"}:
+            why = "the programmer drives it while it writes the chip"
+        if why:
+            yield Finding(
+                ("outputs", loop.heater, "pin"),
+                f"{label(pin)} would switch the heater before the program can: {why}",
+                "Use another pin for a heater",
+                (("controller",), ("loops",)),
+            )

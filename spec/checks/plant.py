@@ -1,0 +1,198 @@
+"""The simulated machine: names that exist, a way out for the heat, events in their order."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import unknown
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration
+from heatwright.spec.simulation import AMBIENT, ThermalNetwork
+
+MOST_NODES = 16
+"""Nodes of a network; its checks take time with the third power of them."""
+
+_PLANT: Path = ("simulation", "plant")
+
+
+def plant_names(controller: Controller) -> Findings:
+    """Find nodes, outputs and sensors of the plant that are not there."""
+    if controller.simulation is None:
+        return
+    plant = controller.simulation.plant
+    nodes = plant.nodes
+    for output, node in plant.heat.items():
+        yield from unknown((*_PLANT, "heat", output), output, "outputs", controller.outputs)
+        yield from unknown((*_PLANT, "heat", output), node, "nodes", nodes)
+    for sensor, sense in plant.sense.items():
+        yield from unknown((*_PLANT, "sense", sensor), sensor, "sensors", controller.sensors)
+        yield from unknown((*_PLANT, "sense", sensor, "node"), sense.node, "nodes", nodes)
+    for fan in plant.fans:
+        yield from unknown((*_PLANT, "fans", fan), fan, "outputs", controller.outputs)
+    for index, link in enumerate(plant.links):
+        for end in link.between:
+            path = (*_PLANT, "links", index, "between")
+            yield from unknown(path, end, "nodes", (*nodes, AMBIENT))
+
+
+def plant_links(controller: Controller) -> Findings:
+    """Find links from a node to itself, the same link twice, and fans of links there are none."""
+    if controller.simulation is None:
+        return
+    plant = controller.simulation.plant
+    first: dict[frozenset[str], int] = {}
+    for index, link in enumerate(plant.links):
+        path = (*_PLANT, "links", index, "between")
+        ends = frozenset(link.between)
+        if len(ends) == 1:
+            yield Finding(path, "a link needs two different ends", "Name another node")
+        elif first.setdefault(ends, index) != index:
+            yield Finding(
+                path,
+                f"{' and '.join(link.between)} are already linked by links[{first[ends]}]",
+                "Join the two resistances into one: 1/(1/R1 + 1/R2)",
+            )
+    for fan, effect in plant.fans.items():
+        if frozenset(effect.link) not in first:
+            yield Finding(
+                (*_PLANT, "fans", fan, "link"),
+                f"there is no link between {' and '.join(effect.link)}",
+                "Name the two ends of a link",
+                ((*_PLANT, "links"),),
+            )
+
+
+def plant_nodes(controller: Controller) -> Findings:
+    """Find a node called ambient, too many nodes, and nodes whose heat cannot get out."""
+    if controller.simulation is None:
+        return
+    plant = controller.simulation.plant
+    if AMBIENT in plant.nodes:
+        yield Finding(
+            (*_PLANT, "nodes", AMBIENT),
+            "ambient is the surroundings, which have no heat capacity",
+            "Give the node another name",
+        )
+    if len(plant.nodes) > MOST_NODES:
+        yield Finding(
+            (*_PLANT, "nodes"),
+            f"the network has {len(plant.nodes)} nodes",
+            f"Use at most {MOST_NODES}; join those that are always equally warm",
+        )
+    reached = _reached_from_ambient(plant)
+    for node in plant.nodes:
+        if node not in reached:
+            yield Finding(
+                (*_PLANT, "nodes", node),
+                "no chain of links leads from here to ambient, so its heat could never leave",
+                "Add a link",
+                ((*_PLANT, "links"),),
+            )
+
+
+def _reached_from_ambient(plant: ThermalNetwork) -> set[str]:
+    reached = {AMBIENT}
+    while True:
+        more = {
+            end
+            for link in plant.links
+            if reached.intersection(link.between)
+            for end in link.between
+        }
+        if more <= reached:
+            return reached
+        reached |= more
+
+
+def plant_covers_loops(controller: Controller) -> Findings:
+    """Find sensors and heaters of loops that the plant does not have."""
+    if controller.simulation is None:
+        return
+    plant = controller.simulation.plant
+    for name, loop in controller.loops.items():
+        if loop.sensor not in plant.sense and loop.sensor in controller.sensors:
+            yield Finding(
+                (*_PLANT, "sense"),
+                f"it does not say where {loop.sensor}, the sensor of the loop {name}, is",
+                f"Add {loop.sensor}: {{node: …}}",
+                (("loops", name), ("sensors", loop.sensor)),
+            )
+        if loop.heater not in plant.heat and loop.heater in controller.outputs:
+            yield Finding(
+                (*_PLANT, "heat"),
+                f"it does not say which node {loop.heater}, the heater of the loop {name}, heats",
+                f"Add {loop.heater}: and the node's name",
+                (("loops", name), ("outputs", loop.heater)),
+            )
+
+
+def heaters_have_power(controller: Controller) -> Findings:
+    """Find heaters of the plant that do not say how much they heat."""
+    if controller.simulation is None:
+        return
+    for name in controller.simulation.plant.heat:
+        output = controller.outputs.get(name)
+        if output is not None and output.power_w is None:
+            yield Finding(
+                ("outputs", name),
+                "the plant needs the power of this heater",
+                "Add power: with its watts, such as 240 W",
+                ((*_PLANT, "heat"),),
+            )
+
+
+def comparison_has_plant(controller: Controller) -> Findings:
+    """Find comparisons without a machine to compare on."""
+    if controller.comparison and controller.simulation is None:
+        yield Finding(
+            ("comparison",), "there is no machine to compare on", "Add a section simulation"
+        )
+
+
+def scenario_in_order(controller: Controller) -> Findings:
+    """Find scenarios without an end, or whose events do not follow each other to it."""
+    if controller.simulation is None:
+        return
+    events = controller.simulation.scenario
+    path: Path = ("simulation", "scenario")
+    ends = [index for index, event in enumerate(events) if event.for_s is not None]
+    if ends != [len(events) - 1]:
+        where = (*path, ends[0]) if ends else path
+        yield Finding(
+            where, "one event, the last, must end the scenario", "End it with {for: 30 min}"
+        )
+        return
+    length_s = events[-1].for_s or 0.0
+    before_s = 0.0
+    for index, event in enumerate(events[:-1]):
+        at_s = event.at_s or 0.0
+        if at_s < before_s:
+            yield Finding(
+                (*path, index, "at"),
+                f"{duration(at_s)} is before the event above it, at {duration(before_s)}",
+                "Write the events in the order of time",
+            )
+        elif at_s >= length_s:
+            yield Finding(
+                (*path, index, "at"),
+                f"{duration(at_s)} is not before the end of the scenario, at {duration(length_s)}",
+                "Lengthen `for`, or press earlier",
+            )
+        before_s = max(before_s, at_s)
+
+
+def keys_exist(controller: Controller) -> Findings:
+    """Find presses of keys on a controller without keys."""
+    if controller.simulation is None:
+        return
+    if any(isinstance(interface, LcdKeypad) for interface in controller.interfaces):
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.press is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "press"),
+                "no interface has keys",
+                "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event",
+                (("interfaces",),),
+            )

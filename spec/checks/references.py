@@ -1,0 +1,130 @@
+"""Names that refer to something: it must exist, be of use, and not be used twice."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.planned import NOT_BUILT
+from heatwright.spec.problems import Path, shown
+from heatwright.spec.suggest import advice
+
+
+def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Findings:
+    """Object to a name that the section does not define."""
+    if word not in known:
+        yield Finding(
+            path,
+            f"{section} has no {shown(word)}",
+            advice(word, tuple(known)),
+            ((section, word),),
+        )
+
+
+def loop_parts(controller: Controller) -> Findings:
+    """Find sensors, heaters and fans of loops that are not there."""
+    for name, loop in controller.loops.items():
+        yield from unknown(("loops", name, "sensor"), loop.sensor, "sensors", controller.sensors)
+        yield from unknown(("loops", name, "heater"), loop.heater, "outputs", controller.outputs)
+        if loop.fan is not None:
+            yield from unknown(("loops", name, "fan"), loop.fan, "outputs", controller.outputs)
+
+
+def interface_loops(controller: Controller) -> Findings:
+    """Find loops of interfaces that are not there."""
+    for index, interface in enumerate(controller.interfaces):
+        path = ("interfaces", index, "loop")
+        yield from unknown(path, interface.loop, "loops", controller.loops)
+
+
+def one_loop_per_output(controller: Controller) -> Findings:
+    """Find outputs that two loops would switch against each other."""
+    heated_by: dict[str, str] = {}
+    for name, loop in controller.loops.items():
+        first = heated_by.setdefault(loop.heater, name)
+        if first != name:
+            yield Finding(
+                ("loops", name, "heater"),
+                f"the loop {first} already switches {loop.heater}",
+                "Give each loop a heater of its own",
+            )
+
+
+def fans_run(controller: Controller) -> Findings:
+    """Hold a loop's fan to what the interlock can rely on: a pin that is always on."""
+    for name, loop in controller.loops.items():
+        fan = controller.outputs.get(loop.fan) if loop.fan is not None else None
+        if fan is None or loop.fan is None:
+            continue
+        if loop.fan == loop.heater:
+            yield Finding(
+                ("loops", name, "fan"), "this is the loop's heater", "Name the fan's output"
+            )
+        elif not isinstance(fan, DigitalOutput):
+            yield Finding(
+                ("loops", name, "fan"),
+                f"{loop.fan} is of the kind {fan.kind}, so nobody knows whether the fan turns",
+                "Name a digital output",
+            )
+        elif fan.runs != "always":
+            yield Finding(
+                ("outputs", loop.fan, "runs"),
+                f"a fan that runs with its loop {NOT_BUILT}",
+                "Write runs: always",
+            )
+
+
+def heaters_do_not_always_run(controller: Controller) -> Findings:
+    """Refuse a heater that is on as long as the controller is."""
+    for name, loop in controller.loops.items():
+        heater = controller.outputs.get(loop.heater)
+        if isinstance(heater, DigitalOutput) and heater.runs == "always":
+            yield Finding(
+                ("outputs", loop.heater, "runs"),
+                f"the heater of the loop {name} would always be on",
+                "Delete runs",
+            )
+
+
+def everything_used(controller: Controller) -> Findings:
+    """Find sensors and outputs that no loop uses."""
+    loops = controller.loops.values()
+    for name in controller.sensors:
+        if not any(loop.sensor == name for loop in loops):
+            yield Finding(
+                ("sensors", name),
+                "no loop uses this sensor",
+                "Delete it, or name it in a loop",
+                (("loops",),),
+            )
+    for name, output in controller.outputs.items():
+        always = isinstance(output, DigitalOutput) and output.runs == "always"
+        if not always and not any(name in (loop.heater, loop.fan) for loop in loops):
+            yield Finding(
+                ("outputs", name),
+                "no loop uses this output",
+                "Delete it, or name it in a loop"
+                + ("; or write runs: always" if isinstance(output, DigitalOutput) else ""),
+                (("loops",),),
+            )
+
+
+def names_apart_in_c(controller: Controller) -> Findings:
+    """Keep names apart that C would join: `heater_start` and what `heater` does at its start.
+
+    Everything made from a name carries it in front (`output_heater`, `output_heater_start()`), so
+    no name may go on where another of its section ends; a number may, for no function begins so.
+    """
+    for section in ("sensors", "outputs", "loops"):
+        names = tuple(getattr(controller, section))
+        for name in names:
+            for other in names:
+                rest = name.removeprefix(f"{other}_")
+                if rest != name and not rest[0].isdigit():
+                    yield Finding(
+                        (section, name),
+                        f"in C its names could be mistaken for those of {other}",
+                        f"Rename one of them, for instance this one to {rest}",
+                    )

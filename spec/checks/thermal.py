@@ -1,0 +1,180 @@
+"""Physics of the whole: enough power, and protections that a healthy machine does not trip.
+
+The plant is heated from cold at full power until the sensor shows the highest setpoint: the worst
+a healthy machine does to the rules that watch its heating. Then the heater goes off, and the heat
+that is under way still arrives.
+"""
+
+from __future__ import annotations
+
+from heatwright.spec.algorithms import OnOff, Pid
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.machine import Machine
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import TimeProportionalOutput
+from heatwright.spec.quantity import celsius, duration, number
+
+
+def thermal(controller: Controller) -> Findings:
+    """Run the checks of this file on every loop that has a plant."""
+    if controller.simulation is None:
+        return
+    for name, loop in controller.loops.items():
+        if controller.outputs[loop.heater].power_w is None:
+            continue
+        machine = Machine(controller, name, controller.simulation)
+        for check in (
+            heater_suffices,
+            least_duty_cools,
+            heating_rule_holds,
+            rise_rate_holds,
+            overshoot_stays_below_maximum,
+            coasting_settles,
+            window_is_smoothed,
+        ):
+            yield from check(machine)
+
+
+def heater_suffices(machine: Machine) -> Findings:
+    """Hold the heater's power to the losses at the highest setpoint."""
+    if machine.reaches:
+        return
+    highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
+    needed_w = machine.target_k / machine.plant.steady_k(1.0)
+    yield Finding(
+        ("outputs", machine.loop.heater, "power"),
+        f"{number(machine.full_power_w)} W ends at {celsius(highest_c)} in this plant and never "
+        f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"Use more than {number(needed_w)} W, or a lower highest setpoint",
+        machine.because_of,
+    )
+
+
+def least_duty_cools(machine: Machine) -> Findings:
+    """Find a least duty that alone heats above the lowest setpoint."""
+    algorithm = machine.loop.algorithm
+    if not isinstance(algorithm, Pid) or algorithm.output.minimum_percent == 0:
+        return
+    least_w = machine.power_w * algorithm.output.minimum_percent / 100
+    ends_c = machine.ambient_c + machine.plant.steady_k(least_w)
+    lowest_c = machine.loop.setpoint.minimum_c
+    if ends_c > lowest_c:
+        yield Finding(
+            (*machine.path, "algorithm", "output", "minimum"),
+            f"{number(algorithm.output.minimum_percent)} % alone heats to {celsius(ends_c)}, above "
+            f"the lowest setpoint of {celsius(lowest_c)}",
+            "Use a smaller minimum, or raise the lowest setpoint",
+            machine.because_of,
+        )
+
+
+def heating_rule_holds(machine: Machine) -> Findings:
+    """Find a rule `heating_failed` that a healthy machine breaks.
+
+    As in the firmware, each rise starts the time anew. A reading may show up to one step of the
+    sensor less than there is, so a rise may need one step more; the first one also waits for the
+    dead time.
+    """
+    rule = machine.loop.protection.heating
+    if rule is None or not machine.course:
+        return
+    since_s, from_k = -machine.plant.delay_s, machine.course[0][1]
+    longest_s = 0.0
+    for time_s, sensed_k in machine.course:
+        longest_s = max(longest_s, time_s - since_s)
+        if sensed_k >= from_k + rule.rise_k + machine.step_k:
+            since_s, from_k = time_s, sensed_k
+    if longest_s > rule.within_s:
+        yield Finding(
+            (*machine.path, "protection", "heating", "within"),
+            f"this plant, healthy and at full power, needs {duration(round(longest_s))} for one of "
+            f"its rises of {number(rule.rise_k)} K on the way to "
+            f"{celsius(machine.loop.setpoint.maximum_c)}",
+            f"Use more than {duration(round(longest_s))}, or a smaller rise",
+            machine.because_of,
+        )
+
+
+def rise_rate_holds(machine: Machine) -> Findings:
+    """Find a rule `rise_rate` that a healthy machine breaks at full power."""
+    period_s = machine.loop.period_s
+    limit = machine.loop.protection.rise_rate_k_per_s
+    steepest = max(
+        (
+            (after_k - before_k) / (after_s - before_s)
+            for (before_s, before_k), (after_s, after_k) in zip(
+                machine.course, machine.course[1:], strict=False
+            )
+        ),
+        default=0.0,
+    )
+    needed = steepest + machine.step_k / period_s
+    if needed > limit:
+        yield Finding(
+            (*machine.path, "protection", "rise_rate"),
+            f"this plant, healthy and at full power, rises by {number(steepest)} K/s, and a "
+            f"reading may add a step of {number(machine.step_k)} K",
+            f"Use more than {number(needed)} K/s",
+            machine.because_of,
+        )
+
+
+def overshoot_stays_below_maximum(machine: Machine) -> Findings:
+    """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
+    algorithm = machine.loop.algorithm
+    if not machine.course or not isinstance(algorithm, OnOff) or algorithm.lead_s > 0:
+        return
+    peak_k = max(sensed_k for _, sensed_k in machine.coasting()) + algorithm.hysteresis_k
+    peak_c = machine.ambient_c + peak_k
+    if peak_c >= machine.loop.protection.maximum_c:
+        yield Finding(
+            (*machine.path, "protection", "maximum"),
+            f"after switching off at {celsius(machine.loop.setpoint.maximum_c)} this plant coasts "
+            f"up to {celsius(peak_c)}",
+            f"Use more than {celsius(peak_c)}, or give the algorithm a lead",
+            machine.because_of,
+        )
+
+
+def coasting_settles(machine: Machine) -> Findings:
+    """Find a rule `rising_while_off` that the heat already under way breaks."""
+    rule = machine.loop.protection.rising_while_off
+    if rule is None or not machine.course:
+        return
+    settled_k = peak_k = peak_s = 0.0
+    for time_s, sensed_k in machine.coasting():
+        if time_s + machine.plant.delay_s <= rule.settle_s:
+            settled_k = sensed_k
+        if sensed_k > peak_k:
+            peak_s, peak_k = time_s + machine.plant.delay_s, sensed_k
+    if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
+        yield Finding(
+            (*machine.path, "protection", "rising_while_off", "settle"),
+            f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
+            f"{number(peak_k - settled_k)} K after the time to settle",
+            f"Use at least {duration(round(peak_s))}, or a greater rise",
+            machine.because_of,
+        )
+
+
+def window_is_smoothed(machine: Machine) -> Findings:
+    """Find windows so long that the loop sees the heater switch.
+
+    A swing as wide as the proportional band (100 %/kp) takes the duty from one end to the other:
+    then the loop follows its own window and no longer the machine.
+    """
+    algorithm, output = machine.loop.algorithm, machine.output
+    if not isinstance(algorithm, Pid) or not isinstance(output, TimeProportionalOutput):
+        return
+    if algorithm.kp == 0:
+        return
+    swing_k = machine.plant.swing_k(machine.power_w, output.window_s)
+    band_k = 100.0 / algorithm.kp
+    if swing_k >= band_k:
+        yield Finding(
+            ("outputs", machine.loop.heater, "window"),
+            f"the temperature swings by {number(swing_k)} K in a window of "
+            f"{duration(output.window_s)}, more than the proportional band of {number(band_k)} K",
+            "Use a shorter window, or a smaller kp",
+            machine.because_of,
+        )

@@ -1,0 +1,92 @@
+"""Dimensions and their units: what a number's unit may be, and what it is in the base unit."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import NamedTuple
+
+_PREFIXES = {"M": "1e6", "k": "1e3", "": "1", "c": "1e-2", "m": "1e-3", "μ": "1e-6"}
+
+
+class Unit(NamedTuple):
+    """One unit of a dimension: base = (number − offset) · factor."""
+
+    factor: Decimal
+    offset: Decimal = Decimal(0)
+
+
+class Dimension(NamedTuple):
+    """A kind of quantity: its name and example in messages, its units by spelling."""
+
+    name: str
+    base: str
+    example: str
+    shown: str
+    """The units as the messages list them."""
+    largest: float
+    """Beyond anything a thermal machine has, in the base unit: a slip of the pen."""
+    units: dict[str, Unit]
+
+
+def _prefixed(unit: str, prefixes: str = "", *others: str) -> dict[str, Unit]:
+    """Give a unit and its other spellings their prefixes, such as "k m μ"."""
+    return {
+        prefix + name: Unit(Decimal(_PREFIXES[prefix]))
+        for prefix in ("", *prefixes.split())
+        for name in (unit, *others)
+    }
+
+
+def _fraction(numerator: str, denominator: int) -> Unit:
+    return Unit(Decimal(numerator) / Decimal(denominator))
+
+
+_CELSIUS = Unit(Decimal(1))
+_KELVIN = Unit(Decimal(1), Decimal("273.15"))
+_FAHRENHEIT = Unit(Decimal(5) / Decimal(9), Decimal(32))
+
+TEMPERATURE = Dimension(
+    "temperature",
+    "°C",
+    "50 °C",
+    "°C, °F or K",
+    5000.0,
+    {"°C": _CELSIUS, "C": _CELSIUS, "°F": _FAHRENHEIT, "F": _FAHRENHEIT, "K": _KELVIN},
+)
+DIFFERENCE = Dimension("temperature difference", "K", "2 K", "K", 5000.0, _prefixed("K", "m"))
+DURATION = Dimension(
+    "duration",
+    "s",
+    "1 s",
+    "ms, s, min, h or d",
+    1e8,
+    _prefixed("s", "m μ")
+    | {"min": Unit(Decimal(60)), "h": Unit(Decimal(3600)), "d": Unit(Decimal(86400))},
+)
+POWER = Dimension("power", "W", "240 W", "W or kW", 1e6, _prefixed("W", "m k"))
+FREQUENCY = Dimension("frequency", "Hz", "1 kHz", "Hz, kHz or MHz", 1e8, _prefixed("Hz", "k M"))
+RATE = Dimension(
+    "rate of temperature",
+    "K/s",
+    "5 K/s",
+    "K/s or K/min",
+    1e4,
+    _prefixed("K/s") | {"K/min": _fraction("1", 60)},
+)
+PERCENT = Dimension("percentage", "%", "80 %", "%", 1e3, _prefixed("%"))
+BITS = Dimension("number of bits", "bit", "12 bit", "bit", 64.0, _prefixed("bit"))
+CAPACITY = Dimension("heat capacity", "J/K", "900 J/K", "J/K or kJ/K", 1e9, _prefixed("J/K", "k"))
+THERMAL_RESISTANCE = Dimension(
+    "thermal resistance", "K/W", "0.17 K/W", "K/W or mK/W", 1e6, _prefixed("K/W", "m")
+)
+RESISTANCE = Dimension(
+    "resistance", "Ω", "4.7 kΩ", "Ω, kΩ or MΩ", 1e9, _prefixed("Ω", "m k M", "ohm", "Ohm")
+)
+VOLTAGE = Dimension("voltage", "V", "24 V", "V or mV", 1e5, _prefixed("V", "m"))
+CURRENT = Dimension("current", "A", "3 A", "A or mA", 1e5, _prefixed("A", "m"))
+AREA = Dimension(
+    "area", "m²", "0.5 m²", "m² or cm²", 1e6, _prefixed("m2") | {"cm2": Unit(Decimal("1e-4"))}
+)
+FILM = Dimension(
+    "heat transfer coefficient", "W/m²K", "8.7 W/m²K", "W/m²K", 1e6, _prefixed("W/m2K")
+)
