@@ -22,6 +22,7 @@ from heatwright.sim.native.pins import Pins
 from heatwright.sim.native.shim import load
 from heatwright.sim.native.snapshots import Snapshots, snapshots
 from heatwright.sim.native.uart import Uarts
+from heatwright.sim.profile import Profile
 
 RAM_FILL = 0xC5
 """What RAM holds at power-on. The part's is arbitrary; zero would hide a missing initialisation."""
@@ -195,3 +196,7 @@ class Avr:
         found, log = snapshots(self._owner, counter, ram)
         self._logs.append(log)
         return found
+
+    def profile(self, program: Elf) -> Profile:
+        """Profile the loaded program from now on."""
+        return Profile(self._owner, program)

@@ -119,15 +119,15 @@ def _functions(elf: Any, symbols: list[tuple[str, int, str]]) -> tuple[Function,
     if text is None:
         return ()
     first, end = text["sh_addr"], text["sh_addr"] + text["sh_size"]
-    names: dict[int, tuple[bool, str]] = {}
+    names: dict[int, tuple[bool, bool, str]] = {}
     for name, address, kind in symbols:
         if first <= address < end and not name.startswith(".L") and kind in _CODE:
-            better = (kind != "STT_FUNC", name)
-            names[address] = min(names.get(address, better), better)
+            key = (kind != "STT_FUNC", name.startswith("__vector_"), name)
+            names[address] = min(names.get(address, key), key)
     starts = sorted(names)
     ends = [*starts[1:], end]
     return tuple(
-        Function(start, stop, names[start][1]) for start, stop in zip(starts, ends, strict=True)
+        Function(start, stop, names[start][2]) for start, stop in zip(starts, ends, strict=True)
     )
 
 

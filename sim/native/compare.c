@@ -1,8 +1,9 @@
 /* Timer outputs: the pin a timer has taken, with the corners simavr gets wrong.
 
    A pin taken by a timer no longer follows PORT. Fast PWM whose compare value is TOP or above is
-   constant; simavr inverts the first and forgets the second. Phase-correct PWM has no edges in
-   simavr: the firmware is told so. */
+   constant; simavr inverts the first and forgets the second. With ICR as TOP simavr takes compare
+   value and TOP only when the timer is set up; here they count from the next period on, as on the
+   part. Phase-correct PWM has no edges in simavr: the run ends and says so. */
 #include <stdlib.h>
 #include "hw.h"
 
@@ -32,6 +33,28 @@ static int constant(struct compare *c) {
     return fast(c) && c->timer->tov_cycles && (!match || match >= c->timer->tov_cycles);
 }
 
+/* Compare value with ICR as TOP: simavr has noted it, but does not use it. */
+static void renew_match(struct compare *c) {
+    avr_timer_comp_t *comp = &c->timer->comp[c->channel];
+    uint32_t value = c->h->avr->data[comp->r_ocr] |
+        (comp->r_ocrh ? (uint32_t)c->h->avr->data[comp->r_ocrh] << 8 : 0);
+    if (fast(c) && c->timer->mode.top == avr_timer_wgm_reg_icr)
+        comp->comp_cycles =
+            value <= c->timer->tov_top ? (uint64_t)c->timer->cs_div_value * (value + 1) : 0;
+}
+
+/* TOP in ICR: setting the (unchanged) trace flags makes simavr set the timer up again. */
+static void renew_top(struct compare *c) {
+    avr_timer_t *t = c->timer;
+    uint32_t top = c->h->avr->data[t->r_icr] | (uint32_t)c->h->avr->data[t->r_icrh] << 8;
+    if (t->mode.top != avr_timer_wgm_reg_icr || !t->cs_div_value || top == t->tov_top)
+        return;
+    if (c->h->avr->cycle - t->tov_base >= (uint64_t)t->cs_div_value * (top + 1))
+        limit(c->h, "TOP of timer %c set below its count", t->name);
+    else
+        avr_ioctl(c->h->avr, AVR_IOCTL_TIMER_SET_TRACE(t->name), &t->trace);
+}
+
 static void refresh(struct compare *c) {
     struct pin *pin = &c->h->pins[c->pin];
     if (!pin->watched)
@@ -59,6 +82,10 @@ static void on_register(struct compare *c, struct tap *tap, avr_io_addr_t a, uin
         tap->write(c->h->avr, a, v, tap->write_param);
     else
         c->h->avr->data[a] = v;
+    if (a == c->timer->r_icr)
+        renew_top(c);
+    if (a == c->timer->comp[c->channel].r_ocr)
+        renew_match(c);
     refresh(c);
 }
 

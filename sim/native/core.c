@@ -222,6 +222,8 @@ static void fall_asleep(hw *h) {
 static void sleep_on(hw *h, avr_cycle_count_t cycles) {
     h->avr->cycle += cycles;
     h->sleep_cycles += cycles;
+    if (h->profile)
+        profile_slept(h, cycles);
 }
 
 /* What wakes the part is served before the instruction after SLEEP, 4 cycles late. */

@@ -188,6 +188,7 @@ void profile_before(hw *h);
 void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
 void profile_interrupt(hw *h);
 void profile_sleep(hw *h);
+void profile_slept(hw *h, uint64_t cycles);
 void profile_reset(hw *h);
 
 #endif

@@ -201,17 +201,37 @@ void profile_after(hw *h, uint32_t pc) {
     follow_mask(h, p->pc);
 }
 
+/* The function behind a vector: most vectors are jumps. */
+static uint32_t handler(hw *h) {
+    uint32_t pc = h->avr->pc;
+    const uint8_t *f = h->avr->flash + pc;
+    uint16_t op = (uint16_t)(f[0] | f[1] << 8);
+    if (op == 0x940c)
+        return 2u * (uint32_t)(f[2] | f[3] << 8);
+    if ((op & 0xf000) == 0xc000)
+        return (uint32_t)((int32_t)pc + 2 + 2 * ((int16_t)(op << 4) >> 4));
+    return pc;
+}
+
 /* Called when the vector is reached: its entry cycles are already counted. */
 void profile_interrupt(hw *h) {
     struct profile *p = h->profile;
     uint16_t sp = hw_stack_pointer(h);
+    uint32_t pc = handler(h);
     uint64_t began = h->avr->cycle - (uint64_t)h->entry_cycles;
     if (sp < p->lowest)
         p->lowest = sp;
     p->began = began;
-    follow_mask(h, h->avr->pc);
-    push(h, h->avr->pc, (uint16_t)(sp + h->avr->address_size), began, 1);
+    follow_mask(h, pc);
+    push(h, pc, (uint16_t)(sp + h->avr->address_size), began, 1);
     open_window(p, h->avr->pc, h->avr->cycle);
+}
+
+void profile_slept(hw *h, uint64_t cycles) {
+    struct profile *p = h->profile;
+    p->window.paused += cycles;
+    for (int i = 0; i < p->depth; i++)
+        p->frames[i].stolen += cycles;
 }
 
 void profile_sleep(hw *h) {

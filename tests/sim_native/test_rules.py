@@ -1,0 +1,231 @@
+"""simavr's known traits: each is worked around in the shim, and here is held to be."""
+
+import time
+
+import numpy as np
+import pytest
+from avr_firmware import CLOCK_HZ, compiled, powered, running, shared
+
+from heatwright.sim.dwarf import Variables
+
+IDLE = """
+volatile uint8_t ticks;
+ISR(TIMER1_COMPA_vect) { ticks++; PINB = _BV(PB5); }
+static void tick_start(void) {
+    DDRB = _BV(PB5);
+    TCCR1B = _BV(WGM12) | _BV(CS11);
+    OCR1A = 19999;
+    TIMSK1 = _BV(OCIE1A);
+}
+"""
+SLEEP = "sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli();"
+
+
+def test_sleep_takes_no_wall_time() -> None:
+    avr = running(f"{IDLE} int main(void) {{ tick_start(); for (;;) {{ {SLEEP} }} }}")
+    start = time.monotonic()
+    avr.run(100)
+    assert time.monotonic() - start < 10
+    assert avr.sleep_cycles > 0.99 * avr.cycle
+
+
+def test_polled_uart_takes_no_wall_time() -> None:
+    """simavr sleeps 1 µs of wall time at each look at an idle UART: here 4 million looks."""
+    avr = running("int main(void) { UCSR0B = _BV(RXEN0); for (;;) (void)UCSR0A; }")
+    start = time.monotonic()
+    avr.run(1)
+    assert time.monotonic() - start < 2
+
+
+def test_sent_bytes_are_not_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    avr = running("int main(void) { UCSR0B = _BV(TXEN0); UDR0 = 'x'; UDR0 = '\\n'; for (;;) {} }")
+    avr.run(0.1)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_cut_of_a_run_does_not_show() -> None:
+    """Bursts, stops and yields are the shim's own business: traces are equal to the cycle."""
+    program = shared("blink.c")
+    whole, pieces = powered(program), powered(program)
+    for avr in (whole, pieces):
+        avr.pins.watch("PB5")
+    whole.run_to(3_000_000)
+    rng = np.random.default_rng(1)
+    while pieces.cycle < 3_000_000:
+        pieces.run_to(min(3_000_000, pieces.cycle + int(rng.integers(1, 50_000))))
+    assert np.array_equal(whole.pins.take(), pieces.pins.take())
+    assert whole.cycle == pieces.cycle
+    assert whole.sleep_cycles == pieces.sleep_cycles
+
+
+def test_single_steps_give_the_same_trace() -> None:
+    program = shared("blink.c")
+    fast, stepped = powered(program), powered(program)
+    stepped.profile(program)
+    for avr in (fast, stepped):
+        avr.pins.watch("PB5")
+        avr.run_to(3_000_000)
+    assert np.array_equal(fast.pins.take(), stepped.pins.take())
+
+
+@pytest.mark.parametrize("cycle", [1_000_003, 1_234_567, 1_999_999])
+def test_a_sleeping_processor_stops_at_the_very_cycle(cycle: int) -> None:
+    avr = running(f"{IDLE} int main(void) {{ tick_start(); for (;;) {{ {SLEEP} }} }}")
+    avr.run_to(cycle)
+    assert avr.cycle == cycle
+
+
+def test_a_busy_processor_stops_at_the_end_of_an_instruction() -> None:
+    avr = running("int main(void) { for (;;) PORTB++; }")
+    for cycle in range(1_000, 1_100, 7):
+        avr.run_to(cycle)
+        assert cycle <= avr.cycle < cycle + 4
+
+
+WATCHDOG = """
+uint8_t cause __attribute__((section(".noinit")));
+volatile uint16_t runs __attribute__((section(".noinit")));
+void early(void) __attribute__((naked, used, section(".init3")));
+void early(void) { cause = MCUSR; MCUSR = 0; wdt_disable(); }
+"""
+
+
+@pytest.mark.parametrize(
+    ("hang", "setting", "seconds"),
+    [
+        ("for (;;) {}", "WDTO_250MS", 0.25),
+        ("for (;;) {}", "WDTO_2S", 2.0),
+        ("cli(); sleep_enable(); for (;;) sleep_cpu();", "WDTO_2S", 2.0),
+        (f"tick_start(); for (;;) {{ {SLEEP} }}", "WDTO_2S", 2.0),
+        ("sei(); sleep_enable(); for (;;) sleep_cpu();", "WDTO_1S", 1.0),
+    ],
+)
+def test_the_watchdog_bites_in_time(hang: str, setting: str, seconds: float) -> None:
+    """Busy, asleep for good, asleep between ticks, asleep with nothing to wake for."""
+    avr = running(f"{IDLE}{WATCHDOG} int main(void) {{ wdt_enable({setting}); {hang} }}")
+    avr.run(3.5 * seconds)
+    resets = avr.take_resets()
+    assert [int(cause) for cause in resets["cause"]] == [3, 3, 3]
+    assert [int(flags) for flags in resets["mcusr"]] == [8, 8, 8]
+    assert resets["cycle"][0] / CLOCK_HZ == pytest.approx(seconds * 1.024, rel=1e-4)
+
+
+def test_reset_flags_add_up_until_cleared() -> None:
+    avr = running("int main(void) { wdt_enable(WDTO_15MS); for (;;) {} }")
+    avr.run(0.02)
+    avr.reset("brown_out")
+    avr.reset("external")
+    assert [int(flags) for flags in avr.take_resets()["mcusr"]] == [0b1001, 0b1101, 0b1111]
+
+
+def test_noinit_memory_outlives_a_reset() -> None:
+    program = compiled(
+        f"""{WATCHDOG}
+        int main(void) {{
+            if (cause & _BV(PORF)) runs = 0;
+            runs++;
+            wdt_enable(WDTO_15MS);
+            for (;;) {{}}
+        }}"""
+    )
+    avr = powered(program)
+    avr.run(0.1)
+    runs = Variables(program)["runs"]
+    assert avr.read_ram(runs.address, 2) == bytes([1 + len(avr.take_resets()), 0])
+
+
+def test_a_new_timeout_counts_at_once() -> None:
+    """simavr goes on with the old one until the next WDR."""
+    avr = running(
+        """int main(void) {
+            wdt_enable(WDTO_15MS); wdt_enable(WDTO_1S); for (;;) {}
+        }"""
+    )
+    avr.run(0.9)
+    assert not len(avr.take_resets())
+    avr.run(0.2)
+    assert len(avr.take_resets()) == 1
+
+
+def test_cli_sleep_is_for_good_without_a_watchdog() -> None:
+    avr = running("int main(void) { cli(); sleep_enable(); sleep_cpu(); for (;;) PORTB++; }")
+    avr.pins.watch("PB0")
+    avr.run(1)
+    assert avr.hung
+    assert not len(avr.pins.take())
+
+
+def test_sleep_without_permission_is_no_sleep() -> None:
+    avr = running(f"{IDLE} int main(void) {{ tick_start(); sei(); for (;;) sleep_cpu(); }}")
+    avr.run(0.1)
+    assert avr.sleep_cycles == 0
+
+
+def test_a_waiting_interrupt_ends_sleep_at_once() -> None:
+    """`sei; sleep; cli` back to back: on the part the interrupt comes before the cli."""
+    avr = running(
+        """
+        volatile uint8_t ticks;
+        ISR(TIMER1_COMPA_vect) { ticks++; }
+        int main(void) {
+            DDRB = 1;
+            TCCR1B = _BV(WGM12) | _BV(CS10);
+            OCR1A = 999;
+            TIMSK1 = _BV(OCIE1A);
+            sleep_enable();
+            for (;;) {
+                while (!(TIFR1 & _BV(OCF1A))) {}
+                asm volatile("sei\\n\\tsleep\\n\\tcli");
+                PORTB = ticks & 1;
+            }
+        }"""
+    )
+    avr.pins.watch("PB0")
+    avr.run(0.01)
+    assert len(avr.pins.take()) > 150
+
+
+def test_a_low_interrupt_pin_costs_nothing() -> None:
+    avr = running(
+        f"""{IDLE} ISR(INT0_vect) {{}}
+        int main(void) {{ EIMSK = _BV(INT0); tick_start(); for (;;) {{ {SLEEP} }} }}"""
+    )
+    avr.pins.drive("PD2", "low")
+    start = time.monotonic()
+    avr.run(20)
+    assert time.monotonic() - start < 2
+
+
+def test_entering_an_interrupt_takes_the_parts_four_cycles() -> None:
+    """From a busy loop: a timer's match to the first instruction of the handler."""
+    avr = running(
+        """
+        ISR(TIMER1_COMPA_vect, ISR_NAKED) {
+            asm volatile("lds r24, %0\\n\\tsts 0x100, r24\\n\\t1: rjmp 1b" :: "n"(_SFR_MEM_ADDR(TCNT1)));
+        }
+        int main(void) {
+            TCCR1B = _BV(WGM12) | _BV(CS10);
+            OCR1A = 999;
+            TIMSK1 = _BV(OCIE1A);
+            sei();
+            for (;;) asm volatile("nop");
+        }"""
+    )
+    avr.run(0.001)
+    assert 4 + 3 <= avr.read_ram(0x100, 1)[0] <= 4 + 3 + 3  # entry, jmp, rest of an instruction
+
+
+def test_a_crash_says_where() -> None:
+    avr = running("int main(void) { ((void (*)(void))0x3fff)(); for (;;) {} }")
+    with pytest.raises(RuntimeError, match=r"flash byte 0x"):
+        avr.run(1)
+
+
+def test_deep_sleep_is_refused() -> None:
+    avr = running(
+        """int main(void) {
+            set_sleep_mode(SLEEP_MODE_PWR_DOWN); sleep_enable(); sei(); sleep_cpu(); for (;;) {}
+        }"""
+    )
+    with pytest.raises(RuntimeError, match="sleep mode"):
+        avr.run(1)
