@@ -1,0 +1,83 @@
+"""The stack told from the code is the stack that the program takes when the worst comes together.
+
+The program waits at its deepest place for its deepest interrupt, so the two must be equal.
+"""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from heatwright.generator.stack import worst_stack
+from heatwright.sim.avr import Avr
+from heatwright.sim.elf import Elf
+
+PROGRAM = """
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stdint.h>
+
+volatile uint8_t fired, sink;
+volatile float mean = 1;
+
+__attribute__((noinline, noclone)) void fill(uint8_t n)
+{
+    volatile uint8_t frame[30];
+    for (uint8_t i = 0; i < 30; i++)
+        frame[i] = n + i;
+    sink = frame[n % 30];
+}
+
+__attribute__((noinline, noclone)) void wait(uint16_t n)
+{
+    volatile uint8_t frame[300];
+    frame[n] = 1;
+    fired = 0;
+    while (!fired)
+        ;
+    sink = frame[n / 2];
+}
+
+__attribute__((noinline, noclone)) uint8_t choose(uint8_t n)
+{
+    switch (n) {
+    case 0: return PINB;
+    case 1: return PINC;
+    case 2: return 9;
+    case 3: sink = 4; return 7;
+    case 4: wait(n); return 3;
+    case 5: sink = 1; return 3;
+    case 6: mean = mean / 3 + 1; return 3;
+    case 7: sink = 2; return 1;
+    }
+    return 0;
+}
+
+ISR(TIMER1_OVF_vect) { fill(sink); fired = 1; }
+ISR(TIMER0_OVF_vect) { sink++; }
+
+int main(void)
+{
+    TCCR1B = 1 << CS10;
+    TIMSK1 = 1 << TOIE1;
+    TCCR0B = 1 << CS00;
+    TIMSK0 = 1 << TOIE0;
+    sei();
+    for (uint8_t n = 0;; n++)
+        sink += choose(n % 8);
+}
+"""
+
+
+@pytest.mark.parametrize("flags", ["-Os", "-Os -flto", "-O2", "-O1 -mcall-prologues", "-O0"])
+@pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560", "atmega1284p"])
+def test_the_bound_is_reached(tmp_path: Path, mcu: str, flags: str) -> None:
+    (tmp_path / "main.c").write_text(PROGRAM)
+    command = ["avr-gcc", f"-mmcu={mcu}", *flags.split(), "-o", "main.elf", "main.c"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    program = Elf(tmp_path / "main.elf")
+    avr = Avr(mcu, 16e6)
+    avr.load(program)
+    profile = avr.profile(program)
+    avr.run(0.05)
+    assert profile.stack_used == worst_stack(tmp_path / "main.elf").total
