@@ -1,12 +1,11 @@
 """Algorithms: from the error of the temperature to the heater's duty."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
-from pydantic_core import core_schema
 
 from heatwright.spec.base import DEFAULTS, Model
-from heatwright.spec.problems import refuse
+from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
@@ -14,13 +13,15 @@ LARGEST_GAIN = 1e6
 """Far above any use, and far below where products with temperatures leave single precision."""
 
 
-class Gain:
+class Gain(Checked):
     """A gain: a bare number, for its unit is fixed and would only be in the way."""
 
     def __init__(self, unit: str) -> None:
+        """Name the unit in the messages."""
+        super().__init__(self.read_gain, type="number", minimum=0, maximum=LARGEST_GAIN)
         self.unit = unit
 
-    def read(self, value: object) -> float:
+    def read_gain(self, value: object) -> float:
         """Accept a number from 0 up."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise refuse("a gain is a bare number", f"Write the number alone; it is in {self.unit}")
@@ -31,9 +32,6 @@ class Gain:
         if not value <= LARGEST_GAIN:
             raise refuse(f"{value} is too large", f"Use at most {LARGEST_GAIN:.0f}")
         return float(value)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
 
 
 Percent = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]

@@ -6,14 +6,17 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PlainValidator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
-from heatwright.spec.names import check_name
-from heatwright.spec.problems import refuse
+from heatwright.spec.names import NAME, check_name
+from heatwright.spec.problems import Checked, refuse, shown
 
 DEFAULTS: Any = {}
 """The default of a field that holds a model: validated, so that the model fills itself. An
 instance would have pydantic build that model's validator by itself while modules are imported."""
+
+LONGEST_TITLE = 80
+"""Characters of a text for people; it must fit a line of a comment."""
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -49,8 +52,8 @@ def _plain_text(value: object) -> str:
         raise refuse("text is needed here", "Put it between quotation marks")
     if not value.strip():
         raise refuse("this text is empty", "Write a few words, or leave the key out")
-    if len(value) > 80:
-        raise refuse(f"this text has {len(value)} characters", "Use at most 80")
+    if len(value) > LONGEST_TITLE:
+        raise refuse(f"this text has {len(value)} characters", f"Use at most {LONGEST_TITLE}")
     if not value.isprintable():
         raise refuse("this text holds characters that cannot be printed", "Retype it on one line")
     return value
@@ -85,23 +88,24 @@ def off_is_none(value: object) -> object:
 
 
 Off = BeforeValidator(off_is_none)
-Name = Annotated[str, PlainValidator(_name)]
-Reference = Annotated[str, PlainValidator(_reference)]
-Title = Annotated[str, PlainValidator(_plain_text)]
+Name = Annotated[str, Checked(_name, type="string", pattern=NAME)]
+Reference = Annotated[str, Checked(_reference, type="string")]
+Title = Annotated[str, Checked(_plain_text, type="string", minLength=1, maxLength=LONGEST_TITLE)]
 ReadOnly = AfterValidator(_frozen)
 Filled = AfterValidator(_not_empty)
 """Marks a mapping that must have at least one entry."""
 
-PIN_NAME = re.compile(r"D\d{1,2}|A\d{1,2}|P[A-L][0-7]", re.ASCII)
+PIN = r"^([AD][0-9]{1,2}|P[A-L][0-7])$"
+_PIN = re.compile(PIN)
 
 
 def _pin(value: object) -> str:
-    if not isinstance(value, str) or not PIN_NAME.fullmatch(value):
+    if not isinstance(value, str) or not _PIN.fullmatch(value):
         raise refuse(
-            f"{value!r} is not a pin" if isinstance(value, str) else "a pin is needed here",
+            f"{shown(value)} is not a pin" if isinstance(value, str) else "a pin is needed here",
             "Name it as on the board (D3, A0) or by its port (PB3)",
         )
     return value
 
 
-PinName = Annotated[str, PlainValidator(_pin)]
+PinName = Annotated[str, Checked(_pin, type="string", pattern=PIN, examples=["D3", "A0", "PB3"])]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator
+from pydantic import Field
 
 from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
@@ -12,7 +12,7 @@ from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop, Temperature
 from heatwright.spec.outputs import Output
-from heatwright.spec.problems import refuse
+from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensors import Sensor
 from heatwright.spec.simulation import Simulation
@@ -32,8 +32,13 @@ def _format(value: Any) -> int:
     return FORMAT
 
 
+def built_boards() -> list[str]:
+    """List the boards that firmware can be made for."""
+    return [name for name in BOARDS if not planned.board(name)]
+
+
 def _board(value: Any) -> str:
-    built = [name for name in BOARDS if not planned.board(name)]
+    built = built_boards()
     if isinstance(value, str) and planned.board(value):
         raise refuse(f"{value} {planned.NOT_BUILT}", f"Use one of {', '.join(built)}")
     if not isinstance(value, str) or value not in BOARDS:
@@ -41,21 +46,14 @@ def _board(value: Any) -> str:
     return value
 
 
-class _Watchdog(Quantity):
-    def read(self, value: object) -> float:
-        seconds = super().read(value)
-        if seconds not in WATCHDOG_S:
-            periods = ", ".join(f"{1000 * period:g}" for period in WATCHDOG_S[:6])
-            raise refuse(f"the AVR's watchdog has no {value}", f"Use {periods} ms, 1, 2, 4 or 8 s")
-        return seconds
-
-
 class Identity(Model):
     """What the controller is called and what it runs on."""
 
     name: Name = Field(description="Name of its folder and files.")
     title: Title | None = Field(None, description="What it is, in a few words; else its name.")
-    board: Annotated[str, PlainValidator(_board)] = Field(description="The board, or bare chip.")
+    board: Annotated[str, Checked(_board, enum=built_boards())] = Field(
+        description="The board, or bare chip."
+    )
     clock_hz: Annotated[float, Quantity(FREQUENCY, least=8e6)] | None = Field(
         None, alias="clock", description="The crystal's frequency; left out: the board's own."
     )
@@ -64,7 +62,7 @@ class Identity(Model):
 class Safety(Model):
     """What guards the controller itself."""
 
-    watchdog_s: Annotated[float, _Watchdog(DURATION)] = Field(
+    watchdog_s: Annotated[float, Quantity(DURATION, choices=WATCHDOG_S)] = Field(
         2.0, alias="watchdog", description="Time after which a hung program is reset."
     )
 
@@ -101,7 +99,7 @@ class ComparisonRow(Model):
 class Controller(Model):
     """One thermal controller."""
 
-    format: Annotated[int, PlainValidator(_format)] = Field(
+    format: Annotated[int, Checked(_format, const=FORMAT)] = Field(
         alias="heatwright", description="Version of the language."
     )
     identity: Identity = Field(alias="controller", description="Name and board.")

@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator
+from pydantic import Field
 
 from heatwright.spec.base import Model, Reference
-from heatwright.spec.problems import refuse
+from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DIFFERENCE
 
@@ -33,7 +33,9 @@ class SerialPlotter(Model):
 
     kind: Literal["serial_plotter"]
     loop: Reference = Field(description="Loop whose numbers are sent.")
-    baud: Annotated[int, PlainValidator(_baud)] = Field(9600, description="Speed of the line.")
+    baud: Annotated[int, Checked(_baud, type="integer", minimum=300, maximum=2_000_000)] = Field(
+        9600, description="Speed of the line."
+    )
 
 
 Interface = Annotated[LcdKeypad | SerialPlotter, Field(discriminator="kind")]

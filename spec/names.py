@@ -9,7 +9,8 @@ from heatwright.spec.problems import refuse
 LONGEST_NAME = 24
 """Characters. With the longest prefix and member it stays below the 63 C11 tells apart."""
 
-_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*", re.ASCII)
+NAME = r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$"
+_NAME = re.compile(NAME)
 
 # C11's keywords (those in lower case), what avr-gcc adds, and the predefined macro names of
 # gcc's gnu dialects; then the names Windows keeps for its devices, for a controller's name is

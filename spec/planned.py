@@ -26,6 +26,9 @@ KEYS = {
 }
 """Keys by the model they will join."""
 
+INSTEAD = {("Sense", "of"): "node"}
+"""Keys by model and by the planned key that takes their place: not missing beside it."""
+
 BOARDS = "atmega16 atmega32"
 """Boards that are known but whose registers, older than the others', no template writes yet."""
 

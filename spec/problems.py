@@ -1,10 +1,11 @@
-"""What is wrong with a spec: where, why, and what to do about it."""
+"""What is wrong with a spec: where, why, what to do about it; and the marks that find it."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias
 
-from pydantic_core import PydanticCustomError
+from pydantic_core import PydanticCustomError, core_schema
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the root of the file, such as ("loops", "air", "period")."""
@@ -40,7 +41,8 @@ class Problem(NamedTuple):
     def __str__(self) -> str:
         where = f"{self.file}:{self.line}:{self.column}: "
         what = f"{self.path}: " if self.path else ""
-        return f"{where}{what}{self.reason}. {self.remedy}."
+        stop = "" if self.remedy.endswith("?") else "."
+        return f"{where}{what}{self.reason}. {self.remedy}{stop}"
 
 
 class SpecError(Exception):
@@ -52,6 +54,18 @@ class SpecError(Exception):
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
+
+
+class Checked:
+    """Marks a model's field that a function of ours reads: `Annotated[str, Checked(…)]`."""
+
+    def __init__(self, read: Callable[[Any], object], **json_schema: object) -> None:
+        """Read values with `read`; `json_schema` describes what it accepts to editors."""
+        self.read = read
+        self.json_schema = json_schema
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
 
 
 def refuse(reason: str, remedy: str) -> PydanticCustomError:

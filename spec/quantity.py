@@ -10,11 +10,8 @@ import math
 import re
 import unicodedata
 from decimal import Decimal
-from typing import Any
 
-from pydantic_core import core_schema
-
-from heatwright.spec.problems import refuse
+from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
 LONGEST = 64
@@ -128,20 +125,33 @@ def _wrong_unit(text: str, digits: str, unit: str, dimension: Dimension) -> Exce
     )
 
 
-class Quantity:
-    """Marks a model's float field: `Annotated[float, Quantity(DURATION, least=0)]`."""
+class Quantity(Checked):
+    """Marks a model's number field: `Annotated[float, Quantity(DURATION, least=0)]`."""
 
     def __init__(
-        self, dimension: Dimension, *, least: float | None = None, most: float | None = None
+        self,
+        dimension: Dimension,
+        *,
+        least: float | None = None,
+        most: float | None = None,
+        choices: tuple[float, ...] = (),
     ) -> None:
-        """Limit the quantity to least..most, or to what its dimension has at all."""
+        """Limit it to least..most, or to what its dimension has at all, or to a few choices."""
+        super().__init__(self.read_one)
         self.dimension = dimension
         self.least = -dimension.largest if least is None else least
         self.most = dimension.largest if most is None else most
+        self.choices = choices
 
-    def read(self, value: object) -> float:
+    def read_one(self, value: object) -> float:
         """Read one quantity and hold it to its limits."""
         result = parse(value, self.dimension)
+        if self.choices:
+            if result not in self.choices:
+                *others, last = (amount(choice, self.dimension) for choice in self.choices)
+                remedy = f"Use {', '.join(others)} or {last}"
+                raise refuse(f"{tidy(value)} is not possible", remedy)
+            return self.choices[self.choices.index(result)]
         if result < self.least:
             remedy = f"Use at least {amount(self.least, self.dimension)}"
             raise refuse(f"{tidy(value)} is too small", remedy)
@@ -150,12 +160,14 @@ class Quantity:
             raise refuse(f"{tidy(value)} is too large", remedy)
         return result
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
-
 
 class QuantityRange(Quantity):
     """Marks a field of two floats, lowest and highest: `48.5 °C .. 51.9 °C`."""
+
+    def __init__(self, dimension: Dimension) -> None:
+        """Read two ends of one dimension."""
+        super().__init__(dimension)
+        self.read = self.read_range
 
     def read_range(self, value: object) -> tuple[float, float]:
         """Read both ends and put them in order."""
@@ -166,10 +178,7 @@ class QuantityRange(Quantity):
                 f"a range of a {self.dimension.name} is needed here",
                 f"Write its two ends, such as {example} .. {example}",
             )
-        ends = self.read(low.strip()), self.read(high.strip())
+        ends = self.read_one(low.strip()), self.read_one(high.strip())
         if ends[0] > ends[1]:
             raise refuse(f"{value!r} ends below its start", "Write the lower end first")
         return ends
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read_range)

@@ -2,18 +2,11 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from heatwright.spec.base import Model, PinName
-from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import BITS
-
-
-def _resolution(value: float) -> int:
-    if value not in (9, 10, 11, 12):
-        raise refuse(f"a DS18B20 has no resolution of {value:g} bit", "Use 9, 10, 11 or 12 bit")
-    return int(value)
 
 
 class Ds18b20(Model):
@@ -21,7 +14,7 @@ class Ds18b20(Model):
 
     kind: Literal["ds18b20"]
     pin: PinName = Field(description="Data line; it needs a pull-up resistor of 4.7 kΩ.")
-    resolution_bits: Annotated[int, Quantity(BITS), AfterValidator(_resolution)] = Field(
+    resolution_bits: Annotated[int, Quantity(BITS, choices=(9, 10, 11, 12))] = Field(
         12,
         alias="resolution",
         description="9 to 12 bit: steps of 0.5, 0.25, 0.125 or 0.0625 K; each doubles the time.",

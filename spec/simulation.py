@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, model_validator
 
 from heatwright.spec.base import Filled, Model, Name, ReadOnly, Reference
 from heatwright.spec.loops import Temperature
-from heatwright.spec.problems import refuse
+from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import CAPACITY, DIFFERENCE, DURATION, THERMAL_RESISTANCE
 
@@ -54,8 +54,8 @@ class FanEffect(Model):
     """How a running fan changes a link."""
 
     link: tuple[Reference, Reference] = Field(description="The two ends of the link.")
-    factor: Annotated[float, PlainValidator(_factor)] = Field(
-        description="By what the link's conductance is multiplied while the fan runs."
+    factor: Annotated[float, Checked(_factor, type="number", exclusiveMinimum=0, maximum=1000)] = (
+        Field(description="By what the link's conductance is multiplied while the fan runs.")
     )
 
 
@@ -91,7 +91,7 @@ class Event(Model):
     press: Literal["right", "up", "down", "left", "select"] | None = Field(
         None, description="Key that is pressed and released."
     )
-    times: Annotated[int, PlainValidator(_times)] = Field(
+    times: Annotated[int, Checked(_times, type="integer", minimum=1, maximum=1000)] = Field(
         1, description="How often the key is pressed."
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(

@@ -22,10 +22,9 @@ _SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"
 def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
     """Translate all errors of one validation."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
-    unfinished = {place.path[:-1] for place, entry in entries if _is_planned(place, entry)}
+    replaced = {_replaced(place) for place, entry in entries if _is_planned(place, entry)}
     for place, entry in entries:
-        # What a planned key would have replaced is not missing.
-        if entry["type"] == "missing" and place.path[:-1] in unfinished:
+        if entry["type"] == "missing" and place.path in replaced:
             continue
         fixed = _FIXED.get(entry["type"])
         if fixed is not None:
@@ -40,6 +39,12 @@ def _is_planned(place: Place, entry: Any) -> bool:
         and place.parent is not None
         and planned.key(place.parent.__name__, str(place.path[-1]))
     )
+
+
+def _replaced(place: Place) -> Path:
+    """Find the entry that a planned key would have taken the place of."""
+    model = place.parent.__name__ if place.parent else ""
+    return (*place.path[:-1], planned.INSTEAD.get((model, str(place.path[-1])), ""))
 
 
 def _spec(place: Place, entry: Any) -> Finding:
@@ -84,7 +89,7 @@ def _union(path: Path) -> str:
 
 
 def _literal(place: Place, entry: Any) -> Finding:
-    known = tuple(word.strip("'") for word in _literal_words(place))
+    known = _literal_words(place)
     value = entry["input"]
     word = value if isinstance(value, str) else ""
     return place.path, f"{shown(word) if word else 'this'} is not possible", advice(word, known)

@@ -1,0 +1,162 @@
+"""JSON Schema of the YAML as written, for editors that complete and check it while it is typed.
+
+It describes one file: keys, kinds, quantities with their units. What needs more than one entry to
+judge (references, pins, physics) is left to the loader.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from heatwright.spec.base import Filled, Off
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Checked
+from heatwright.spec.quantity import Quantity, QuantityRange, amount
+from heatwright.spec.units import Dimension
+
+Json = dict[str, Any]
+
+_NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,3})?"
+_SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
+"""Ways to write a character of a unit; `W/m²K` may also be `W/(m²·K)`."""
+
+
+def schema() -> Json:
+    """Give the JSON Schema of a spec."""
+    definitions: dict[str, Json] = {}
+    root = _reference(Controller, definitions)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "heatwright",
+        "description": "A thermal controller: firmware, simulation and evidence from one file.",
+        **root,
+        "$defs": dict(sorted(definitions.items())),
+    }
+
+
+def quantity_pattern(dimension: Dimension) -> str:
+    """Give a regular expression (ECMA 262) of the quantities of a dimension, unanchored."""
+    units = []
+    for unit in sorted(dimension.units, key=len, reverse=True):
+        spelled = "".join(_SPELLINGS.get(character, re.escape(character)) for character in unit)
+        units.append(spelled)
+    if dimension.base == "W/m²K":
+        units.append(r"W\s*/\s*\(m[2²][·*]?K\)")
+    return rf"{_NUMBER}\s*({'|'.join(units)})"
+
+
+def _model(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
+    properties, required = {}, []
+    for name, field in model.model_fields.items():
+        key = field.alias or name
+        properties[key] = _field(field, definitions)
+        if field.is_required():
+            required.append(key)
+    return {
+        "type": "object",
+        "description": (model.__doc__ or "").splitlines()[0],
+        "properties": properties,
+        "required": required,
+        "additionalProperties": False,
+    }
+
+
+def _field(field: FieldInfo, definitions: dict[str, Json]) -> Json:
+    annotation: Any = field.annotation
+    for mark in field.metadata:
+        annotation = Annotated[annotation, mark]
+    found = _value(annotation, definitions)
+    if field.description:
+        found = {"description": field.description, **found}
+    default = _default(field)
+    return found if default is None else {**found, "default": default}
+
+
+def _default(field: FieldInfo) -> object:
+    """Write a default as the file would; None if there is none worth telling."""
+    value = field.default
+    quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
+    if isinstance(quantity, Quantity):
+        usable = isinstance(value, int | float) and math.isfinite(value)
+        return amount(value, quantity.dimension) if usable else None
+    return value if isinstance(value, bool | int | float | str) else None
+
+
+def _reference(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
+    name = model.__name__
+    if name not in definitions:
+        definitions[name] = {}  # taken, should it refer to itself
+        definitions[name] = _model(model, definitions)
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def _value(annotation: Any, definitions: dict[str, Json]) -> Json:
+    """Describe what an annotation accepts."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _marked(arguments[0], arguments[1:], definitions)
+    if origin in (Union, UnionType):
+        parts = [_value(part, definitions) for part in arguments if part is not NoneType]
+        return parts[0] if len(parts) == 1 else {"anyOf": parts}
+    if origin is Literal:
+        return {"const": arguments[0]} if len(arguments) == 1 else {"enum": list(arguments)}
+    if origin is tuple:
+        return _list(arguments, definitions)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return {
+            "type": "object",
+            "propertyNames": _value(arguments[0], definitions),
+            "additionalProperties": _value(arguments[1], definitions),
+        }
+    return _plain(annotation, definitions)
+
+
+def _plain(annotation: Any, definitions: dict[str, Json]) -> Json:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return _reference(annotation, definitions)
+    return {"type": "boolean"} if annotation is bool else {"type": "string"}
+
+
+def _marked(annotation: Any, marks: tuple[Any, ...], definitions: dict[str, Json]) -> Json:
+    for mark in marks:
+        if isinstance(mark, Quantity):
+            return _quantity(mark)
+        if isinstance(mark, Checked):
+            return dict(mark.json_schema)
+    found = _value(annotation, definitions)
+    if Filled in marks:
+        found["minProperties"] = 1
+    if Off in marks:
+        return {"anyOf": [{"const": "off"}, found]}
+    return found
+
+
+def _quantity(mark: Quantity) -> Json:
+    dimension = mark.dimension
+    pattern = quantity_pattern(dimension)
+    example = dimension.example
+    if isinstance(mark, QuantityRange):
+        pattern, example = rf"{pattern}\s*\.\.\s*{pattern}", f"{example} .. {example}"
+    described: Json = {"type": "string", "pattern": rf"^\s*{pattern}\s*$", "examples": [example]}
+    if mark.choices:
+        able = [amount(choice, dimension) for choice in mark.choices]
+        return {"anyOf": [{"enum": able}, {**described, "examples": able}]}
+    return described
+
+
+def _list(arguments: tuple[Any, ...], definitions: dict[str, Json]) -> Json:
+    if arguments[-1] is Ellipsis:
+        return {"type": "array", "items": _value(arguments[0], definitions)}
+    return {
+        "type": "array",
+        "prefixItems": [_value(argument, definitions) for argument in arguments],
+        "minItems": len(arguments),
+        "maxItems": len(arguments),
+    }
