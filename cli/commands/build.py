@@ -1,0 +1,96 @@
+"""`heatwright build`: from a spec to a binary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from shutil import copyfile
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.firmware import build_firmware
+from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.talk import talk
+from heatwright.cli.targets import whole
+
+if TYPE_CHECKING:
+    from heatwright.generator.toolchain import BuildResult
+
+
+@click.command()
+@spec_argument
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    metavar="DIR",
+    type=File,
+    help="Put NAME.elf and NAME.hex into this folder.",
+)
+@json_option
+def command(spec: Path, folder: Path | None, as_json: bool) -> None:
+    """Generate the firmware, build it with PlatformIO, and tell what of the chip it takes.
+
+    The stack is the most it can ever take, from the machine code: the deepest chain of calls with
+    the deepest interrupt on top of it.
+
+    \b
+    Example:
+      heatwright build chamber.yaml -o firmware
+    """
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    name = loaded.controller.identity.name
+    if folder is not None and folder.exists() and not folder.is_dir():
+        raise Refused(f"{folder}: is a file; name a folder.")
+    with talk() as shown:
+        built = build_firmware(loaded, shown.begin(f"Building {name}"))
+    files = [built.elf] if folder is None else _delivered(built.elf, folder, name)
+    if as_json:
+        print_json(
+            {
+                "spec": str(spec),
+                "digest": loaded.digest,
+                "files": [str(file) for file in files],
+                "build": figures(built),
+            }
+        )
+        return
+    for line in lines(built):
+        click.echo(line)
+    for file in files:
+        click.echo(str(file))
+
+
+def figures(built: BuildResult) -> dict[str, Any]:
+    """Return what a binary takes, in bytes, as the JSON has it."""
+    return {
+        "flash": built.flash_bytes,
+        "ram": built.ram_bytes,
+        "stack": built.stack_bytes,
+        "flash_limit": built.flash_limit,
+        "ram_limit": built.ram_limit,
+    }
+
+
+def lines(built: BuildResult) -> list[str]:
+    """Return the same for people."""
+    free = built.ram_limit - built.ram_bytes - built.stack_bytes
+    return [
+        f"flash {built.flash_bytes:6d} of {built.flash_limit} bytes",
+        f"RAM   {built.ram_bytes:6d} of {built.ram_limit} bytes, static",
+        f"stack {built.stack_bytes:6d} bytes at worst; {free} bytes of RAM are never used",
+    ]
+
+
+def _delivered(elf: Path, folder: Path, name: str) -> list[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    targets = []
+    for source in (elf, elf.with_suffix(".hex")):
+        target = folder / f"{name}{source.suffix}"
+        with whole(target) as fresh:
+            copyfile(source, fresh)
+        targets.append(target)
+    return targets

@@ -1,0 +1,1 @@
+"""`heatwright schema`: the language, for editors."""

@@ -1,0 +1,82 @@
+"""Progress on standard error: bars on a terminal, a plain line for each job elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol
+
+import click
+
+Progress = Callable[[float, float], None]
+"""Called with how much is done, and how much there is."""
+
+
+class Job(Protocol):
+    """One line of the progress."""
+
+    def __call__(self, done: float, total: float) -> None:
+        """Tell how far it is."""
+
+    def note(self, text: str) -> None:
+        """Tell what it is doing right now."""
+
+    def end(self, text: str = "") -> None:
+        """Tell that it is done, and with what result."""
+
+
+class Talk(Protocol):
+    """Where jobs are shown: `with talk() as t: job = t.begin("Building")`."""
+
+    def begin(self, what: str) -> Job:
+        """Start a job."""
+
+    def __enter__(self) -> Talk:
+        """Start showing."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave the terminal as it was."""
+
+
+def talk() -> Talk:
+    """Return the progress that fits standard error."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        from heatwright.cli.bars import Bars  # noqa: PLC0415 - rich takes a while to import
+
+        return Bars()
+    return _Plain()
+
+
+class _Plain:
+    """A line when a job begins and one when it ends with a result."""
+
+    def begin(self, what: str) -> Job:
+        click.echo(f"{what} …", err=True)
+        return _PlainJob(what)
+
+    def __enter__(self) -> Talk:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
+class _PlainJob:
+    def __init__(self, what: str) -> None:
+        self._what = what
+
+    def __call__(self, done: float, total: float) -> None:
+        pass
+
+    def note(self, text: str) -> None:
+        pass
+
+    def end(self, text: str = "") -> None:
+        if text:
+            click.echo(f"{self._what}: {text}", err=True)
