@@ -93,6 +93,18 @@ def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> 
     assert (again.elf, again.flash_bytes) == (first.elf, first.flash_bytes)
 
 
+def test_another_place_gives_the_same_image(
+    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images = []
+    for elf in (build(project()).elf, build(BLINK).elf):
+        image = fresh_cache / "image.hex"
+        subprocess.run(["avr-objcopy", "-O", "ihex", elf, image], check=True)
+        images.append(image.read_bytes())
+        monkeypatch.setenv("XDG_CACHE_HOME", str(fresh_cache / "another"))
+    assert images[0] == images[1]
+
+
 def test_a_changed_byte_is_built_anew(project: Project) -> None:
     folder = project()
     first = build(folder)
