@@ -16,7 +16,7 @@ from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensors import Sensor
 from heatwright.spec.simulation import Simulation
-from heatwright.spec.suggest import one_of
+from heatwright.spec.suggest import listed, one_of
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
 
 FORMAT = 1
@@ -40,7 +40,7 @@ def built_boards() -> list[str]:
 def _board(value: Any) -> str:
     built = built_boards()
     if isinstance(value, str) and planned.board(value):
-        raise refuse(f"{value} {planned.NOT_BUILT}", f"Use one of {', '.join(built)}")
+        raise refuse(f"{value} {planned.NOT_BUILT}", f"Use {listed(built)}")
     if not isinstance(value, str) or value not in BOARDS:
         raise one_of(value, "board", built)
     return value

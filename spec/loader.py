@@ -85,12 +85,13 @@ def _validate(tree: Tree) -> tuple[Controller | None, list[Problem]]:
             if not any(path[:depth] in problems for depth in range(len(path) + 1)):
                 problems[path] = tree.problem(path, reason, remedy)
     if problems:
-        controller = salvage(tree.data, problems)
+        controller = salvage(tree.data)
     found = list(problems.values())
     for finding in check(controller) if controller is not None else ():
         rests_on = (finding.path, *finding.because_of)
         if not any(_overlap(path, broken) for path in rests_on for broken in problems):
-            found.append(tree.problem(finding.path, finding.reason, finding.remedy))
+            default = "" if finding.path in tree.positions else "by default, "
+            found.append(tree.problem(finding.path, default + finding.reason, finding.remedy))
     return controller, found
 
 
@@ -102,4 +103,9 @@ def _overlap(path: Path, other: Path) -> bool:
 
 def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:
     ordered = sorted(problems, key=lambda problem: (problem.line, problem.column))
-    return tuple(ordered[:MOST_PROBLEMS])
+    if len(ordered) > MOST_PROBLEMS:
+        left_out = len(ordered) - MOST_PROBLEMS
+        last = ordered[MOST_PROBLEMS]
+        reason = f"there are {left_out} more problems from here on"
+        ordered[MOST_PROBLEMS:] = [last._replace(path="", reason=reason, remedy="Correct those")]
+    return tuple(ordered)

@@ -8,6 +8,9 @@ from heatwright.spec.base import Model, PinName
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DURATION, FREQUENCY, POWER
 
+SLOWEST_PWM_HZ = 1.0
+"""Slower is the business of a time-proportional output."""
+
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
 _PIN = "Pin that drives the switch."
@@ -35,7 +38,7 @@ class PwmOutput(Model):
     pin: PinName = Field(description="A pin with a timer's compare output.")
     active: Active = Field("high", description=_ACTIVE)
     power_w: Power | None = Field(None, alias="power", description=_POWER)
-    frequency_hz: Annotated[float, Quantity(FREQUENCY, least=1.0)] = Field(
+    frequency_hz: Annotated[float, Quantity(FREQUENCY, least=SLOWEST_PWM_HZ)] = Field(
         alias="frequency",
         description="Held within 0.5 %; a timer offers only some. Most coils whine in between.",
     )

@@ -12,6 +12,7 @@ import unicodedata
 from decimal import Decimal
 
 from heatwright.spec.problems import Checked, refuse
+from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
 LONGEST = 64
@@ -25,6 +26,17 @@ _DROPPED = str.maketrans("", "", "·*()")
 def number(value: float) -> str:
     """Write a number for a message: six digits, and no exponent below a thousand million."""
     return f"{value:.0f}" if 1e6 <= abs(value) < 1e9 else f"{value:.6g}"
+
+
+def about(value: float) -> str:
+    """Write a computed number for a message: three digits."""
+    return number(float(f"{value:.3g}"))
+
+
+def rounded_up(value: float) -> str:
+    """Write a computed lower limit for a message: three digits, and none too little."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return about(math.ceil(value / step) * step)
 
 
 def duration(seconds: float) -> str:
@@ -148,9 +160,8 @@ class Quantity(Checked):
         result = parse(value, self.dimension)
         if self.choices:
             if result not in self.choices:
-                *others, last = (amount(choice, self.dimension) for choice in self.choices)
-                remedy = f"Use {', '.join(others)} or {last}"
-                raise refuse(f"{tidy(value)} is not possible", remedy)
+                able = [amount(choice, self.dimension) for choice in self.choices]
+                raise refuse(f"{tidy(value)} is not possible", f"Use {listed(able)}")
             return self.choices[self.choices.index(result)]
         if result < self.least:
             remedy = f"Use at least {amount(self.least, self.dimension)}"

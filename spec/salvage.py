@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 from pydantic import ValidationError
 
 from heatwright.spec.controller import FORMAT, Controller
 from heatwright.spec.problems import Path
-from heatwright.spec.shape import locate
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.shape import Place, keys, locate
 
 _STAND_INS: dict[Path, object] = {("heatwright",): FORMAT, ("controller", "name"): "unnamed"}
 """Required, and of no account for the checks."""
 
 _MOST_ROUNDS = 12
-"""Each round takes broken entries out, or what cannot be without them: no deeper than nesting."""
+"""Each round mends what is broken, or takes it out, or what cannot be without it: one level."""
 
 
-def salvage(data: Any, broken: Iterable[Path]) -> Controller | None:
-    """Make a controller of the entries that are whole; None if too little is left."""
+def salvage(data: Any) -> Controller | None:
+    """Make a controller of the entries that are whole; None if too little is left.
+
+    A quantity that is needed is replaced by an example of its kind, anything else is left out. What
+    is found later about such entries is not to be trusted; all else is as if they were not broken.
+    """
     data = _copy(data)
-    out = set(broken)
     for _ in range(_MOST_ROUNDS):
-        for path in out:
-            _take_out(data, path)
         try:
             return Controller.model_validate(data)
         except ValidationError as error:
-            places = {locate(Controller, entry["loc"]).path for entry in error.errors()}
-        out = {path if _holds(data, path) else path[:-1] for path in places}
-        if () in out:
+            places = [locate(Controller, entry["loc"]) for entry in error.errors()]
+        if any(len(place.path) == 0 for place in places):
             return None
+        for place in places:
+            _mend(data, place)
     return None
 
 
@@ -39,8 +41,23 @@ def _copy(data: Any) -> Any:
     return {key: _copy(value) for key, value in data.items()} if isinstance(data, dict) else data
 
 
+def _mend(data: dict[str, Any], place: Place) -> None:
+    mapping, path = _mapping_at(data, place.path)
+    stand_in = _stand_in(place) if path == place.path else None
+    if stand_in is not None and mapping.get(path[-1]) != stand_in:
+        mapping[path[-1]] = stand_in
+    elif path[-1] in mapping:
+        del mapping[path[-1]]
+    elif len(path) > 1:
+        above, path = _mapping_at(data, path[:-1])
+        above.pop(path[-1], None)
+
+
 def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
-    """Follow a path through mappings, as far as there are some; give the last and its path."""
+    """Follow a path to the mapping that holds its end, and no further than to a list.
+
+    To take an item out of a list would give what follows it another path.
+    """
     for depth, key in enumerate(path[:-1]):
         inner = data.get(key)
         if not isinstance(inner, dict):
@@ -49,17 +66,14 @@ def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
     return data, path
 
 
-def _holds(data: Any, path: Path) -> bool:
-    mapping, path = _mapping_at(data, path)
-    return isinstance(mapping, dict) and path[-1] in mapping
-
-
-def _take_out(data: Any, path: Path) -> None:
-    """Delete an entry, or the list it is in: what follows it there would change its place."""
-    if not isinstance(data, dict) or not path:
-        return
-    mapping, path = _mapping_at(data, path)
-    if path in _STAND_INS:
-        mapping[path[-1]] = _STAND_INS[path]
-    else:
-        mapping.pop(path[-1], None)
+def _stand_in(place: Place) -> object:
+    """Give a value for what is needed and of a kind whose values are much alike; else None."""
+    if place.path in _STAND_INS:
+        return _STAND_INS[place.path]
+    if place.parent is None:
+        return None
+    field = place.parent.model_fields.get(keys(place.parent).get(str(place.path[-1]), ""))
+    if field is None or not field.is_required():
+        return None
+    quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
+    return quantity.dimension.example if quantity is not None else None

@@ -19,12 +19,18 @@ def closest(word: str, known: Sequence[str]) -> str | None:
     return next((name for name in known if found and name.lower() == found[0]), None)
 
 
+def listed(words: Sequence[str]) -> str:
+    """Write words as a choice: `a, b or c`."""
+    *others, last = words
+    return f"{', '.join(others)} or {last}" if others else last
+
+
 def advice(word: str, known: Sequence[str]) -> str:
     """Say what was probably meant, or else what there is."""
     match = closest(word, known)
     if match is not None:
         return f"Did you mean {match}?"
-    return f"There is {', '.join(known)}"
+    return f"Use {listed(known)}"
 
 
 def one_of(value: object, what: str, known: Sequence[str]) -> Exception:

@@ -11,7 +11,7 @@ from heatwright.spec import planned
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.shape import Place, keys, kinds, locate
-from heatwright.spec.suggest import advice
+from heatwright.spec.suggest import advice, listed
 
 Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
@@ -69,8 +69,8 @@ def _extra(place: Place, entry: Any) -> Finding:
 
 
 def _no_kind(place: Place, _: Any) -> Finding:
-    known = ", ".join(kinds(place.annotation))
-    return place.path, "it does not say its kind", f"Add kind: with one of {known}"
+    known = listed(tuple(kinds(place.annotation)))
+    return place.path, "it does not say its kind", f"Add kind: {known}"
 
 
 def _wrong_kind(place: Place, entry: Any) -> Finding:
@@ -78,7 +78,7 @@ def _wrong_kind(place: Place, entry: Any) -> Finding:
     known = tuple(kinds(place.annotation))
     path = (*place.path, "kind")
     if planned.kind(_union(place.path), word):
-        return path, f"{word} {NOT_BUILT}", f"Use {' or '.join(known)}"
+        return path, f"{word} {NOT_BUILT}", f"Use {listed(known)}"
     return path, f"{shown(word)} is no kind there is", advice(word, known)
 
 

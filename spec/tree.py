@@ -127,7 +127,7 @@ class _Parser:
             found[key] = self._node(value_event, inner)
         return found
 
-    def _key(self, event: yaml.Event, path: Path) -> str | None:
+    def _key(self, event: Any, path: Path) -> str | None:
         """Read a key; None if there is none to work with, which is then a problem."""
         if not isinstance(event, yaml.ScalarEvent):
             self._skip(event, len(path))
@@ -136,6 +136,9 @@ class _Parser:
         key: str = event.value
         if not key or len(key) > LONGEST_QUOTE or not key.isprintable():
             self._complain(event, path, f"{shown(key)} is no key", "Write key: value")
+            return None
+        if key == "<<" and not event.style:
+            self._complain(event, path, "a merge key (<<) is not part of the language", "Delete it")
             return None
         first = self._tree.positions.get((*path, key))
         if first is not None:

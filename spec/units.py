@@ -74,7 +74,7 @@ RATE = Dimension(
     _prefixed("K/s") | {"K/min": _fraction("1", 60)},
 )
 PERCENT = Dimension("percentage", "%", "80 %", "%", 1e3, _prefixed("%"))
-BITS = Dimension("number of bits", "bit", "12 bit", "bit", 64.0, _prefixed("bit"))
+BITS = Dimension("number of bits", "bit", "12 bit", "bit", 64.0, _prefixed("bit", "", "bits"))
 CAPACITY = Dimension("heat capacity", "J/K", "900 J/K", "J/K or kJ/K", 1e9, _prefixed("J/K", "k"))
 THERMAL_RESISTANCE = Dimension(
     "thermal resistance", "K/W", "0.17 K/W", "K/W or mK/W", 1e6, _prefixed("K/W", "m")

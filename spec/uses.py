@@ -12,14 +12,14 @@ from heatwright.spec.problems import Path
 
 # The shield: HD44780 in 4-bit mode without reading back, five keys on one analog pin.
 LCD_KEYPAD_PINS = {
-    "D4": "data 4 of the display",
-    "D5": "data 5 of the display",
-    "D6": "data 6 of the display",
-    "D7": "data 7 of the display",
-    "D8": "RS of the display",
-    "D9": "E of the display",
-    "D10": "backlight of the display",
-    "A0": "keys",
+    "D4": "the display's data 4",
+    "D5": "the display's data 5",
+    "D6": "the display's data 6",
+    "D7": "the display's data 7",
+    "D8": "the display's RS",
+    "D9": "the display's E",
+    "D10": "the display's backlight",
+    "A0": "the keys",
 }
 
 
@@ -29,6 +29,7 @@ class PinUse(NamedTuple):
     pin: Pin
     path: Path
     purpose: str
+    """What an interface uses it for; empty for a sensor or an output."""
 
 
 def pin_uses(controller: Controller) -> Iterator[PinUse]:
@@ -38,7 +39,7 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
         for name, part in parts.items():
             pin = board.pins.get(part.pin)
             if pin is not None:
-                yield PinUse(pin, (section, name, "pin"), f"{section}.{name}")
+                yield PinUse(pin, (section, name, "pin"), "")
     for index, interface in enumerate(controller.interfaces):
         for name, purpose in interface_pins(board, interface).items():
             if name in board.pins:

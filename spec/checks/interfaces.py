@@ -5,7 +5,8 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad, SerialPlotter
-from heatwright.spec.quantity import hertz, number
+from heatwright.spec.quantity import about, hertz, number
+from heatwright.spec.suggest import listed
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 
 USUAL_BAUDS = (9600, 19200, 38400, 57600, 115200, 250000, 500000, 1000000)
@@ -52,8 +53,8 @@ def baud_can_be_made(controller: Controller) -> Findings:
             yield Finding(
                 ("interfaces", index, "baud"),
                 f"{interface.baud} baud cannot be made from {hertz(clock_hz)}: the "
-                f"nearest is {number(setting.baud)}, {number(100 * abs(setting.error))} % off, "
+                f"nearest is {about(setting.baud)}, {about(100 * abs(setting.error))} % off, "
                 f"and {number(100 * BAUD_TOLERANCE)} % can be borne",
-                f"Use {', '.join(able)}",
+                f"Use {listed(able)}",
                 (("controller",),),
             )

@@ -7,8 +7,12 @@ from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.outputs import PwmOutput
-from heatwright.spec.suggest import advice
+from heatwright.spec.problems import Path, dotted
+from heatwright.spec.suggest import advice, listed
 from heatwright.spec.uses import PinUse, pin_uses
+
+
+_BOARD: Path = ("controller", "board")
 
 
 def label(pin: Pin) -> str:
@@ -31,7 +35,7 @@ def pins_exist(controller: Controller) -> Findings:
                     path,
                     f"{board.name} has no pin {part.pin}",
                     advice(part.pin, names),
-                    (("controller",),),
+                    (_BOARD,),
                 )
             elif not pin.digital:
                 yield Finding(
@@ -39,7 +43,7 @@ def pins_exist(controller: Controller) -> Findings:
                     f"{pin.name} of {board.name} leads to the converter alone and cannot be "
                     "switched or read",
                     "Use a digital pin",
-                    (("controller",),),
+                    (_BOARD,),
                 )
 
 
@@ -54,14 +58,19 @@ def pins_used_once(controller: Controller) -> Findings:
             reported.add((use.path, other.path))
             yield Finding(
                 use.path,
-                f"{label(use.pin)} is already used by {_user(other)}, and here for {_user(use)}",
+                f"{label(use.pin)}{_what_for(use)} is already used by {dotted(_part(other))}"
+                f"{_what_for(other)}",
                 "Use another pin",
                 (other.path,),
             )
 
 
-def _user(use: PinUse) -> str:
-    return use.purpose if use.path[0] != "interfaces" else f"{use.purpose} (interfaces)"
+def _part(use: PinUse) -> Path:
+    return use.path[:2]
+
+
+def _what_for(use: PinUse) -> str:
+    return f" (for {use.purpose})" if use.purpose else ""
 
 
 def shields_fit(controller: Controller) -> Findings:
@@ -73,7 +82,7 @@ def shields_fit(controller: Controller) -> Findings:
                 ("interfaces", index, "kind"),
                 f"{board.name} does not take a shield",
                 "Use uno, mega2560 or leonardo, or leave the shield out",
-                (("controller",),),
+                (_BOARD,),
             )
 
 
@@ -87,8 +96,8 @@ def pwm_pins(controller: Controller) -> Findings:
             yield Finding(
                 ("outputs", name, "pin"),
                 f"no timer reaches {label(pin)} of {board.name}",
-                f"Use {', '.join(able)}, or the kind time_proportional",
-                (("controller",),),
+                f"Use {listed(able)}, or the kind time_proportional",
+                (_BOARD,),
             )
 
 
@@ -99,7 +108,7 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
     programmer clocks SCK and MOSI while the chip is held in reset.
     """
     board = controller.board
-    for _, loop, heater in loop_heaters(controller):
+    for name, loop, heater in loop_heaters(controller):
         pin = board.pins.get(heater.pin)
         if pin is None:
             continue
@@ -113,5 +122,5 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
                 ("outputs", loop.heater, "pin"),
                 f"{label(pin)} would switch the heater before the program can: {why}",
                 "Use another pin for a heater",
-                (("controller",), ("loops",)),
+                (_BOARD, ("loops", name, "heater")),
             )

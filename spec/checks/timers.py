@@ -5,8 +5,9 @@ from __future__ import annotations
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import PwmOutput
+from heatwright.spec.outputs import SLOWEST_PWM_HZ, PwmOutput
 from heatwright.spec.quantity import hertz
+from heatwright.spec.suggest import listed
 from heatwright.spec.timers import (
     FEWEST_COUNTS,
     NoTimer,
@@ -28,7 +29,7 @@ def clock_ticks(controller: Controller) -> Findings:
             f"{hertz(board.clock_hz)} is too fast for the {board.mcu}",
             f"Use at most {hertz(board.fastest_hz)}",
         )
-    elif not any(tick_interval(board.clock_hz, timer) for timer in board.timers.values()):
+    elif not _ticks_at_all(board):
         yield Finding(
             path,
             f"no timer divides {hertz(board.clock_hz)} into ticks of 10 ms",
@@ -36,12 +37,18 @@ def clock_ticks(controller: Controller) -> Findings:
         )
 
 
+def _ticks_at_all(board: Board) -> bool:
+    return any(tick_interval(board.clock_hz, timer) for timer in board.timers.values())
+
+
 def enough_timers(controller: Controller) -> Findings:
     """Find out whether the tick and each 1-Wire line get a timer beside the PWM outputs."""
+    board = controller.board
+    if not _ticks_at_all(board):
+        return
     try:
         allocate(controller)
     except NoTimer as error:
-        board = controller.board
         path = ("controller", "board") if error.user is None else ("sensors", error.user)
         user = "the tick of 10 ms" if error.user is None else "this 1-Wire line"
         yield Finding(
@@ -73,12 +80,12 @@ def _nearest(board: Board, timer: Timer, wanted_hz: float) -> str:
     if timer.bits == 16:
         slowest = board.clock_hz / (timer.prescalers[-1] << 16)
         fastest = board.clock_hz / FEWEST_COUNTS
-        return f"Use {hertz(slowest)} to {hertz(fastest)}"
+        return f"Use {hertz(max(slowest, SLOWEST_PWM_HZ))} to {hertz(fastest)}"
     able = [setting.frequency_hz for setting in pwm_settings(board.clock_hz, timer)]
     below = [each_hz for each_hz in able if each_hz < wanted_hz]
     above = [each_hz for each_hz in able if each_hz > wanted_hz]
     nearest = ([max(below)] if below else []) + ([min(above)] if above else [])
-    return f"Use {' or '.join(map(hertz, nearest))}"
+    return f"Use {listed([hertz(each_hz) for each_hz in nearest])}"
 
 
 def pwm_neighbours(controller: Controller) -> Findings:

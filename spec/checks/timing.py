@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.loops import Loop
@@ -29,6 +31,13 @@ def is_ticks(seconds: float) -> bool:
     return round(seconds, 2) == seconds
 
 
+def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
+    """List the loops whose period is usable: the others' time-outs cannot be judged."""
+    for name, loop in controller.loops.items():
+        if is_ticks(loop.period_s) and loop.period_s <= MOST_STEPS * TICK_S:
+            yield name, loop
+
+
 def periods_are_ticks(controller: Controller) -> Findings:
     """Find periods that are no whole number of ticks, or too long to count."""
     for name, loop in controller.loops.items():
@@ -40,7 +49,7 @@ def periods_are_ticks(controller: Controller) -> Findings:
                 f"{duration(loop.period_s)} is not a multiple of the 10 ms tick",
                 f"Use {duration(nearest)}",
             )
-        elif loop.period_s > MOST_STEPS * 0.01:
+        elif loop.period_s > MOST_STEPS * TICK_S:
             yield Finding(
                 path, f"{duration(loop.period_s)} is too long to count", "Use at most 10 min"
             )
@@ -81,7 +90,7 @@ def time_outs(loop: Loop) -> dict[Path, float]:
 
 def time_outs_fit(controller: Controller) -> Findings:
     """Find time-outs shorter than a period, or too long for a 16-bit count of periods."""
-    for name, loop in controller.loops.items():
+    for name, loop in countable(controller):
         longest_s = MOST_STEPS * loop.period_s
         for inner, seconds in time_outs(loop).items():
             path = ("loops", name, *inner)
@@ -105,7 +114,7 @@ def time_outs_fit(controller: Controller) -> Findings:
 
 def stale_after(controller: Controller) -> Findings:
     """Hold `stale_after` to two periods, for one reading may be lost, and to an 8-bit count."""
-    for name, loop in controller.loops.items():
+    for name, loop in countable(controller):
         path = ("loops", name, "protection", "stale_after")
         seconds = loop.protection.stale_after_s
         because_of = (("loops", name, "period"),)

@@ -13,15 +13,16 @@ from heatwright.spec.timers import FEWEST_COUNTS
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
+    """List those with a usable resolution: the others' windows cannot be judged."""
     for name, output in controller.outputs.items():
-        if isinstance(output, TimeProportionalOutput):
+        if isinstance(output, TimeProportionalOutput) and is_ticks(output.resolution_s):
             yield name, output
 
 
 def resolution_is_ticks(controller: Controller) -> Findings:
     """Find resolutions that are no whole number of ticks."""
-    for name, output in _outputs(controller):
-        if not is_ticks(output.resolution_s):
+    for name, output in controller.outputs.items():
+        if isinstance(output, TimeProportionalOutput) and not is_ticks(output.resolution_s):
             nearest = max(round(output.resolution_s, 2), 0.01)
             yield Finding(
                 ("outputs", name, "resolution"),
