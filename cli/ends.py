@@ -32,6 +32,10 @@ class Status(IntEnum):
     TERMINATED = 128 + signal.SIGTERM
 
 
+COMPLETION = "_HEATWRIGHT_COMPLETE"
+"""Set by the shell where completion is switched on; see click's "Shell Completion"."""
+
+
 class Refused(Exception):
     """The command cannot be done; the text says what and how to put it right."""
 
@@ -54,7 +58,10 @@ def ended(command: click.Command, arguments: list[str]) -> int:
 
 def _run(command: click.Command, arguments: list[str]) -> int:
     try:
-        result = command.main(arguments, prog_name="heatwright", standalone_mode=False)
+        if COMPLETION in os.environ:  # the shell asks what could be typed next
+            command.main(arguments, prog_name="heatwright")
+        with command.make_context("heatwright", arguments) as context:
+            result = command.invoke(context)
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except click.ClickException as error:
@@ -66,7 +73,7 @@ def _run(command: click.Command, arguments: list[str]) -> int:
         if error.filename is None:  # a stream of ours, not a file of the user's
             raise
         return _said(f"{_file(error)}: {unusable(error)}.", Status.REFUSED)
-    except Exception as error:  # noqa: BLE001 - the last resort
+    except Exception as error:
         return _expected(error) or _bug(error, arguments)
     return result if isinstance(result, int) else Status.DONE
 
@@ -77,6 +84,8 @@ def _expected(error: Exception) -> int | None:
     The exceptions are known by where they are defined: importing them all takes too long for a
     command that ends well.
     """
+    if isinstance(error, MemoryError):
+        return _said("There is not enough memory: simulate a shorter time.", Status.REFUSED)
     status = _EXPECTED.get(f"{type(error).__module__}.{type(error).__name__}")
     return None if status is None else _said(str(error), status)
 
@@ -88,6 +97,7 @@ _EXPECTED = {
     "heatwright.generator.toolchain.errors.BuildFailed": Status.REFUSED,
     "heatwright.generator.toolchain.errors.ToolMissing": Status.TOOL_MISSING,
     "heatwright.sim.native.shim.SimulatorMissing": Status.TOOL_MISSING,
+    "heatwright.sim.avr.AvrError": Status.FAILED,
 }
 
 

@@ -7,13 +7,14 @@ from importlib import import_module
 
 import click
 
+from heatwright.cli.command import Command
 from heatwright.cli.ends import ended
 
-COMMANDS = ("init", "check", "generate")
+COMMANDS = ("init", "check", "schema", "generate", "build", "simulate")
 """In the order in which a user meets them; each is a module of `commands`."""
 
 
-class _Commands(click.Group):
+class _Commands(Command, click.Group):
     """Imports a command's module when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
@@ -42,7 +43,15 @@ def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
         ctx.exit()
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Commands,
+    examples=(
+        "heatwright init kiln.yaml        start a spec",
+        "heatwright check kiln.yaml       find what is wrong with it",
+        "heatwright verify kiln.yaml      generate, compile, simulate, compare with the model",
+    ),
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.option(
     "--version",
     is_flag=True,
@@ -58,13 +67,8 @@ def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
     show_envvar=True,
     help="Show where an unexpected error comes from.",
 )
-def cli(debug: bool) -> None:  # noqa: ARG001 - read from the context when something fails
+def cli(debug: bool) -> None:
     """Firmware for thermal machines: generated from one YAML file, compiled, proven.
-
-    \b
-    heatwright init kiln.yaml        start a spec
-    heatwright check kiln.yaml       find what is wrong with it
-    heatwright verify kiln.yaml      generate, compile, simulate, compare with the model
 
     Exit status: 0 done, 1 verification failed, 2 bad spec or usage, 3 a tool is missing.
     """

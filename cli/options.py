@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
 
 import click
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 File = click.Path(path_type=Path)
 
@@ -19,13 +15,27 @@ json_option = click.option(
 )
 
 
-def model_option(help_text: str) -> Callable[[F], F]:
-    """Make the option that takes the reference model for the binary."""
-    return click.option("--model", is_flag=True, help=help_text)
-
-
 def print_json(value: object) -> None:
     """Print a value as JSON; numbers that are none of JSON's (NaN) are an error."""
     from json import dumps  # noqa: PLC0415 - only where asked for
 
     click.echo(dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+class Length(click.ParamType[float]):
+    """The length of a scenario with its unit, as in a spec; gives seconds."""
+
+    name = "duration"
+
+    def convert(
+        self, value: str | float, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Read it."""
+        if not isinstance(value, str):
+            return value
+        from heatwright.cli.scenario import read_length  # noqa: PLC0415
+
+        try:
+            return read_length(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Sequence
 
+import click
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, JustifyMethod, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -21,17 +22,25 @@ def console() -> Console:
     return Console(highlight=False, width=WIDE)
 
 
+def show(what: RenderableType) -> None:
+    """Print something; lines in a file have no blanks at their ends."""
+    out = console()
+    if sys.stdout.isatty():
+        out.print(what)
+        return
+    with out.capture() as captured:
+        out.print(what)
+    click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))
+
+
 def table(
-    title: str,
-    columns: Sequence[str],
-    rows: Iterable[Sequence[str | Text]],
-    *,
-    text_columns: int = 1,
+    columns: Sequence[str], rows: Iterable[Sequence[str | Text]], *, text_columns: int = 1
 ) -> Table:
     """Make a table: the first columns are text, the others numbers, aligned right."""
-    made = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
+    made = Table(box=SIMPLE_HEAD, pad_edge=False)
     for number, column in enumerate(columns):
-        made.add_column(column, justify="left" if number < text_columns else "right")
+        side: JustifyMethod = "left" if number < text_columns else "right"
+        made.add_column(Text(column), justify=side)
     for row in rows:
         made.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
     return made

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from heatwright.cli.command import Command
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.options import File, json_option, print_json, spec_argument
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=("heatwright build chamber.yaml -o firmware",),
+)
 @spec_argument
 @click.option(
     "-o",
@@ -30,14 +34,10 @@ if TYPE_CHECKING:
 )
 @json_option
 def command(spec: Path, folder: Path | None, as_json: bool) -> None:
-    """Generate the firmware, build it with PlatformIO, and tell what of the chip it takes.
+    """Build the firmware with PlatformIO.
 
-    The stack is the most it can ever take, from the machine code: the deepest chain of calls with
+    Tells what of the chip it takes. The stack is the most it can ever take, from the machine code: the deepest chain of calls with
     the deepest interrupt on top of it.
-
-    \b
-    Example:
-      heatwright build chamber.yaml -o firmware
     """
     from heatwright.spec import load  # noqa: PLC0415
 

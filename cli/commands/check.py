@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from heatwright.cli.command import Command
 from heatwright.cli.ends import Status, unusable
 from heatwright.cli.options import File, json_option, print_json
 
@@ -14,17 +15,16 @@ if TYPE_CHECKING:
     from heatwright.spec import Problem, Spec
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=("heatwright check chamber.yaml kiln.yaml",),
+)
 @click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
 @json_option
 def command(specs: tuple[Path, ...], as_json: bool) -> int:
-    """Find all that is wrong with specs, without writing anything.
+    """Find all that is wrong with specs.
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it.
-
-    \b
-    Example:
-      heatwright check chamber.yaml kiln.yaml
     """
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []

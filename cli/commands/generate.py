@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from heatwright.cli.command import Command
 from heatwright.cli.ends import Status
 from heatwright.cli.options import File, json_option, print_json, spec_argument
 
@@ -15,7 +16,13 @@ if TYPE_CHECKING:
     from heatwright.spec import Spec
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "heatwright generate chamber.yaml",
+        "heatwright generate chamber.yaml -o firmware --check",
+    ),
+)
 @spec_argument
 @click.option(
     "-o",
@@ -30,14 +37,9 @@ if TYPE_CHECKING:
 )
 @json_option
 def command(spec: Path, folder: Path | None, check: bool, as_json: bool) -> int:
-    """Generate the firmware of a spec: a PlatformIO project that is an Arduino sketch, too.
+    """Generate the firmware of a spec.
 
-    Same spec, same bytes. Files that heatwright did not write are never touched.
-
-    \b
-    Examples:
-      heatwright generate chamber.yaml
-      heatwright generate chamber.yaml -o firmware --check
+    It is a PlatformIO project, and a sketch for the Arduino IDE. Same spec, same bytes. Files that heatwright did not write are never touched.
     """
     from heatwright.generator import plan_firmware, render  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
@@ -81,9 +83,7 @@ def _compare(spec: Spec, files: Mapping[str, str], folder: Path, as_json: bool) 
             {
                 "folder": str(folder),
                 "digest": spec.digest,
-                "differences": [
-                    {"path": each.path, "state": each.state} for each in differences
-                ],
+                "differences": [{"path": each.path, "state": each.state} for each in differences],
             }
         )
     elif differences:

@@ -8,21 +8,21 @@ from pathlib import Path
 
 import click
 
+from heatwright.cli.command import Command
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import File
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=("heatwright init heater.yaml",),
+)
 @click.argument("file", type=File, default=Path("controller.yaml"))
 def command(file: Path) -> None:
-    """Write a commented spec to start from; FILE is controller.yaml if none is named.
+    """Write a commented spec to start from.
 
-    It is complete: check, generate and verify take it as it is. A file that is there already is
+    FILE is controller.yaml if none is named. The spec is complete: check, generate and verify take it as it is. A file that is there already is
     left alone.
-
-    \b
-    Example:
-      heatwright init heater.yaml
     """
     text = starter(_name(file))
     try:
@@ -51,6 +51,6 @@ def _name(file: Path) -> str:
     name = re.sub(r"[^a-z0-9]+", "_", file.stem.lower()).strip("_")
     try:
         check_name(name)
-    except Exception:  # noqa: BLE001
+    except Exception:
         return "controller"
     return name

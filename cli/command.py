@@ -1,0 +1,22 @@
+"""A command whose help ends with examples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+
+class Command(click.Command):
+    """Prints its examples, one a line, below its options."""
+
+    def __init__(self, *arguments: Any, examples: tuple[str, ...] = (), **names: Any) -> None:
+        super().__init__(*arguments, **names)
+        self.examples = examples
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples."""
+        super().format_epilog(ctx, formatter)
+        with formatter.section("Examples" if len(self.examples) > 1 else "Example"):
+            for line in self.examples:
+                formatter.write(f"{'':{formatter.current_indent}}{line}\n")

@@ -1,0 +1,90 @@
+"""`heatwright simulate`: a spec in closed loop with its simulated machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from heatwright.cli.command import Command
+from heatwright.cli.ends import Refused
+from heatwright.cli.options import File, Length, json_option, spec_argument
+from heatwright.cli.targets import check_target
+
+if TYPE_CHECKING:
+    from heatwright.cli.running import Run
+    from heatwright.spec import Controller, Spec
+
+PLOTS = (".png", ".svg", ".html")
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "heatwright simulate chamber.yaml --plot chamber.html",
+        "heatwright simulate chamber.yaml --model --for 2h --csv chamber.csv",
+    ),
+)
+@spec_argument
+@click.option("--scenario", type=File, help="Take the scenario from this file.")
+@click.option("--for", "length_s", type=Length(), help="Simulate so long, such as 2h.")
+@click.option("--model", is_flag=True, help="Simulate the reference model, not the binary.")
+@click.option("--plot", type=File, metavar="OUT", help="Draw the run: .png, .svg or .html.")
+@click.option("--csv", type=File, metavar="OUT", help="Write all temperatures and variables.")
+@click.option("--vcd", type=File, metavar="OUT", help="Write the activity of the pins used.")
+@json_option
+def command(  # noqa: PLR0913, PLR0917 - one for each option
+    spec: Path,
+    scenario: Path | None,
+    length_s: float | None,
+    model: bool,
+    plot: Path | None,
+    csv: Path | None,
+    vcd: Path | None,
+    as_json: bool,
+) -> None:
+    """Run the firmware against the simulated machine.
+
+    The firmware is generated, built, and run as it is in a simulated processor, with sensor,
+    display, keys and heater attached to its pins. A scenario file holds what stands below
+    `scenario:` in a spec, with that key.
+    """
+    if model and vcd is not None:
+        raise Refused("The model has no pins: take --vcd or --model away.")
+    check_target(plot, PLOTS)
+    check_target(csv)
+    check_target(vcd)
+    from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    controller = with_scenario(loaded, scenario, length_s)
+    run = _simulate(loaded, controller, model, vcd)
+    from heatwright.cli import results  # noqa: PLC0415
+
+    device = "model" if model else "binary"
+    results.write_run(run, controller, device, plot, csv)
+    if as_json:
+        results.print_run_json(str(spec), loaded, run, device)
+    else:
+        results.print_run(run, loaded, device)
+        for file in filter(None, (plot, csv, vcd)):
+            click.echo(str(file))
+
+
+def _simulate(spec: Spec, controller: Controller, model: bool, vcd: Path | None) -> Run:
+    from contextlib import nullcontext  # noqa: PLC0415
+
+    from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
+    from heatwright.cli.running import run_binary, run_model  # noqa: PLC0415
+    from heatwright.cli.talk import talk  # noqa: PLC0415
+    from heatwright.cli.targets import whole  # noqa: PLC0415
+
+    with talk() as shown:
+        if model:
+            return run_model(controller, shown.begin("Simulating the model"))
+        built = build_firmware(spec, shown.begin("Building the firmware"))
+        job = shown.begin("Simulating the binary")
+        with whole(vcd) if vcd is not None else nullcontext() as fresh:
+            return run_binary(controller, built.elf, job, fresh)

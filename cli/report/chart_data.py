@@ -1,0 +1,121 @@
+"""A run as the data that `chart.js` draws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.plot_data import (
+    HEAT,
+    NODES,
+    TimeAxis,
+    closer,
+    fault_label,
+    faults,
+    key_presses,
+    thinned,
+    time_axis,
+    with_reading,
+)
+from heatwright.sim.trace import StepLog, Trace
+from heatwright.spec import Controller
+
+MOST_POINTS = 4000
+"""Points of a curve: four for each pixel column of a wide window."""
+
+TALL, MIDDLE, LOW = 260, 170, 90
+"""Heights of panels in pixels."""
+
+Json = dict[str, Any]
+
+
+def run_chart(trace: Trace, controller: Controller) -> Json:
+    """Draw all temperatures, and of each loop its setpoint closer and its duty."""
+    time = time_axis(trace.duration_s)
+    panels = [_panel(TALL, _temperatures(trace, controller, time))]
+    for loop, log in trace.steps.items():
+        panels.append(_panel(MIDDLE, list(readings(log, "reading", time)), closer(log)))
+        heater = controller.loops[loop].heater
+        duty = curve(
+            time, log["time_s"], log["duty_percent"],
+            name=f"{heater} [%]", colour=HEAT, kind="area", digits=1,
+        )  # fmt: skip
+        panels.append(_panel(LOW, [duty], (0.0, 105.0)))
+    return {
+        "unit": time.unit,
+        "duration": trace.duration_s / time.seconds,
+        "panels": panels,
+        "marks": [*_keys(trace, time), *_faults(trace, time)],
+    }
+
+
+def _panel(height: int, series: list[Json], span: tuple[float, float] | None = None) -> Json:
+    return {"height": height, "series": series, "range": span}
+
+
+def _temperatures(trace: Trace, controller: Controller, time: TimeAxis) -> list[Json]:
+    nodes = [
+        curve(
+            time, trace.times_s, series, name=f"{node} [°C]", colour=colour, kind="line", digits=1
+        )
+        for colour, (node, series) in zip(cycle(NODES), trace.temperatures_c.items(), strict=False)
+    ]
+    for loop, log in trace.steps.items():
+        nodes += readings(log, f"{controller.loops[loop].sensor} reading", time)
+    return nodes
+
+
+def readings(log: StepLog, name: str, time: TimeAxis) -> Iterator[Json]:
+    """Draw a loop's readings and its setpoint."""
+    seen = with_reading(log)
+    yield curve(
+        time, seen["time_s"], seen["temperature_c"],
+        name=f"{name} [°C]", colour="var(--accent)", kind="step", digits=2,
+    )  # fmt: skip
+    setpoint = curve(
+        time, log["time_s"], log["setpoint_c"],
+        name="setpoint [°C]", colour="var(--ink)", kind="step", digits=1,
+    )  # fmt: skip
+    yield setpoint | {"dashed": True}
+
+
+def curve(  # noqa: PLR0913 - what a curve is made of
+    time: TimeAxis,
+    times_s: NDArray[np.generic],
+    values: NDArray[np.generic],
+    *,
+    name: str,
+    colour: str,
+    kind: str,
+    digits: int,
+) -> Json:
+    """Make a curve of no more points than a screen shows; `digits`: decimals of the read-out."""
+    kept = thinned(values, MOST_POINTS)
+    return {
+        "name": name,
+        "colour": colour,
+        "kind": kind,
+        "dashed": False,
+        "digits": digits,
+        "t": _short(time(times_s[kept].astype(np.float64)), 5),
+        "v": _short(values[kept].astype(np.float64), 4),
+    }
+
+
+def _short(values: NDArray[np.float64], digits: int) -> list[float]:
+    return [round(value, digits) for value in values.tolist()]
+
+
+def _keys(trace: Trace, time: TimeAxis) -> Iterator[Json]:
+    for time_s, text in key_presses(trace):
+        yield {"t": time_s / time.seconds, "text": text, "fault": False}
+
+
+def _faults(trace: Trace, time: TimeAxis) -> Iterator[Json]:
+    for log in trace.steps.values():
+        for time_s, code in faults(log):
+            yield {"t": time_s / time.seconds, "text": fault_label(code), "fault": True}

@@ -1,0 +1,44 @@
+"""Print a page from its template; style and script go into it."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+FOLDER = "heatwright.cli.report"
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("heatwright.cli", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def page(template: str, title: str, **names: Any) -> str:
+    """Print a page."""
+    text: str = (
+        _environment()
+        .get_template(template)
+        .render(title=title, style=_own("style.css"), script=_own("chart.js"), **names)
+    )
+    return text
+
+
+def data(value: object) -> Markup:
+    """Write a value as JSON that cannot end the script element it stands in."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 - nothing in it is markup now
+
+
+def _own(name: str) -> Markup:
+    return Markup(files(FOLDER).joinpath(name).read_text(encoding="utf-8"))  # noqa: S704 - ours

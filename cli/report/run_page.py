@@ -1,0 +1,28 @@
+"""The page of one simulation."""
+
+from __future__ import annotations
+
+from heatwright.cli.figures import COLUMNS, cells
+from heatwright.cli.report.chart_data import run_chart
+from heatwright.cli.report.pages import data, page
+from heatwright.cli.results import fault_text
+from heatwright.cli.running import Run
+from heatwright.spec import Controller
+from heatwright.spec.quantity import duration
+
+
+def run_page(run: Run, controller: Controller, title: str, device: str) -> str:
+    """Print it; `device` is what was simulated."""
+    return page(
+        "run.html.j2",
+        title,
+        subtitle=f"{controller.identity.name}, {duration(round(run.trace.duration_s))} "
+        f"simulated with the {device}",
+        data=data(run_chart(run.trace, controller)),
+        faults=[
+            f"{loop}: {fault_text(each)}" for loop, all_ in run.faults.items() for each in all_
+        ],
+        columns=("loop", *COLUMNS),
+        rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
+        display=run.display,
+    )

@@ -1,0 +1,93 @@
+"""What a simulation leaves: figures on standard output, pictures and tables in files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from heatwright.cli.figures import COLUMNS, as_json, cells, rounded
+from heatwright.cli.options import print_json
+from heatwright.cli.running import Run
+from heatwright.cli.targets import whole
+from heatwright.sim.plot_data import Tripped, fault_label
+from heatwright.spec import Controller, Spec
+from heatwright.spec.quantity import duration
+from heatwright.spec.rules import RULES
+
+
+def write_run(
+    run: Run, controller: Controller, device: str, plot: Path | None, csv: Path | None
+) -> None:
+    """Write the files that were asked for."""
+    if csv is not None:
+        with whole(csv) as fresh:
+            run.trace.write_csv(fresh)
+    if plot is None:
+        return
+    title = controller.identity.title or controller.identity.name
+    with whole(plot) as fresh:
+        if plot.suffix.lower() == ".html":
+            from heatwright.cli.report.run_page import run_page  # noqa: PLC0415
+
+            fresh.write_text(run_page(run, controller, title, device), encoding="utf-8")
+        else:
+            from heatwright.sim.plot import run_figure, save  # noqa: PLC0415
+
+            save(run_figure(run.trace, controller, title), fresh)
+
+
+def print_run_json(file: str, spec: Spec, run: Run, device: str) -> None:
+    """Print a run for machines."""
+    print_json(
+        {
+            "spec": file,
+            "digest": spec.digest,
+            "device": device,
+            "loops": {
+                loop: {
+                    "closed_loop": as_json(figures),
+                    "faults": [
+                        {"time_s": rounded(time_s), "code": code, "rule": RULES[code].id}
+                        for time_s, code in run.faults[loop]
+                    ],
+                }
+                for loop, figures in run.figures.items()
+            },
+            "display": None if run.display is None else list(run.display),
+            "speed": speed(run),
+        }
+    )
+
+
+def speed(run: Run) -> dict[str, float | None]:
+    """Return the object `speed` of the JSON."""
+    return {
+        "simulated_s": rounded(run.trace.duration_s),
+        "wall_s": rounded(run.wall_s),
+    }
+
+
+def print_run(run: Run, spec: Spec, device: str) -> None:
+    """Print a run for people."""
+    from heatwright.cli.tables import console, table  # noqa: PLC0415
+
+    out = console()
+    rows = [(loop, *cells(figures)) for loop, figures in run.figures.items()]
+    out.print(f"{spec.controller.identity.name}, the {device}", style="bold", markup=False)
+    out.print(table(("loop", *COLUMNS), rows))
+    for loop, tripped in run.faults.items():
+        for fault in tripped:
+            out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)
+    if run.display is not None:
+        click.echo("  display  |{}|\n           |{}|".format(*run.display))
+    click.echo(
+        f"  {duration(round(run.trace.duration_s))} simulated in {run.wall_s:.2f} s, "
+        f"{run.speed:.0f} times faster than the machine"
+    )
+
+
+def fault_text(fault: Tripped) -> str:
+    """Write a fault in a line."""
+    time_s, code = fault
+    return f"fault {fault_label(code)} after {time_s:.1f} s: {RULES[code].meaning}"

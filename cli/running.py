@@ -1,0 +1,96 @@
+"""A spec run against its simulated machine: by the binary, or by the reference model."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.talk import Progress
+from heatwright.sim.bench import Device, ReferenceDevice, bench
+from heatwright.sim.metrics import Metrics, metrics
+from heatwright.sim.plot_data import Tripped, faults
+from heatwright.sim.trace import Trace
+from heatwright.spec import Controller, LcdKeypad
+from heatwright.spec.uses import pin_uses
+
+if TYPE_CHECKING:
+    from heatwright.sim.device import AvrDevice
+
+
+@dataclass(frozen=True)
+class Run:
+    """What became of a run."""
+
+    trace: Trace
+    wall_s: float
+    """Real time it took, s."""
+    figures: dict[str, Metrics]
+    """By loop."""
+    faults: dict[str, tuple[Tripped, ...]]
+    """By loop."""
+    display: tuple[str, str] | None
+    """What the display shows at the end; None if there is none, or no binary to write to it."""
+
+    @property
+    def speed(self) -> float:
+        """How many times faster than the real machine."""
+        return self.trace.duration_s / self.wall_s
+
+
+def run_model(controller: Controller, progress: Progress) -> Run:
+    """Run the reference model: the control equations with ideal timing."""
+    if len(controller.loops) > 1:
+        raise Refused("The model has one loop: simulate the binary, without --model.")
+    return _run(controller, ReferenceDevice(controller), progress)
+
+
+def run_binary(
+    controller: Controller, elf: Path, progress: Progress, vcd: Path | None = None
+) -> Run:
+    """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
+    from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
+
+    device = AvrDevice(controller, elf)
+    with ExitStack() as stack:
+        if vcd is not None:
+            from heatwright.sim.vcd import VcdRecorder  # noqa: PLC0415
+
+            pins = watched_pins(controller)
+            for pin in pins.values():
+                device.avr.pins.watch(pin)
+            recorder = VcdRecorder(vcd, pins, controller.board.clock_hz)
+            device.record(stack.enter_context(recorder))
+        run = _run(controller, device, progress, device)
+        device.feed()
+    return run
+
+
+def watched_pins(controller: Controller) -> dict[str, str]:
+    """Name the pins that the spec uses, for a viewer: board's name and purpose, without blanks."""
+    return {
+        f"{use.pin.name}_{use.purpose}".replace(" ", "_").replace(".", "_"): use.pin.port_name
+        for use in pin_uses(controller)
+        if use.pin.digital
+    }
+
+
+def _run(
+    controller: Controller, device: Device, progress: Progress, binary: AvrDevice | None = None
+) -> Run:
+    start = perf_counter()
+    trace = bench(controller, device, progress=progress)
+    wall_s = perf_counter() - start
+    shown = binary is not None and any(
+        isinstance(interface, LcdKeypad) for interface in controller.interfaces
+    )
+    return Run(
+        trace=trace,
+        wall_s=wall_s,
+        figures={loop: metrics(trace, controller, loop) for loop in controller.loops},
+        faults={loop: faults(log) for loop, log in trace.steps.items()},
+        display=binary.shield.lcd.text if binary is not None and shown else None,
+    )

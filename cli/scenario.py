@@ -1,0 +1,99 @@
+"""What the operator does in a simulation: the spec's scenario, another file's, another length."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field, ValidationError
+
+from heatwright.cli.ends import Refused
+from heatwright.spec import Controller, Event, Problem, Spec, SpecError
+from heatwright.spec.base import Model
+from heatwright.spec.checks.plant import keys_exist, scenario_in_order
+from heatwright.spec.text import Unreadable, decode
+from heatwright.spec.translate import findings
+from heatwright.spec.tree import Tree, parse
+
+
+class _File(Model):
+    """A file of its own for a scenario, written as in a spec."""
+
+    scenario: tuple[Event, ...] = Field(description="What happens, in the order of time.")
+
+
+def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Controller:
+    """Return the spec's controller with the scenario of a file, cut or drawn out to a length.
+
+    Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
+    """
+    controller = spec.controller
+    if controller.simulation is None:
+        raise Refused(
+            f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
+            "Describe one, as `heatwright init` shows."
+        )
+    scenario = controller.simulation.scenario
+    if file is not None:
+        scenario = _load(controller, file)
+    if length_s is not None:
+        kept = (event for event in scenario if event.for_s is None and _at(event) < length_s)
+        scenario = (*kept, Event.model_validate({"for": f"{length_s!r} s"}))
+    return _with(controller, scenario)
+
+
+def _at(event: Event) -> float:
+    return event.at_s or 0.0
+
+
+def _with(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
+    assert controller.simulation is not None  # noqa: S101 - looked at before
+    simulation = controller.simulation.model_copy(update={"scenario": scenario})
+    return controller.model_copy(update={"simulation": simulation})
+
+
+def _load(controller: Controller, file: Path) -> tuple[Event, ...]:
+    try:
+        tree = parse(decode(file.read_bytes(), str(file)), str(file))
+    except Unreadable as error:
+        raise SpecError((error.problem,)) from None
+    found, problems = _read(tree)
+    if found is not None and not problems:
+        problems = _checked(_with(controller, found), tree)
+    if problems:
+        raise SpecError(tuple(sorted(problems, key=lambda each: (each.line, each.column))))
+    return found or ()
+
+
+def _read(tree: Tree) -> tuple[tuple[Event, ...] | None, list[Problem]]:
+    problems = dict(tree.problems)
+    if tree.data is None:
+        return None, [
+            tree.problem((), "there is no scenario in this file", "Write scenario: [ … ]")
+        ]
+    try:
+        return _File.model_validate(tree.data).scenario, list(problems.values())
+    except ValidationError as error:
+        for path, reason, remedy in findings(error, _File):
+            problems.setdefault(path, tree.problem(path, reason, remedy))
+    return None, list(problems.values())
+
+
+def _checked(controller: Controller, tree: Tree) -> list[Problem]:
+    """Hold the scenario to the rules of a spec's own; `simulation` is not in this file."""
+    return [
+        tree.problem(finding.path[1:], finding.reason, finding.remedy)
+        for check in (scenario_in_order, keys_exist)
+        for finding in check(controller)
+        if finding.path[:1] == ("simulation",)
+    ]
+
+
+def read_length(text: str) -> float:
+    """Read the length of a scenario, s, as after `for`; raises ValueError with what is wrong."""
+    try:
+        length_s = Event.model_validate({"for": text}).for_s
+    except ValidationError as error:
+        _, reason, remedy = next(iter(findings(error, Event)))
+        raise ValueError(f"{reason}. {remedy}.") from None
+    assert length_s is not None  # noqa: S101 - it was given
+    return length_s

@@ -1,0 +1,118 @@
+"""What all pictures of a run have in common: colours, axes, faults, no more points than needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.metrics import response_start
+from heatwright.sim.scenario import PRESS_S
+from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
+from heatwright.spec.rules import RULES
+
+NODES = ("#e69f00", "#009e73", "#56b4e9", "#cc79a7", "#b0a000", "#7f7f7f")
+READING = "#0050a0"
+SETPOINT = "#202020"
+HEAT = "#d55e00"
+FAULT = "#c00000"
+"""Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008)."""
+
+LEAST_ZOOM_K = 0.5
+"""Half of the least height of the closer look: eight steps of a 12 bit sensor."""
+
+ROOM = 1.15
+"""Height of the closer look over that of the curve in it."""
+
+TIME_UNITS = (("h", 3600.0, 3 * 3600.0), ("min", 60.0, 300.0), ("s", 1.0, 0.0))
+"""Unit of the time axis, its seconds, and the length of a run from which on it is used."""
+
+Tripped = tuple[float, int]
+"""Time, s, and code of a fault."""
+
+
+@dataclass(frozen=True)
+class TimeAxis:
+    """Seconds in the unit of the axis."""
+
+    unit: str
+    seconds: float
+
+    def __call__(self, times_s: Series) -> Series:
+        """Scale times."""
+        return times_s / self.seconds
+
+
+def time_axis(duration_s: float) -> TimeAxis:
+    """Choose the unit for a run."""
+    unit, seconds = next((unit, size) for unit, size, start in TIME_UNITS if duration_s >= start)
+    return TimeAxis(unit, seconds)
+
+
+def faults(log: StepLog) -> tuple[Tripped, ...]:
+    """Return when faults tripped, and their codes."""
+    codes = log["fault.code"].astype(int)
+    risen = np.flatnonzero((codes != 0) & (np.diff(codes, prepend=0) != 0))
+    return tuple((float(log["time_s"][row]), int(codes[row])) for row in risen)
+
+
+def key_presses(trace: Trace) -> list[tuple[float, str]]:
+    """Return when the operator pressed what; a key pressed again at once is one: `up ×3`."""
+    groups: list[list[TraceEvent]] = []
+    for event in trace.events:
+        at_once = groups and event.time_s - groups[-1][-1].time_s < 3 * PRESS_S
+        if at_once and event.text == groups[-1][-1].text:
+            groups[-1].append(event)
+        else:
+            groups.append([event])
+    return [
+        (group[0].time_s, group[0].text + (f" ×{len(group)}" if len(group) > 1 else ""))
+        for group in groups
+    ]
+
+
+def fault_label(code: int) -> str:
+    """Write a fault as the display does."""
+    return f"E{code:02d} {RULES[code].display}"
+
+
+def with_reading(log: StepLog) -> StepLog:
+    """Return the steps from the first reading on."""
+    seen: StepLog = log[log["has_reading"] != 0]
+    return seen
+
+
+def closer(log: StepLog) -> tuple[float, float]:
+    """Choose the range of the closer look, °C: what readings do once they met the setpoint."""
+    response = with_reading(log[response_start(log) :])
+    if not len(response):
+        setpoint_c = float(log["setpoint_c"][-1])
+        return setpoint_c - LEAST_ZOOM_K, setpoint_c + LEAST_ZOOM_K
+    return zoom(response["temperature_c"].astype(float), float(response["setpoint_c"][-1]))
+
+
+def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
+    """Choose a range about the setpoint that holds the readings after they first met it."""
+    errors_k = readings_c - setpoint_c
+    met = np.flatnonzero(np.diff(np.sign(errors_k)) != 0)
+    start = int(met[0]) if len(met) else 2 * len(errors_k) // 3
+    half_k = max(LEAST_ZOOM_K, ROOM * float(np.abs(errors_k[start:]).max(initial=0.0)))
+    return setpoint_c - half_k, setpoint_c + half_k
+
+
+def thinned(values: NDArray[np.generic], most: int) -> NDArray[np.intp]:
+    """Choose rows that draw the same curve on a screen: of each slice first, last, least, most.
+
+    (Jugel et al., M4: A Visualization-Oriented Time Series Data Aggregation, VLDB 2014.)
+    """
+    count = len(values)
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, most // 4 + 1).astype(int)
+    kept: set[int] = set()
+    for start, end in pairwise(edges.tolist()):
+        part = values[start:end]
+        kept |= {start, end - 1, start + int(part.argmin()), start + int(part.argmax())}
+    return np.array(sorted(kept))
