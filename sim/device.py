@@ -21,7 +21,7 @@ from heatwright.spec import Controller, digest
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
-FEED_S = 1.0
+FEED_S = 10.0
 """How often what chips and lines have recorded is read, s of simulated time."""
 
 

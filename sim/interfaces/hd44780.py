@@ -6,6 +6,7 @@ lost, and counted.
 
 from __future__ import annotations
 
+from codecs import charmap_decode
 from dataclasses import dataclass
 
 from heatwright.sim.interfaces.character_rom import A00
@@ -77,10 +78,9 @@ class Hd44780:
         return first, second if self._two_lines else " " * WIDTH
 
     def _row(self, start: int) -> str:
-        return "".join(
-            A00[self._ddram[start + (column + self._shift) % LINE_LENGTH]]
-            for column in range(WIDTH)
-        )
+        line = self._ddram[start : start + LINE_LENGTH]
+        shown = (line + line)[self._shift : self._shift + WIDTH]
+        return charmap_decode(shown, "strict", A00)[0]
 
     def write(self, time_ns: int, rs: int, nibble: int) -> bool:
         """Take D7..D4 as they are at a fall of E. Returns whether a byte took effect."""

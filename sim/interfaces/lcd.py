@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.interfaces.hd44780 import Hd44780
 from heatwright.sim.native.pins import pin_number
 
 _BLANK = (" " * 16, " " * 16)
-_E = 0x20
+_ENABLE = 0x20
 _RS = 0x10
 _DATA = 0x0F
+_LONG_AGO = -(10.0**15)
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,11 @@ class Lcd:
         self.writes = 0
         self.plugged = True
         self._ns = 1e9 / clock_hz
-        self._bits = {pin_number(rs): _RS, pin_number(enable): _E}
-        self._bits |= {pin_number(pin): 1 << place for place, pin in enumerate(data)}
+        self._bits = np.zeros(256, np.int64)
+        self._bits[pin_number(rs)], self._bits[pin_number(enable)] = _RS, _ENABLE
+        self._bits[[pin_number(pin) for pin in data]] = 1, 2, 4, 8
         self._bus = 0
-        self._rose = self._fell = self._data_changed = self._rs_changed = -1e12
+        self._last = {"rise": _LONG_AGO, "fall": _LONG_AGO, "rs": _LONG_AGO, "data": _LONG_AGO}
 
     @property
     def text(self) -> tuple[str, str]:
@@ -80,48 +83,70 @@ class Lcd:
 
     def feed(self, events: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records) in order of time; other pins' are passed over."""
-        known, ns = self._bits, self._ns
-        for cycle, pin, state in zip(
-            events["cycle"].tolist(), events["pin"].tolist(), events["state"].tolist(), strict=True
-        ):
-            bit = known.get(pin)
-            if bit is None:
-                continue
-            bus = self._bus | bit if state & 1 else self._bus & ~bit
-            if bus != self._bus:
-                self._bus = bus
-                self._change(cycle * ns, bit)
-
-    def _change(self, time_ns: float, bit: int) -> None:
-        if bit == _E:
-            self._enable(time_ns, bool(self._bus & _E))
+        bits = self._bits[events["pin"]]
+        mine = bits != 0
+        if not mine.any():
             return
-        if bit == _RS:
-            self._rs_changed = time_ns
-            self._check("address_hold", time_ns - self._fell)
-        else:
-            self._data_changed = time_ns
-            self._check("data_hold", time_ns - self._fell)
+        bits, levels = bits[mine], (events["state"][mine] & 1).astype(bool)
+        change = _changes(bits, levels, self._bus)
+        bus = self._bus + np.cumsum(change)
+        times_ns = events["cycle"][mine] * self._ns
+        self._bus = int(bus[-1])
+        self._judge(times_ns, change)
+        falls = change == -_ENABLE
+        self._latch(times_ns[falls], bus[falls])
 
-    def _enable(self, time_ns: float, rises: bool) -> None:
-        if rises:
-            self._check("enable_cycle", time_ns - self._rose)
-            self._check("address_setup", time_ns - self._rs_changed)
-            self._rose = time_ns
+    def _latch(self, times_ns: NDArray[np.float64], bus: NDArray[np.int64]) -> None:
+        self.writes += len(bus)
+        if not self.plugged:
             return
-        self._check("enable_width", time_ns - self._rose)
-        self._check("data_setup", time_ns - self._data_changed)
-        self._fell = time_ns
-        self.writes += 1
-        rs, nibble = self._bus & _RS, self._bus & _DATA
-        if self.plugged and self.chip.write(round(time_ns), rs, nibble):
-            self._show(time_ns)
+        for time_ns, lines in zip(times_ns.tolist(), bus.tolist(), strict=True):
+            if self.chip.write(round(time_ns), lines & _RS, lines & _DATA):
+                self._show(time_ns)
 
     def _show(self, time_ns: float) -> None:
         rows = self.text
         if rows != self.history[-1].rows:
             self.history.append(Screen(time_ns / 1e9, rows))
 
-    def _check(self, limit: str, time_ns: float) -> None:
-        if time_ns < getattr(self.limits, limit):
-            self.violations[limit] = self.violations.get(limit, 0) + 1
+    def _judge(self, times_ns: NDArray[np.float64], change: NDArray[np.int64]) -> None:
+        """Count what the bus did too fast."""
+        moves = {
+            "rise": change == _ENABLE,
+            "fall": change == -_ENABLE,
+            "rs": abs(change) == _RS,
+            "data": (change != 0) & (abs(change) <= 8),
+        }
+        before = {}
+        for name, when in moves.items():
+            latest = np.maximum.accumulate(np.where(when, times_ns, _LONG_AGO))
+            latest = np.maximum(latest, self._last[name])
+            before[name] = np.concatenate([[self._last[name]], latest[:-1]])
+            self._last[name] = float(latest[-1])
+        for limit, (move, since) in _RULES.items():
+            gaps = (times_ns - before[since])[moves[move]]
+            wrong = int((gaps < getattr(self.limits, limit)).sum())
+            if wrong:
+                self.violations[limit] = self.violations.get(limit, 0) + wrong
+
+
+_RULES = {
+    "enable_cycle": ("rise", "rise"),
+    "enable_width": ("fall", "rise"),
+    "address_setup": ("rise", "rs"),
+    "address_hold": ("rs", "fall"),
+    "data_setup": ("fall", "data"),
+    "data_hold": ("data", "fall"),
+}
+"""Each limit is the time from the second kind of change to the first."""
+
+
+def _changes(bits: NDArray[np.int64], levels: NDArray[np.bool_], bus: int) -> NDArray[np.int64]:
+    """What each event adds to the bus; 0 where only the source of a level changed."""
+    change = np.zeros(len(bits), np.int64)
+    for bit in (1, 2, 4, 8, _RS, _ENABLE):
+        mine = np.flatnonzero(bits == bit)
+        if len(mine):
+            now = levels[mine].astype(np.int64)
+            change[mine] = bit * np.diff(now, prepend=bool(bus & bit))
+    return change

@@ -154,6 +154,7 @@ void hw_reset(hw *h, int cause) {
     h->dead_sleep = 0;
     rearm_timers(h);
     relax_external_interrupts(h);
+    uart_reset(h);
     eeprom_reset(h);
     compare_reset(h);
     pins_reset(h);

@@ -28,6 +28,7 @@ static void begin(hw *h, uint16_t at, uint8_t old) {
     h->eeprom_new = h->eeprom->eeprom[at];
     h->eeprom_busy = 1;
     h->eeprom_writes++;
+    avr_clear_interrupt(h->avr, &h->eeprom->ready);
     avr_regbit_set(h->avr, h->eeprom->eepe);
     timer_set(h->eeprom_timer, h->avr->cycle + (uint64_t)cycles);
 }
@@ -62,13 +63,15 @@ static void on_control(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *para
             (!(avr->data[a] >> e->eepe.bit & 1));
         v &= (uint8_t)~starts;
     }
+    int enabled = avr_regbit_get(avr, e->ready.enable);
     int writes = (v >> e->eepe.bit & 1) && avr_regbit_get(avr, e->eempe);
     h->tap_eecr.write(avr, a, v, h->tap_eecr.write_param);
     if (writes)
         begin(h, at, old);
     if (h->eeprom_busy)
         avr_regbit_set(avr, e->eepe);
-    ask(h);
+    if (!enabled)
+        ask(h);
 }
 
 void eeprom_init(hw *h) {

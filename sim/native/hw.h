@@ -91,13 +91,13 @@ struct uart {
     hw *h;
     int index;
     avr_uart_t *io;
-    struct tap taps[5];
+    struct tap taps[6];
     double frame_cycles;        /* of the firmware's setting */
     uint64_t busy_until, overruns;
     uint8_t *queue;
     size_t queued, sent;
     double host_frame, next;
-    struct timer *line;
+    struct timer *line, *buffer_free, *all_sent;
 };
 
 /* One compare output of a timer, on its pin. */
@@ -175,6 +175,7 @@ int pin_listen(hw *h, int pin, struct wire_listener listener);
 void compare_init(hw *h);
 void compare_reset(hw *h);
 void uart_init(hw *h);
+void uart_reset(hw *h);
 void uart_free(hw *h);
 void adc_init(hw *h);
 void eeprom_init(hw *h);

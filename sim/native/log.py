@@ -30,7 +30,7 @@ class Log:
         if count:
             data = lib.hw_log_data(hw, self._number)
             raw = ffi.buffer(data, count * self._dtype.itemsize)
-            self._parts.append(np.frombuffer(raw, self._dtype).copy())
+            self._parts.append(np.frombuffer(bytearray(raw), self._dtype))
             lib.hw_log_clear(hw, self._number)
 
     def take(self) -> NDArray[Any]:

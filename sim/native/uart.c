@@ -20,12 +20,21 @@ static void refresh(struct uart *u) {
     io->cycles_per_byte = (avr_cycle_count_t)u->frame_cycles;
 }
 
+/* What simavr's flags need to be cleared although they are sticky. */
+static void clear(struct uart *u, avr_int_vector_t *vector) {
+    avr_clear_interrupt_if(u->h->avr, vector, 0);
+    avr_regbit_clear(u->h->avr, vector->raised);
+}
+
+/* simavr takes the buffer as free when the interrupt is enabled. */
 static void on_setting(struct uart *u, struct tap *tap, avr_io_addr_t a, uint8_t v) {
     if (tap->write)
         tap->write(u->h->avr, a, v, tap->write_param);
     else
         u->h->avr->data[a] = v;
     refresh(u);
+    if (u->buffer_free->armed)
+        clear(u, &u->io->udrc);
 }
 
 #define SETTING(n) \
@@ -36,22 +45,45 @@ static void on_setting(struct uart *u, struct tap *tap, avr_io_addr_t a, uint8_t
     }
 SETTING(0) SETTING(1) SETTING(2) SETTING(3) SETTING(4)
 
-/* A byte written while shift register and buffer are full is lost on the part. */
-static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
+/* The cycle from which on the buffer takes another byte. */
+static uint64_t free_at(struct uart *u) {
+    uint64_t frame = (uint64_t)u->frame_cycles;
+    return u->busy_until > frame ? u->busy_until - frame : 0;
+}
+
+static void on_buffer_free(hw *h, void *param, uint64_t when) {
     struct uart *u = param;
-    uint64_t now = u->h->avr->cycle;
-    (void)irq;
+    (void)when;
+    avr_raise_interrupt(h->avr, &u->io->udrc);
+}
+
+static void on_sent(hw *h, void *param, uint64_t when) {
+    struct uart *u = param;
+    (void)when;
+    avr_raise_interrupt(h->avr, &u->io->txc);
+}
+
+/* The part has a buffer before its shift register; simavr frees it a frame late. */
+static void on_data(struct avr_t *avr, avr_io_addr_t a, uint8_t value, void *param) {
+    struct uart *u = param;
+    uint64_t now = avr->cycle;
+    (void)a;
+    if (!avr_regbit_get(avr, u->io->txen))
+        return;
     hw_uart_byte *b = log_add(u->h, HW_UART_LOG);
     b->written = now;
     b->uart = (uint8_t)u->index;
-    b->value = (uint8_t)value;
-    if (u->io->tx_cnt >= 2) {
+    b->value = value;
+    if (u->busy_until > now && free_at(u) > now) {
         b->lost = 1;
         u->overruns++;
         return;
     }
     u->busy_until = (u->busy_until > now ? u->busy_until : now) + (uint64_t)u->frame_cycles;
     b->end = u->busy_until;
+    clear(u, &u->io->udrc);
+    timer_set(u->buffer_free, free_at(u) > now ? free_at(u) : now + 1);
+    timer_set(u->all_sent, u->busy_until);
 }
 
 static void on_line(hw *h, void *param, uint64_t when) {
@@ -66,6 +98,15 @@ static void on_line(hw *h, void *param, uint64_t when) {
         return;
     u->next += u->host_frame;
     timer_set(u->line, (uint64_t)u->next);
+}
+
+/* A reset ends what is being sent. simavr enables the transmitter; the part does not. */
+static void uart_reset_one(struct uart *u) {
+    timer_stop(u->buffer_free);
+    timer_stop(u->all_sent);
+    u->busy_until = 0;
+    avr_regbit_clear(u->h->avr, u->io->txen);
+    refresh(u);
 }
 
 void uart_init(hw *h) {
@@ -92,10 +133,18 @@ void uart_init(hw *h) {
             if (settings[i] && !again)
                 tap_write(h, settings[i], handlers[i], u, &u->taps[i]);
         }
-        avr_irq_register_notify(io->io.irq + UART_IRQ_OUTPUT, on_output, u);
+        tap_write(h, io->r_udr, on_data, u, &u->taps[5]);
         u->line = timer_new(h, on_line, u);
-        refresh(u);
+        u->buffer_free = timer_new(h, on_buffer_free, u);
+        u->all_sent = timer_new(h, on_sent, u);
+        uart_reset_one(u);
     }
+}
+
+void uart_reset(hw *h) {
+    for (int i = 0; i < HW_UARTS; i++)
+        if (h->uarts[i].io)
+            uart_reset_one(&h->uarts[i]);
 }
 
 void uart_free(hw *h) {

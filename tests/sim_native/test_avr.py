@@ -1,0 +1,169 @@
+"""The processor as a Python object: memory, snapshots, instances, threads, interruption."""
+
+import gc
+import os
+import resource
+import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from avr_firmware import CLOCK_HZ, compiled, powered, running, shared
+
+from heatwright.sim.avr import RAM_FILL, Avr
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.native.parts import PARTS
+
+ENDLESS = "int main(void) { for (;;) PORTB++; }"
+
+
+@pytest.mark.parametrize("mcu", PARTS)
+def test_every_part_runs(mcu: str) -> None:
+    program = compiled("volatile uint8_t mark; int main(void) { mark = 77; for (;;) {} }", mcu=mcu)
+    avr = powered(program, mcu)
+    avr.run(0.001)
+    mark = Variables(program)["mark"].address
+    assert mark == avr.part.ram_start == program.static_ram[0]
+    assert avr.read_ram(mark, 1) == b"\x4d"
+
+
+def test_an_unknown_part() -> None:
+    with pytest.raises(ValueError, match="attiny85 is not simulated; atmega328p"):
+        Avr("attiny85", 8e6)
+
+
+def test_a_program_too_large() -> None:
+    program = compiled("int main(void) { for (;;) {} }", "-Wl,--defsym=x=1", mcu="atmega2560")
+    program.flash = bytes(40_000)
+    with pytest.raises(ValueError, match="40000 bytes, the flash 32768"):
+        Avr("atmega328p", CLOCK_HZ).load(program)
+
+
+def test_ram_is_not_zero_at_power_on() -> None:
+    avr = Avr("atmega328p", CLOCK_HZ)
+    assert avr.ram_size == 2048
+    assert set(avr.read_ram(0x100, 2048)) == {RAM_FILL}
+
+
+def test_stack_use_by_the_fill_and_by_the_pointer() -> None:
+    program = compiled(
+        """
+        __attribute__((noinline)) uint8_t deep(uint8_t n) {
+            volatile uint8_t room[20];
+            for (uint8_t i = 0; i < 20; i++) room[i] = n;
+            return n ? deep(n - 1) + room[3] : 0;
+        }
+        int main(void) { PORTB = deep(5); for (;;) {} }"""
+    )
+    fast, stepped = powered(program), powered(program)
+    profile = stepped.profile(program)
+    fast.run(0.01)
+    stepped.run(0.01)
+    assert fast.stack_used == stepped.stack_used
+    assert 0 <= profile.stack_used - fast.stack_used <= 2
+    assert profile.stack_used > 6 * 22
+
+
+def test_snapshots_follow_the_counter() -> None:
+    program = shared("blink.c")
+    avr = powered(program)
+    variables = Variables(program)
+    steps = variables["loop_air.steps"]
+    first, end = program.static_ram
+    snapshots = avr.snapshots((steps.address, steps.size), (first, end - first))
+    avr.run(1.0)
+    assert len(snapshots) == 9
+    cycles, images = snapshots.take()
+    state = variables.decode(images, first, ["loop_air", "mode"])
+    assert state["loop_air"]["steps"].tolist() == list(range(1, 10))
+    assert state["loop_air"]["temperature_c"].tolist() == [0.5 * n for n in range(1, 10)]
+    assert set(state["mode"].tolist()) == {300}
+    assert np.all(abs(np.diff(cycles.astype(int)) - CLOCK_HZ // 10) < 200)
+    assert len(snapshots) == 0
+
+
+def test_snapshots_outside_ram() -> None:
+    avr = Avr("atmega328p", CLOCK_HZ)
+    with pytest.raises(ValueError, match="not in RAM"):
+        avr.snapshots((0x100, 2), (0x800, 0x200))
+
+
+def test_long_logs_are_kept_whole() -> None:
+    """More than the shim's own buffer: it is emptied while the run goes on."""
+    avr = running("int main(void) { DDRB = 1; for (;;) PINB = 1; }")
+    avr.pins.watch("PB0")
+    avr.run_to(2_000_000)
+    events = avr.pins.take()
+    assert len(events) > 400_000
+    assert set(np.diff(events["cycle"][1:].astype(int))) <= {3, 4, 5}
+    assert set((events["state"][1:] & 1)[::2]) != set((events["state"][1:] & 1)[1::2])
+
+
+def trace(_: int) -> bytes:
+    avr = powered(shared("blink.c"))
+    avr.pins.watch("PB5")
+    avr.run(20)
+    return avr.pins.take().tobytes()
+
+
+def test_instances_are_independent_and_deterministic() -> None:
+    alone = trace(0)
+    with ThreadPoolExecutor(4) as pool:
+        assert set(pool.map(trace, range(8))) == {alone}
+
+
+def test_threads_run_at_the_same_time() -> None:
+    """The lock is free while C runs: another thread goes on counting."""
+    avr = running(ENDLESS)
+    count, done = 0, threading.Event()
+
+    def work() -> None:
+        nonlocal count
+        while not done.is_set():
+            count += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    avr.run(4)
+    done.set()
+    thread.join()
+    assert count > 1000
+
+
+def test_processors_are_freed() -> None:
+    program = shared("blink.c")
+
+    def some(count: int) -> int:
+        for _ in range(count):
+            avr = powered(program)
+            avr.pins.watch("PB5")
+            avr.run(0.05)
+            del avr
+        gc.collect()
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    before = some(200)
+    assert some(1000) - before < 1000  # kB: less than 1 kB each, where one takes 50
+
+
+def test_parts_outlive_the_processor() -> None:
+    """What was taken from a processor keeps it alive."""
+    pins = running(ENDLESS).pins
+    gc.collect()
+    assert pins.watch("PB0") == 8
+
+
+def test_interruption_within_half_a_second() -> None:
+    avr = running(ENDLESS)
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        avr.run(3600)
+    assert time.monotonic() - start < 0.8
+    cycle = avr.cycle
+    avr.run(0.001)
+    assert avr.cycle >= cycle + 16_000
