@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.metrics import Metrics
+from heatwright.sim.replay import ReplayResult
 from heatwright.spec.quantity import number
 
 NONE = "–"
@@ -32,6 +35,26 @@ def as_json(figures: Metrics) -> dict[str, Any]:
         "steady_max": rounded(figures.steady_maximum_c),
         "switchings": round(figures.switchings),
         "energy_J": rounded(figures.energy_j, 1),
+    }
+
+
+def build_json(built: BuildResult) -> dict[str, Any]:
+    """Return the object `build` of the JSON: what the binary takes, in bytes."""
+    return {
+        "flash": built.flash_bytes,
+        "ram": built.ram_bytes,
+        "stack": built.stack_bytes,
+        "flash_limit": built.flash_limit,
+        "ram_limit": built.ram_limit,
+    }
+
+
+def replay_json(results: Iterable[ReplayResult]) -> dict[str, int]:
+    """Return the object `replay` of the JSON, over all loops."""
+    kept = tuple(results)
+    return {
+        "ticks": sum(each.ticks for each in kept),
+        "mismatches": sum(each.mismatches for each in kept),
     }
 
 

@@ -10,7 +10,7 @@ import click
 from heatwright.cli.command import Command
 from heatwright.cli.ends import ended
 
-COMMANDS = ("init", "check", "schema", "generate", "build", "simulate")
+COMMANDS = ("init", "check", "schema", "generate", "build", "simulate", "compare")
 """In the order in which a user meets them; each is a module of `commands`."""
 
 

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+PLOTS = (".png", ".svg", ".html")
+"""Kinds of file that a plot can be."""
+
 File = click.Path(path_type=Path)
 
 spec_argument = click.argument("spec", type=File)

@@ -70,12 +70,12 @@ def speed(run: Run) -> dict[str, float | None]:
 
 def print_run(run: Run, spec: Spec, device: str) -> None:
     """Print a run for people."""
-    from heatwright.cli.tables import console, table  # noqa: PLC0415
+    from heatwright.cli.tables import console, heading, show, table  # noqa: PLC0415
 
     out = console()
     rows = [(loop, *cells(figures)) for loop, figures in run.figures.items()]
-    out.print(f"{spec.controller.identity.name}, the {device}", style="bold", markup=False)
-    out.print(table(("loop", *COLUMNS), rows))
+    heading(f"{spec.controller.identity.name}, the {device}")
+    show(table(("loop", *COLUMNS), rows))
     for loop, tripped in run.faults.items():
         for fault in tripped:
             out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)

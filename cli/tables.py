@@ -22,6 +22,11 @@ def console() -> Console:
     return Console(highlight=False, width=WIDE)
 
 
+def heading(text: str) -> None:
+    """Print a line above a table."""
+    console().print(text, style="bold", markup=False)
+
+
 def show(what: RenderableType) -> None:
     """Print something; lines in a file have no blanks at their ends."""
     out = console()

@@ -51,7 +51,7 @@ def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
         _closer(panels[1 + 2 * number], trace.steps[loop], loop, time)
         _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop].heater, time)
     for panel in panels:
-        _dress(panel)
+        dress(panel)
         for loop in loops:
             _mark_faults(panel, trace.steps[loop], time)
     panels[0].set_xlim(0, trace.duration_s / time.seconds)
@@ -120,7 +120,8 @@ def _mark_faults(panel: Axes, log: StepLog, time: TimeAxis) -> None:
         )  # fmt: skip
 
 
-def _dress(panel: Axes) -> None:
+def dress(panel: Axes) -> None:
+    """Draw less of what is not the curve."""
     panel.grid(visible=True, color="#dddddd", lw=0.6)
     panel.set_axisbelow(True)
     for side in ("top", "right"):

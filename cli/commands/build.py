@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from shutil import copyfile
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 def command(spec: Path, folder: Path | None, as_json: bool) -> None:
     """Build the firmware with PlatformIO.
 
-    Tells what of the chip it takes. The stack is the most it can ever take, from the machine code: the deepest chain of calls with
-    the deepest interrupt on top of it.
+    Tells what of the chip it takes. The stack is the most it can ever take, from the machine code:
+    the deepest chain of calls with the deepest interrupt on top of it.
     """
     from heatwright.spec import load  # noqa: PLC0415
 
@@ -49,12 +49,14 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
         built = build_firmware(loaded, shown.begin(f"Building {name}"))
     files = [built.elf] if folder is None else _delivered(built.elf, folder, name)
     if as_json:
+        from heatwright.cli.figures import build_json  # noqa: PLC0415
+
         print_json(
             {
                 "spec": str(spec),
                 "digest": loaded.digest,
                 "files": [str(file) for file in files],
-                "build": figures(built),
+                "build": build_json(built),
             }
         )
         return
@@ -62,17 +64,6 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
         click.echo(line)
     for file in files:
         click.echo(str(file))
-
-
-def figures(built: BuildResult) -> dict[str, Any]:
-    """Return what a binary takes, in bytes, as the JSON has it."""
-    return {
-        "flash": built.flash_bytes,
-        "ram": built.ram_bytes,
-        "stack": built.stack_bytes,
-        "flash_limit": built.flash_limit,
-        "ram_limit": built.ram_limit,
-    }
 
 
 def lines(built: BuildResult) -> list[str]:

@@ -21,8 +21,8 @@ from heatwright.cli.options import File
 def command(file: Path) -> None:
     """Write a commented spec to start from.
 
-    FILE is controller.yaml if none is named. The spec is complete: check, generate and verify take it as it is. A file that is there already is
-    left alone.
+    FILE is controller.yaml if none is named. The spec is complete: check, generate and verify take
+    it as it is. A file that is there already is left alone.
     """
     text = starter(_name(file))
     try:

@@ -9,14 +9,12 @@ import click
 
 from heatwright.cli.command import Command
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import File, Length, json_option, spec_argument
+from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument
 from heatwright.cli.targets import check_target
 
 if TYPE_CHECKING:
     from heatwright.cli.running import Run
     from heatwright.spec import Controller, Spec
-
-PLOTS = (".png", ".svg", ".html")
 
 
 @click.command(

@@ -90,10 +90,18 @@ class Panel {
     pen.beginPath();
     pen.rect(LEFT, TOP, width - LEFT - RIGHT, bottom - TOP);
     pen.clip();
+    for (const band of this.data.bands || []) this.band(pen, band, width);
     for (const series of this.data.series) if (!this.hidden.has(series)) this.curve(pen, series);
     this.marks(pen, bottom);
     pen.restore();
     this.cursor(pen, bottom);
+  }
+
+  band(pen, [low, high], width) {
+    pen.globalAlpha = 0.2;
+    pen.fillStyle = getComputedStyle(document.body).getPropertyValue("--warm");
+    pen.fillRect(LEFT, this.y(high), width - LEFT - RIGHT, Math.max(1, this.y(low) - this.y(high)));
+    pen.globalAlpha = 1;
   }
 
   grid(pen, width, bottom, low, high) {

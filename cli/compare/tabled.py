@@ -1,0 +1,113 @@
+"""The rows of a comparison as figures: ours, and the published ones beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from heatwright.cli.compare.rows import Outcome
+from heatwright.cli.figures import NONE, as_json, build_json, replay_json, rounded
+from heatwright.sim.plot_data import closer
+from heatwright.spec import Published
+
+COLUMNS = (
+    "algorithm",
+    "setpoint",
+    "",
+    "maximum [°C]",
+    "overshoot [K]",
+    "steady [°C]",
+    "steady error [K]",
+    "switchings",
+    "settled [s]",
+)
+TEXT_COLUMNS = 3
+
+ROOM = 1.15
+"""Height of a row's picture over that of what is in it."""
+
+
+def lines(outcome: Outcome) -> list[tuple[str, ...]]:
+    """Return a row's figures in the order of COLUMNS; below them what was published."""
+    row, figures = outcome.row, outcome.figures
+    ours = _figures(
+        row.setpoint_c, figures.maximum_c, figures.steady_minimum_c, figures.steady_maximum_c
+    )
+    sound = ", audible" if figures.audible else ""
+    settled = NONE if figures.settling_s is None else f"{figures.settling_s:.0f}"
+    found = [
+        (
+            row.name,
+            f"{row.setpoint_c:g} °C",
+            "ours",
+            *ours,
+            f"{figures.switchings:.0f}{sound}",
+            settled,
+        )
+    ]
+    if row.published is not None:
+        given = _figures(row.setpoint_c, row.published.maximum_c, *row.published.steady_c)
+        found.append(("", "", "published", *given, "", ""))
+    return found
+
+
+def _figures(setpoint_c: float, maximum_c: float, low_c: float, high_c: float) -> tuple[str, ...]:
+    return (
+        f"{maximum_c:.2f}",
+        f"{max(0.0, maximum_c - setpoint_c):+.2f}",
+        f"{low_c:.2f} … {high_c:.2f}",
+        f"{low_c - setpoint_c:+.2f} … {high_c - setpoint_c:+.2f}",
+    )
+
+
+def half_height(outcomes: Sequence[Outcome]) -> float:
+    """Choose half of the height, K, that the picture of every row needs about its setpoint."""
+    return max(_half(outcome) for outcome in outcomes)
+
+
+def _half(outcome: Outcome) -> float:
+    low_c, high_c = closer(outcome.log)
+    half_k = (high_c - low_c) / 2
+    published = outcome.row.published
+    if published is None:
+        return half_k
+    ends = (published.maximum_c, *published.steady_c)
+    return max(half_k, *(ROOM * abs(end - outcome.row.setpoint_c) for end in ends))
+
+
+def rows_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
+    """Return the rows for machines."""
+    return [
+        {
+            "name": outcome.row.name,
+            "algorithm": outcome.row.algorithm.kind,
+            "setpoint": outcome.row.setpoint_c,
+            "closed_loop": as_json(outcome.figures),
+            "steady_error": rounded(outcome.figures.steady_error_k),
+            "audible": outcome.figures.audible,
+            "published": _published_json(outcome.row.published),
+            "build": None if outcome.built is None else build_json(outcome.built),
+            "replay": None if outcome.replayed is None else replay_json([outcome.replayed]),
+        }
+        for outcome in outcomes
+    ]
+
+
+def _published_json(published: Published | None) -> dict[str, float] | None:
+    if published is None:
+        return None
+    return {
+        "maximum": published.maximum_c,
+        "steady_min": published.steady_minimum_c,
+        "steady_max": published.steady_maximum_c,
+    }
+
+
+def mismatches(outcomes: Sequence[Outcome]) -> int:
+    """Count the variables that differ from the model's, over all rows."""
+    return sum(each.replayed.mismatches for each in outcomes if each.replayed is not None)
+
+
+def ticks(outcomes: Sequence[Outcome]) -> int:
+    """Count the control steps compared with the model, over all rows."""
+    return sum(each.replayed.ticks for each in outcomes if each.replayed is not None)

@@ -1,0 +1,85 @@
+"""Work spread over two processes, with the progress of each piece, and an end that is an end."""
+
+from __future__ import annotations
+
+import multiprocessing
+import queue
+import signal
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any, TypeVar
+
+from heatwright.cli.talk import Job
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+PROCESSES = 2
+LOOK_S = 0.05
+"""How often the results are looked for while nothing is told."""
+
+_told: Any = None
+"""In a worker: the queue to the process that shows the progress."""
+
+
+class _Relay:
+    """A job whose progress goes to the process that started the work."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    def __call__(self, done: float, total: float) -> None:
+        _told.put((self._number, "progress", (done, total)))
+
+    def note(self, text: str) -> None:
+        _told.put((self._number, "note", (text,)))
+
+    def end(self, text: str = "") -> None:
+        del text  # a piece of work has several such ends
+
+
+def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]) -> list[R]:
+    """Do each piece of work, two at a time; results in the order of the pieces.
+
+    `work` is a function of a module, for it is called in other processes. Its first error ends
+    everything and is raised here.
+    """
+    context = multiprocessing.get_context("spawn")
+    told = context.Queue()
+    processes = min(PROCESSES, len(pieces))
+    with context.Pool(processes, initializer=_begin, initargs=(told,)) as pool:
+        results = [
+            pool.apply_async(_do, (work, piece, number)) for number, piece in enumerate(pieces)
+        ]
+        waiting = dict(enumerate(results))
+        while waiting:
+            _show(told, jobs)
+            for number in [number for number, result in waiting.items() if result.ready()]:
+                waiting.pop(number).get()
+                jobs[number].end()
+        return [result.get() for result in results]
+
+
+def _show(told: Any, jobs: Sequence[Job]) -> None:
+    try:
+        number, what, values = told.get(timeout=LOOK_S)
+    except queue.Empty:
+        return
+    job = jobs[number]
+    (job if what == "progress" else job.note)(*values)
+
+
+def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
+    return work(piece, _Relay(number))
+
+
+def _begin(told: Any) -> None:
+    """Set up a worker: Ctrl-C is its starter's business, which then ends it."""
+    global _told  # noqa: PLW0603 - the one thing a worker has of its own
+    _told = told
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end)
+
+
+def _end(_: int, __: FrameType | None) -> None:
+    raise SystemExit
