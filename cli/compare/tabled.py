@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from heatwright.cli.compare.rows import Outcome
-from heatwright.cli.figures import NONE, as_json, build_json, replay_json, rounded
+from heatwright.cli.figures import as_json, build_json, replay_json, rounded
 from heatwright.sim.plot_data import closer
 from heatwright.spec import Published
 
@@ -14,12 +14,11 @@ COLUMNS = (
     "algorithm",
     "setpoint",
     "",
-    "maximum [°C]",
-    "overshoot [K]",
+    "max [°C]",
+    "over [K]",
     "steady [°C]",
     "steady error [K]",
-    "switchings",
-    "settled [s]",
+    "switched on",
 )
 TEXT_COLUMNS = 3
 
@@ -33,21 +32,11 @@ def lines(outcome: Outcome) -> list[tuple[str, ...]]:
     ours = _figures(
         row.setpoint_c, figures.maximum_c, figures.steady_minimum_c, figures.steady_maximum_c
     )
-    sound = ", audible" if figures.audible else ""
-    settled = NONE if figures.settling_s is None else f"{figures.settling_s:.0f}"
-    found = [
-        (
-            row.name,
-            f"{row.setpoint_c:g} °C",
-            "ours",
-            *ours,
-            f"{figures.switchings:.0f}{sound}",
-            settled,
-        )
-    ]
+    switched = "audible" if figures.audible else f"{figures.switchings:.0f} times"
+    found = [(row.name, f"{row.setpoint_c:g} °C", "ours", *ours, switched)]
     if row.published is not None:
         given = _figures(row.setpoint_c, row.published.maximum_c, *row.published.steady_c)
-        found.append(("", "", "published", *given, "", ""))
+        found.append(("", "", "published", *given, ""))
     return found
 
 

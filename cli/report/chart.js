@@ -110,7 +110,7 @@ class Panel {
     pen.font = `12px ${style.fontFamily}`;
     pen.textBaseline = "middle";
     pen.lineWidth = 1;
-    for (const [value, label] of ticks(low, high, this.data.height / 42)) {
+    for (const [value, label] of ticks(low, high, this.data.height / 36)) {
       pen.strokeStyle = line;
       pen.beginPath();
       pen.moveTo(LEFT, this.y(value));
