@@ -7,6 +7,8 @@ from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 
+from heatwright.generator.toolchain.errors import BuildFailed
+
 FLASH = (".text", ".data", ".rodata", ".bootloader")
 RAM = (".data", ".bss", ".noinit")
 
@@ -40,4 +42,6 @@ def sizes(elf: Path) -> tuple[int, int]:
 def limits(log: str) -> tuple[int, int]:
     """Bytes of flash and of RAM on the board, as PlatformIO printed them."""
     found = dict(re.findall(r"^(RAM|Flash):.*from (\d+) bytes\)", log, re.MULTILINE))
+    if found.keys() != {"Flash", "RAM"}:
+        raise BuildFailed("PlatformIO does not know how much flash and RAM this board has", log)
     return int(found["Flash"]), int(found["RAM"])

@@ -141,6 +141,11 @@ def test_an_unknown_board_is_told(project: Project) -> None:
         build(project(board="teapot"))
 
 
+def test_a_board_without_a_size_is_told(project: Project) -> None:
+    with pytest.raises(BuildFailed, match="does not know how much flash and RAM"):
+        build(project(ini="board_upload.maximum_ram_size = 0\n"))
+
+
 def test_too_much_flash_is_told(project: Project) -> None:
     main = (
         "#include <avr/pgmspace.h>\n__attribute__((used)) const char big[32600] PROGMEM = {1};\n"
