@@ -12,7 +12,7 @@ from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
 
-MOST_POINTS = 20_000
+MOST_POINTS = 5_000
 """Points of a course that are followed; only absurd plants and rules have more."""
 
 

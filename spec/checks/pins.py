@@ -11,7 +11,6 @@ from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
 from heatwright.spec.uses import PinUse, pin_uses
 
-
 _BOARD: Path = ("controller", "board")
 
 

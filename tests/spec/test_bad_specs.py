@@ -1,0 +1,72 @@
+"""Every file in tests/bad_specs is refused with exactly the messages in the file beside it."""
+
+from pathlib import Path
+
+import pytest
+
+from heatwright.spec import SpecError, load_text
+from heatwright.spec.checks import CHECKS, SIMULATION_CHECKS, thermal
+
+FOLDER = Path(__file__).parents[1] / "bad_specs"
+FILES = sorted(FOLDER.glob("*.yaml"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_messages(file: Path) -> None:
+    with pytest.raises(SpecError) as caught:
+        load_text(file.read_bytes(), file.name)
+    assert f"{caught.value}\n" == file.with_suffix(".expected").read_text(encoding="utf-8")
+
+
+def test_every_file_has_its_messages_and_the_other_way_round() -> None:
+    found = {file.stem for file in FOLDER.iterdir() if file.suffix == ".expected"}
+    assert found == {file.stem for file in FILES}
+    assert all(file.suffix in {".yaml", ".expected"} for file in FOLDER.iterdir())
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_messages_stand_in_the_order_of_the_file(file: Path) -> None:
+    with pytest.raises(SpecError) as caught:
+        load_text(file.read_bytes(), file.name)
+    places = [(problem.line, problem.column) for problem in caught.value.problems]
+    assert places == sorted(places)
+
+
+def _reasons(check: object, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Count the files that a check has a part in: those whose messages change without it."""
+    module = "heatwright.spec.checks"
+    for name, table in (("CHECKS", CHECKS), ("SIMULATION_CHECKS", SIMULATION_CHECKS)):
+        monkeypatch.setattr(f"{module}.{name}", tuple(each for each in table if each is not check))
+    changed = 0
+    for file in FILES:
+        try:
+            load_text(file.read_bytes(), file.name)
+            text = ""
+        except SpecError as error:
+            text = f"{error}\n"
+        except (KeyError, IndexError, ValueError, ZeroDivisionError):
+            text = ""  # the check kept others from what they cannot look at
+        changed += text != file.with_suffix(".expected").read_text(encoding="utf-8")
+    return changed
+
+
+@pytest.mark.parametrize("check", CHECKS + SIMULATION_CHECKS, ids=lambda check: check.__name__)
+def test_no_check_without_a_file_that_needs_it(
+    check: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert _reasons(check, monkeypatch) > 0
+
+
+def test_no_physics_without_a_file_that_needs_it() -> None:
+    expected = "".join(file.with_suffix(".expected").read_text(encoding="utf-8") for file in FILES)
+    for words in (
+        "never reaches the highest setpoint",
+        "alone heats to",
+        "healthy and at full power, needs",
+        "healthy and at full power, rises by",
+        "coasts up to",
+        "goes on rising for",
+        "swings by",
+    ):
+        assert words in expected
+    assert thermal.__module__ == "heatwright.spec.checks.thermal"

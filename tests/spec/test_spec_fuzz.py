@@ -1,0 +1,130 @@
+"""Whatever the bytes: a Spec or a SpecError, never anything else."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from heatwright.spec import Problem, Spec, SpecError, load_text
+
+ROOT = Path(__file__).parents[2]
+GOOD = [file.read_bytes() for file in sorted((ROOT / "spec" / "examples").glob("*.yaml"))]
+WORDS = [
+    b"off", b"1 s", b"-1 K", b"0", b"1e308 s", b"1e-300 K/W", b".inf", b"null", b"true", b"[]",
+    b"{}", b"&a", b"*a", b"!!binary x", b"<<", b"|", b">", b"? ", b"---\n", b"...", b"#", b"'",
+    b'"', b"\t", b"\x00", b"\xff", b"\xe2\x80\xa8", b"ambient", b"air", b"heater", b"kind: pid",
+    b"kind: pwm", b"PD3", b"A7", b"99999 d", b"0.001 W", b"5000 \xc2\xb0C", b"\n  ", b", ", b": ",
+]  # fmt: skip
+
+
+def check(data: bytes) -> None:
+    problems: tuple[Problem, ...] = ()
+    spec = None
+    try:
+        spec = load_text(data)
+    except SpecError as error:
+        problems = error.problems
+    if spec is not None:
+        assert isinstance(spec, Spec)
+        assert len(spec.digest) == 8
+        return
+    assert problems
+    for problem in problems:
+        assert problem.line >= 1
+        assert problem.column >= 1
+        assert str(problem).isprintable()
+        assert problem.reason
+        assert problem.remedy
+
+
+@given(st.binary(max_size=400))
+def test_bytes(data: bytes) -> None:
+    check(data)
+
+
+@given(st.text(st.characters(codec="utf-8"), max_size=200))
+def test_text(text: str) -> None:
+    check(text.encode())
+
+
+@given(
+    st.recursive(
+        st.sampled_from(["1 s", "air", "heater", "20 °C", "off", "1", "x", "", "ds18b20", "pid"]),
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=3),
+            st.dictionaries(
+                st.sampled_from(
+                    ["heatwright", "controller", "sensors", "outputs", "loops", "air", "kind",
+                     "name", "board", "pin", "setpoint", "algorithm", "plant", "simulation"]
+                ),
+                inner,
+                max_size=4,
+            ),
+        ),
+        max_leaves=20,
+    )
+)  # fmt: skip
+def test_structures(data: object) -> None:
+    check(repr(data).encode())
+
+
+edits = st.lists(
+    st.tuples(
+        st.floats(0, 1, exclude_max=True),
+        st.integers(0, 12),
+        st.one_of(st.sampled_from(WORDS), st.binary(max_size=3)),
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sampled_from(GOOD), edits)
+def test_edits_of_good_specs(good: bytes, changes: list[tuple[float, int, bytes]]) -> None:
+    for where, length, new in changes:
+        at = int(where * len(good))
+        good = good[:at] + new + good[at + length :]
+    check(good)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sampled_from(GOOD), st.data())
+def test_other_values_in_good_specs(good: bytes, data: st.DataObject) -> None:
+    """Exchange whole values: what is left is well formed, and reaches the checks of physics."""
+    lines = good.decode().splitlines()
+    values = [
+        (number, part) for number, line in enumerate(lines)
+        for part in line.replace("{", ",").replace("}", ",").replace("[", ",").split(",")
+        if ":" in part and part.split(":", 1)[1].strip()
+    ]  # fmt: skip
+    for _ in range(data.draw(st.integers(1, 3))):
+        number, part = data.draw(st.sampled_from(values))
+        _, other = data.draw(st.sampled_from(values))
+        new = f"{part.split(':', 1)[0]}:{other.split(':', 1)[1]}"
+        lines[number] = lines[number].replace(part, new, 1)
+    check("\n".join(lines).encode())
+
+
+NUMBER = re.compile(r"-?[0-9.]+")
+NUMBERS = ["1e-9", "0.001", "0.01", "1", "7", "100", "65536", "1e6", "1e8", "-1", "1e999"]
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sampled_from(GOOD), st.data())
+def test_other_numbers_in_good_specs(good: bytes, data: st.DataObject) -> None:
+    """Exchange numbers and keep their units: the arithmetic of the checks must bear them all."""
+    words = good.decode().split(" ")
+    places = [i for i, word in enumerate(words) if NUMBER.fullmatch(word.strip("{[\n"))]
+    for _ in range(data.draw(st.integers(1, 4))):
+        words[data.draw(st.sampled_from(places))] = data.draw(st.sampled_from(NUMBERS))
+    check(" ".join(words).encode())
+
+
+@pytest.mark.parametrize("good", GOOD, ids=["chamber", "oven"])
+def test_every_cut(good: bytes) -> None:
+    """A file cut off anywhere, as by a full disk."""
+    for end in range(0, len(good), 37):
+        check(good[:end])

@@ -1,0 +1,159 @@
+import math
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic_core import PydanticCustomError
+
+from heatwright.spec import units
+from heatwright.spec.quantity import Quantity, QuantityRange, about, duration, parse, rounded_up
+from heatwright.spec.units import Dimension
+
+DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dimension)]
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "expected"),
+    [
+        ("50 °C", units.TEMPERATURE, 50.0),
+        ("50C", units.TEMPERATURE, 50.0),
+        ("50 ° C", units.TEMPERATURE, 50.0),
+        ("50 ℃", units.TEMPERATURE, 50.0),
+        ("122 °F", units.TEMPERATURE, 50.0),
+        ("-40 F", units.TEMPERATURE, -40.0),
+        ("323.15 K", units.TEMPERATURE, 50.0),
+        ("−10 °C", units.TEMPERATURE, -10.0),
+        ("-0 °C", units.TEMPERATURE, 0.0),
+        ("2 K", units.DIFFERENCE, 2.0),
+        ("62.5 mK", units.DIFFERENCE, 0.0625),
+        ("20 ms", units.DURATION, 0.02),
+        ("0.1 ms", units.DURATION, 0.0001),
+        ("64 us", units.DURATION, 0.000064),
+        ("64 µs", units.DURATION, 0.000064),
+        ("64 μs", units.DURATION, 0.000064),
+        ("1.5 min", units.DURATION, 90.0),
+        ("2 h", units.DURATION, 7200.0),
+        ("1 d", units.DURATION, 86400.0),
+        ("240 W", units.POWER, 240.0),
+        ("2.4kW", units.POWER, 2400.0),
+        ("1e3 W", units.POWER, 1000.0),
+        ("16 MHz", units.FREQUENCY, 16e6),
+        ("1 kHz", units.FREQUENCY, 1000.0),
+        ("6 K/min", units.RATE, 0.1),
+        ("80 %", units.PERCENT, 80.0),
+        ("12bit", units.BITS, 12.0),
+        ("12 bits", units.BITS, 12.0),
+        ("4.5 kJ/K", units.CAPACITY, 4500.0),
+        ("0.173 K / W", units.THERMAL_RESISTANCE, 0.173),
+        ("4.7 k\u2126", units.RESISTANCE, 4700.0),
+        ("4.7 kΩ", units.RESISTANCE, 4700.0),
+        ("4.7 kohm", units.RESISTANCE, 4700.0),
+        ("5 V", units.VOLTAGE, 5.0),
+        ("80 mA", units.CURRENT, 0.08),
+        ("0.005 m²", units.AREA, 0.005),
+        ("50 cm2", units.AREA, 0.005),
+        ("8.7 W/m²K", units.FILM, 8.7),
+        ("8.7 W/(m²·K)", units.FILM, 8.7),
+        ("50\u00a0°C", units.TEMPERATURE, 50.0),
+    ],
+)
+def test_reads(text: str, dimension: Dimension, expected: float) -> None:
+    found = parse(text, dimension)
+    assert found == expected
+    assert math.copysign(1, found) == math.copysign(1, expected)
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS, ids=lambda dimension: dimension.name)
+def test_the_example_of_the_messages_is_right(dimension: Dimension) -> None:
+    assert math.isfinite(parse(dimension.example, dimension))
+    assert abs(parse(dimension.example, dimension)) <= dimension.largest
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", " ", "°C", "1 2 °C", "1e °C", "0x10 °C", "1_000 °C", "nan °C", "inf °C", "1..2 °C",
+        "1 °C °C", "١ °C", "1e9999 °C", "1e999 °C", "5 °Ré", "50 % °C", "1,5 °C", "½ °C",
+        "1\u200b °C", "x" * 65 + " °C", "1" + " " * 80 + "°C",
+    ],
+)  # fmt: skip
+def test_refuses(text: str) -> None:
+    with pytest.raises(PydanticCustomError) as caught:
+        parse(text, units.TEMPERATURE)
+    assert caught.value.context is not None
+    assert caught.value.context["reason"]
+    assert caught.value.context["remedy"]
+
+
+@pytest.mark.parametrize("value", [50, 50.0, math.nan, math.inf, True, None, [], {}, ("50 °C",)])
+def test_refuses_what_is_no_text(value: object) -> None:
+    with pytest.raises(PydanticCustomError):
+        parse(value, units.TEMPERATURE)
+
+
+@given(st.decimals(-1000, 1000, allow_nan=False, allow_infinity=False, places=4))
+def test_rounds_once(value: Decimal) -> None:
+    assert parse(f"{value} ms", units.DURATION) == float(value / 1000)
+
+
+@given(st.text(max_size=80))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    for dimension in DIMENSIONS:
+        try:
+            assert math.isfinite(parse(text, dimension))
+        except PydanticCustomError as error:
+            context = error.context or {}
+        else:
+            continue
+        assert context["reason"].isprintable()
+        assert context["remedy"]
+
+
+def test_limits() -> None:
+    quantity = Quantity(units.DURATION, least=0.01, most=10)
+    assert quantity.read_one("10 ms") == 0.01
+    assert quantity.read_one("10 s") == 10
+    for text, remedy in (("9 ms", "Use at least 10 ms"), ("11 s", "Use at most 10 s")):
+        with pytest.raises(PydanticCustomError) as caught:
+            quantity.read_one(text)
+        assert caught.value.context == {
+            "reason": f"{text} is too {'small' if 'least' in remedy else 'large'}",
+            "remedy": remedy,
+        }
+
+
+def test_choices_keep_their_type() -> None:
+    found = Quantity(units.BITS, choices=(9, 10)).read_one("9 bit")
+    assert found == 9
+    assert isinstance(found, int)
+
+
+@pytest.mark.parametrize("text", ["48.5 °C .. 51.9 °C", "48.5 °C..51.9 °C", "119.3 °F .. 51.9 C"])
+def test_ranges(text: str) -> None:
+    assert QuantityRange(units.TEMPERATURE).read_range(text) == (48.5, 51.9)
+
+
+@pytest.mark.parametrize("text", ["48.5 .. 51.9 °C", "48.5 °C", "2 °C .. 1 °C", "..", 5])
+def test_ranges_refused(text: object) -> None:
+    with pytest.raises(PydanticCustomError):
+        QuantityRange(units.TEMPERATURE).read_range(text)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0 s"), (0.78, "780 ms"), (1.0, "1 s"), (1.5, "1.5 s"), (60.0, "1 min"),
+        (90.0, "90 s"), (600.0, "10 min"), (3600.0, "1 h"), (255.0, "255 s"),
+    ],
+)  # fmt: skip
+def test_durations_in_messages_can_be_pasted_back(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+    assert parse(text, units.DURATION) == seconds
+
+
+@given(st.floats(1e-6, 1e6))
+def test_an_advised_limit_is_never_too_little(value: float) -> None:
+    advised = float(rounded_up(value))
+    assert value * (1 - 1e-12) <= advised <= value * 1.011
+    assert abs(float(about(value)) - value) <= value * 0.00501

@@ -1,0 +1,139 @@
+import pytest
+
+from heatwright.spec import BOARDS, Controller, Ds18b20, PwmOutput, Timer
+from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
+from heatwright.spec.timers import (
+    Interval,
+    NoTimer,
+    allocate,
+    keeps_frequency,
+    pwm_setting,
+    tick_interval,
+)
+from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
+
+EIGHT = Timer(8, SLOW_PRESCALERS, ("A", "B"))
+FINE = Timer(8, FINE_PRESCALERS, ("A", "B"))
+SIXTEEN = Timer(16, SLOW_PRESCALERS, ("A", "B"))
+
+
+def pwm(pin: str, frequency: str = "490 Hz") -> PwmOutput:
+    return PwmOutput.model_validate({"kind": "pwm", "pin": pin, "frequency": frequency})
+
+
+def varied(
+    chamber: Controller, *, sensors: int = 1, board: str = "uno", **outputs: PwmOutput
+) -> Controller:
+    sensor = Ds18b20(kind="ds18b20", pin="A1")
+    return chamber.model_copy(
+        update={
+            "identity": chamber.identity.model_copy(update={"board": board}),
+            "sensors": ReadOnlyDict({f"s{n}": sensor for n in range(sensors)}),
+            "outputs": ReadOnlyDict({**chamber.outputs, **outputs}),
+        }
+    )
+
+
+def test_the_chamber(chamber: Controller) -> None:
+    use = allocate(chamber)
+    assert (use.tick, use.one_wire, use.pwm) == (1, {"air": 2}, {})
+
+
+def test_pwm_comes_first(chamber: Controller) -> None:
+    use = allocate(varied(chamber, second=pwm("D9", "1 kHz")))
+    assert use.pwm == {"second": 1}
+    assert use.tick == 2  # five interrupts a tick there as on timer 0, which ranks last
+    assert use.one_wire == {"s0": 0}
+    use = allocate(varied(chamber, second=pwm("D3")))
+    assert (use.tick, use.one_wire, use.pwm) == (1, {"s0": 0}, {"second": 2})
+
+
+def test_each_line_has_its_timer(chamber: Controller) -> None:
+    assert allocate(varied(chamber, sensors=2)).one_wire == {"s0": 2, "s1": 0}
+    with pytest.raises(NoTimer) as caught:
+        allocate(varied(chamber, sensors=3))
+    assert caught.value.user == "s2"
+    use = allocate(varied(chamber, sensors=5, board="mega2560"))
+    assert use.tick == 1
+    assert sorted(use.one_wire.values()) == [0, 2, 3, 4, 5]
+
+
+def test_no_timer_for_the_tick(chamber: Controller) -> None:
+    with pytest.raises(NoTimer) as caught:
+        allocate(varied(chamber, a=pwm("D3"), b=pwm("D9", "1 kHz"), c=pwm("D6", "976 Hz")))
+    assert caught.value.user is None
+
+
+@pytest.mark.parametrize(
+    ("clock_hz", "timer", "expected"),
+    [
+        (16_000_000, SIXTEEN, Interval(8, 20000, 1)),
+        (16_000_000, EIGHT, Interval(256, 125, 5)),
+        (8_000_000, FINE, Interval(64, 250, 5)),
+        (8_000_000, EIGHT, Interval(64, 250, 5)),
+        (20_000_000, SIXTEEN, Interval(8, 25000, 1)),
+        (14_745_600, EIGHT, Interval(1024, 144, 1)),
+        (8_388_608, SIXTEEN, None),
+    ],
+)
+def test_ticks_are_exact(clock_hz: int, timer: Timer, expected: Interval | None) -> None:
+    found = tick_interval(clock_hz, timer)
+    assert found == expected
+    if found is not None:
+        assert found.prescaler * found.counts * found.divider * 100 == clock_hz
+        assert found.counts <= 1 << timer.bits
+
+
+@pytest.mark.parametrize("clock_mhz", range(8, 21))
+def test_every_usual_crystal_ticks_on_every_timer(clock_mhz: int) -> None:
+    for timer in (EIGHT, FINE, SIXTEEN):
+        assert tick_interval(clock_mhz * 1_000_000, timer) is not None
+
+
+@pytest.mark.parametrize(
+    ("pin", "frequency", "prescaler", "counts", "kept"),
+    [
+        ("D3", "490 Hz", 128, 256, True),  # 488.28 Hz, what Arduino calls 490
+        ("D3", "61 Hz", 1024, 256, True),
+        ("D3", "62.5 kHz", 1, 256, True),
+        ("D5", "490 Hz", 64, 256, False),  # no prescaler of 128 there: 977 or 244 Hz
+        ("D5", "244 Hz", 256, 256, True),
+        ("D9", "1 kHz", 1, 16000, True),
+        ("D9", "25 kHz", 1, 640, True),
+        ("D9", "160 kHz", 1, 100, True),
+        ("D9", "200 kHz", 1, 100, False),
+        ("D9", "1 Hz", 256, 62500, True),
+    ],
+)
+def test_pwm(pin: str, frequency: str, prescaler: int, counts: int, kept: bool) -> None:
+    output = pwm(pin, frequency)
+    setting = pwm_setting(BOARDS["uno"], output)
+    assert (setting.prescaler, setting.counts) == (prescaler, counts)
+    assert setting.frequency_hz == 16e6 / prescaler / counts
+    assert keeps_frequency(setting, output.frequency_hz) == kept
+
+
+def test_a_pin_without_a_timer_has_no_setting() -> None:
+    with pytest.raises(ValueError, match="D4 has no compare output"):
+        pwm_setting(BOARDS["uno"], pwm("D4"))
+
+
+@pytest.mark.parametrize(
+    ("clock_hz", "baud", "divisor", "borne"),
+    [
+        # The data sheet's table of UBRR for U2X = 1, with its errors.
+        (16_000_000, 9600, 207, True),  # 0.2 %
+        (16_000_000, 57600, 34, True),  # −0.8 %
+        (16_000_000, 115200, 16, True),  # 2.1 %
+        (16_000_000, 230400, 8, False),  # −3.5 %
+        (16_000_000, 250000, 7, True),
+        (8_000_000, 115200, 8, False),  # −3.5 %
+        (16_000_000, 300, 4095, False),  # beyond twelve bits
+    ],
+)
+def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
+    setting = baud_setting(clock_hz, baud)
+    assert setting.divisor == divisor
+    assert setting.baud == clock_hz / 8 / (divisor + 1)
+    assert (abs(setting.error) <= BAUD_TOLERANCE) == borne
