@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -14,11 +14,12 @@ from heatwright.sim.bench import Device, ReferenceDevice, bench
 from heatwright.sim.metrics import Metrics, metrics
 from heatwright.sim.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
-from heatwright.spec import Controller, LcdKeypad
+from heatwright.spec import Controller
 from heatwright.spec.uses import pin_uses
 
 if TYPE_CHECKING:
     from heatwright.sim.device import AvrDevice
+    from heatwright.sim.vcd import VcdRecorder
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,10 @@ class Run:
     """By loop."""
     faults: dict[str, tuple[Tripped, ...]]
     """By loop."""
-    display: tuple[str, str] | None
+    display: tuple[str, str] | None = None
     """What the display shows at the end; None if there is none, or no binary to write to it."""
+    complaints: tuple[str, ...] = ()
+    """What the chips at the binary's pins, and the processor, had to object to."""
 
     @property
     def speed(self) -> float:
@@ -52,21 +55,27 @@ def run_binary(
     controller: Controller, elf: Path, progress: Progress, vcd: Path | None = None
 ) -> Run:
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
+    from heatwright.cli.chips import complaints, display  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
 
     device = AvrDevice(controller, elf)
     with ExitStack() as stack:
         if vcd is not None:
-            from heatwright.sim.vcd import VcdRecorder  # noqa: PLC0415
-
-            pins = watched_pins(controller)
-            for pin in pins.values():
-                device.avr.pins.watch(pin)
-            recorder = VcdRecorder(vcd, pins, controller.board.clock_hz)
-            device.record(stack.enter_context(recorder))
-        run = _run(controller, device, progress, device)
+            stack.enter_context(_recorded(controller, device, vcd))
+        run = _run(controller, device, progress)
         device.feed()
-    return run
+    return replace(run, display=display(device), complaints=complaints(device))
+
+
+def _recorded(controller: Controller, device: AvrDevice, vcd: Path) -> VcdRecorder:
+    from heatwright.sim.vcd import VcdRecorder  # noqa: PLC0415
+
+    pins = watched_pins(controller)
+    for pin in pins.values():
+        device.avr.pins.watch(pin)
+    recorder = VcdRecorder(vcd, pins, controller.board.clock_hz)
+    device.record(recorder)
+    return recorder
 
 
 def watched_pins(controller: Controller) -> dict[str, str]:
@@ -78,19 +87,20 @@ def watched_pins(controller: Controller) -> dict[str, str]:
     }
 
 
-def _run(
-    controller: Controller, device: Device, progress: Progress, binary: AvrDevice | None = None
-) -> Run:
+def _run(controller: Controller, device: Device, progress: Progress) -> Run:
     start = perf_counter()
     trace = bench(controller, device, progress=progress)
     wall_s = perf_counter() - start
-    shown = binary is not None and any(
-        isinstance(interface, LcdKeypad) for interface in controller.interfaces
-    )
     return Run(
         trace=trace,
         wall_s=wall_s,
-        figures={loop: metrics(trace, controller, loop) for loop in controller.loops},
+        figures=_figures(trace, controller),
         faults={loop: faults(log) for loop, log in trace.steps.items()},
-        display=binary.shield.lcd.text if binary is not None and shown else None,
     )
+
+
+def _figures(trace: Trace, controller: Controller) -> dict[str, Metrics]:
+    try:
+        return {loop: metrics(trace, controller, loop) for loop in controller.loops}
+    except ValueError as error:  # no reading at all
+        raise Refused(f"{error}: simulate longer, or look at the sensor.") from None

@@ -58,12 +58,12 @@ def rows_of(spec: Spec, wanted: Sequence[str]) -> tuple[ComparisonRow, ...]:
     own = _own_row(controller)
     if not any(_same(controller, own, row) for row in rows):
         rows = (*rows, own)
-    known = {word.casefold() for row in rows for word in _words(row)}
+    known = {word for row in rows for word in _words(row)}
     for word in wanted:
-        if word.casefold() not in known:
+        if word not in known:
             raise Refused(f"{spec.file_name}: no row is called {word}; there are {_list(rows)}.")
-    chosen = {word.casefold() for word in wanted} or known
-    return tuple(row for row in rows if chosen & {word.casefold() for word in _words(row)})
+    chosen = set(wanted) or known
+    return tuple(row for row in rows if chosen.intersection(_words(row)))
 
 
 def _words(row: ComparisonRow) -> tuple[str, str]:

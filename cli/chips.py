@@ -1,0 +1,45 @@
+"""What the chips around the binary have to say after a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.avr import CAUSES
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.serial_plotter import SerialPlotter
+from heatwright.sim.sensors.ds18b20 import Ds18b20
+
+
+def display(device: AvrDevice) -> tuple[str, str] | None:
+    """Return what the display shows; None if there is none."""
+    shields = [each for each in device.interfaces if isinstance(each, LcdKeypad)]
+    return shields[0].lcd.text if shields else None
+
+
+def complaints(device: AvrDevice) -> tuple[str, ...]:
+    """Return what went against a data sheet, and resets that nobody asked for."""
+    return (*_resets(device), *_sensors(device), *_interfaces(device))
+
+
+def _resets(device: AvrDevice) -> Iterator[str]:
+    for reset in device.avr.take_resets():
+        time_s = int(reset["cycle"]) / device.avr.clock_hz
+        yield f"{CAUSES[int(reset['cause'])]} reset at {time_s:.3f} s"
+
+
+def _sensors(device: AvrDevice) -> Iterator[str]:
+    for name, sensor in device.sensors.items():
+        if isinstance(sensor, Ds18b20):
+            for phase, seen in sensor.line.phases.items():
+                if seen.violations:
+                    yield f"{name}: {phase} was outside the data sheet {seen.violations} times"
+
+
+def _interfaces(device: AvrDevice) -> Iterator[str]:
+    for interface in device.interfaces:
+        if isinstance(interface, LcdKeypad):
+            for limit, count in interface.lcd.violations.items():
+                yield f"display: {limit} was below the data sheet {count} times"
+        elif isinstance(interface, SerialPlotter) and interface.garbage:
+            yield f"serial plotter: {interface.garbage} bytes were no line of its"

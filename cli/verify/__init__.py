@@ -1,0 +1,1 @@
+"""The evidence for one spec: gathered, judged, shown."""

@@ -1,0 +1,66 @@
+"""What has to hold: each a line with its limit, what was found, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from heatwright.cli.verify.closed_loop import ClosedLoop
+from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.metrics import Metrics
+from heatwright.sim.plot_data import fault_label
+from heatwright.spec import Expect
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that has to hold."""
+
+    what: str
+    limit: str
+    found: str
+    passed: bool
+
+
+def build_checks(built: BuildResult) -> Iterator[Check]:
+    """Hold the binary to the chip."""
+    free = built.ram_limit - built.ram_bytes - built.stack_bytes
+    yield Check(
+        "flash", f"{built.flash_limit} bytes", str(built.flash_bytes),
+        built.flash_bytes <= built.flash_limit,
+    )  # fmt: skip
+    yield Check(
+        "static RAM and worst stack", f"{built.ram_limit} bytes",
+        f"{built.ram_bytes} + {built.stack_bytes}", free >= 0,
+    )  # fmt: skip
+
+
+def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
+    """Hold the binary to the reference model, bit for bit."""
+    for loop, result in loops.replays.items():
+        yield Check(
+            f"{loop}: variables equal the model's, bit for bit", "0 mismatches",
+            f"{result.mismatches} in {result.ticks} steps",
+            result.mismatches == 0 and not result.restored,
+        )  # fmt: skip
+
+
+def run_checks(loops: ClosedLoop, expect: Expect | None) -> Iterator[Check]:
+    """Hold the closed loop to what the spec expects, and to what is expected of any."""
+    for loop, tripped in loops.run.faults.items():
+        found = ", ".join(f"{fault_label(code)} at {time_s:.1f} s" for time_s, code in tripped)
+        yield Check(f"{loop}: no protection trips", "none", found or "none", not tripped)
+    wrong = loops.run.complaints
+    yield Check("chips keep to their data sheets", "none", "; ".join(wrong) or "none", not wrong)
+    if expect is not None:
+        for loop, figures in loops.run.figures.items():
+            yield from _expected(loop, figures, expect)
+
+
+def _expected(loop: str, figures: Metrics, expect: Expect) -> Iterator[Check]:
+    for what, limit_k, found_k in (
+        ("overshoot", expect.overshoot_k, figures.overshoot_k),
+        ("steady error", expect.steady_k, figures.steady_error_k),
+    ):
+        if limit_k is not None:
+            yield Check(f"{loop}: {what}", f"{limit_k:g} K", f"{found_k:.4g} K", found_k <= limit_k)
