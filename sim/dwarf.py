@@ -24,6 +24,7 @@ from heatwright.sim.dwarf_types import Types
 from heatwright.sim.elf import RAM, Elf, ElfError
 
 _OP_ADDR = 0x03
+_PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*|\[\d+\])*")
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
 
 
@@ -61,8 +62,8 @@ class Variable:
 class Variables(Mapping[str, Variable]):
     """All variables in RAM with a fixed address, by name.
 
-    Raises ElfError when the program carries no debug information (compile with ``-g``), or when a
-    name is asked for that it has not, or has more than once.
+    Raises ElfError when a name is asked for that the program has not, or has more than once. The
+    processor's registers are there too, by their names in the data sheet.
     """
 
     def __init__(self, elf: Elf) -> None:
@@ -70,9 +71,8 @@ class Variables(Mapping[str, Variable]):
         self._all: dict[str, list[Variable]] = {}
         with elf.path.open("rb") as stream:
             file = ELFFile(stream)
-            if not file.has_dwarf_info():
-                raise ElfError(f"{elf.path.name} has no debug information: compile it with -g.")
-            _Reader(self._all).read(file.get_dwarf_info())
+            if file.has_dwarf_info():
+                _Reader(self._all).read(file.get_dwarf_info())
 
     def __getitem__(self, name: str) -> Variable:
         file, _, path = name.rpartition(":")
@@ -94,7 +94,14 @@ class Variables(Mapping[str, Variable]):
             return found[0]
         if found:
             raise ElfError(f"{self._elf.path.name} has {name} in several files: name the file.")
-        raise ElfError(f"{self._elf.path.name} has no variable {name}.")
+        raise ElfError(f"{self._elf.path.name} has no variable {name}{self._hint()}.")
+
+    def _hint(self) -> str:
+        """The C library describes the registers; a program that says no more was compiled so."""
+        first = self._elf.static_ram[0]
+        if any(variable.address >= first for found in self._all.values() for variable in found):
+            return ""
+        return ", nor any other: compile it with -gdwarf-2"
 
     def __iter__(self) -> Iterable[str]:  # type: ignore[override]
         return iter(name for name, found in self._all.items() if len(found) == 1)
@@ -128,10 +135,9 @@ class Variables(Mapping[str, Variable]):
 
 
 def _steps(path: str) -> list[tuple[str, str]]:
-    steps = _STEP.findall(path)
-    if not steps or not steps[0][0] or "".join(_STEP.split(path)[::3]).strip():
+    if not _PATH.fullmatch(path):
         raise ElfError(f"{path!r} is not the name of a variable.")
-    return [(str(member), str(index)) for member, index in steps]
+    return [(str(member), str(index)) for member, index in _STEP.findall(path)]
 
 
 class _Reader:

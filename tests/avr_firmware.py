@@ -31,7 +31,8 @@ def _folder() -> Path:
 
 def compiled(source: str, *flags: str, mcu: str = "atmega328p") -> Elf:
     """Compile C; the usual headers are included."""
-    command = ["avr-gcc", f"-mmcu={mcu}", f"-DF_CPU={CLOCK_HZ}UL", "-Os", "-gdwarf-2"]
+    command = ["avr-gcc", f"-mmcu={mcu}", f"-DF_CPU={CLOCK_HZ}UL", "-Os"]
+    command += [] if any(flag.startswith("-g") for flag in flags) else ["-gdwarf-2"]
     command += ["-std=gnu11", "-Wall", "-Wno-unused-function", *flags, "-x", "c"]
     name = hashlib.sha256(repr((command, source)).encode()).hexdigest()[:16]
     path = _folder() / f"{name}.elf"

@@ -82,15 +82,21 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT records) in order of time; other pins' are passed over."""
+        """Take pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
+
+        What changes in the same cycle as E counts as changing after its fall and before its rise:
+        too late or too early.
+        """
         bits = self._bits[events["pin"]]
         mine = bits != 0
         if not mine.any():
             return
         bits, levels = bits[mine], (events["state"][mine] & 1).astype(bool)
         change = _changes(bits, levels, self._bus)
+        cycles = events["cycle"][mine]
+        order = np.lexsort((np.sign(change) * (bits == _ENABLE), cycles))
+        change, times_ns = change[order], cycles[order] * self._ns
         bus = self._bus + np.cumsum(change)
-        times_ns = events["cycle"][mine] * self._ns
         self._bus = int(bus[-1])
         self._judge(times_ns, change)
         falls = change == -_ENABLE

@@ -8,6 +8,7 @@
 
 #define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
 #define YIELD_NS 50000000L
+#define LOOK_CYCLES 400000      /* executed between looks at the clock: under 10 ms */
 #define SLEEP_OPCODE 0x9588
 #define WAKE_CYCLES 4
 
@@ -281,6 +282,7 @@ int hw_run(hw *h, uint64_t until) {
     struct timespec start;
     clock_gettime(CLOCK_MONOTONIC, &start);
     timer_set(h->stop, until);
+    uint64_t looked = h->avr->cycle - h->sleep_cycles;
     for (unsigned n = 1; h->avr->cycle < until; n++) {
         turn(h);
         int ended = over(h);
@@ -288,7 +290,11 @@ int hw_run(hw *h, uint64_t until) {
             return ended;
         if (h->log_full)
             return HW_YIELD;
-        if (n % 256 == 0 && elapsed_ns(&start) > YIELD_NS)
+        uint64_t executed = h->avr->cycle - h->sleep_cycles;
+        if (n % 1024 && executed - looked < LOOK_CYCLES)
+            continue;
+        looked = executed;
+        if (elapsed_ns(&start) > YIELD_NS)
             return HW_YIELD;
     }
     return HW_DONE;

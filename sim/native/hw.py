@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 Range = tuple[int, int]
@@ -11,9 +11,13 @@ Range = tuple[int, int]
 
 @dataclass(frozen=True)
 class Hw:
-    """The shim's functions, cffi, the processor (freed with its last user) and its clock."""
+    """The shim's functions, cffi, the processor (freed with its last user) and its clock.
+
+    kept -- Python objects C points to.
+    """
 
     lib: Any
     ffi: Any
     pointer: Any
     clock_hz: int
+    kept: list[Any] = field(default_factory=list)

@@ -55,11 +55,10 @@ class Line:
     ``search`` or ``ignore``.
     """
 
-    def __init__(self, hw: Hw, wire: Any, handle: Any) -> None:
+    def __init__(self, hw: Hw, wire: Any) -> None:
         self._hw = hw
         self._lib = hw.lib
         self._wire = wire
-        self._handle = handle  # C points to it
 
     def receive(self, bits: int) -> None:
         """Receive bits; they come to ``received``, first bit lowest."""
@@ -131,7 +130,8 @@ def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseExce
     wire = hw.lib.hw_onewire_new(hw.pointer, pin, handle, _cycles(hw, timing))
     if not wire:
         raise ValueError("There are too many 1-Wire chips on this pin or processor.")
-    return Line(hw, wire, handle)
+    hw.kept.append(handle)
+    return Line(hw, wire)
 
 
 def install(ffi: Any) -> None:

@@ -182,6 +182,14 @@ static int is_call(uint16_t op) {
     return (op & 0xf000) == 0xd000 || (op & 0xfe0e) == 0x940e || op == 0x9509 || op == 0x9519;
 }
 
+/* A jump to the start of another function is a call whose return the caller has passed on.
+   Vectors are such jumps too, but their handlers have been entered already. */
+static int is_tail_call(struct profile *p, uint32_t pc) {
+    uint16_t from = p->function_of_word[p->pc / 2], to = p->function_of_word[pc / 2];
+    return from != to && to != NO_FUNCTION && p->starts[to] == pc &&
+           from != p->function_of_word[0];
+}
+
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
 
 void profile_after(hw *h, uint32_t pc) {
@@ -195,9 +203,11 @@ void profile_after(hw *h, uint32_t pc) {
     if (sp < p->lowest)
         p->lowest = sp;
     if (is_call(op))
-        push(h, pc, p->sp, p->began, 0);
+        push(h, pc, p->sp, avr->cycle, 0);
     else if (is_return(op))
         pop(h);
+    else if (is_tail_call(p, pc))
+        push(h, pc, (uint16_t)(sp + avr->address_size), avr->cycle, 0);
     follow_mask(h, p->pc);
 }
 

@@ -142,8 +142,8 @@ def load() -> Any:
     spec = importlib.util.spec_from_file_location(MODULE, path)
     if spec is None or spec.loader is None:
         raise SimulatorMissing(f"{path} is not a Python module: delete it and try again.")
-    module = importlib.util.module_from_spec(spec)
     try:
+        module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     except ImportError as error:
         raise SimulatorMissing(f"{path.name} does not load ({error}): {INSTALL}") from error

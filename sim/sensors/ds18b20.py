@@ -62,13 +62,11 @@ def raw_code(temperature_c: float, resolution_bits: int) -> int:
 class Faults:
     """Ways to fail, set at any time.
 
-    dead -- conversions never change the reading; frozen -- they return the reading of the moment
-    this was set; slow -- conversions take this times the data sheet's longest; corrupt_next -- so
-    many scratchpad reads from now on carry a wrong bit; corrupt_rate -- share of reads that do
-    (0..1, seeded).
+    frozen -- conversions that start do not change the reading; slow -- they take this times the
+    data sheet's longest; corrupt_next -- so many scratchpad reads from now on carry a wrong bit;
+    corrupt_rate -- share of reads that do (0..1, seeded).
     """
 
-    dead: bool = False
     frozen: bool = False
     slow: float = 1.0
     corrupt_next: int = 0
@@ -149,7 +147,6 @@ class Ds18b20:
         self._raw = POWER_ON_RAW
         self._settings = _Settings.of(self._eeprom.raw)
         self._conversion: _Conversion | None = None
-        self._copying = 0
         self._alarm = False
         self._selected = False
         self._writing = False
@@ -199,15 +196,10 @@ class Ds18b20:
             self.line.receive(24)
         elif command == COPY:
             self._eeprom = _Settings.of(self._settings.raw)
-            self._busy(cycle, COPY_S)
+            self.line.busy(cycle + round(COPY_S * self._avr.clock_hz))
         elif command == RECALL:
             self._settings = _Settings.of(self._eeprom.raw)
         # SUPPLY reads as ones: not supplied by the line. Unknown commands: the same.
-
-    def _busy(self, cycle: int, seconds: float) -> int:
-        until = cycle + round(seconds * self._avr.clock_hz)
-        self.line.busy(until)
-        return until
 
     # -- measuring -----------------------------------------------------------------------------
 
@@ -217,19 +209,19 @@ class Ds18b20:
         return CONVERSION_S[self._settings.resolution_bits] * self.faults.slow
 
     def _convert(self, cycle: int) -> None:
-        until = self._busy(cycle, self.conversion_s)
         if self._conversion is None:
-            raw = raw_code(self.temperature_c, self._settings.resolution_bits)
-            self._conversion = _Conversion(until, raw)
             self.conversions += 1
+            until = cycle + round(self.conversion_s * self._avr.clock_hz)
+            raw = raw_code(self.temperature_c, self._settings.resolution_bits)
+            self._conversion = _Conversion(until, self._raw if self.faults.frozen else raw)
+        self.line.busy(self._conversion.ends)
 
     def _finish(self, cycle: int) -> None:
         done = self._conversion
         if done is None or cycle < done.ends:
             return
         self._conversion = None
-        if not (self.faults.dead or self.faults.frozen):
-            self._raw = done.raw
+        self._raw = done.raw
         high, low = (
             int.from_bytes(self._settings.alarms[i : i + 1], "little", signed=True) for i in (0, 1)
         )

@@ -289,7 +289,7 @@ def test_the_ready_interrupt_comes_as_long_as_nothing_is_written() -> None:
 
 
 def test_a_write_ends_through_a_reset() -> None:
-    avr = running("int main(void) { eeprom_write_byte((uint8_t *)3, 7); wdt_enable(0); for (;;) {} }")
+    avr = running("int main(void) { eeprom_write_byte((uint8_t *)3, 7); for (;;) {} }")
     avr.run(0.001)
     avr.reset()
     assert avr.eeprom.writing is not None
@@ -298,7 +298,7 @@ def test_a_write_ends_through_a_reset() -> None:
 
 def test_a_program_brings_its_eeprom() -> None:
     avr = running(
-        "uint8_t settings[3] EEMEM = {1, 2, 3}; int main(void) { return eeprom_read_byte(settings); }"
+        "uint8_t kept[3] EEMEM = {1, 2, 3}; int main(void) { return eeprom_read_byte(kept); }"
     )
     assert avr.eeprom.contents[:4] == b"\x01\x02\x03\xff"
 

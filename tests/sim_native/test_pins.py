@@ -53,7 +53,9 @@ def test_every_driver_in_its_order_of_strength() -> None:
 
 
 def test_a_floating_pin_keeps_its_level() -> None:
-    avr = running("int main(void) { DDRB = 1; PORTB = 1; PORTB = 1; DDRB = 0; PORTB = 0; for (;;) {} }")
+    avr = running(
+        "int main(void) { DDRB = 1; PORTB = 1; PORTB = 1; DDRB = 0; PORTB = 0; for (;;) {} }"
+    )
     avr.pins.watch("PB0")
     avr.run(0.001)
     assert states(avr)[-1] == (1, Source.FLOATING)
@@ -98,7 +100,10 @@ def test_high_time_is_exact() -> None:
     avr = running(
         """int main(void) {
             DDRB = 1;
-            for (;;) { PINB = 1; __builtin_avr_delay_cycles(997); PINB = 1; __builtin_avr_delay_cycles(2993); }
+            for (;;) {
+                PINB = 1; __builtin_avr_delay_cycles(997);
+                PINB = 1; __builtin_avr_delay_cycles(2993);
+            }
         }"""
     )
     number = avr.pins.watch("PB0")
@@ -116,7 +121,8 @@ def test_high_time_is_exact() -> None:
 def test_a_reset_lets_go_of_the_pins_at_once() -> None:
     avr = running(
         """int main(void) {
-            __builtin_avr_delay_cycles(16000); DDRD = 8; PORTD = 8; wdt_enable(WDTO_30MS); for (;;) {}
+            __builtin_avr_delay_cycles(16000); DDRD = 8; PORTD = 8;
+            wdt_enable(WDTO_30MS); for (;;) {}
         }"""
     )
     avr.pins.pull("PD3", "low")
@@ -134,14 +140,28 @@ TIMERS = {
     "timer2 fast": ("PD3", 256, 8, "TCCR2A = 0x03 | COM << 4; TCCR2B = 0x02;", "OCR2B"),
     # Mode 14 on timer 1, channel A on PB1; TOP 999, prescaler 1.
     "timer1 mode 14": (
-        "PB1", 1000, 1, "ICR1 = 999; TCCR1A = 0x02 | COM << 6; TCCR1B = 0x19;", "OCR1A"
+        "PB1",
+        1000,
+        1,
+        "ICR1 = 999; TCCR1A = 0x02 | COM << 6; TCCR1B = 0x19;",
+        "OCR1A",
     ),
     # Mode 15 on timer 1, channel B; TOP OCR1A.
     "timer1 mode 15": (
-        "PB2", 400, 8, "OCR1A = 399; TCCR1A = 0x03 | COM << 4; TCCR1B = 0x1a;", "OCR1B"
+        "PB2",
+        400,
+        8,
+        "OCR1A = 399; TCCR1A = 0x03 | COM << 4; TCCR1B = 0x1a;",
+        "OCR1B",
     ),
     # Mode 7 on timer 0, channel B; TOP OCR0A.
-    "timer0 mode 7": ("PD5", 100, 64, "OCR0A = 99; TCCR0A = 0x03 | COM << 4; TCCR0B = 0x0b;", "OCR0B"),
+    "timer0 mode 7": (
+        "PD5",
+        100,
+        64,
+        "OCR0A = 99; TCCR0A = 0x03 | COM << 4; TCCR0B = 0x0b;",
+        "OCR0B",
+    ),
 }
 
 

@@ -201,7 +201,8 @@ def test_entering_an_interrupt_takes_the_parts_four_cycles() -> None:
     avr = running(
         """
         ISR(TIMER1_COMPA_vect, ISR_NAKED) {
-            asm volatile("lds r24, %0\\n\\tsts 0x100, r24\\n\\t1: rjmp 1b" :: "n"(_SFR_MEM_ADDR(TCNT1)));
+            asm volatile("lds r24, %0\\n\\tsts 0x100, r24\\n\\t1: rjmp 1b"
+                         :: "n"(_SFR_MEM_ADDR(TCNT1)));
         }
         int main(void) {
             TCCR1B = _BV(WGM12) | _BV(CS10);

@@ -1,0 +1,314 @@
+"""The DS18B20 against its data sheet, by way of a plain master on a simulated processor."""
+
+from dataclasses import replace
+
+import pytest
+from avr_firmware import powered, shared
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.native.one_wire import Timing
+from heatwright.sim.sensors.ds18b20 import CONVERSION_S, Ds18b20, crc8, raw_code, rom_code
+
+SKIP, CONVERT, READ, WRITE, COPY, RECALL, SUPPLY = 0xCC, 0x44, 0xBE, 0x4E, 0x48, 0xB8, 0xB4
+POWER_ON = bytes([0x50, 0x05, 75, 70, 0x7F, 0xFF, 0x0C, 0x10])
+
+
+class Master:
+    """Sends requests through the firmware thermometer.c."""
+
+    def __init__(self, *flags: str) -> None:
+        self.program = shared("thermometer.c", *flags)
+        self.avr: Avr = powered(self.program)
+        self.request = Variables(self.program)["request"]
+
+    def ask(self, *send: int, receive: int = 0) -> bytes:
+        """Reset, send, read (255: search)."""
+        body = bytes([len(send), receive, *send]).ljust(18, b"\0")
+        self.avr.write_ram(self.request.address, body)
+        done = self.field("done")
+        self.avr.write_ram(self.request.step("go").address, b"\1")
+        while self.field("done") == done:
+            self.avr.run(0.0002)
+        count = 8 if receive == 255 else receive
+        return self.avr.read_ram(self.request.step("data").address, count)
+
+    def field(self, name: str) -> int:
+        member = self.request.step(name)
+        return int.from_bytes(self.avr.read_ram(member.address, member.size), "little")
+
+    @property
+    def answered(self) -> bool:
+        return self.field("answered") == 1
+
+
+@pytest.fixture
+def master() -> Master:
+    return Master()
+
+
+@pytest.fixture
+def chip(master: Master) -> Ds18b20:
+    found = Ds18b20(master.avr, "PC1", serial=0x123456789A)
+    master.avr.run(0.001)
+    return found
+
+
+def test_crc_of_the_application_note() -> None:
+    """Maxim application note 27: the code 02 1C B8 01 00 00 00 has the CRC A2."""
+    assert crc8(bytes.fromhex("021cb801000000")) == 0xA2
+    assert crc8(rom_code(99)) == 0
+
+
+@pytest.mark.parametrize(
+    ("temperature_c", "code"),
+    [
+        (125, 0x07D0),
+        (85, 0x0550),
+        (25.0625, 0x0191),
+        (10.125, 0x00A2),
+        (0.5, 0x0008),
+        (0, 0),
+        (-0.5, 0xFFF8),
+        (-10.125, 0xFF5E),
+        (-25.0625, 0xFE6F),
+        (-55, 0xFC90),
+        (200, 0x07D0),
+        (-100, 0xFC90),
+    ],
+)
+def test_codes_of_the_data_sheet(temperature_c: float, code: int) -> None:
+    assert raw_code(temperature_c, 12) & 0xFFFF == code
+
+
+@pytest.mark.parametrize("bits", [9, 10, 11, 12])
+def test_bits_below_the_resolution_are_ones(bits: int) -> None:
+    undefined = (1 << (12 - bits)) - 1
+    assert raw_code(20.0, bits) == 320 | undefined
+    assert raw_code(-20.0, bits) & undefined == undefined
+
+
+def test_the_power_on_scratchpad(master: Master, chip: Ds18b20) -> None:
+    assert master.ask(SKIP, READ, receive=9) == POWER_ON + bytes([crc8(POWER_ON)])
+    assert master.answered
+    assert chip.line.violations == 0
+
+
+def test_read_rom_and_search_find_the_chip(master: Master, chip: Ds18b20) -> None:
+    assert master.ask(0x33, receive=8) == chip.rom
+    assert master.ask(0xF0, receive=255) == chip.rom
+
+
+def test_match_rom_selects_the_chip_with_that_code(master: Master, chip: Ds18b20) -> None:
+    read = master.ask(0x55, *chip.rom, READ, receive=9)
+    assert crc8(read) == 0
+    assert master.ask(0x55, *rom_code(7), READ, receive=9) == b"\xff" * 9
+
+
+def test_alarm_search_finds_it_only_beyond_its_limits(master: Master, chip: Ds18b20) -> None:
+    for temperature_c, found in ((71.0, False), (75.0, True), (72.0, False), (70.9, True)):
+        chip.temperature_c = temperature_c
+        master.ask(SKIP, CONVERT)
+        master.avr.run(0.8)
+        assert (master.ask(0xEC, receive=255) == chip.rom) == found
+
+
+@pytest.mark.parametrize("bits", [9, 10, 11, 12])
+def test_a_conversion_takes_its_time(master: Master, chip: Ds18b20, bits: int) -> None:
+    master.ask(SKIP, WRITE, 0x55, 0xAA, (bits - 9) << 5 | 0x1F)
+    chip.temperature_c = 50.0
+    assert master.ask(SKIP, CONVERT, receive=1) == b"\0"
+    chip.temperature_c = 90.0  # too late: it is taken at the start
+    master.avr.run(CONVERSION_S[bits] - 0.005)
+    early = master.ask(SKIP, READ, receive=9)
+    assert early[:2] == POWER_ON[:2]
+    master.avr.run(0.005)
+    late = master.ask(SKIP, READ, receive=9)
+    assert int.from_bytes(late[:2], "little") == raw_code(50.0, bits)
+    assert late[2:5] == bytes([0x55, 0xAA, (bits - 9) << 5 | 0x1F])
+    assert crc8(late) == 0
+
+
+def test_read_slots_tell_when_a_conversion_is_over(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, WRITE, 0, 0, 0x1F)
+    data = master.ask(SKIP, CONVERT, receive=16)
+    assert data == bytes(16)
+    chip.faults.slow = 0.01
+    assert master.ask(SKIP, CONVERT, receive=16) == bytes(16)  # the first is still going on
+    master.avr.run(0.1)
+    assert master.ask(SKIP, CONVERT, receive=16)[3:] == b"\xff" * 13
+
+
+def test_copy_and_recall_keep_the_settings(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, WRITE, 0x55, 0xAA, 0x1F)
+    chip.brown_out()
+    assert master.ask(SKIP, READ, receive=9)[2:5] == POWER_ON[2:5]
+    master.ask(SKIP, WRITE, 0x55, 0xAA, 0x1F)
+    assert master.ask(SKIP, COPY, receive=1) == b"\0"
+    master.avr.run(0.011)
+    chip.brown_out()
+    assert master.ask(SKIP, READ, receive=9)[:5] == bytes([0x50, 0x05, 0x55, 0xAA, 0x1F])
+    master.ask(SKIP, WRITE, 1, 2, 0x7F)
+    master.ask(SKIP, RECALL)
+    assert master.ask(SKIP, READ, receive=9)[2:5] == bytes([0x55, 0xAA, 0x1F])
+
+
+def test_a_write_cut_short_changes_nothing(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, WRITE, 0x55, 0xAA)
+    assert master.ask(SKIP, READ, receive=9)[2:5] == POWER_ON[2:5]
+
+
+def test_it_is_not_supplied_by_the_line(master: Master, chip: Ds18b20) -> None:
+    assert master.ask(SKIP, SUPPLY, receive=1) == b"\xff"
+
+
+def test_configuration_bits_that_cannot_be_written(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, WRITE, 0, 0, 0x80)
+    assert master.ask(SKIP, READ, receive=9)[4] == 0x1F
+
+
+def test_an_unplugged_chip_is_silent_and_starts_anew(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, WRITE, 0x55, 0xAA, 0x1F)
+    chip.unplug()
+    assert master.ask(SKIP, READ, receive=9) == b"\xff" * 9
+    assert not master.answered
+    chip.plug()
+    assert master.ask(SKIP, READ, receive=9)[:8] == POWER_ON
+    assert master.answered
+
+
+def test_a_shorted_line(master: Master, chip: Ds18b20) -> None:
+    chip.short("low")
+    assert master.ask(SKIP, READ, receive=9) == bytes(9)
+    assert master.answered  # a line that stays low looks like a presence pulse ...
+    assert not master.field("idle_high")  # ... but for its being low ever after
+    chip.short("high")
+    assert master.ask(SKIP, READ, receive=9) == b"\xff" * 9
+    assert not master.answered
+    chip.short(None)
+    assert master.ask(SKIP, READ, receive=9)[:8] == POWER_ON
+    with pytest.raises(ValueError, match="shorted low or high"):
+        chip.short("sideways")
+
+
+def test_a_short_to_ground_that_ends_looks_like_a_reset(master: Master, chip: Ds18b20) -> None:
+    before = chip.line.resets
+    chip.short("low")
+    master.avr.run(0.001)
+    chip.short(None)
+    master.avr.run(0.001)
+    assert chip.line.resets == before + 1
+
+
+def test_corrupted_reads(master: Master, chip: Ds18b20) -> None:
+    chip.faults.corrupt_next = 2
+    assert [bool(crc8(master.ask(SKIP, READ, receive=9))) for _ in range(3)] == [True, True, False]
+    chip.faults.corrupt_rate = 0.5
+    wrong = [bool(crc8(master.ask(SKIP, READ, receive=9))) for _ in range(40)]
+    assert 10 < sum(wrong) < 30
+    again = Ds18b20(master.avr, "PC2", serial=0x123456789A)
+    assert (
+        again._random.random() == Ds18b20(master.avr, "PC3", serial=0x123456789A)._random.random()
+    )
+
+
+def test_a_chip_that_does_not_measure(master: Master, chip: Ds18b20) -> None:
+    chip.temperature_c = 40.0
+    master.ask(SKIP, CONVERT)
+    master.avr.run(0.8)
+    chip.faults.frozen = True
+    chip.temperature_c = 60.0
+    master.ask(SKIP, CONVERT)
+    master.avr.run(0.8)
+    assert int.from_bytes(master.ask(SKIP, READ, receive=9)[:2], "little") == 640
+
+
+def test_two_chips_on_one_line(master: Master) -> None:
+    """Both answer: a search finds one of them, Match ROM talks to either."""
+    chips = [Ds18b20(master.avr, "PC1", serial=serial) for serial in (1, 2)]
+    chips[0].temperature_c, chips[1].temperature_c = 30.0, 60.0
+    master.avr.run(0.001)
+    master.ask(SKIP, CONVERT)
+    master.avr.run(0.8)
+    for chip in chips:
+        data = master.ask(0x55, *chip.rom, READ, receive=9)
+        assert int.from_bytes(data[:2], "little") == chip.temperature_c * 16
+
+
+CORNERS = {
+    "presence as soon and short as allowed": Timing(presence_wait=15, presence_low=60),
+    "presence as late and long as allowed": Timing(presence_wait=60, presence_low=240),
+    "samples and lets go at once": Timing(sample=15.5, hold=15),
+    "samples and lets go late": Timing(sample=59.5, hold=60),
+}
+
+
+@pytest.mark.parametrize("corner", CORNERS)
+def test_chips_at_the_corners_of_the_data_sheet(corner: str) -> None:
+    """The master samples presence at 70 µs, when every chip that keeps the limits is there."""
+    master = Master()
+    chip = Ds18b20(master.avr, "PC1", timing=CORNERS[corner])
+    master.avr.run(0.001)
+    assert master.ask(SKIP, READ, receive=9)[:8] == POWER_ON
+    assert master.answered
+    assert chip.line.violations == 0
+
+
+def test_other_times_from_now_on(master: Master, chip: Ds18b20) -> None:
+    chip.line.retime(replace(Timing(), presence_wait=80))
+    master.ask(SKIP)
+    assert not master.answered
+
+
+FAULTY_MASTERS = {
+    "reset_low": ("RESET_LOW_US", 300),
+    "reset_high": ("RESET_HIGH_US", 300),
+    "one_low": ("ONE_LOW_US", 17),
+    "zero_low": ("ZERO_LOW_US", 50),
+    "slot": ("SLOT_US", 45),
+    "read_at": ("READ_AT_US", 16),
+}
+
+
+@pytest.mark.parametrize("phase", FAULTY_MASTERS)
+def test_a_master_out_of_limits_is_noticed(phase: str) -> None:
+    name, value = FAULTY_MASTERS[phase]
+    flags = [f"-D{name}={value}"]
+    if phase in {"slot", "one_low"}:
+        flags += ["-DREAD_AT_US=20", "-DZERO_LOW_US=40"]
+    master = Master(*flags)
+    chip = Ds18b20(master.avr, "PC1")
+    master.avr.run(0.001)
+    master.ask(SKIP, READ, receive=2)
+    phases = chip.line.phases
+    assert phases[phase].violations > 0
+    assert chip.line.violations >= phases[phase].violations
+
+
+def test_phases_are_measured(master: Master, chip: Ds18b20) -> None:
+    master.ask(SKIP, READ, receive=9)
+    phases = chip.line.phases
+    assert phases["reset_low"].least == pytest.approx(500, abs=2)
+    assert phases["zero_low"].most == pytest.approx(70, abs=2)
+    assert phases["one_low"].most == pytest.approx(5, abs=2)
+    assert phases["read_at"].most == pytest.approx(10, abs=2)
+    assert phases["recovery"].least == pytest.approx(5, abs=2)
+    assert phases["reset_high"].least > 480
+
+
+def test_what_a_chip_raises_comes_out_of_the_run(master: Master) -> None:
+    class Broken:
+        def received(self, first: bool, data: bytes, cycle: int) -> None:
+            raise RuntimeError(f"broken chip {first} {data!r} {cycle > 0}")
+
+    master.avr.one_wire("PC1", Broken())
+    master.avr.run(0.001)
+    with pytest.raises(RuntimeError, match=r"broken chip True b'.xcc' True"):
+        master.ask(SKIP)
+
+
+def test_too_many_chips(master: Master) -> None:
+    for serial in range(8):
+        Ds18b20(master.avr, "PC1", serial=serial)
+    with pytest.raises(ValueError, match="too many 1-Wire chips"):
+        Ds18b20(master.avr, "PC1", serial=8)

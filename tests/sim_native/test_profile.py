@@ -1,0 +1,119 @@
+"""Profiling: cycles by function, stretches, stack, coverage; waveforms."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from avr_firmware import CLOCK_HZ, compiled, powered, shared
+from vcd.reader import TokenKind, tokenize
+
+from heatwright.sim.vcd import VcdRecorder
+
+SOURCE = """
+volatile uint8_t n;
+ISR(TIMER1_COMPA_vect) { __builtin_avr_delay_cycles(300); n++; }
+__attribute__((noinline)) void waits(void) { __builtin_avr_delay_cycles(5000); }
+__attribute__((noinline)) void calls(void) { waits(); waits(); }
+__attribute__((noinline)) void never(void) { n = 0; }
+__attribute__((noinline)) void masks(void) { cli(); __builtin_avr_delay_cycles(700); sei(); }
+int main(void) {
+    TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 1999; TIMSK1 = _BV(OCIE1A);
+    sleep_enable(); sei();
+    for (;;) {
+        calls(); masks();
+        for (uint8_t i = 0; i < 10; i++) sleep_cpu();
+        if (n == 255) never();
+    }
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def profile():  # type: ignore[no-untyped-def]
+    program = compiled(SOURCE)
+    avr = powered(program)
+    found = avr.profile(program)
+    found.trace("calls")
+    found.trace("__vector_11")
+    avr.run(0.005)
+    yield found, avr
+    found.stop()
+    avr.run(0.001)
+
+
+def test_cycles_by_function(profile) -> None:  # type: ignore[no-untyped-def]
+    functions = profile[0].functions
+    waits, calls, isr = functions["waits"], functions["calls"], functions["__vector_11"]
+    assert waits.calls == 2 * calls.calls  # the second call is a jump: calls' last act
+    assert waits.longest == pytest.approx(5000, abs=12)  # interrupts not counted
+    assert calls.longest == pytest.approx(2 * waits.longest, abs=20)
+    assert isr.longest == pytest.approx(300 + 4 + 3 + 27, abs=15)
+    assert waits.own == waits.total
+    assert calls.own < 30 * calls.calls
+    assert "never" not in functions
+    awake = profile[1].cycle - profile[1].sleep_cycles
+    entries = sum(8 * function.calls for name, function in functions.items() if "vector" in name)
+    assert 0 <= awake - sum(function.own for function in functions.values()) <= entries
+
+
+def test_entries(profile) -> None:  # type: ignore[no-untyped-def]
+    cycles = profile[0].entries("calls")
+    assert len(cycles) == profile[0].functions["calls"].calls
+
+
+def test_the_longest_stretches(profile) -> None:  # type: ignore[no-untyped-def]
+    masked, busy = profile[0].masked, profile[0].busy
+    assert masked.function == "masks"
+    assert masked.cycles == pytest.approx(702, abs=4)
+    assert masked.seconds == masked.cycles / CLOCK_HZ
+    assert busy.function == "waits"
+    assert busy.cycles == pytest.approx(5000, abs=10)
+
+
+def test_lines_reached_and_missed(profile) -> None:  # type: ignore[no-untyped-def]
+    lines = profile[0].lines()["test.c"]
+    assert 3 in lines.reached
+    assert 6 in lines.missed
+    assert {4, 5, 7} <= lines.reached
+
+
+def test_only_one_profile_at_a_time() -> None:
+    program = shared("blink.c")
+    avr = powered(program)
+    first = avr.profile(program)
+    with pytest.raises(ValueError, match="already being profiled"):
+        avr.profile(program)
+    first.stop()
+    avr.profile(program)
+
+
+def test_jitter_of_a_tick() -> None:
+    program = shared("blink.c")
+    avr = powered(program)
+    profile = avr.profile(program)
+    profile.trace("__vector_11")
+    avr.run(1)
+    assert set(np.diff(profile.entries("__vector_11").astype(int))) == {160_000}
+
+
+def test_waveforms(tmp_path: Path) -> None:
+    program = compiled(
+        """int main(void) {
+            DDRB = 1; PORTB = 1; _delay_us(100); PORTB = 0; DDRB = 0;
+            UBRR0 = 103; UCSR0B = _BV(TXEN0); UDR0 = 'A'; for (;;) {}
+        }"""
+    )
+    avr = powered(program)
+    avr.pins.watch("PB0")
+    with VcdRecorder(tmp_path / "x.vcd", {"D8": "PB0"}, avr.clock_hz) as recorder:
+        for _ in range(4):
+            avr.run(0.00008)
+            recorder.feed(avr.pins.take(), avr.uarts.take())
+    tokens = list(tokenize((tmp_path / "x.vcd").open("rb")))
+    times = [token.time_change for token in tokens if token.kind is TokenKind.CHANGE_TIME]
+    values = [
+        token.scalar_change.value for token in tokens if token.kind is TokenKind.CHANGE_SCALAR
+    ]
+    assert values == ["z", "0", "1", "0", "z"]
+    assert times[2] - times[1] == pytest.approx(125, abs=130)
+    assert max(times) == pytest.approx(101_000, abs=5_000)

@@ -1,0 +1,162 @@
+"""ELF files and their debug information."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from avr_firmware import compiled, powered, shared
+
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.elf import Elf, ElfError
+
+SOURCE = """
+typedef enum { OFF, ON = 3 } mode_t;
+struct point { int16_t x, y; };
+struct state {
+    uint8_t code; float temperature; bool latched; mode_t mode; int32_t big; uint64_t huge;
+    struct point path[3]; uint8_t grid[2][4]; const char *name; double also; int8_t small;
+    union { uint16_t word; uint8_t bytes[2]; } both;
+};
+volatile struct state state;
+static volatile uint8_t hidden;
+const uint32_t spec_digest PROGMEM __attribute__((used)) = 0x12ab34cd;
+uint8_t in_eeprom[4] EEMEM = {1, 2, 3, 4};
+volatile uint16_t initialised = 0x1234;
+volatile uint8_t kept __attribute__((section(".noinit")));
+int main(void) {
+    static volatile uint8_t local = 9;
+    state.code = 7; state.temperature = 1.5f; state.latched = true; state.mode = ON;
+    state.big = -5; state.huge = 1ULL << 40; state.path[2].y = -7; state.grid[1][3] = 99;
+    state.small = -1; state.both.word = 0x0102; hidden = local; kept = in_eeprom[0];
+    for (;;) {}
+}
+"""
+
+
+@pytest.fixture(params=["", "-flto"], ids=["plain", "lto"])
+def program(request: pytest.FixtureRequest) -> Elf:
+    return compiled(SOURCE, *([request.param] if request.param else []))
+
+
+def test_every_kind_of_variable(program: Elf) -> None:
+    variables = Variables(program)
+    types = {
+        "state.code": "u1",
+        "state.temperature": "<f4",
+        "state.latched": "?",
+        "state.mode": "u1" if variables["state.mode"].size == 1 else "<u2",
+        "state.big": "<i4",
+        "state.huge": "<u8",
+        "state.path[2].y": "<i2",
+        "state.grid[1][3]": "u1",
+        "state.name": "<u2",
+        "state.also": "<f4",
+        "state.small": "i1",
+        "state.both.word": "<u2",
+        "state.both.bytes[1]": "u1",
+        "hidden": "u1",
+        "initialised": "<u2",
+        "local": "u1",
+        "kept": "u1",
+    }
+    assert {name: variables[name].dtype for name in types} == {
+        name: np.dtype(kind) for name, kind in types.items()
+    }
+    first, end = program.static_ram
+    for name in types:
+        assert (
+            first <= variables[name].address < variables[name].address + variables[name].size <= end
+        )
+
+
+def test_values_as_the_program_sets_them(program: Elf) -> None:
+    avr = powered(program)
+    avr.run(0.001)
+    first, end = program.static_ram
+    image = np.frombuffer(avr.read_ram(first, end - first), np.uint8).reshape(1, -1)
+    seen = Variables(program).decode(image, first, ["state", "hidden", "initialised"])[0]
+    state = seen["state"]
+    assert (state["code"], state["temperature"], state["latched"]) == (7, 1.5, True)
+    assert (state["mode"], state["big"], state["huge"], state["small"]) == (3, -5, 1 << 40, -1)
+    assert (state["path"][2]["y"], state["grid"][1][3]) == (-7, 99)
+    assert (state["both"]["word"], state["both"]["bytes"].tolist()) == (0x0102, [2, 1])
+    assert (seen["hidden"], seen["initialised"]) == (9, 0x1234)
+
+
+def test_names_that_are_not_there(program: Elf) -> None:
+    variables = Variables(program)
+    for name, message in (
+        ("nowhere", "no variable nowhere"),
+        ("state.nothing", "state has no member nothing .it has code, temp"),
+        ("state.path[3]", "no element 3"),
+        ("hidden[0]", "hidden has no element 0"),
+        ("state..code", "not the name"),
+        ("", "not the name"),
+        ("state code", "not the name"),
+    ):
+        assert name not in variables
+        with pytest.raises(ElfError, match=message):
+            variables[name]
+    assert "state.code" in variables
+
+
+def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.c").write_text(
+            f"static volatile char same; void {name}(void) {{ same++; }}"
+        )
+    program = compiled(
+        "void a(void); void b(void); int main(void) { a(); b(); for (;;) {} }",
+        *["-x", "c", str(tmp_path / "a.c"), str(tmp_path / "b.c")],
+    )
+    variables = Variables(program)
+    assert variables["a.c:same"].address != variables["b.c:same"].address
+    with pytest.raises(ElfError, match="several files: name the file"):
+        variables["same"]
+
+
+def test_variables_outside_the_images() -> None:
+    variables = Variables(compiled(SOURCE))
+    images = np.zeros((2, 4), np.uint8)
+    with pytest.raises(ElfError, match="hidden is not in the RAM range"):
+        variables.decode(images, 0x700, ["hidden"])
+
+
+def test_no_debug_information() -> None:
+    """Debian's avr-gcc writes stabs for -g alone."""
+    for flag in ("-g0", "-gstabs"):
+        with pytest.raises(ElfError, match="-gdwarf-2"):
+            Variables(compiled(SOURCE, flag))["state"]
+
+
+def test_constants_in_flash(program: Elf) -> None:
+    assert int.from_bytes(program.flash_bytes("spec_digest", 4), "little") == 0x12AB34CD
+    with pytest.raises(ElfError, match="no constant nothing"):
+        program.flash_bytes("nothing", 4)
+    assert program.eeprom == b"\x01\x02\x03\x04"
+
+
+def test_functions() -> None:
+    program = shared("blink.c")
+    main = program.function("main")
+    assert program.function_at(main.start) == main
+    assert program.function_at(main.end - 1) == main
+    assert program.function_at(main.end) != main
+    assert program.function_at(len(program.flash) + 100) is None
+    assert all(
+        first.end == second.start
+        for first, second in zip(program.functions, program.functions[1:], strict=False)
+    )
+    with pytest.raises(ElfError, match="no function nothing"):
+        program.function("nothing")
+
+
+def test_files_that_are_no_program(tmp_path: Path) -> None:
+    path = tmp_path / "x.elf"
+    path.write_bytes(b"hello")
+    with pytest.raises(ElfError, match="not an ELF file"):
+        Elf(path)
+    with pytest.raises(ElfError, match="not a linked AVR program"):
+        Elf("/bin/sh")
+    with pytest.raises(FileNotFoundError):
+        Elf(tmp_path / "absent.elf")
