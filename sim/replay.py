@@ -3,9 +3,9 @@
 What went into each step is fed to the reference: the reading, the setpoint, the operator's
 acknowledgement. Every other member of the state must come out equal, to the last bit.
 
-Two inputs are not in the log as such. An acknowledgement shows in that the fault or the guard's
-history is gone. A fault that outlived a reset shows in the first step after the reset; those are
-listed in `ReplayResult.restored`, for whoever knows whether there was one.
+Two inputs are not in the log as such. An acknowledgement shows in its count. A fault that outlived
+a reset, or caused it, shows in the first step after the reset; those are listed in
+`ReplayResult.restored`, for whoever knows whether there was one.
 """
 
 from dataclasses import dataclass
@@ -20,6 +20,8 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
 MOST_SHOWN = 10
+
+ACKNOWLEDGEMENTS = "fault.acknowledgements"
 
 
 class ReplayError(ValueError):
@@ -137,19 +139,22 @@ class _Player:
     def play(self, number: int, row: np.void) -> tuple[object, ...]:
         if self._last is None or self._is_reset(row, self._last):
             return self._first_of_segment(number, row)
-        acknowledged = _is_acknowledged(row, self._last)
+        acknowledged = bool(row[ACKNOWLEDGEMENTS] != self._last[ACKNOWLEDGEMENTS])
         self._last = row
         return _fed(self._reference, row, acknowledge=acknowledged)
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1
         self._last = row
-        self._reference = Reference(self._controller, self._loop)
-        values = _fed(self._reference, row, acknowledge=False)
+        values = self._begun_with(0, row)
         code = int(row["fault.code"])
         if not code or self._reference.fault_code:
             return values
         self.restored.append(Restored(number, code))
+        return self._begun_with(code, row)
+
+    def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
+        """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
         self._reference.restore(code, Single(row["fault.temperature_c"]))
         return _fed(self._reference, row, acknowledge=False)
@@ -167,16 +172,6 @@ def _fed(reference: Reference, row: np.void, *, acknowledge: bool) -> tuple[obje
         acknowledge=acknowledge,
     )
     return tuple(record.values())
-
-
-def _is_acknowledged(row: np.void, last: np.void) -> bool:
-    """Tell whether the operator acknowledged the fault between two steps.
-
-    If the same fault trips again at once, only the guard's fresh start shows it.
-    """
-    if not last["fault.code"]:
-        return False
-    return bool(not row["fault.code"] or row["guard.fresh"] > last["guard.fresh"])
 
 
 def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -9,8 +9,8 @@ from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
 class Course(Protocol):
     """Course of an output in time; all times in microseconds since the start."""
 
-    def apply(self, duty_percent: float, counts: int) -> None:
-        """Take over what a control step asks for, now."""
+    def apply(self, counts: int) -> None:
+        """Take over the counts of a control step, now."""
 
     def advance(self, to_us: int) -> float:
         """Go on to a time and return for how many microseconds the output was active."""
@@ -25,7 +25,7 @@ class SteadyCourse:
         self._share = 0.0
         self._now_us = 0
 
-    def apply(self, duty_percent: float, counts: int) -> None:  # noqa: ARG002
+    def apply(self, counts: int) -> None:
         """Set the share."""
         self._share = counts / self._whole
 
@@ -48,12 +48,12 @@ class WindowCourse:
         self._off_us = 0
         self._counts = 0
 
-    def apply(self, duty_percent: float, counts: int) -> None:
+    def apply(self, counts: int) -> None:
         """Set the on-time of the windows that begin from now on; zero switches off at once."""
         self._counts = counts
         if self._start_us < 0 or self._now_us == self._start_us:
             self._open()
-        if duty_percent == 0:
+        if counts == 0:
             self._off_us = min(self._off_us, self._now_us)
 
     def advance(self, to_us: int) -> float:

@@ -100,7 +100,7 @@ class ReferenceDevice:
             0, self._raw, self._hand.setpoint_c, acknowledge=self._hand.take_acknowledgement()
         )
         self._rows.append((self._step_us / SECOND_US, *record.values()))
-        self._course.apply(float(record["duty_percent"]), self._reference.output.counts)
+        self._course.apply(self._reference.output.counts)
         self._step_us += self._period_us
         self._sampled = False
 

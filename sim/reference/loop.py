@@ -23,7 +23,11 @@ LOOP_MEMBERS: tuple[Member, ...] = (
     ("missing", "u1"),
     ("has_reading", "u1"),
 )
-FAULT_MEMBERS: tuple[Member, ...] = (("code", "u1"), ("temperature_c", "f4"))
+FAULT_MEMBERS: tuple[Member, ...] = (
+    ("code", "u1"),
+    ("acknowledgements", "u1"),
+    ("temperature_c", "f4"),
+)
 
 
 class Control(Protocol):
@@ -63,6 +67,7 @@ class Reference:
         self._has_reading = 0
         self.fault_code = 0
         self.fault_temperature_c = ZERO
+        self._acknowledgements = 0
 
     def restore(self, fault_code: int, temperature_c: Single) -> None:
         """Take over a fault that outlived a reset."""
@@ -84,6 +89,7 @@ class Reference:
         """
         if acknowledge and self.fault_code:
             self.fault_code = 0
+            self._acknowledgements = (self._acknowledgements + 1) & 0xFF
             self._guard.reset()
         self._steps = (self._steps + 1) & 0xFFFF
         look = self._take(status, raw, setpoint)
@@ -145,6 +151,7 @@ class Reference:
             *self._guard.values(),
             *self._control.values(),
             self.fault_code,
+            self._acknowledgements,
             self.fault_temperature_c,
             *self.output.values(),
         )

@@ -40,14 +40,14 @@ def test_lead_adds_the_filtered_slope(vary):
     assert duties(records) == [100, 0, 0, 100]  # expected 48, 51, 50, 49.5 °C
 
 
-def test_slope_over_missing_readings_is_their_mean(vary):
-    player = on_off(vary, lead="4 s")
-    player.feed(40.0)
-    player.miss()
+def test_the_slope_is_kept_over_missing_readings(vary):
+    player = on_off(vary, lead="4 s", lead_filter="1 s")
+    player.feed_all([40.0, 41.0])
     kept = player.miss()
     assert kept["algorithm.heating"] == 1
     assert kept["duty_percent"] == 0
-    assert player.feed(43.0)["algorithm.rate_k_per_s"] == 1.0
+    assert player.feed(43.0)["algorithm.rate_k_per_s"] == 0.5
+    assert player.feed(44.0)["algorithm.rate_k_per_s"] == 0.75
 
 
 def test_a_fault_resets_on_off(vary):
@@ -116,11 +116,13 @@ def test_derivative_of_the_error_sees_the_setpoint(vary):
     assert record["duty_percent"] == 10.5 + 8 * 4.75
 
 
-def test_derivative_over_missing_readings_is_their_mean(vary):
-    player = pid(vary, kp=1, kd=8)
-    player.feed(40.0)
+@pytest.mark.parametrize("kind", ["error", "measurement"])
+def test_the_derivative_is_kept_over_missing_readings(vary, kind):
+    player = pid(vary, kp=1, kd=8, derivative_of=kind, derivative_filter="1 s")
+    player.feed_all([40.0, 41.0])
     player.miss()
-    assert player.feed(43.0)["algorithm.derivative"] == -1.5
+    assert player.feed(43.0)["algorithm.derivative"] == -0.5
+    assert player.feed(44.0)["algorithm.derivative"] == -0.75
 
 
 def test_a_fault_resets_pid_but_for_the_last_value(vary):

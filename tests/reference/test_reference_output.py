@@ -60,7 +60,7 @@ def test_short_pulses_and_pauses_are_left_out(vary):
 def test_a_window_is_on_first_and_off_then():
     course = WindowCourse(1_000_000, 10_000)
     assert course.advance(500_000) == 0
-    course.apply(25.0, 25)
+    course.apply(25)
     assert course.advance(600_000) == 100_000
     assert course.advance(1_000_000) == 150_000
     assert course.advance(1_600_000) == 100_000  # the second window began at 1.5 s
@@ -69,25 +69,25 @@ def test_a_window_is_on_first_and_off_then():
 
 def test_a_new_duty_waits_for_its_window_but_zero_does_not():
     course = WindowCourse(10_000_000, 10_000)
-    course.apply(50.0, 500)
+    course.apply(500)
     course.advance(1_000_000)
-    course.apply(20.0, 200)
+    course.apply(200)
     assert course.advance(6_000_000) == 4_000_000
     assert course.advance(10_000_000) == 0
     assert course.advance(11_000_000) == 1_000_000
-    course.apply(0.0, 0)
+    course.apply(0)
     assert course.advance(20_000_000) == 0
 
 
 def test_a_duty_at_the_start_of_a_window_counts_at_once():
     course = WindowCourse(1_000_000, 10_000)
-    course.apply(10.0, 10)
+    course.apply(10)
     assert course.advance(1_000_000) == 100_000
-    course.apply(90.0, 90)
+    course.apply(90)
     assert course.advance(2_000_000) == 900_000
 
 
 def test_a_pwm_course_is_its_mean(vary):
     course = course_of(vary(output=pwm(frequency="490 Hz")), "heater")
-    course.apply(20.0, 51)
+    course.apply(51)
     assert course.advance(1_000_000) == pytest.approx(200_000, rel=1e-15)
