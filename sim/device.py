@@ -83,6 +83,8 @@ class AvrDevice:
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self._feed_at = 0
+        keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
+        self._run_to = keypads[0].advance if keypads else self.avr.run_to
 
     def _attach(self, folder: str, parts: Any) -> dict[Any, Any]:
         """Find each part's simulation by its kind."""
@@ -107,7 +109,7 @@ class AvrDevice:
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
-        self.avr.run_to(cycle)
+        self._run_to(cycle)
         if cycle >= self._feed_at:
             self.feed()
 

@@ -33,8 +33,8 @@ class Keypad:
         self.held: str | None = None
         self._avr = avr
         self._channel = channel
-        self._tolerance = tolerance
-        self._bounces = bounces
+        self.tolerance = tolerance
+        self.bounces = bounces
         self._pending: list[tuple[int, str | None]] = []
         self._set(None)
 
@@ -51,19 +51,16 @@ class Keypad:
 
     def _bouncing(self, key: str | None) -> Iterator[tuple[int, str | None]]:
         step = round(BOUNCE_S * self._avr.clock_hz)
-        for turn in range(2 * self._bounces):
+        for turn in range(2 * self.bounces):
             yield self._avr.cycle + (turn + 1) * step, key if turn % 2 else self.held
 
-    @property
-    def next_change(self) -> int | None:
-        """Cycle at which ``settle`` has to be called next, if any."""
-        return self._pending[0][0] if self._pending else None
-
-    def settle(self) -> None:
-        """Make the bounces that are due."""
-        while self._pending and self._pending[0][0] <= self._avr.cycle:
+    def advance(self, cycle: int) -> None:
+        """Run the processor to a cycle, through the bounces on the way."""
+        while self._pending and self._pending[0][0] < cycle:
+            self._avr.run_to(self._pending[0][0])
             self._set(self._pending.pop(0)[1])
+        self._avr.run_to(cycle)
 
     def _set(self, key: str | None) -> None:
-        code = CODES[key] if key is None else CODES[key] * (1 + self._tolerance)
+        code = CODES[key] if key is None else CODES[key] * (1 + self.tolerance)
         self._avr.adc.set(self._channel, millivolts(min(code, 1023)))
