@@ -2,6 +2,7 @@
 
 from heatwright.spec.algorithms import Algorithm, IntegralLimits, OnOff, OutputLimits, Pid
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
+from heatwright.spec.checks.comparison import row_controller
 from heatwright.spec.controller import (
     ComparisonRow,
     Controller,
@@ -82,4 +83,5 @@ __all__ = [
     "kinds",
     "load",
     "load_text",
+    "row_controller",
 ]

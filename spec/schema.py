@@ -86,6 +86,8 @@ def _default(field: FieldInfo) -> object:
     if isinstance(quantity, Quantity):
         usable = isinstance(value, int | float) and math.isfinite(value)
         return amount(value, quantity.dimension) if usable else None
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
     return value if isinstance(value, bool | int | float | str) else None
 
 
