@@ -43,8 +43,6 @@ class Refused(Exception):
 def ended(command: click.Command, arguments: list[str]) -> int:
     """Run a command to its end; whatever happens, the result is an exit status."""
     _prepare_streams()
-    with contextlib.suppress(ValueError):  # only the main thread may
-        signal.signal(signal.SIGTERM, _terminate)
     try:
         status = _run(command, arguments)
         if sys.stdout is not None:
@@ -154,6 +152,10 @@ def _lenient(stream: IO[str] | None) -> None:
         reconfigure(errors="replace")
 
 
+def end_in_order() -> None:
+    """Let a plain `kill` end the program as Ctrl-C does, with nothing left behind."""
+    signal.signal(signal.SIGTERM, _terminate)
+
+
 def _terminate(_: int, __: FrameType | None) -> None:
-    """End as after Ctrl-C, so that nothing half-written and no compiler stays behind."""
     raise SystemExit(Status.TERMINATED)

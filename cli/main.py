@@ -8,9 +8,9 @@ from importlib import import_module
 import click
 
 from heatwright.cli.command import Command
-from heatwright.cli.ends import ended
+from heatwright.cli.ends import end_in_order, ended
 
-COMMANDS = ("init", "check", "schema", "generate", "build", "simulate", "compare")
+COMMANDS = ("init", "check", "schema", "generate", "build", "simulate", "verify", "compare")
 """In the order in which a user meets them; each is a module of `commands`."""
 
 
@@ -76,6 +76,7 @@ def cli(debug: bool) -> None:
 
 def main() -> None:
     """Run the command line and end the process with its status."""
+    end_in_order()
     sys.exit(ended(cli, sys.argv[1:]))
 
 

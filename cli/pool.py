@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import queue
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from types import FrameType
 from typing import Any, TypeVar
 
@@ -38,6 +38,10 @@ class _Relay:
         del text  # a piece of work has several such ends
 
 
+class WorkerDied(RuntimeError):
+    """A process has crashed, or the system has ended it: there is nothing to wait for."""
+
+
 def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]) -> list[R]:
     """Do each piece of work, two at a time; results in the order of the pieces.
 
@@ -47,26 +51,34 @@ def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]
     context = multiprocessing.get_context("spawn")
     told = context.Queue()
     processes = min(PROCESSES, len(pieces))
-    with context.Pool(processes, initializer=_begin, initargs=(told,)) as pool:
+    # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    pool = context.Pool(processes, initializer=_begin, initargs=(told,))
+    signal.signal(signal.SIGINT, heard)
+    workers = multiprocessing.active_children()
+    with pool:
         results = [
             pool.apply_async(_do, (work, piece, number)) for number, piece in enumerate(pieces)
         ]
         waiting = dict(enumerate(results))
         while waiting:
-            _show(told, jobs)
+            _show(told, jobs, waiting)
+            if not all(worker.is_alive() for worker in workers):
+                raise WorkerDied("a worker process ended by itself")
             for number in [number for number, result in waiting.items() if result.ready()]:
                 waiting.pop(number).get()
                 jobs[number].end()
         return [result.get() for result in results]
 
 
-def _show(told: Any, jobs: Sequence[Job]) -> None:
+def _show(told: Any, jobs: Sequence[Job], waiting: Container[int]) -> None:
     try:
         number, what, values = told.get(timeout=LOOK_S)
     except queue.Empty:
         return
-    job = jobs[number]
-    (job if what == "progress" else job.note)(*values)
+    if number in waiting:
+        job = jobs[number]
+        (job if what == "progress" else job.note)(*values)
 
 
 def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
@@ -74,10 +86,9 @@ def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
 
 
 def _begin(told: Any) -> None:
-    """Set up a worker: Ctrl-C is its starter's business, which then ends it."""
+    """Set up a worker."""
     global _told  # noqa: PLW0603 - the one thing a worker has of its own
     _told = told
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
 
 

@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from heatwright.generator import plan_firmware, render, write
+from heatwright.generator.toolchain import build
 from heatwright.spec import Controller, load
 from heatwright.spec.base import ReadOnlyDict
 
@@ -30,6 +32,14 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
 @pytest.fixture(scope="session")
 def chamber() -> Controller:
     return load(EXAMPLES / "chamber.yaml").controller
+
+
+@pytest.fixture(scope="session")
+def chamber_elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The chamber's binary, as PlatformIO builds it; built once, then taken from the cache."""
+    project = tmp_path_factory.mktemp("chamber")
+    write(render(plan_firmware(load(EXAMPLES / "chamber.yaml"))), project)
+    return build(project).elf
 
 
 @pytest.fixture(scope="session")

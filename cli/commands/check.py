@@ -29,11 +29,10 @@ def command(specs: tuple[Path, ...], as_json: bool) -> int:
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []
     for path in specs:
-        found = _look(path)
-        if isinstance(found, tuple):
-            problems += found
-        else:
-            good.append((path, found))
+        spec, found = _look(path)
+        problems += found
+        if spec is not None:
+            good.append((path, spec))
     if as_json:
         print_json(
             {
@@ -49,13 +48,14 @@ def command(specs: tuple[Path, ...], as_json: bool) -> int:
     return Status.REFUSED if problems else Status.DONE
 
 
-def _look(path: Path) -> Spec | tuple[Problem, ...]:
-    """Load a spec, or return what is wrong with it; other files are still to be looked at."""
+def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
+    """Load a spec, and return what is wrong with it; other files are still to be looked at."""
     from heatwright.spec import Problem, SpecError, load  # noqa: PLC0415
 
     try:
-        return load(path)
+        return load(path), ()
     except SpecError as error:
-        return error.problems
+        return None, error.problems
     except OSError as error:
-        return (Problem(str(path), 1, 1, "", unusable(error), "Name a file that can be read"),)
+        unread = Problem(str(path), 1, 1, "", unusable(error), "Name a file that can be read")
+        return None, (unread,)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from heatwright.cli.ends import Refused
@@ -104,7 +104,7 @@ def run_rows(
 
 def run_row(piece: _Piece, job: Job) -> Outcome:
     """Run one row in a process of its own."""
-    varied = replace(piece.spec, controller=row_controller(piece.spec.controller, piece.row))
+    varied = piece.spec._replace(controller=row_controller(piece.spec.controller, piece.row))
     controller = with_row_scenario(varied.controller)
     loop = next(iter(controller.loops))
     if piece.model:

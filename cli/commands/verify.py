@@ -1,0 +1,58 @@
+"""`heatwright verify`: all the evidence for one spec."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from heatwright.cli.command import Command
+from heatwright.cli.ends import Status
+from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.talk import talk
+from heatwright.cli.targets import check_target, whole
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "heatwright verify chamber.yaml",
+        "heatwright verify chamber.yaml --report chamber.html",
+        "heatwright verify chamber.yaml --json > evidence.json",
+    ),
+)
+@spec_argument
+@click.option(
+    "--report", type=File, metavar="OUT.html", help="Write all of it as a page in one file."
+)
+@json_option
+def command(spec: Path, report: Path | None, as_json: bool) -> int:
+    """Prove that the firmware does what the spec says.
+
+    Generates and builds the firmware, runs the unmodified binary against the simulated machine,
+    repeats each of its control steps with the reference model (every variable must be equal, bit
+    for bit), injects the faults its protections are there for, and measures its timing.
+
+    Exit status: 0 all of it holds, 1 something does not.
+    """
+    check_target(report, (".html",))
+    from heatwright.cli.verify.engine import verify  # noqa: PLC0415
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    with talk() as shown:
+        evidence = verify(str(spec), loaded, shown)
+    if report is not None:
+        from heatwright.cli.report.verify_page import verify_page  # noqa: PLC0415
+
+        with whole(report) as fresh:
+            fresh.write_text(verify_page(evidence), encoding="utf-8")
+    if as_json:
+        print_json(evidence.as_json())
+    else:
+        from heatwright.cli.verify.shown import print_evidence  # noqa: PLC0415
+
+        print_evidence(evidence)
+        if report is not None:
+            click.echo(str(report))
+    return Status.DONE if evidence.passed else Status.FAILED

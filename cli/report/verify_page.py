@@ -1,0 +1,55 @@
+"""The page with all the evidence for one spec."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heatwright.cli.figures import COLUMNS, cells, replay_json
+from heatwright.cli.report.chart_data import run_chart
+from heatwright.cli.report.pages import data, page
+from heatwright.cli.verify.evidence import Evidence
+from heatwright.spec.quantity import duration
+
+
+def verify_page(evidence: Evidence) -> str:
+    """Print it."""
+    controller = evidence.spec.controller
+    identity, run = controller.identity, evidence.loops.run
+    return page(
+        "verify.html.j2",
+        identity.title or identity.name,
+        subtitle=f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}",
+        failures=evidence.failures,
+        checks=evidence.checks,
+        tiles=_tiles(evidence),
+        data=data(run_chart(run.trace, controller)),
+        columns=("loop", *COLUMNS),
+        rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
+        display=run.display,
+        check_rows=[
+            (check.what, check.limit, check.found, "✓" if check.passed else "✗")
+            for check in evidence.checks
+        ],
+        digest=evidence.spec.digest,
+    )
+
+
+def _tiles(evidence: Evidence) -> list[dict[str, Any]]:
+    built, run = evidence.built, evidence.loops.run
+    replayed = replay_json(evidence.loops.replays.values())
+    used = built.ram_bytes + built.stack_bytes
+    return [
+        _tile(f"{built.flash_bytes}", f"of {built.flash_limit} bytes of flash",
+              built.flash_bytes / built.flash_limit),
+        _tile(f"{built.ram_bytes} + {built.stack_bytes}",
+              f"static and worst stack, of {built.ram_limit} bytes of RAM", used / built.ram_limit),
+        _tile(f"{replayed['mismatches']} mismatches",
+              f"in {replayed['ticks']} control steps against the model, bit for bit"),
+        _tile(f"{run.speed:.0f} ×", f"real time: {duration(round(run.trace.duration_s))} in "
+              f"{run.wall_s:.2f} s"),
+    ]  # fmt: skip
+
+
+def _tile(figure: str, text: str, share: float | None = None) -> dict[str, Any]:
+    percent = None if share is None else f"{100 * share:.1f}"
+    return {"figure": figure, "text": text, "share": percent}

@@ -1,0 +1,32 @@
+"""Gathers the evidence: build, closed loop, replay, faults, timing."""
+
+from __future__ import annotations
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.firmware import build_firmware
+from heatwright.cli.talk import Talk
+from heatwright.cli.verify.checks import Check, build_checks, replay_checks, run_checks
+from heatwright.cli.verify.closed_loop import closed_loop
+from heatwright.cli.verify.evidence import Evidence
+from heatwright.spec import Spec
+
+
+def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
+    """Gather and judge.
+
+    Raises Refused for a spec without simulation, ToolMissing, BuildFailed, SimulatorMissing.
+    """
+    simulation = spec.controller.simulation
+    if simulation is None:
+        raise Refused(
+            f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
+            "Describe one, as `heatwright init` shows."
+        )
+    built = build_firmware(spec, shown.begin("Building the firmware"))
+    loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
+    checks: list[Check] = [
+        *build_checks(built),
+        *replay_checks(loops),
+        *run_checks(loops, simulation.expect),
+    ]
+    return Evidence(file, spec, built, loops, tuple(checks))

@@ -1,0 +1,49 @@
+"""All the evidence for one spec."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from heatwright.cli.figures import as_json, build_json, replay_json
+from heatwright.cli.results import speed
+from heatwright.cli.verify.checks import Check
+from heatwright.cli.verify.closed_loop import ClosedLoop
+from heatwright.generator.toolchain import BuildResult
+from heatwright.spec import Spec
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was found, and what has to hold."""
+
+    file: str
+    spec: Spec
+    built: BuildResult
+    loops: ClosedLoop
+    checks: tuple[Check, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything holds."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        """What does not hold."""
+        return tuple(check for check in self.checks if not check.passed)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for machines; temperatures in °C, differences in K."""
+        first = next(iter(self.loops.run.figures.values()))
+        return {
+            "spec": self.file,
+            "digest": self.spec.digest,
+            "build": build_json(self.built),
+            "replay": replay_json(self.loops.replays.values()),
+            "closed_loop": as_json(first),
+            "faults": [],
+            "timing": {},
+            "speed": speed(self.loops.run),
+            "passed": self.passed,
+        }
