@@ -15,6 +15,9 @@ DEFAULTS: Any = {}
 """The default of a field that holds a model: validated, so that the model fills itself. An
 instance would have pydantic build that model's validator by itself while modules are imported."""
 
+MOST_ENTRIES = 100
+"""In a mapping or a list. The largest board has 86 pins, and checks take time with each entry."""
+
 LONGEST_TITLE = 80
 """Characters of a text for people; it must fit a line of a comment."""
 
@@ -76,9 +79,11 @@ def _frozen(value: Mapping[K, V]) -> Mapping[K, V]:
     return ReadOnlyDict(value)
 
 
-def _not_empty(value: Mapping[K, V]) -> Mapping[K, V]:
+def _filled(value: Mapping[K, V]) -> Mapping[K, V]:
     if not value:
         raise refuse("nothing is defined here", "Define at least one")
+    if len(value) > MOST_ENTRIES:
+        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_ENTRIES}")
     return ReadOnlyDict(value)
 
 
@@ -92,8 +97,8 @@ Name = Annotated[str, Checked(_name, type="string", pattern=NAME)]
 Reference = Annotated[str, Checked(_reference, type="string")]
 Title = Annotated[str, Checked(_plain_text, type="string", minLength=1, maxLength=LONGEST_TITLE)]
 ReadOnly = AfterValidator(_frozen)
-Filled = AfterValidator(_not_empty)
-"""Marks a mapping that must have at least one entry."""
+Filled = AfterValidator(_filled)
+"""Marks a mapping that must have at least one entry, and not too many."""
 
 PIN = r"^([AD][0-9]{1,2}|P[A-L][0-7])$"
 _PIN = re.compile(PIN)

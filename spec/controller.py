@@ -7,7 +7,7 @@ from pydantic import Field
 
 from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import DEFAULTS, Filled, Model, Name, Title
+from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Title
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop, Temperature
@@ -107,10 +107,12 @@ class Controller(Model):
     outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
     loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
     safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog.")
-    interfaces: tuple[Interface, ...] = Field((), description="Displays, keys, serial lines.")
+    interfaces: tuple[Interface, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="Displays, keys, serial lines."
+    )
     simulation: Simulation | None = Field(None, description="The simulated machine.")
     comparison: tuple[ComparisonRow, ...] = Field(
-        (), description="Experiments for `heatwright compare`."
+        (), max_length=MOST_ENTRIES, description="Experiments for `heatwright compare`."
     )
 
     @property

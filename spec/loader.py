@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection
 from json import dumps
 from pathlib import Path as FilePath
+from typing import NamedTuple
 
 from pydantic import ValidationError
 
 from heatwright.spec.checks import check
+from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path, Problem, SpecError
 from heatwright.spec.salvage import salvage
-from heatwright.spec.text import Unreadable, decode
+from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
 
@@ -23,8 +24,7 @@ MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
 
 
-@dataclass(frozen=True, slots=True)
-class Spec:
+class Spec(NamedTuple):
     """A controller that passed every check, and where in which file each part of it stands."""
 
     controller: Controller
@@ -55,7 +55,8 @@ def load(path: str | os.PathLike[str]) -> Spec:
     Raises SpecError with all problems, OSError if the file cannot be read.
     """
     file = os.fspath(path)
-    return _load(FilePath(file).read_bytes(), file)
+    with FilePath(file).open("rb") as stream:
+        return _load(stream.read(LARGEST_FILE + 1), file)
 
 
 def load_text(text: str | bytes, file: str = "spec.yaml") -> Spec:
@@ -68,31 +69,40 @@ def _load(data: bytes, file: str) -> Spec:
         tree = parse(decode(data, file), file)
     except Unreadable as error:
         raise SpecError((error.problem,)) from None
-    controller, problems = _validate(tree)
-    if problems or controller is None:
-        raise SpecError(_sorted(problems))
+    problems = dict(tree.problems)
+    controller = _validated(tree, problems) if () not in problems else None
+    found = [
+        _problem(tree, finding)
+        for finding in (check(controller) if controller is not None else ())
+        if not _rests_on(finding, problems)
+    ]
+    if controller is None or problems or found:
+        raise SpecError(_sorted([*problems.values(), *found]))
     return Spec(controller, FilePath(file).name, tree)
 
 
-def _validate(tree: Tree) -> tuple[Controller | None, list[Problem]]:
-    problems = dict(tree.problems)
-    if () in problems:
-        return None, list(problems.values())
+def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
+    """Make the controller, or what is left of it; add what is wrong to the problems."""
     try:
         controller: Controller | None = Controller.model_validate(tree.data)
     except ValidationError as error:
         for path, reason, remedy in findings(error, Controller):
             if not any(path[:depth] in problems for depth in range(len(path) + 1)):
                 problems[path] = tree.problem(path, reason, remedy)
-    if problems:
         controller = salvage(tree.data)
-    found = list(problems.values())
-    for finding in check(controller) if controller is not None else ():
-        rests_on = (finding.path, *finding.because_of)
-        if not any(_overlap(path, broken) for path in rests_on for broken in problems):
-            default = "" if finding.path in tree.positions else "by default, "
-            found.append(tree.problem(finding.path, default + finding.reason, finding.remedy))
-    return controller, found
+    return controller
+
+
+def _problem(tree: Tree, finding: Finding) -> Problem:
+    default = "" if finding.path in tree.positions else "by default, "
+    return tree.problem(finding.path, default + finding.reason, finding.remedy)
+
+
+def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:
+    """Tell whether a finding may come from what is broken rather than from what is there."""
+    return any(
+        _overlap(path, other) for path in (finding.path, *finding.because_of) for other in broken
+    )
 
 
 def _overlap(path: Path, other: Path) -> bool:
@@ -101,7 +111,7 @@ def _overlap(path: Path, other: Path) -> bool:
     return path[:common] == other[:common]
 
 
-def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
     ordered = sorted(problems, key=lambda problem: (problem.line, problem.column))
     if len(ordered) > MOST_PROBLEMS:
         left_out = len(ordered) - MOST_PROBLEMS

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from heatwright.spec.base import Filled, Model, Name, ReadOnly, Reference
+from heatwright.spec.base import MOST_ENTRIES, Filled, Model, Name, ReadOnly, Reference
 from heatwright.spec.loops import Temperature
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
@@ -66,7 +66,9 @@ class ThermalNetwork(Model):
     nodes: Annotated[Mapping[Name, Annotated[float, Quantity(CAPACITY, least=0.001)]], Filled] = (
         Field(description="Heat capacity of each node.")
     )
-    links: tuple[Link, ...] = Field(description="Thermal resistances between nodes.")
+    links: tuple[Link, ...] = Field(
+        max_length=MOST_ENTRIES, description="Thermal resistances between nodes."
+    )
     heat: Annotated[Mapping[str, Reference], Filled] = Field(
         description="For each heating output, the node its power goes to."
     )
@@ -129,5 +131,7 @@ class Simulation(Model):
 
     ambient_c: Temperature = Field(alias="ambient", description="Temperature around the machine.")
     plant: Plant = Field(description="The machine.")
-    scenario: tuple[Event, ...] = Field(description="What happens, in the order of time.")
+    scenario: tuple[Event, ...] = Field(
+        max_length=MOST_ENTRIES, description="What happens, in the order of time."
+    )
     expect: Expect | None = Field(None, description="Limits that `verify` checks.")

@@ -38,8 +38,8 @@ def decode(data: bytes, file: str) -> str:
         raise _unreadable(
             file,
             "",
-            f"the file has {len(data)} bytes",
-            f"A spec has at most {LARGEST_FILE}; check that this is the right file",
+            f"the file has more than {LARGEST_FILE} bytes",
+            "Check that this is the right file",
         )
     for mark, encoding in _ODD_MARKS:
         if data.startswith(mark):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import yaml
@@ -27,16 +26,16 @@ Position: TypeAlias = tuple[int, int]
 _Loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
-@dataclass(slots=True)
 class Tree:
     """A parsed file. Sequences are tuples, for nothing downstream changes them."""
 
-    file: str
-    data: Data = None
-    positions: dict[Path, Position] = field(default_factory=dict)
-    """Line and column, from 1, of the key of each entry and of the start of each item."""
-    problems: dict[Path, Problem] = field(default_factory=dict)
-    """The first thing wrong with the form of an entry: a key twice, no value, a tag …"""
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.data: Data = None
+        # Line and column, from 1, of the key of each entry and of the start of each item.
+        self.positions: dict[Path, Position] = {}
+        # The first thing wrong with the form of an entry: a key twice, no value, a tag …
+        self.problems: dict[Path, Problem] = {}
 
     def position(self, path: Path) -> Position:
         """Find an entry, or the nearest one that holds it, in the file."""

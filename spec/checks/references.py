@@ -120,11 +120,12 @@ def names_apart_in_c(controller: Controller) -> Findings:
     no name may go on where another of its section ends; a number may, for no function begins so.
     """
     for section in ("sensors", "outputs", "loops"):
-        names = tuple(getattr(controller, section))
+        names = getattr(controller, section)
         for name in names:
-            for other in names:
-                rest = name.removeprefix(f"{other}_")
-                if rest != name and not rest[0].isdigit():
+            words = name.split("_")
+            for count in range(1, len(words)):
+                other, rest = "_".join(words[:count]), "_".join(words[count:])
+                if other in names and not rest[0].isdigit():
                     yield Finding(
                         (section, name),
                         f"in C its names could be mistaken for those of {other}",

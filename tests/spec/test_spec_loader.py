@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from heatwright.spec import Spec, SpecError, digest, load, load_text
 from heatwright.spec.base import ReadOnlyDict
@@ -130,8 +131,22 @@ def test_messages_carry_the_path_as_given(tmp_path: Path) -> None:
 
 
 def test_huge_files_are_refused_at_once() -> None:
-    with pytest.raises(SpecError, match="A spec has at most"):
+    with pytest.raises(SpecError, match="the file has more than"):
         load_text(b"a" * (LARGEST_FILE + 1))
+
+
+def test_an_endless_file_ends() -> None:
+    with pytest.raises(SpecError, match="the file has more than"):
+        load("/dev/zero")
+
+
+def test_without_libyaml(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    """PyYAML may have been installed without its C half; the slower half reads the same."""
+    monkeypatch.setattr("heatwright.spec.tree._Loader", yaml.BaseLoader)
+    assert load_text(text, "chamber.yaml").controller == load(CHAMBER).controller
+    for file in (Path(__file__).parents[1] / "bad_specs").glob("*.yaml"):
+        with pytest.raises(SpecError):
+            load_text(file.read_bytes(), file.name)
 
 
 @pytest.mark.parametrize(
