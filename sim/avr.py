@@ -86,6 +86,7 @@ class Avr:
         if len(program.flash) > room:
             raise ValueError(f"The program has {len(program.flash)} bytes, the flash {room}.")
         self._ffi.buffer(self._lib.hw_flash(self._hw), room)[: len(program.flash)] = program.flash
+        self._lib.hw_flash_changed(self._hw)
         if program.eeprom:
             self.eeprom.contents = program.eeprom
         self._stack_bottom = max(self.part.ram_start, program.static_ram[1])

@@ -30,11 +30,14 @@ uint32_t hw_ram_end(hw *h);
 uint8_t *hw_ram(hw *h);
 uint8_t *hw_flash(hw *h);
 void hw_sleep_register(hw *h, uint16_t address, uint8_t enable, uint8_t mode);
+void hw_flash_changed(hw *h);
+void hw_reference_core(hw *h, int on);  /* simavr's own instruction core */
 int hw_run(hw *h, uint64_t until);
 uint64_t hw_cycle(hw *h);
 uint64_t hw_sleep_cycles(hw *h);
 uint32_t hw_program_counter(hw *h);
 uint16_t hw_stack_pointer(hw *h);
+uint8_t hw_flags(hw *h);
 int hw_asleep_for_good(hw *h);
 void hw_reset(hw *h, int cause);
 

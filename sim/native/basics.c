@@ -64,6 +64,16 @@ void timer_stop(struct timer *t) {
     avr_cycle_timer_cancel(t->h->avr, on_due, t);
 }
 
+void hw_flash_changed(hw *h) { fast_forget(h); }
+void hw_reference_core(hw *h, int on) { h->reference = on; }
+
+uint8_t hw_flags(hw *h) {
+    uint8_t flags = 0;
+    for (int i = 0; i < 8; i++)
+        flags |= (uint8_t)(h->avr->sreg[i] << i);
+    return flags;
+}
+
 const char *hw_message(hw *h) { return h->message; }
 uint32_t hw_flash_size(hw *h) { return h->avr->flashend + 1; }
 uint32_t hw_ram_end(hw *h) { return h->avr->ramend; }

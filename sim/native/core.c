@@ -43,6 +43,7 @@ void tap_write(hw *h, avr_io_addr_t address, avr_io_write_t ours, void *param, s
     tap->write_param = h->avr->io[a].w.param;
     h->avr->io[a].w.c = ours;
     h->avr->io[a].w.param = param;
+    fast_forget(h);
 }
 
 void tap_read(hw *h, avr_io_addr_t address, avr_io_read_t ours, void *param, struct tap *tap) {
@@ -51,6 +52,7 @@ void tap_read(hw *h, avr_io_addr_t address, avr_io_read_t ours, void *param, str
     tap->read_param = h->avr->io[a].r.param;
     h->avr->io[a].r.c = ours;
     h->avr->io[a].r.param = param;
+    fast_forget(h);
 }
 
 /* simavr polls a low INT pin every cycle unless told not to, again after each reset. */
@@ -90,6 +92,7 @@ hw *hw_new(const char *mcu, uint32_t clock_hz, uint32_t supply_mv) {
     eeprom_init(h);
     watchdog_init(h);
     relax_external_interrupts(h);
+    fast_init(h);
     return h;
 }
 
@@ -109,6 +112,7 @@ void hw_free(hw *h) {
     uart_free(h);
     onewire_free(h);
     profile_free(h);
+    fast_free(h);
     while (h->compares) {
         struct compare *next = h->compares->next;
         free(h->compares);
@@ -192,15 +196,24 @@ static int may_sleep(hw *h) {
     return !h->sleep_register || (h->avr->data[h->sleep_register] & h->sleep_enable);
 }
 
+static avr_flashaddr_t burst(hw *h) {
+    avr_t *avr = h->avr;
+    if (h->profile || avr->interrupt_state)
+        avr->run_cycle_count = 1;
+    avr->run_cycle_limit = h->profile ? 1 : BURST;
+    avr_flashaddr_t pc = h->reference ? avr_run_one(avr) : fast_run(h);
+    avr->run_cycle_limit = h->profile ? 1 : BURST;
+    return pc;
+}
+
 /* One burst of instructions. A SLEEP with an interrupt waiting is over at once, and the interrupt
    comes before the next instruction; simavr would run that first. */
 static avr_flashaddr_t execute(hw *h) {
     avr_t *avr = h->avr;
-    avr->run_cycle_limit = h->profile ? 1 : BURST;
     if (avr->interrupt_state >= 0)
-        return avr_run_one(avr);
+        return burst(h);
     int sleeps = (avr->flash[avr->pc] | avr->flash[avr->pc + 1] << 8) == SLEEP_OPCODE;
-    avr_flashaddr_t pc = avr_run_one(avr);
+    avr_flashaddr_t pc = burst(h);
     if (sleeps && avr->state == cpu_Running && avr->sreg[S_I] && may_sleep(h)) {
         avr->interrupt_state = 1;
         snapshots_take(h);

@@ -116,6 +116,7 @@ struct snapshot {
 };
 
 struct profile;
+struct fast;
 
 struct hw {
     avr_t *avr;
@@ -126,6 +127,8 @@ struct hw {
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;
     int entry_cycles;
+    struct fast *fast;
+    int reference;              /* run simavr's core instead of ours */
     struct timer *stop;
     struct timer timers[HW_TIMERS];
     int timer_count;
@@ -184,6 +187,10 @@ void watchdog_init(hw *h);
 void snapshots_take(hw *h);
 void snapshots_reset(hw *h);
 void onewire_free(hw *h);
+void fast_init(hw *h);
+void fast_free(hw *h);
+void fast_forget(hw *h);
+avr_flashaddr_t fast_run(hw *h);
 void profile_free(hw *h);
 void profile_before(hw *h);
 void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
