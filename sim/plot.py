@@ -56,7 +56,7 @@ def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
             _mark_faults(panel, trace.steps[loop], time)
     panels[0].set_xlim(0, trace.duration_s / time.seconds)
     panels[-1].set_xlabel(f"time [{time.unit}]")
-    panels[0].set_title(title, loc="left", fontweight="bold")
+    panels[0].set_title(title, loc="left", fontweight="bold", parse_math=False)
     return figure
 
 

@@ -32,7 +32,7 @@ def comparison_figure(spec: Spec, outcomes: Sequence[Outcome]) -> Figure:
     for panel in panels[len(outcomes) :]:
         panel.set_visible(False)
     title = spec.controller.identity.title or spec.controller.identity.name
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold", parse_math=False)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower right", ncols=4, frameon=False)
     return figure
@@ -48,7 +48,7 @@ def _draw(panel: Axes, outcome: Outcome, half_k: float) -> None:
     panel.step(times, seen["temperature_c"], where="post", color=READING, lw=1.2, label="simulated")
     panel.set_ylim(row.setpoint_c - half_k, row.setpoint_c + half_k)
     panel.set_xlim(0, float(times[-1]))
-    panel.set_title(f"{row.name}, {row.setpoint_c:g} °C", loc="left", fontsize=10)
+    panel.set_title(f"{row.name}, {row.setpoint_c:g} °C", loc="left", fontsize=10, parse_math=False)
     panel.set_xlabel(f"time [{time.unit}]")
     panel.set_ylabel("reading [°C]")
     panel.label_outer()
