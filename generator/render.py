@@ -6,10 +6,11 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
+from heatwright.generator.compiled import CompiledTemplates
 from heatwright.generator.plan import Plan
 
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
@@ -30,17 +31,25 @@ def _environment() -> Environment:
     return Environment(
         loader=FunctionLoader(_load),
         undefined=StrictUndefined,
+        autoescape=False,  # noqa: S701 - C is no HTML; the plan escapes text from the spec
+        bytecode_cache=_compiled(),
         keep_trailing_newline=True,
         trim_blocks=True,
-        autoescape=False,  # noqa: S701 - C is no HTML; the plan escapes text from the spec
     )
+
+
+@cache
+def _compiled() -> CompiledTemplates:
+    return CompiledTemplates(Path(str(files("heatwright.templates"))), "trim_blocks")
 
 
 def render(plan: Plan) -> Mapping[str, str]:
     """Text of every file by its path in the project, in the order of the paths."""
     environment = _environment()
-    return {
+    texts = {
         file.path: _COMMENTS.get(PurePosixPath(file.path).suffix, "// {}\n").format(plan.banner)
         + environment.get_template(file.template).render(file.context)
         for file in plan.files
     }
+    _compiled().save()
+    return texts

@@ -85,3 +85,12 @@ done
 
 say "compiling the simulator's native part"
 quietly .venv/bin/python -m heatwright.sim.native.build
+
+# Python keeps compiled modules and templates from their first use, unless it is told not to.
+say "compiling modules and templates"
+quietly env -u PYTHONDONTWRITEBYTECODE .venv/bin/python -m compileall -q cli generator sim spec templates
+quietly env -u PYTHONDONTWRITEBYTECODE .venv/bin/python -c '
+from heatwright.generator import plan_firmware, render
+from heatwright.spec import load
+for example in ("chamber", "oven"):
+    render(plan_firmware(load(f"spec/examples/{example}.yaml")))'
