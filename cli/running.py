@@ -15,7 +15,7 @@ from heatwright.sim.metrics import Metrics, metrics
 from heatwright.sim.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
-from heatwright.spec.uses import pin_uses
+from heatwright.spec.uses import PinUse, pin_uses
 
 if TYPE_CHECKING:
     from heatwright.sim.device import AvrDevice
@@ -81,10 +81,16 @@ def _recorded(controller: Controller, device: AvrDevice, vcd: Path) -> VcdRecord
 def watched_pins(controller: Controller) -> dict[str, str]:
     """Name the pins that the spec uses, for a viewer: board's name and purpose, without blanks."""
     return {
-        f"{use.pin.name}_{use.purpose}".replace(" ", "_").replace(".", "_"): use.pin.port_name
+        f"{use.pin.name}_{_purpose(use)}": use.pin.port_name
         for use in pin_uses(controller)
         if use.pin.digital
     }
+
+
+def _purpose(use: PinUse) -> str:
+    """Name what a pin is for, in the letters that a viewer takes."""
+    words = use.purpose.removeprefix("the ") or str(use.path[1])
+    return "_".join(words.replace("'s", "").split())
 
 
 def _run(controller: Controller, device: Device, progress: Progress) -> Run:

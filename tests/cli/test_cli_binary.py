@@ -1,0 +1,132 @@
+"""build, simulate, verify and compare for real: PlatformIO's binary in the simulated processor."""
+
+import contextlib
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import EXAMPLES, Heatwright
+from jsonschema import validate
+
+from heatwright.cli.ends import ended
+from heatwright.cli.main import cli
+from heatwright.spec import load
+
+NUMBER = {"type": "number"}
+WHOLE = {"type": "integer", "minimum": 0}
+
+
+def exactly(**properties: Any) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+        "additionalProperties": False,
+    }
+
+
+BUILD = exactly(flash=WHOLE, ram=WHOLE, stack=WHOLE, flash_limit=WHOLE, ram_limit=WHOLE)
+REPLAY = exactly(ticks=WHOLE, mismatches=WHOLE)
+CLOSED_LOOP = exactly(
+    maximum=NUMBER,
+    overshoot=NUMBER,
+    settling_s={"type": ["number", "null"]},
+    steady_min=NUMBER,
+    steady_max=NUMBER,
+    switchings=WHOLE,
+    energy_J=NUMBER,
+)
+EVIDENCE = exactly(
+    spec={"type": "string"},
+    digest={"type": "string", "pattern": "^[0-9a-f]{8}$"},
+    build=BUILD,
+    replay=REPLAY,
+    closed_loop=CLOSED_LOOP,
+    faults={"type": "array"},
+    timing={"type": "object"},
+    speed=exactly(simulated_s=NUMBER, wall_s=NUMBER),
+    passed={"type": "boolean"},
+)
+
+
+@pytest.fixture(scope="module")
+def verified(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[dict[str, Any], str]:
+    """The chamber, verified once: the JSON, and the page."""
+    page = tmp_path_factory.mktemp("verified") / "chamber.html"
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        spec = str(EXAMPLES / "chamber.yaml")
+        status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
+    assert status == 0, out.getvalue()
+    return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
+
+
+def test_the_evidence_has_the_promised_form(verified: tuple[dict[str, Any], str]) -> None:
+    validate(verified[0], EVIDENCE)
+
+
+def test_the_chamber_passes(verified: tuple[dict[str, Any], str]) -> None:
+    evidence = verified[0]
+    assert evidence["passed"] is True
+    assert evidence["digest"] == load(EXAMPLES / "chamber.yaml").digest
+    assert evidence["replay"]["ticks"] >= 1800
+    assert evidence["replay"]["mismatches"] == 0
+    assert evidence["build"]["flash"] <= 8826, "what the source's own sketch takes"
+    assert evidence["build"]["ram"] <= 345, "what the source's own sketch takes"
+    assert evidence["speed"]["simulated_s"] >= 1800
+
+
+def test_the_page_tells_the_same_and_needs_nothing_else(
+    verified: tuple[dict[str, Any], str],
+) -> None:
+    evidence, page = verified
+    assert "Passed: all" in page
+    assert f"<b>{evidence['build']['flash']}</b>" in page
+    assert evidence["digest"] in page
+    assert not re.search(r"(src|href)=", page)
+    chart = json.loads(re.search(r'json">(.*?)</script>', page).group(1))  # type: ignore[union-attr]
+    assert chart["unit"] == "min"
+    assert len(chart["panels"]) == 3
+
+
+def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
+    done = heatwright("build", "chamber.yaml", "-o", "firmware", "--json")
+    assert done.status == 0
+    validate(done.json["build"], BUILD)
+    assert done.json["files"] == ["firmware/chamber.elf", "firmware/chamber.hex"]
+    assert Path("firmware/chamber.hex").read_text(encoding="ascii").startswith(":")
+    assert sorted(path.name for path in Path("firmware").iterdir()) == [
+        "chamber.elf", "chamber.hex",
+    ]  # fmt: skip
+
+
+def test_build_for_people(heatwright: Heatwright) -> None:
+    done = heatwright("build", "chamber.yaml")
+    assert done.status == 0
+    assert re.match(r"flash +\d+ of 32256 bytes\nRAM +\d+ of 2048 bytes, static\n", done.out)
+    assert Path(done.out.splitlines()[-1]).is_file()
+
+
+def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None:
+    done = heatwright("simulate", "chamber.yaml", "--for", "1 min", "--vcd", "pins.vcd", "--json")
+    assert done.status == 0
+    assert done.json["device"] == "binary"
+    assert done.json["display"][1] == "Set temp 50°C   "
+    text = Path("pins.vcd").read_text(encoding="ascii")
+    assert " D3_heater $end" in text
+    assert " D9_display_E $end" in text
+    assert text.count("\n#") > 1000
+
+
+def test_rows_of_a_comparison_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
+    done = heatwright("compare", "oven.yaml", "--algorithm", "relay", "--json")
+    assert done.status == 0
+    (row,) = done.json["rows"]
+    assert row["replay"]["mismatches"] == 0
+    assert row["replay"]["ticks"] >= 3599
+    validate(row["build"], BUILD)
