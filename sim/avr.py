@@ -122,6 +122,10 @@ class Avr:
         """Run on for a time, s; see run_to."""
         self.run_to(self.cycle + round(seconds * self.clock_hz))
 
+    def use_simavrs_core(self) -> None:
+        """Run instructions by simavr's own core from now on: slower, and the measure of ours."""
+        self._lib.hw_reference_core(self._hw, 1)
+
     def _why(self) -> str:
         text = self._ffi.string(self._lib.hw_message(self._hw)).decode(errors="replace")
         place = f"at flash byte 0x{self.program_counter:04x}, {self.time_s:.6f} s"
@@ -164,6 +168,11 @@ class Avr:
 
     def _memory(self) -> Any:
         return self._ffi.buffer(self._lib.hw_ram(self._hw), self._lib.hw_ram_end(self._hw) + 1)
+
+    @property
+    def flags(self) -> int:
+        """The status register."""
+        return int(self._lib.hw_flags(self._hw))
 
     @property
     def program_counter(self) -> int:

@@ -30,6 +30,12 @@ void limit(hw *h, const char *format, ...) {
     va_end(args);
 }
 
+/* Where simavr would write to memory that is not the processor's, it is not asked to. */
+void crash(hw *h, const char *why) {
+    snprintf(h->message, sizeof h->message, "%s", why);
+    h->avr->state = cpu_Crashed;
+}
+
 avr_io_t *io_find(hw *h, const char *kind, int nth) {
     for (avr_io_t *io = h->avr->io_port; io; io = io->next)
         if (io->kind && !strcmp(io->kind, kind) && nth-- == 0)
@@ -179,6 +185,11 @@ static void charge(avr_t *avr, int cycles) {
 static void service(hw *h, int extra) {
     avr_t *avr = h->avr;
     int enabled = avr->sreg[S_I];
+    uint16_t sp = hw_stack_pointer(h);
+    if (sp > avr->ramend || sp < avr->address_size) {
+        crash(h, "interrupt with the stack outside the memory");
+        return;
+    }
     avr_service_interrupts(avr);
     if (!enabled || avr->sreg[S_I])
         return;                                 /* none was entered */

@@ -30,10 +30,13 @@ static struct decoded immediate(int op, uint16_t o) {
     return make(op, 16 + (o >> 4 & 15), 0, (o >> 4 & 0xf0) | (o & 15));
 }
 
-static struct decoded jump(const struct part *p, int op, int64_t target) {
+/* n: cycles, those that push the return address not counted; d: bytes of the instruction. */
+static struct decoded jump(const struct part *p, int op, int64_t target, int words) {
     if (target < 0 || target >= p->flash_end)
         return slow();
-    return make(op, 0, 0, (int32_t)target);
+    struct decoded i = make(op, 2 * words, 0, (int32_t)target);
+    i.n = (uint8_t)(op == CALL ? words : words + 1);
+    return i;
 }
 
 /* d and r are given; the rest is where a skip leads and what it costs. */
@@ -92,7 +95,9 @@ static struct decoded indirect(const struct part *p, uint16_t o, uint32_t pc) {
         i.op = store ? ST_DEC : LD_DEC;
     else if (how == 12)
         i.op = store ? STD : LDD;
-    return how == 6 || how == 7 ? slow() : i;
+    if (how == 6 || how == 7)
+        i.op = store ? SLOW : ELPM;
+    return i;
 }
 
 /* 1001 010x: one register, flags, jumps. */
@@ -101,9 +106,11 @@ static struct decoded single(const struct part *p, uint16_t o, uint32_t pc) {
                                   SLOW, SLOW, DEC, SLOW, SLOW, SLOW, SLOW, SLOW};
     uint32_t far = (uint32_t)((o >> 3 & 0x3e) | (o & 1)) << 16 | word(p, pc + 2);
     if ((o & 0xfe0c) == 0x940c)
-        return jump(p, o & 2 ? CALL : JUMP, 2 * (int64_t)far);
-    if (o == 0x9508)
-        return make(RET, 0, 0, 0);
+        return jump(p, o & 2 ? CALL : JUMP, 2 * (int64_t)far, 2);
+    if (o == 0x9508 || o == 0x9518)
+        return make(o == 0x9508 ? RET : RETI, 0, 0, 0);
+    if (o == 0x9509 || o == 0x9519 || o == 0x95d8)
+        return make(o == 0x95d8 ? ELPM : ICALL, 0, 0, 0);
     if ((o & 0xff0f) == 0x9408 && (o >> 4 & 7) != S_I)
         return make(o & 0x80 ? BCLR : BSET, o >> 4 & 7, 0, 0);
     return make(ops[o & 15], o >> 4 & 31, 0, 0);
@@ -120,7 +127,7 @@ static struct decoded io_bit(const struct part *p, uint16_t o, uint32_t pc) {
         i.n = pin && !kind;
         return i;
     }
-    i.op = special(p, (uint32_t)address, SPECIAL_READ) ? SLOW : kind == 3 ? SBIS : SBIC;
+    i.op = special(p, (uint32_t)address, SPECIAL_READ) ? SLOW : kind == 3 ? SBRS : SBRC;
     return i.op == SLOW ? i : skip(p, i, pc);
 }
 
@@ -144,9 +151,7 @@ static struct decoded in_out(const struct part *p, uint16_t o) {
         return make(out ? OUT_SREG : IN_SREG, d, 0, 0);
     if (special(p, address, out ? SPECIAL_WRITE : SPECIAL_READ))
         return slow();
-    struct decoded i = make(out ? STS : LDS, d, 0, (int32_t)address);
-    i.n = 1;                    /* a cycle less than LDS and STS, and a word */
-    return i;
+    return make(out ? OUT : IN, d, 0, (int32_t)address);
 }
 
 static struct decoded page_fifteen(const struct part *p, uint16_t o, uint32_t pc) {
@@ -155,7 +160,7 @@ static struct decoded page_fifteen(const struct part *p, uint16_t o, uint32_t pc
     struct decoded i;
     switch (o >> 9 & 7) {
         case 0: case 1: case 2: case 3:
-            i = jump(p, o & 0x400 ? BRBC : BRBS, (int64_t)pc + 2 + 2 * offset);
+            i = jump(p, o & 0x400 ? BRBC : BRBS, (int64_t)pc + 2 + 2 * offset, 1);
             i.d = (uint8_t)bit;
             return i;
         case 4: return make(BLD, d, 1 << bit, 0);
@@ -167,9 +172,7 @@ static struct decoded page_fifteen(const struct part *p, uint16_t o, uint32_t pc
 
 static struct decoded relative(const struct part *p, int op, uint16_t o, uint32_t pc) {
     int32_t offset = (int16_t)(uint16_t)(o << 4) >> 3;
-    struct decoded i = jump(p, op, ((int64_t)pc + 2 + offset) & p->flash_end);
-    i.n = 1;                    /* a cycle less than JMP and CALL, and a word */
-    return i;
+    return jump(p, op, ((int64_t)pc + 2 + offset) & p->flash_end, 1);
 }
 
 struct decoded decode(const struct part *p, uint32_t pc) {

@@ -4,16 +4,19 @@
 
 #include <stdint.h>
 
-/* Rd, Rr: d, r. K: value. A: k (data address). T: k (target). n: cycles if taken or skipped. */
-enum op {
-    UNDECODED = 0, SLOW,
-    NOP, MOVW, MULS, MUL, ADD, ADC, SUB, SBC, AND, OR, EOR, MOV, CP, CPC, CPSE,
-    CPI, SBCI, SUBI, ORI, ANDI, LDI, ADIW, SBIW,
-    COM, NEG, SWAP, INC, ASR, LSR, ROR, DEC, BSET, BCLR, BST, BLD,
-    LDS, STS, LDD, STD, LD_INC, ST_INC, LD_DEC, ST_DEC, PUSH, POP, LPM, LPM_INC,
-    IN_SREG, OUT_SREG, SBI, CBI, SBI_PIN, SBIC, SBIS, SBRC, SBRS,
-    BRBS, BRBC, JUMP, CALL, RET
-};
+/* Fields of a decoded instruction: d, r registers (or an I/O address and a mask); k a value, data
+   address or target; n the cycles when taken or skipped, or the first register of a pointer. */
+#define OPERATIONS(X) \
+    X(UNDECODED) X(SLOW) X(NOP) X(MOVW) X(MULS) X(MUL) X(ADD) X(ADC) X(SUB) X(SBC) X(AND) X(OR) \
+    X(EOR) X(MOV) X(CP) X(CPC) X(CPSE) X(CPI) X(SBCI) X(SUBI) X(ORI) X(ANDI) X(LDI) X(ADIW) \
+    X(SBIW) X(COM) X(NEG) X(SWAP) X(INC) X(ASR) X(LSR) X(ROR) X(DEC) X(BSET) X(BCLR) X(BST) \
+    X(BLD) X(LDS) X(STS) X(IN) X(OUT) X(LDD) X(STD) X(LD_INC) X(ST_INC) X(LD_DEC) X(ST_DEC) \
+    X(PUSH) X(POP) X(LPM) X(LPM_INC) X(IN_SREG) X(OUT_SREG) X(SBI) X(CBI) X(SBI_PIN) X(SBRC) \
+    X(SBRS) X(BRBS) X(BRBC) X(JUMP) X(CALL) X(RET) \
+    X(RETI) X(ICALL) X(ELPM)
+
+#define NAME(name) name,
+enum op { OPERATIONS(NAME) };
 
 struct decoded {
     uint8_t op, d, r, n;

@@ -56,9 +56,24 @@ void fast_free(hw *h) {
 
 #define Rd (D[i->d])
 #define Rr (D[i->r])
-#define PAIR(n) ((uint16_t)(D[n] | D[(n) + 1] << 8))
-#define SET_PAIR(n, v) (D[n] = (uint8_t)(v), D[(n) + 1] = (uint8_t)((v) >> 8))
+#define PAIR(n) load_pair(D + (n))
+#define SET_PAIR(n, v) store_pair(D + (n), (uint16_t)(v))
+#define POINTER PAIR(i->n)
+#define SET_POINTER(v) SET_PAIR(i->n, v)
+#define K ((uint8_t)i->k)
 #define BIT(v, n) ((uint8_t)((v) >> (n) & 1))
+
+#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "register pairs are read as the host's own words"
+#endif
+
+static inline uint16_t load_pair(const uint8_t *from) {
+    uint16_t pair;
+    memcpy(&pair, from, sizeof pair);
+    return pair;
+}
+
+static inline void store_pair(uint8_t *into, uint16_t pair) { memcpy(into, &pair, sizeof pair); }
 
 static inline void zns(uint8_t *S, uint8_t res) {
     S[S_Z] = res == 0;
@@ -119,6 +134,12 @@ static inline uint8_t packed(const uint8_t *S) {
     return (uint8_t)(flags * 0x0102040810204080u >> 56);
 }
 
+static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, int size) {
+    for (int n = 0; n < size; n++, address >>= 8)
+        D[sp--] = (uint8_t)address;
+    return sp;
+}
+
 static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     avr_t *avr = h->avr;
     int writes_flash = pc < avr->flashend && avr->flash[pc] == 0xe8 && avr->flash[pc + 1] == 0x95;
@@ -138,133 +159,155 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
+/* One instruction after the other: each label is an instruction, NEXT goes to the one after it. */
+#define NEXT(cycles) do { \
+        if ((left -= (int32_t)(cycles)) <= 0) \
+            goto out; \
+        i = &code[pc / 2]; \
+        goto *labels[i->op]; \
+    } while (0)
+#define DONE(cycles) do { pc += 2; NEXT(cycles); } while (0)
+#define SKIP(condition) do { \
+        if (condition) { pc = (uint32_t)i->k; NEXT(i->n); } \
+        DONE(1); \
+    } while (0)
+#define CHECK(a, how) do { \
+        if ((a) > ram_end) \
+            goto wild; \
+        if ((a) < SPECIAL && (special[a] & (how))) \
+            goto SLOW; \
+    } while (0)
+#define STACK(sp) do { \
+        if ((sp) > ram_end || (sp) < 3) \
+            goto wild; \
+        if ((sp) < SPECIAL + 3) \
+            goto SLOW; \
+    } while (0)
+
 /* Run until the next cycle timer, or until simavr has done an instruction. Returns the next pc. */
 avr_flashaddr_t fast_run(hw *h) {
-    avr_t *avr = h->avr;
-    uint8_t *D = avr->data, *S = avr->sreg;
-    struct decoded *code = h->fast->code;
-    const uint8_t *special = h->fast->special;
+#define LABEL(name) &&name,
+    static const void *const labels[] = {OPERATIONS(LABEL)};
+    avr_t *const avr = h->avr;
+    uint8_t *const D = avr->data, *const S = avr->sreg;
+    struct decoded *const code = h->fast->code, *i;
+    const uint8_t *const special = h->fast->special;
     const uint16_t ram_end = avr->ramend;
-    uint32_t pc = avr->pc, used = 0, cost;
-    uint32_t left = (uint32_t)avr->run_cycle_count;
-
-#define LEAVE goto leave
-#define CHECK(a, how) \
-    if ((a) > ram_end || ((a) < SPECIAL && (special[a] & (how)))) LEAVE
-#define STACK(sp) if ((sp) > ram_end || (sp) < SPECIAL + 3) LEAVE
+    const int32_t budget = (int32_t)avr->run_cycle_count;
+    int32_t left = budget;
+    uint32_t pc = avr->pc;
+    uint16_t address, wide;
+    uint8_t a, b, res;
 
     if (pc >= avr->flashend)
         return leave_to_simavr(h, pc);
-    for (;;) {
-        struct decoded *i = &code[pc / 2];
-        uint8_t res, a, b;
-        uint16_t address, wide;
-    again:
-        cost = 1;
-        switch (i->op) {
-        case UNDECODED:
-            *i = decode(&h->fast->part, pc);
-            goto again;
-        case SLOW: LEAVE;
-        case NOP: cost += i->n; pc += 2; break;
-        case MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); pc += 2; break;
-        case MULS: product(D, S, (uint16_t)((int8_t)Rd * (int8_t)Rr)); cost = 2; pc += 2; break;
-        case MUL: product(D, S, (uint16_t)(Rd * Rr)); cost = 2; pc += 2; break;
-        case ADD: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b); add_flags(S, res, a, b); pc += 2; break;
-        case ADC: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b + S[S_C]); add_flags(S, res, a, b); pc += 2; break;
-        case SUB: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); pc += 2; break;
-        case SBC: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); pc += 2; break;
-        case CP: a = Rd; b = Rr; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); pc += 2; break;
-        case CPC: a = Rd; b = Rr; res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); pc += 2; break;
-        case CPI: a = Rd; b = (uint8_t)i->k; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); pc += 2; break;
-        case SUBI: a = Rd; b = (uint8_t)i->k; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); pc += 2; break;
-        case SBCI: a = Rd; b = (uint8_t)i->k; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); pc += 2; break;
-        case AND: Rd &= Rr; logic_flags(S, Rd); pc += 2; break;
-        case OR: Rd |= Rr; logic_flags(S, Rd); pc += 2; break;
-        case EOR: Rd ^= Rr; logic_flags(S, Rd); pc += 2; break;
-        case ORI: Rd |= (uint8_t)i->k; logic_flags(S, Rd); pc += 2; break;
-        case ANDI: Rd &= (uint8_t)i->k; logic_flags(S, Rd); pc += 2; break;
-        case MOV: Rd = Rr; pc += 2; break;
-        case LDI: Rd = (uint8_t)i->k; pc += 2; break;
-        case ADIW:
-            wide = (uint16_t)(PAIR(i->d) + i->k);
-            word_flags(S, wide, (uint16_t)(~PAIR(i->d) & wide), (uint16_t)(~wide & PAIR(i->d)));
-            SET_PAIR(i->d, wide); cost = 2; pc += 2; break;
-        case SBIW:
-            wide = (uint16_t)(PAIR(i->d) - i->k);
-            word_flags(S, wide, (uint16_t)(PAIR(i->d) & ~wide), (uint16_t)(wide & ~PAIR(i->d)));
-            SET_PAIR(i->d, wide); cost = 2; pc += 2; break;
-        case COM: Rd = (uint8_t)~Rd; logic_flags(S, Rd); S[S_C] = 1; pc += 2; break;
-        case NEG:
-            a = Rd; Rd = res = (uint8_t)-a;
-            S[S_H] = BIT(res | a, 3); S[S_V] = res == 0x80; S[S_C] = res != 0; zns(S, res);
-            pc += 2; break;
-        case SWAP: Rd = (uint8_t)(Rd << 4 | Rd >> 4); pc += 2; break;
-        case INC: Rd++; S[S_V] = Rd == 0x80; zns(S, Rd); pc += 2; break;
-        case DEC: Rd--; S[S_V] = Rd == 0x7f; zns(S, Rd); pc += 2; break;
-        case ASR: a = Rd; Rd = (uint8_t)(a >> 1 | (a & 0x80)); shift_flags(S, Rd, a); pc += 2; break;
-        case LSR: a = Rd; Rd = a >> 1; shift_flags(S, Rd, a); pc += 2; break;
-        case ROR: a = Rd; Rd = (uint8_t)(a >> 1 | S[S_C] << 7); shift_flags(S, Rd, a); pc += 2; break;
-        case BSET: S[i->d] = 1; pc += 2; break;
-        case BCLR: S[i->d] = 0; pc += 2; break;
-        case BST: S[S_T] = BIT(Rd, i->r); pc += 2; break;
-        case BLD: Rd = (uint8_t)(S[S_T] ? Rd | i->r : Rd & ~i->r); pc += 2; break;
-        case LDS:
-            if (i->k > ram_end) LEAVE;
-            Rd = D[i->k]; cost = 2 - i->n; pc += 4 - 2u * i->n; break;
-        case STS:
-            if (i->k > ram_end) LEAVE;
-            D[i->k] = Rd; cost = 2 - i->n; pc += 4 - 2u * i->n; break;
-        case LDD: address = (uint16_t)(PAIR(i->n) + i->k); CHECK(address, SPECIAL_READ); Rd = D[address]; cost = 2; pc += 2; break;
-        case STD: address = (uint16_t)(PAIR(i->n) + i->k); CHECK(address, SPECIAL_WRITE); D[address] = Rd; cost = 2; pc += 2; break;
-        case LD_INC: address = PAIR(i->n); CHECK(address, SPECIAL_READ); a = D[address]; SET_PAIR(i->n, address + 1); Rd = a; cost = 2; pc += 2; break;
-        case ST_INC: address = PAIR(i->n); CHECK(address, SPECIAL_WRITE); D[address] = Rd; SET_PAIR(i->n, address + 1); cost = 2; pc += 2; break;
-        case LD_DEC: address = (uint16_t)(PAIR(i->n) - 1); CHECK(address, SPECIAL_READ); a = D[address]; SET_PAIR(i->n, address); Rd = a; cost = 2; pc += 2; break;
-        case ST_DEC: address = (uint16_t)(PAIR(i->n) - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd; SET_PAIR(i->n, address); cost = 2; pc += 2; break;
-        case PUSH: wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1); cost = 2; pc += 2; break;
-        case POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; cost = 2; pc += 2; break;
-        case LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; cost = 3; pc += 2; break;
-        case LPM_INC: wide = PAIR(R_ZL); Rd = avr->flash[wide & avr->flashend]; SET_PAIR(R_ZL, wide + 1); cost = 3; pc += 2; break;
-        case IN_SREG: Rd = D[R_SREG] = packed(S); pc += 2; break;
-        case OUT_SREG:
-            a = Rd;
-            if (a >> 7 != S[S_I]) LEAVE;
-            for (int n = 0; n < 8; n++) S[n] = BIT(a, n);
-            D[R_SREG] = a; pc += 2; break;
-        case SBI: Rd |= i->r; cost = 2; pc += 2; break;
-        case CBI: Rd &= (uint8_t)~i->r; cost = 2; pc += 2; break;
-        case SBI_PIN: avr->cycle += used; return toggle(avr, pc, i->d, i->r);
-        case SBRC: case SBIC: if (Rd & i->r) pc += 2; else { cost = i->n; pc = (uint32_t)i->k; } break;
-        case SBRS: case SBIS: if (!(Rd & i->r)) pc += 2; else { cost = i->n; pc = (uint32_t)i->k; } break;
-        case CPSE: if (Rd != Rr) pc += 2; else { cost = i->n; pc = (uint32_t)i->k; } break;
-        case BRBS: if (!S[i->d]) pc += 2; else { cost = 2; pc = (uint32_t)i->k; } break;
-        case BRBC: if (S[i->d]) pc += 2; else { cost = 2; pc = (uint32_t)i->k; } break;
-        case JUMP: cost = 3 - i->n; pc = (uint32_t)i->k; break;
-        case CALL: {
-            uint32_t back = (pc + 4 - 2u * i->n) / 2;
-            wide = PAIR(R_SPL); STACK(wide);
-            for (int n = 0; n < avr->address_size; n++, back >>= 8) D[wide--] = (uint8_t)back;
-            SET_PAIR(R_SPL, wide);
-            cost = 2u + avr->address_size - i->n; pc = (uint32_t)i->k; break;
-        }
-        case RET: {
-            uint32_t back = 0;
-            wide = PAIR(R_SPL); STACK(wide + avr->address_size);
-            for (int n = 0; n < avr->address_size; n++) back = back << 8 | D[++wide];
-            if (2 * back >= avr->flashend) LEAVE;
-            SET_PAIR(R_SPL, wide);
-            cost = 2u + avr->address_size; pc = 2 * back; break;
-        }
-        default: LEAVE;
-        }
-        used += cost;
-        if (left <= cost) {
-            avr->cycle += used;
-            return pc;
-        }
-        left -= cost;
-    }
-leave:
-    avr->cycle += used;
+    i = &code[pc / 2];
+    goto *labels[i->op];
+
+UNDECODED: *i = decode(&h->fast->part, pc); goto *labels[i->op];
+NOP: DONE(1 + i->n);
+MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); DONE(1);
+MULS: product(D, S, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);
+MUL: product(D, S, (uint16_t)(Rd * Rr)); DONE(2);
+ADD: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b); add_flags(S, res, a, b); DONE(1);
+ADC: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b + S[S_C]); add_flags(S, res, a, b); DONE(1);
+SUB: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
+SBC: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
+CP: a = Rd; b = Rr; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
+CPC: a = Rd; b = Rr; res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
+CPI: a = Rd; b = K; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
+SUBI: a = Rd; b = K; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
+SBCI: a = Rd; b = K; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
+AND: Rd &= Rr; logic_flags(S, Rd); DONE(1);
+OR: Rd |= Rr; logic_flags(S, Rd); DONE(1);
+EOR: Rd ^= Rr; logic_flags(S, Rd); DONE(1);
+ORI: Rd |= K; logic_flags(S, Rd); DONE(1);
+ANDI: Rd &= K; logic_flags(S, Rd); DONE(1);
+MOV: Rd = Rr; DONE(1);
+LDI: Rd = K; DONE(1);
+ADIW:
+    address = PAIR(i->d); wide = (uint16_t)(address + i->k); SET_PAIR(i->d, wide);
+    word_flags(S, wide, (uint16_t)(~address & wide), (uint16_t)(~wide & address)); DONE(2);
+SBIW:
+    address = PAIR(i->d); wide = (uint16_t)(address - i->k); SET_PAIR(i->d, wide);
+    word_flags(S, wide, (uint16_t)(address & ~wide), (uint16_t)(wide & ~address)); DONE(2);
+COM: Rd = (uint8_t)~Rd; logic_flags(S, Rd); S[S_C] = 1; DONE(1);
+NEG:
+    a = Rd; Rd = res = (uint8_t)-a;
+    S[S_H] = BIT(res | a, 3); S[S_V] = res == 0x80; S[S_C] = res != 0; zns(S, res); DONE(1);
+SWAP: Rd = (uint8_t)(Rd << 4 | Rd >> 4); DONE(1);
+INC: res = ++Rd; S[S_V] = res == 0x80; zns(S, res); DONE(1);
+DEC: res = --Rd; S[S_V] = res == 0x7f; zns(S, res); DONE(1);
+ASR: a = Rd; Rd = res = (uint8_t)(a >> 1 | (a & 0x80)); shift_flags(S, res, a); DONE(1);
+LSR: a = Rd; Rd = res = a >> 1; shift_flags(S, res, a); DONE(1);
+ROR: a = Rd; Rd = res = (uint8_t)(a >> 1 | S[S_C] << 7); shift_flags(S, res, a); DONE(1);
+BSET: S[i->d] = 1; DONE(1);
+BCLR: S[i->d] = 0; DONE(1);
+BST: S[S_T] = BIT(Rd, i->r); DONE(1);
+BLD: Rd = (uint8_t)(S[S_T] ? Rd | i->r : Rd & ~i->r); DONE(1);
+LDS: if (i->k > ram_end) goto wild; Rd = D[i->k]; pc += 2; DONE(2);
+STS: if (i->k > ram_end) goto wild; D[i->k] = Rd; pc += 2; DONE(2);
+IN: Rd = D[i->k]; DONE(1);
+OUT: D[i->k] = Rd; DONE(1);
+LDD: address = (uint16_t)(POINTER + i->k); CHECK(address, SPECIAL_READ); Rd = D[address]; DONE(2);
+STD: address = (uint16_t)(POINTER + i->k); CHECK(address, SPECIAL_WRITE); D[address] = Rd; DONE(2);
+LD_INC:
+    address = POINTER; CHECK(address, SPECIAL_READ); a = D[address];
+    SET_POINTER(address + 1); Rd = a; DONE(2);
+ST_INC:
+    address = POINTER; CHECK(address, SPECIAL_WRITE); D[address] = Rd;
+    SET_POINTER(address + 1); DONE(2);
+LD_DEC:
+    address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_READ); a = D[address];
+    SET_POINTER(address); Rd = a; DONE(2);
+ST_DEC:
+    address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd;
+    SET_POINTER(address); DONE(2);
+PUSH: wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1); DONE(2);
+POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; DONE(2);
+LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
+LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
+IN_SREG: Rd = D[R_SREG] = packed(S); DONE(1);
+OUT_SREG:
+    a = Rd;
+    if (a >> 7 != S[S_I])
+        goto SLOW;
+    for (int n = 0; n < 8; n++)
+        S[n] = BIT(a, n);
+    D[R_SREG] = a; DONE(1);
+SBI: Rd |= i->r; DONE(2);
+CBI: Rd &= (uint8_t)~i->r; DONE(2);
+SBI_PIN: avr->cycle += (uint32_t)(budget - left); return toggle(avr, pc, i->d, i->r);
+SBRC: SKIP(!(Rd & i->r));
+SBRS: SKIP(Rd & i->r);
+CPSE: SKIP(Rd == Rr);
+BRBS: SKIP(S[i->d]);
+BRBC: SKIP(!S[i->d]);
+JUMP: pc = (uint32_t)i->k; NEXT(i->n);
+CALL:
+    wide = PAIR(R_SPL); STACK(wide);
+    wide = push_address(D, wide, (pc + i->d) / 2, avr->address_size);
+    SET_PAIR(R_SPL, wide); pc = (uint32_t)i->k; NEXT(i->n + avr->address_size);
+RET: {
+    uint32_t back = 0;
+    wide = PAIR(R_SPL); STACK(wide + avr->address_size);
+    for (int n = 0; n < avr->address_size; n++)
+        back = back << 8 | D[++wide];
+    if (2 * back >= avr->flashend)
+        goto SLOW;
+    SET_PAIR(R_SPL, wide); pc = 2 * back; NEXT(2 + avr->address_size);
+}
+RETI: wide = PAIR(R_SPL); STACK(wide + avr->address_size); goto SLOW;
+ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
+ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
+wild:
+    avr->cycle += (uint32_t)(budget - left);
+    crash(h, "access outside the memory");
+    return pc;
+SLOW:
+    avr->cycle += (uint32_t)(budget - left);
     return leave_to_simavr(h, pc);
+out:
+    avr->cycle += (uint32_t)(budget - left);
+    return pc;
 }

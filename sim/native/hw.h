@@ -168,6 +168,7 @@ struct hw {
 
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
+void crash(hw *h, const char *why);
 
 /* Each part: set up once, and put right after every reset. */
 int pins_init(hw *h);

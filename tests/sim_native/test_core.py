@@ -1,0 +1,183 @@
+"""The shim's instruction core against simavr's: equal on random code, in every bit and cycle."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from avr_firmware import CLOCK_HZ, powered, running, shared
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr, AvrError
+
+PARTS = {"atmega1284p": 0x20000, "atmega2560": 0x40000}
+"""Parts whose flash is no smaller than what LPM can reach, with 2- and 3-byte return addresses."""
+PIN_REGISTERS = (0x00, 0x03, 0x06, 0x09, 0x0C, 0x0F, 0x12)
+
+
+def forbidden(words: NDArray[np.uint16]) -> NDArray[np.bool_]:
+    """What would leave the simulator's own memory, write flash, print, or differs by design."""
+    extended = (words & 0xFE0E) == 0x9006  # ELPM: simavr reads beyond its flash
+    others = np.isin(words, [0x95D8, 0x95E8, 0x95F8, 0xF1F1, 0x9588])
+    bit = ((words & 0xFD00) == 0x9800) & np.isin(words >> 3 & 31, PIN_REGISTERS)
+    return extended | others | bit
+
+
+def random_flash(rng: np.random.Generator, size: int) -> NDArray[np.uint16]:
+    words = rng.integers(0, 1 << 16, size // 2, np.uint16)
+    words[forbidden(words)] = 0
+    return words
+
+
+def state(avr: Avr) -> tuple[Any, ...]:
+    return (
+        avr.cycle,
+        avr.program_counter,
+        avr.flags,
+        avr.read_ram(0, avr.part.ram_start + avr.ram_size),
+    )
+
+
+def ran(avr: Avr, cycles: int) -> str:
+    try:
+        avr.run_to(avr.cycle + cycles)
+    except AvrError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("mcu", PARTS)
+@pytest.mark.parametrize("seed", range(4))
+def test_random_code_runs_alike(mcu: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    words = random_flash(rng, PARTS[mcu])
+    executed = 0
+    for _ in range(150):
+        words[:2] = 0x940C, rng.integers(64, len(words) - 64)
+        program: Any = SimpleNamespace(flash=words.tobytes(), eeprom=b"", static_ram=(0, 0))
+        ours, simavrs = Avr(mcu, CLOCK_HZ), Avr(mcu, CLOCK_HZ)
+        simavrs.use_simavrs_core()
+        registers, stack = rng.bytes(32), rng.integers(0x400, 0x20F0)
+        for avr in (ours, simavrs):
+            avr.load(program)
+            avr.write_ram(0, registers)
+            avr.write_ram(0x5D, int(stack).to_bytes(2, "little"))
+        for _ in range(40):
+            cycles = int(rng.integers(1, 30))
+            if ran(ours, cycles):
+                break  # outside the memory, where simavr reads and writes ours
+            assert not ran(simavrs, cycles)
+            assert state(ours) == state(simavrs)
+        executed += ours.cycle
+    assert executed > 1_500
+
+
+@pytest.mark.parametrize("part", ["arithmetic", "memory"])
+def test_straight_code_runs_alike(part: str) -> None:
+    """Long runs without jumps, so that every kind of instruction comes often."""
+    rng = np.random.default_rng(len(part))
+    kept = {
+        "arithmetic": [
+            0x0000,
+            0x1000,
+            0x2000,
+            0x3000,
+            0x4000,
+            0x5000,
+            0x6000,
+            0x7000,
+            0xE000,
+            0x9000,
+        ],
+        "memory": [0x8000, 0x9000, 0xA000, 0xE000, 0xB000],
+    }[part]
+    mcu, size = "atmega1284p", PARTS["atmega1284p"]
+    words = random_flash(rng, size)
+    jumps = (
+        ((words & 0xFE0C) == 0x940C) | ((words & 0xFF0E) == 0x9508) | ((words & 0xFE0F) == 0x9409)
+    )
+    words[jumps | ~np.isin(words & 0xF000, kept)] = 0x0C01
+    program: Any = SimpleNamespace(flash=words.tobytes(), eeprom=b"", static_ram=(0, 0))
+    for _ in range(30):
+        ours, simavrs = Avr(mcu, CLOCK_HZ), Avr(mcu, CLOCK_HZ)
+        simavrs.use_simavrs_core()
+        registers = rng.bytes(32)
+        for avr in (ours, simavrs):
+            avr.load(program)
+            avr.write_ram(0, registers)
+            avr.write_ram(0x5D, b"\x00\x20")
+        for _ in range(100):
+            cycles = int(rng.integers(1, 60))
+            if ran(ours, cycles):
+                break
+            assert not ran(simavrs, cycles)
+            assert state(ours) == state(simavrs)
+
+
+def test_a_program_with_interrupts_runs_alike() -> None:
+    program = shared("blink.c")
+    ours, simavrs = powered(program), powered(program)
+    simavrs.use_simavrs_core()
+    for avr in (ours, simavrs):
+        avr.pins.watch("PB5")
+        avr.run(10)
+    assert state(ours) == state(simavrs)
+    assert ours.sleep_cycles == simavrs.sleep_cycles
+    assert np.array_equal(ours.pins.take(), simavrs.pins.take())
+
+
+FLOATS = """
+volatile float out[4];
+int main(void) {
+    float a = 1.25f, b = -0.5f;
+    for (uint32_t i = 0;; i++) {
+        a = a * 1.0001f + b; b = a / 3.0f - b * 0.5f;
+        out[i & 3] = a; out[(i + 1) & 3] = b; if (a > 1e6f) a = (float)(int32_t)b;
+    }
+}
+"""
+
+
+def test_floating_point_runs_alike() -> None:
+    ours, simavrs = running(FLOATS), running(FLOATS)
+    simavrs.use_simavrs_core()
+    for avr in (ours, simavrs):
+        avr.run(0.3)
+    assert state(ours) == state(simavrs)
+
+
+def test_sbi_on_a_pin_register_toggles_that_pin_alone() -> None:
+    """As on the part; simavr toggles all pins that are high."""
+    avr = running(
+        "int main(void) { DDRB = 0xff; PORTB = 0xf0; for (;;) { PINB |= 1; _delay_us(10); } }"
+    )
+    for pin in ("PB0", "PB7"):
+        avr.pins.watch(pin)
+    avr.run(0.001)
+    events = avr.pins.take()
+    assert (events["pin"] == 8).sum() > 90
+    assert (events["pin"] == 15).sum() <= 2
+
+
+def test_flash_written_by_the_program_counts() -> None:
+    """A boot loader replaces code that has run before."""
+    avr = running(
+        """
+        #include <avr/boot.h>
+        __attribute__((aligned(128), noinline, used, section(".text.z")))
+        void victim(void) { PORTB = 1; }
+        int main(void) {
+            DDRB = 3;
+            victim();
+            uint16_t page = (uint16_t)(uintptr_t)victim * 2 & ~127;
+            boot_page_erase(page); boot_spm_busy_wait();
+            boot_page_fill(page, 0xe082);       /* ldi r24, 2 */
+            boot_page_fill(page + 2, 0xb985);   /* out PORTB, r24 */
+            boot_page_fill(page + 4, 0x9508);   /* ret */
+            boot_page_write(page); boot_spm_busy_wait();
+            victim();
+            for (;;) {}
+        }"""
+    )
+    avr.run(0.1)
+    assert avr.read_ram(0x25, 1) == b"\x02"
