@@ -28,9 +28,10 @@ class Bars:
             transient=True,
         )
 
-    def begin(self, what: str) -> Job:
+    def begin(self, what: str, *, waits: bool = False) -> Job:
         """Add a bar."""
-        return _Bar(self._progress, self._progress.add_task(escape(what), total=None, note=""))
+        task = self._progress.add_task(escape(what), start=not waits, total=None, note="")
+        return _Bar(self._progress, task, started=not waits)
 
     def __enter__(self) -> Talk:
         """Start showing."""
@@ -48,15 +49,24 @@ class Bars:
 
 
 class _Bar:
-    def __init__(self, progress: Progress, task: TaskID) -> None:
+    def __init__(self, progress: Progress, task: TaskID, *, started: bool) -> None:
         self._progress = progress
         self._task = task
+        self._started = started
+
+    def _start(self) -> None:
+        if not self._started:
+            self._started = True
+            self._progress.start_task(self._task)
 
     def __call__(self, done: float, total: float) -> None:
+        self._start()
         self._progress.update(self._task, completed=done, total=total)
 
     def note(self, text: str) -> None:
+        self._start()
         self._progress.update(self._task, note=escape(text[:NOTE]))
 
     def end(self, text: str = "") -> None:
+        self._start()
         self._progress.update(self._task, completed=1, total=1, note=escape(text[:NOTE]))

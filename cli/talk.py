@@ -29,8 +29,8 @@ class Job(Protocol):
 class Talk(Protocol):
     """Where jobs are shown: `with talk() as t: job = t.begin("Building")`."""
 
-    def begin(self, what: str) -> Job:
-        """Start a job."""
+    def begin(self, what: str, *, waits: bool = False) -> Job:
+        """Show a job; one that waits starts when it first tells something."""
 
     def __enter__(self) -> Talk:
         """Start showing."""
@@ -56,7 +56,8 @@ def talk() -> Talk:
 class _Plain:
     """A line when a job begins and one when it ends with a result."""
 
-    def begin(self, what: str) -> Job:
+    def begin(self, what: str, *, waits: bool = False) -> Job:
+        del waits
         click.echo(f"{what} …", err=True)
         return _PlainJob(what)
 

@@ -76,7 +76,6 @@ def command(
 def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | None) -> None:
     from heatwright.cli.compare.tabled import (  # noqa: PLC0415
         COLUMNS,
-        TEXT_COLUMNS,
         lines,
         mismatches,
         ticks,
@@ -86,7 +85,7 @@ def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | No
     plural = "binaries" if device == "binary" else "model"
     heading(f"{spec.controller.identity.name}, simulated with the {plural}")
     rows = [line for outcome in outcomes for line in lines(outcome)]
-    show(table(COLUMNS, rows, text_columns=TEXT_COLUMNS))
+    show(table(COLUMNS, rows))
     if device == "binary":
         click.echo(f"{ticks(outcomes)} control steps replayed, {mismatches(outcomes)} mismatches")
     if plot is not None:

@@ -98,7 +98,7 @@ def run_rows(
     spec: Spec, rows: Sequence[ComparisonRow], shown: Talk, *, model: bool
 ) -> list[Outcome]:
     """Run the rows, two at a time."""
-    jobs = [shown.begin(f"{row.name}, {row.setpoint_c:g} °C") for row in rows]
+    jobs = [shown.begin(f"{row.name}, {row.setpoint_c:g} °C", waits=True) for row in rows]
     return spread(run_row, [_Piece(spec, row, model) for row in rows], jobs)
 
 

@@ -11,16 +11,13 @@ from heatwright.sim.plot_data import closer
 from heatwright.spec import Published
 
 COLUMNS = (
-    "algorithm",
-    "setpoint",
-    "",
+    "algorithm, setpoint",
     "max [°C]",
     "over [K]",
     "steady [°C]",
     "steady error [K]",
     "switched on",
 )
-TEXT_COLUMNS = 3
 
 ROOM = 1.15
 """Height of a row's picture over that of what is in it."""
@@ -33,10 +30,10 @@ def lines(outcome: Outcome) -> list[tuple[str, ...]]:
         row.setpoint_c, figures.maximum_c, figures.steady_minimum_c, figures.steady_maximum_c
     )
     switched = "audible" if figures.audible else f"{figures.switchings:.0f} times"
-    found = [(row.name, f"{row.setpoint_c:g} °C", "ours", *ours, switched)]
+    found = [(f"{row.name}, {row.setpoint_c:g} °C", *ours, switched)]
     if row.published is not None:
         given = _figures(row.setpoint_c, row.published.maximum_c, *row.published.steady_c)
-        found.append(("", "", "published", *given, ""))
+        found.append(("  published", *given, ""))
     return found
 
 

@@ -120,7 +120,7 @@ def test_a_comparison_stands_beside_the_published_figures(heatwright: Heatwright
     done = heatwright("compare", "oven.yaml", "--model", "--algorithm", "relay", "--plot", "c.png")
     assert done.status == 0
     ours, published = [line for line in done.out.splitlines() if "50 °C" in line or "publ" in line]
-    assert ours.split()[:4] == ["relay", "50", "°C", "ours"]
+    assert ours.split()[:4] == ["relay,", "50", "°C", "52.31"]
     assert published.split()[:3] == ["published", "52.20", "+2.20"]
     assert Path("c.png").read_bytes().startswith(b"\x89PNG")
 
