@@ -96,7 +96,8 @@ class Avr:
     @property
     def cycle(self) -> int:
         """Cycles since power-on."""
-        return int(self._lib.hw_cycle(self._hw))
+        cycle: int = self._lib.hw_cycle(self._hw)
+        return cycle
 
     @property
     def time_s(self) -> float:

@@ -18,6 +18,16 @@ UNCONNECTED = 0xF
 """D3..D0 of a display wired with four lines: pulled up inside."""
 
 
+def _order(*rows: range) -> tuple[list[int], dict[int, int]]:
+    """Addresses in the order the cursor takes, and the place of each."""
+    places = [address for row in rows for address in row]
+    return places, {address: place for place, address in enumerate(places)}
+
+
+_TWO_ROWS = _order(*(range(start, start + LINE_LENGTH) for start in LINE_STARTS))
+_ONE_ROW = _order(range(2 * LINE_LENGTH))
+
+
 @dataclass(frozen=True)
 class Times:
     """Execution times, ns, at an internal oscillator of 270 kHz; from 190 to 350 kHz is allowed."""
@@ -83,7 +93,7 @@ class Hd44780:
         return charmap_decode(shown, "strict", A00)[0]
 
     def write(self, time_ns: int, rs: int, nibble: int) -> bool:
-        """Take D7..D4 as they are at a fall of E. Returns whether a byte took effect."""
+        """Take D7..D4 as they are at a fall of E. Returns whether that may show."""
         if time_ns < self._busy_until:
             self.lost += 1
             return False
@@ -103,7 +113,7 @@ class Hd44780:
             slow = byte in {0x01, 0x02, 0x03}
             self._instruction(byte)
             self._busy_until = time_ns + (self.times.clear if slow else self.times.other)
-        return True
+        return bool(rs) or byte < 0x40  # above are addresses
 
     def _instruction(self, byte: int) -> None:
         """The highest set bit says which."""
@@ -169,7 +179,6 @@ class Hd44780:
         if self._in_cgram:
             self._address = (self._address + by) & 0x3F
             return
-        rows = [range(start, start + LINE_LENGTH) for start in LINE_STARTS]
-        places = [*rows[0], *rows[1]] if self._two_lines else [*range(0x50)]
-        place = places.index(self._address) if self._address in places else 0
+        places, place_of = _TWO_ROWS if self._two_lines else _ONE_ROW
+        place = place_of.get(self._address, 0)
         self._address = places[(place + by) % len(places)]

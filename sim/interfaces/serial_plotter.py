@@ -56,11 +56,13 @@ class SerialPlotter:
         if abs(self.speed_error) > self.MISMATCH:
             self.garbage += len(mine)
             return
-        ends = mine["end"].tolist()
-        for end, value in zip(ends, mine["value"].tolist(), strict=True):
-            self._waiting.append(value)
-            if value == ord(";"):
-                self._line(end / self._avr.clock_hz)
+        start = 0
+        text = mine["value"].tobytes()
+        while (end := text.find(b";", start) + 1) > 0:
+            self._waiting += text[start:end]
+            self._line(int(mine["end"][end - 1]) / self._avr.clock_hz)
+            start = end
+        self._waiting += text[start:]
 
     def _line(self, time_s: float) -> None:
         text = bytes(self._waiting).lstrip(b"\r\n")

@@ -78,7 +78,8 @@ class Pins:
 
     def high_cycles(self, number: int) -> int:
         """Return the cycles a watched pin, by its number, has been high."""
-        return int(self._lib.hw_pin_high_cycles(self._hw, number))
+        cycles: int = self._lib.hw_pin_high_cycles(self._hw, number)
+        return cycles
 
     def contention_cycles(self, pin: str) -> int:
         """Return the cycles in which the processor drove a pin against what forces it."""
