@@ -23,7 +23,7 @@ from heatwright.spec.units import Dimension
 
 Json = dict[str, Any]
 
-_NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,3})?"
+_NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,2})?"
 _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
 """Ways to write a character of a unit; `W/m²K` may also be `W/(m²·K)`."""
 

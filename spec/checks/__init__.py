@@ -9,6 +9,7 @@ from heatwright.spec.checks import (
     pins,
     plant,
     references,
+    scenario,
     timers,
     timing,
     windows,
@@ -57,9 +58,9 @@ CHECKS: tuple[Check, ...] = (
     interfaces.step_fits_range,
     interfaces.baud_can_be_made,
     plant.heaters_have_power,
-    plant.scenario_in_order,
-    plant.keys_exist,
-    plant.comparison_has_plant,
+    scenario.scenario_in_order,
+    scenario.keys_exist,
+    scenario.comparison_has_plant,
 )
 
 # Each looks at the whole plant, so all its names must be those of something.
@@ -67,6 +68,7 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_links,
     plant.plant_nodes,
     plant.plant_covers_loops,
+    plant.heat_arrives,
 )
 
 

@@ -1,13 +1,11 @@
-"""The simulated machine: names that exist, a way out for the heat, events in their order."""
+"""The simulated machine: names that exist, and ways for the heat to the sensor and out."""
 
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import duration
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
 MOST_NODES = 16
@@ -80,7 +78,7 @@ def plant_nodes(controller: Controller) -> Findings:
             f"the network has {len(plant.nodes)} nodes",
             f"Use at most {MOST_NODES}; join those that are always equally warm",
         )
-    reached = _reached_from_ambient(plant)
+    reached = _reached(plant, AMBIENT)
     for node in plant.nodes:
         if node not in reached:
             yield Finding(
@@ -91,18 +89,35 @@ def plant_nodes(controller: Controller) -> Findings:
             )
 
 
-def _reached_from_ambient(plant: ThermalNetwork) -> set[str]:
-    reached = {AMBIENT}
-    while True:
-        more = {
-            end
-            for link in plant.links
-            if reached.intersection(link.between)
-            for end in link.between
-        }
-        if more <= reached:
-            return reached
-        reached |= more
+def _reached(plant: ThermalNetwork, start: str) -> set[str]:
+    """Follow the links from a node; they lead into ambient but not on from there."""
+    reached, ahead = {start}, [start]
+    while ahead:
+        node = ahead.pop()
+        for link in plant.links:
+            if node in link.between:
+                for end in set(link.between) - reached:
+                    reached.add(end)
+                    if end != AMBIENT:
+                        ahead.append(end)
+    return reached
+
+
+def heat_arrives(controller: Controller) -> Findings:
+    """Find heaters whose heat never comes to their loop's sensor."""
+    if controller.simulation is None:
+        return
+    plant = controller.simulation.plant
+    for name, loop in controller.loops.items():
+        if loop.heater in plant.heat and loop.sensor in plant.sense:
+            heated, sensed = plant.heat[loop.heater], plant.sense[loop.sensor].node
+            if sensed not in _reached(plant, heated):
+                yield Finding(
+                    (*_PLANT, "links"),
+                    f"no chain of links leads from {heated}, which {loop.heater} heats, to "
+                    f"{sensed}, where {loop.sensor} measures for the loop {name}",
+                    "Add a link",
+                )
 
 
 def plant_covers_loops(controller: Controller) -> Findings:
@@ -139,60 +154,4 @@ def heaters_have_power(controller: Controller) -> Findings:
                 "the plant needs the power of this heater",
                 "Add power: with its watts, such as 240 W",
                 ((*_PLANT, "heat"),),
-            )
-
-
-def comparison_has_plant(controller: Controller) -> Findings:
-    """Find comparisons without a machine to compare on."""
-    if controller.comparison and controller.simulation is None:
-        yield Finding(
-            ("comparison",), "there is no machine to compare on", "Add a section simulation"
-        )
-
-
-def scenario_in_order(controller: Controller) -> Findings:
-    """Find scenarios without an end, or whose events do not follow each other to it."""
-    if controller.simulation is None:
-        return
-    events = controller.simulation.scenario
-    path: Path = ("simulation", "scenario")
-    ends = [index for index, event in enumerate(events) if event.for_s is not None]
-    if ends != [len(events) - 1]:
-        where = (*path, ends[0]) if ends else path
-        yield Finding(
-            where, "one event, the last, must end the scenario", "End it with {for: 30 min}"
-        )
-        return
-    length_s = events[-1].for_s or 0.0
-    before_s = 0.0
-    for index, event in enumerate(events[:-1]):
-        at_s = event.at_s or 0.0
-        if at_s < before_s:
-            yield Finding(
-                (*path, index, "at"),
-                f"{duration(at_s)} is before the event above it, at {duration(before_s)}",
-                "Write the events in the order of time",
-            )
-        elif at_s >= length_s:
-            yield Finding(
-                (*path, index, "at"),
-                f"{duration(at_s)} is not before the end of the scenario, at {duration(length_s)}",
-                "Lengthen `for`, or press earlier",
-            )
-        before_s = max(before_s, at_s)
-
-
-def keys_exist(controller: Controller) -> Findings:
-    """Find presses of keys on a controller without keys."""
-    if controller.simulation is None:
-        return
-    if any(isinstance(interface, LcdKeypad) for interface in controller.interfaces):
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.press is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "press"),
-                "no interface has keys",
-                "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event",
-                (("interfaces",),),
             )

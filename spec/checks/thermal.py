@@ -37,7 +37,7 @@ def thermal(controller: Controller) -> Findings:
 
 def heater_suffices(machine: Machine) -> Findings:
     """Hold the heater's power to the losses at the highest setpoint."""
-    if machine.reaches:
+    if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
         return
     highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
     needed_w = machine.target_k / machine.plant.steady_k(machine.full_power_w / machine.power_w)

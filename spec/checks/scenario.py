@@ -1,0 +1,65 @@
+"""What is done with the simulated machine: events in their order, keys that are there."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration
+
+
+def comparison_has_plant(controller: Controller) -> Findings:
+    """Find comparisons without a machine to compare on."""
+    if controller.comparison and controller.simulation is None:
+        yield Finding(
+            ("comparison",), "there is no machine to compare on", "Add a section simulation"
+        )
+
+
+def scenario_in_order(controller: Controller) -> Findings:
+    """Find scenarios without an end, or whose events do not follow each other to it."""
+    if controller.simulation is None:
+        return
+    events = controller.simulation.scenario
+    path: Path = ("simulation", "scenario")
+    ends = [index for index, event in enumerate(events) if event.for_s is not None]
+    if ends != [len(events) - 1]:
+        where = (*path, ends[0]) if ends else path
+        yield Finding(
+            where, "one event, the last, must end the scenario", "End it with {for: 30 min}"
+        )
+        return
+    length_s = events[-1].for_s or 0.0
+    before_s = 0.0
+    for index, event in enumerate(events[:-1]):
+        at_s = event.at_s or 0.0
+        if at_s < before_s:
+            yield Finding(
+                (*path, index, "at"),
+                f"{duration(at_s)} is before the event above it, at {duration(before_s)}",
+                "Write the events in the order of time",
+            )
+        elif at_s >= length_s:
+            yield Finding(
+                (*path, index, "at"),
+                f"{duration(at_s)} is not before the end of the scenario, at {duration(length_s)}",
+                "Lengthen `for`, or press earlier",
+            )
+        before_s = max(before_s, at_s)
+
+
+def keys_exist(controller: Controller) -> Findings:
+    """Find presses of keys on a controller without keys."""
+    if controller.simulation is None:
+        return
+    if any(isinstance(interface, LcdKeypad) for interface in controller.interfaces):
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.press is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "press"),
+                "no interface has keys",
+                "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event",
+                (("interfaces",),),
+            )
