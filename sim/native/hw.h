@@ -92,6 +92,7 @@ struct uart {
     int index;
     avr_uart_t *io;
     struct tap taps[6];
+    uint8_t format, divisor_high;       /* where they share an address */
     double frame_cycles;        /* of the firmware's setting */
     uint64_t busy_until, overruns;
     uint8_t *queue;

@@ -4,18 +4,34 @@
 #include "hw.h"
 
 #define UPM1 0x20               /* UCSRnC: parity on */
+#define USBS 0x08               /* UCSRnC: two stop bits */
+#define URSEL 0x80              /* UCSRC: this is UCSRC, not UBRRH */
 #define BUFFERED 2              /* bytes the part's receiver holds */
+
+/* On the oldest parts UCSRC and UBRRH share an address, and bit 7 tells which is written. */
+static int shared(const avr_uart_t *io) { return io->r_ucsrc == io->ubrrh.reg; }
+
+static void keep_shared(struct uart *u, avr_io_addr_t a, uint8_t v) {
+    if (!shared(u->io) || a != u->io->r_ucsrc)
+        return;
+    if (v & URSEL)
+        u->format = v;
+    else
+        u->divisor_high = v & 0x0f;
+}
 
 /* simavr counts a parity bit in every frame and looks only when UBRRnL is written. */
 static void refresh(struct uart *u) {
     static const int data_bits[] = {5, 6, 7, 8, 8, 8, 8, 9};
     avr_t *avr = u->h->avr;
     avr_uart_t *io = u->io;
-    int divisor = avr_regbit_get(avr, io->ubrrl) | avr_regbit_get(avr, io->ubrrh) << 8;
+    uint8_t format = shared(io) ? u->format : avr->data[io->r_ucsrc];
+    int high = shared(io) ? u->divisor_high : avr_regbit_get(avr, io->ubrrh);
+    int divisor = avr_regbit_get(avr, io->ubrrl) | high << 8;
     int bit = (divisor + 1) * (avr_regbit_get(avr, io->u2x) ? 8 : 16);
-    int data = data_bits[avr_regbit_get(avr, io->ucsz) | avr_regbit_get(avr, io->ucsz2) << 2];
-    int parity = io->r_ucsrc && (avr->data[io->r_ucsrc] & UPM1) ? 1 : 0;
-    int stop = 1 + avr_regbit_get(avr, io->usbs);
+    int data = data_bits[(format >> 1 & 3) | avr_regbit_get(avr, io->ucsz2) << 2];
+    int parity = format & UPM1 ? 1 : 0;
+    int stop = 1 + (format & USBS ? 1 : 0);
     u->frame_cycles = bit * (1 + data + parity + stop);
     io->cycles_per_byte = (avr_cycle_count_t)u->frame_cycles;
 }
@@ -32,6 +48,7 @@ static void on_setting(struct uart *u, struct tap *tap, avr_io_addr_t a, uint8_t
         tap->write(u->h->avr, a, v, tap->write_param);
     else
         u->h->avr->data[a] = v;
+    keep_shared(u, a, v);
     refresh(u);
     if (u->buffer_free->armed)
         clear(u, &u->io->udrc);
@@ -105,6 +122,8 @@ static void uart_reset_one(struct uart *u) {
     timer_stop(u->buffer_free);
     timer_stop(u->all_sent);
     u->busy_until = 0;
+    u->format = 0x06;
+    u->divisor_high = 0;
     avr_regbit_clear(u->h->avr, u->io->txen);
     refresh(u);
 }

@@ -43,6 +43,20 @@ def test_bytes_leave_at_the_lines_speed(frame: str, order: str) -> None:
     assert avr.uarts[0].overruns == 0
 
 
+def test_an_old_uart_whose_registers_share_an_address() -> None:
+    avr = running(
+        """int main(void) {
+            UBRRH = 1; UCSRC = _BV(URSEL) | _BV(UPM1) | 0x06; UBRRL = 0x9f; UCSRB = _BV(TXEN);
+            for (char c = 'a';; c++) { while (!(UCSRA & _BV(UDRE))) {} UDR = c; }
+        }""",
+        mcu="atmega32",
+    )
+    avr.run(0.05)
+    sent = avr.uarts.take()
+    assert bytes(sent["value"])[:3] == b"abc"
+    assert set(np.diff(sent["end"].astype(int))) == {11 * 16 * 0x1A0}
+
+
 def test_bytes_written_to_a_full_transmitter_are_lost() -> None:
     avr = running(
         """int main(void) {
@@ -228,6 +242,17 @@ def test_an_eeprom_byte_takes_its_time() -> None:
     assert avr.read_ram(written, 1)[0] == 0xFF
     assert avr.eeprom.contents[9:19] == b"\xff01234567\xff"
     assert (avr.eeprom.writes, avr.eeprom.violations) == (8, 0)
+
+
+def test_an_old_eeprom_takes_longer() -> None:
+    avr = running(
+        "int main(void) { eeprom_write_byte((uint8_t *)3, 7); for (;;) {} }", mcu="atmega32"
+    )
+    avr.run(0.0083)
+    assert avr.eeprom.writing is not None
+    avr.run(0.0003)
+    assert avr.eeprom.writing is None
+    assert avr.eeprom.contents[3] == 7
 
 
 def test_a_power_cut_leaves_the_byte_undefined_and_the_rest_as_it_was() -> None:
