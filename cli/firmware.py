@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from heatwright.cli.talk import Job
+from heatwright.cli.targets import blaming
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
@@ -20,12 +21,15 @@ def build_firmware(spec: Spec, job: Job) -> BuildResult:
     """
     from heatwright.generator import plan_firmware, render, write  # noqa: PLC0415
     from heatwright.generator.toolchain import BuildFailed, build  # noqa: PLC0415
+    from heatwright.generator.toolchain.cache import cache_dir  # noqa: PLC0415
 
     with TemporaryDirectory(prefix="heatwright-") as parent:
         folder = Path(parent) / spec.controller.identity.name
-        write(render(plan_firmware(spec)), folder)
+        with blaming(folder):
+            write(render(plan_firmware(spec)), folder)
         try:
-            built = build(folder, progress=job.note)
+            with blaming(cache_dir()):
+                built = build(folder, progress=job.note)
         except BuildFailed as error:
             raise BuildFailed(str(error).replace(str(folder), spec.file_name), error.log) from None
     job.end("as built before" if built.cached else "built")

@@ -52,9 +52,11 @@ def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]
     told = context.Queue()
     processes = min(PROCESSES, len(pieces))
     # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
-    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    pool = context.Pool(processes, initializer=_begin, initargs=(told,))
-    signal.signal(signal.SIGINT, heard)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        pool = context.Pool(processes, initializer=_begin, initargs=(told,))
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     workers = multiprocessing.active_children()
     with pool:
         results = [

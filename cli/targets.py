@@ -30,6 +30,17 @@ def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
 
 
 @contextmanager
+def blaming(path: Path) -> Iterator[None]:
+    """Let an error that names no file (a full disk) name this one."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(path)
+        raise
+
+
+@contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a name to write to; when all went well, the file takes the place of `path`.
 
@@ -43,9 +54,10 @@ def whole(path: Path) -> Iterator[Path]:
     os.close(handle)
     fresh = Path(name)
     try:
-        yield fresh
-        fresh.chmod(0o666 & ~_umask())
-        fresh.replace(target)
+        with blaming(path):
+            yield fresh
+            fresh.chmod(0o666 & ~_umask())
+            fresh.replace(target)
     finally:
         fresh.unlink(missing_ok=True)
 

@@ -88,6 +88,9 @@ def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | No
     show(table(COLUMNS, rows))
     if device == "binary":
         click.echo(f"{ticks(outcomes)} control steps replayed, {mismatches(outcomes)} mismatches")
+    for outcome in outcomes:
+        for mismatch in outcome.replayed.first if outcome.replayed else ():
+            click.secho(f"{outcome.row.name}: {mismatch}", fg="red")
     if plot is not None:
         click.echo(str(plot))
 

@@ -11,6 +11,7 @@ import click
 from heatwright.cli.command import Command
 from heatwright.cli.ends import Status
 from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.targets import blaming
 
 if TYPE_CHECKING:
     from heatwright.spec import Spec
@@ -55,7 +56,8 @@ def _write(spec: Spec, files: Mapping[str, str], folder: Path, as_json: bool) ->
     from heatwright.generator import write  # noqa: PLC0415
     from heatwright.generator.output import left_over  # noqa: PLC0415
 
-    written = [path.relative_to(folder).as_posix() for path in write(files, folder)]
+    with blaming(folder):
+        written = [path.relative_to(folder).as_posix() for path in write(files, folder)]
     extra = left_over(files, folder)
     if as_json:
         print_json(

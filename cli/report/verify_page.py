@@ -21,6 +21,7 @@ def verify_page(evidence: Evidence) -> str:
         subtitle=f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}",
         failures=evidence.failures,
         checks=evidence.checks,
+        mismatches=evidence.mismatches,
         tiles=_tiles(evidence),
         data=data(run_chart(run.trace, controller)),
         columns=("loop", *COLUMNS),

@@ -11,6 +11,9 @@ from heatwright.sim.metrics import Metrics
 from heatwright.sim.plot_data import fault_label
 from heatwright.spec import Expect
 
+NOT_COMPARED = ("fault.acknowledgements", "fault.time_s")
+"""Variables that are no outcome of a step: the operator's, which is fed, and the clock's."""
+
 
 @dataclass(frozen=True)
 class Check:
@@ -43,6 +46,10 @@ def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
             f"{result.mismatches} in {result.ticks} steps",
             result.mismatches == 0 and not result.restored,
         )  # fmt: skip
+        left = [name for name in result.unchecked if name not in NOT_COMPARED]
+        yield Check(
+            f"{loop}: variables that the model lacks", "none", ", ".join(left) or "none", not left
+        )
 
 
 def run_checks(loops: ClosedLoop, expect: Expect | None) -> Iterator[Check]:

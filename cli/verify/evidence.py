@@ -33,6 +33,15 @@ class Evidence:
         """What does not hold."""
         return tuple(check for check in self.checks if not check.passed)
 
+    @property
+    def mismatches(self) -> tuple[str, ...]:
+        """The first few variables that differ from the model's, a line each."""
+        return tuple(
+            f"{loop}: {mismatch}"
+            for loop, replayed in self.loops.replays.items()
+            for mismatch in replayed.first
+        )
+
     def as_json(self) -> dict[str, Any]:
         """Return it for machines; temperatures in °C, differences in K."""
         first = next(iter(self.loops.run.figures.values()))

@@ -31,6 +31,8 @@ def _print_verdict(evidence: Evidence) -> None:
     if evidence.passed:
         click.secho(f"PASSED: all {len(evidence.checks)} checks hold.", fg="green", bold=True)
         return
+    for mismatch in evidence.mismatches:
+        click.secho(mismatch, fg="red")
     for check in evidence.failures:
         click.secho(f"{check.what}: {check.found} (limit: {check.limit})", fg="red")
     count = f"{len(evidence.failures)} of {len(evidence.checks)}"

@@ -1,5 +1,6 @@
 """check, init, generate, schema: what reads and writes files, and no more."""
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -142,3 +143,18 @@ def test_schema_is_json(heatwright: Heatwright) -> None:
     done = heatwright("schema")
     assert done.status == 0
     assert done.json["title"] == "heatwright"
+
+
+def test_a_full_disk_names_the_file(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("heatwright.sim.trace.Trace._rows", full)
+    words = ("simulate", "chamber.yaml", "--model", "--for", "10 s", "--csv", "x.csv")
+    done = heatwright(*words)
+    assert done.status == 2
+    assert done.err.splitlines()[-1] == "x.csv: no space left on device."
+    assert not Path("x.csv").exists()
+    assert [path for path in Path().iterdir() if path.name.startswith(".")] == []
