@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
@@ -9,6 +10,7 @@ from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
+from heatwright.spec.sensors import Sensor
 from heatwright.spec.timers import TICK_S
 
 MOST_STEPS = 65535
@@ -17,9 +19,10 @@ MOST_STEPS = 65535
 MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""
 
-READ_S = 0.03
-"""From the end of a conversion to the reading: reset, command and nine bytes are 88 slots of
-64 µs and a reset of 1 ms, 7 ms in all; three ticks leave room for starting late."""
+READ_S = 0.05
+"""From the end of a conversion to the reading, with what comes before the conversion: settings,
+command, nine bytes. Each is started by a tick and takes less than one (72 slots of 64 µs are
+4.6 ms); one tick is to spare."""
 
 WATCHDOG_TOLERANCE = 0.1
 """The watchdog's own oscillator, 128 kHz nominal, varies so much with supply and temperature
@@ -58,10 +61,13 @@ def periods_are_ticks(controller: Controller) -> Findings:
 def conversion_fits(controller: Controller) -> Findings:
     """Hold the period to the sensor's longest conversion (data sheet) and its reading."""
     for name, loop, sensor in loop_sensors(controller):
-        needed_s = sensor.conversion_s + READ_S
+        needed_s = shortest_period_s(sensor)
         if loop.period_s < needed_s:
             fitting = [
-                bits for bits in (9, 10, 11) if 0.09375 * 2 ** (bits - 9) + READ_S <= loop.period_s
+                bits
+                for bits in (9, 10, 11)
+                if shortest_period_s(sensor.model_copy(update={"resolution_bits": bits}))
+                <= loop.period_s
             ]
             coarser = f", or a resolution of {fitting[-1]} bit" if fitting else ""
             yield Finding(
@@ -71,6 +77,11 @@ def conversion_fits(controller: Controller) -> Findings:
                 f"Use at least {duration(needed_s)}{coarser}",
                 (("sensors", loop.sensor),),
             )
+
+
+def shortest_period_s(sensor: Sensor) -> float:
+    """Whole ticks for a conversion, and the reading."""
+    return round(math.ceil(sensor.conversion_s / TICK_S) * TICK_S + READ_S, 2)
 
 
 def time_outs(loop: Loop) -> dict[Path, float]:

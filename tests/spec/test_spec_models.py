@@ -21,6 +21,7 @@ from heatwright.spec import (
     load_text,
     planned,
 )
+from heatwright.spec.checks.timing import shortest_period_s
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
 
@@ -120,6 +121,7 @@ def test_the_sensors_data_sheet(bits: int) -> None:
     text = MINIMAL.replace("pin: A1", f"pin: A1, resolution: {bits} bit")
     sensor = load_text(text).controller.sensors["air"]
     assert sensor.conversion_s == {9: 0.09375, 10: 0.1875, 11: 0.375, 12: 0.75}[bits]
+    assert shortest_period_s(sensor) == {9: 0.15, 10: 0.24, 11: 0.43, 12: 0.8}[bits]
     assert sensor.step_k == {9: 0.5, 10: 0.25, 11: 0.125, 12: 0.0625}[bits]
     assert [sensor.error_k(t) for t in (-55, -30, -10, 85, 100, 125)] == [2, 1, 0.5, 0.5, 1, 2]
 
