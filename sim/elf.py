@@ -121,7 +121,7 @@ def _functions(elf: Any, symbols: list[tuple[str, int, str]]) -> tuple[Function,
     first, end = text["sh_addr"], text["sh_addr"] + text["sh_size"]
     names: dict[int, tuple[bool, bool, str]] = {}
     for name, address, kind in symbols:
-        if first <= address < end and not name.startswith(".L") and kind in _CODE:
+        if first <= address < end and not name.startswith(".") and kind in _CODE:
             key = (kind != "STT_FUNC", name.startswith("__vector_"), name)
             names[address] = min(names.get(address, key), key)
     starts = sorted(names)

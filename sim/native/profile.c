@@ -15,7 +15,7 @@ struct window {
 struct frame {
     uint16_t sp;                /* before the call pushed */
     uint16_t function;
-    int interrupt;
+    enum { CALLED, JUMPED, INTERRUPT } kind;
     uint64_t began, stolen;     /* stolen: cycles of interrupts within */
     struct window window;       /* of the interrupted code */
 };
@@ -128,20 +128,20 @@ static void trace_entry(hw *h, uint16_t function) {
     e->pc = p->starts[function];
 }
 
-static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int interrupt) {
+static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int kind) {
     struct profile *p = h->profile;
     uint16_t function = p->function_of_word[pc / 2];
     trace_entry(h, function);
     if (p->depth == DEPTH)
         return;
     p->frames[p->depth++] = (struct frame){.sp = sp, .function = function, .began = began,
-                                           .interrupt = interrupt, .window = p->window};
+                                           .kind = kind, .window = p->window};
 }
 
 /* The time of an interrupt is not that of what it interrupted. */
 static void forget(struct profile *p, const struct frame *f, uint64_t now) {
     uint64_t lasted = now - f->began;
-    if (!f->interrupt)
+    if (f->kind != INTERRUPT)
         return;
     for (int i = 0; i < p->depth; i++)
         p->frames[i].stolen += lasted - f->stolen;
@@ -151,19 +151,33 @@ static void forget(struct profile *p, const struct frame *f, uint64_t now) {
 
 static void pop(hw *h) {
     struct profile *p = h->profile;
-    uint16_t sp = hw_stack_pointer(h);
     uint64_t now = h->avr->cycle;
-    while (p->depth && p->frames[p->depth - 1].sp <= sp) {
-        struct frame f = p->frames[--p->depth];
-        uint64_t lasted = now - f.began - f.stolen;
-        if (f.function != NO_FUNCTION) {
-            hw_function *t = &p->totals[f.function];
-            t->total += lasted;
-            if (lasted > t->longest)
-                t->longest = lasted;
-        }
-        forget(p, &f, now);
+    struct frame f = p->frames[--p->depth];
+    uint64_t lasted = now - f.began - f.stolen;
+    if (f.function != NO_FUNCTION) {
+        hw_function *t = &p->totals[f.function];
+        t->total += lasted;
+        if (lasted > t->longest)
+            t->longest = lasted;
     }
+    forget(p, &f, now);
+}
+
+/* A return ends all that was entered with no less on the stack. */
+static void returned(hw *h) {
+    struct profile *p = h->profile;
+    uint16_t sp = hw_stack_pointer(h);
+    while (p->depth && p->frames[p->depth - 1].sp <= sp)
+        pop(h);
+}
+
+/* A function that jumps to another is still running; one that was jumped to has ended. */
+static void jumped(hw *h, uint32_t pc, uint16_t sp) {
+    struct profile *p = h->profile;
+    struct frame *top = p->depth ? &p->frames[p->depth - 1] : NULL;
+    if (top && top->kind == JUMPED && top->sp == sp)
+        pop(h);
+    push(h, pc, sp, h->avr->cycle, JUMPED);
 }
 
 void profile_before(hw *h) {
@@ -203,11 +217,11 @@ void profile_after(hw *h, uint32_t pc) {
     if (sp < p->lowest)
         p->lowest = sp;
     if (is_call(op))
-        push(h, pc, p->sp, avr->cycle, 0);
+        push(h, pc, p->sp, avr->cycle, CALLED);
     else if (is_return(op))
-        pop(h);
+        returned(h);
     else if (is_tail_call(p, pc))
-        push(h, pc, (uint16_t)(sp + avr->address_size), avr->cycle, 0);
+        jumped(h, pc, (uint16_t)(sp + avr->address_size));
     follow_mask(h, p->pc);
 }
 
@@ -233,7 +247,7 @@ void profile_interrupt(hw *h) {
         p->lowest = sp;
     p->began = began;
     follow_mask(h, pc);
-    push(h, pc, (uint16_t)(sp + h->avr->address_size), began, 1);
+    push(h, pc, (uint16_t)(sp + h->avr->address_size), began, INTERRUPT);
     open_window(p, h->avr->pc, h->avr->cycle);
 }
 

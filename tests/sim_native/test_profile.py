@@ -117,3 +117,17 @@ def test_waveforms(tmp_path: Path) -> None:
     assert values == ["z", "0", "1", "0", "z"]
     assert times[2] - times[1] == pytest.approx(125, abs=130)
     assert max(times) == pytest.approx(101_000, abs=5_000)
+
+
+def test_loops_of_the_start_up_code_are_no_calls() -> None:
+    """Clearing this much memory jumps between labels more often than calls may nest."""
+    program = compiled(
+        """
+        volatile uint8_t cleared[700];
+        __attribute__((noinline)) void works(void) { __builtin_avr_delay_cycles(100); }
+        int main(void) { for (;;) { works(); cleared[3]++; } }"""
+    )
+    avr = powered(program)
+    profile = avr.profile(program)
+    avr.run(0.01)
+    assert profile.functions["works"].longest == pytest.approx(104, abs=4)
