@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from heatwright.spec import Problem, Spec, SpecError, load_text
 
 ROOT = Path(__file__).parents[2]
-GOOD = [file.read_bytes() for file in sorted((ROOT / "spec" / "examples").glob("*.yaml"))]
+FILES = sorted((ROOT / "spec" / "examples").glob("*.yaml"))
+GOOD = [file.read_bytes() for file in FILES]
 WORDS = [
     b"off", b"1 s", b"-1 K", b"0", b"1e308 s", b"1e-300 K/W", b".inf", b"null", b"true", b"[]",
     b"{}", b"&a", b"*a", b"!!binary x", b"<<", b"|", b">", b"? ", b"---\n", b"...", b"#", b"'",
@@ -123,7 +124,7 @@ def test_other_numbers_in_good_specs(good: bytes, data: st.DataObject) -> None:
     check(" ".join(words).encode())
 
 
-@pytest.mark.parametrize("good", GOOD, ids=["chamber", "oven"])
+@pytest.mark.parametrize("good", GOOD, ids=[file.stem for file in FILES])
 def test_every_cut(good: bytes) -> None:
     """A file cut off anywhere, as by a full disk."""
     for end in range(0, len(good), 37):
