@@ -84,15 +84,19 @@ def _show(told: Any, jobs: Sequence[Job], waiting: Container[int]) -> None:
 
 
 def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
-    return work(piece, _Relay(number))
+    heard = signal.signal(signal.SIGTERM, _clean_up)
+    try:
+        return work(piece, _Relay(number))
+    finally:
+        signal.signal(signal.SIGTERM, heard)
 
 
 def _begin(told: Any) -> None:
     """Set up a worker."""
     global _told  # noqa: PLW0603 - the one thing a worker has of its own
     _told = told
-    signal.signal(signal.SIGTERM, _end)
 
 
-def _end(_: int, __: FrameType | None) -> None:
+def _clean_up(_: int, __: FrameType | None) -> None:
+    """End in order: temporary folders vanish, and the compiler stops."""
     raise SystemExit

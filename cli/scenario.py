@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError
 from heatwright.cli.ends import Refused
 from heatwright.spec import Controller, Event, Problem, Spec, SpecError
 from heatwright.spec.base import Model
-from heatwright.spec.checks import SIMULATION_CHECKS
+from heatwright.spec.checks import check
 from heatwright.spec.text import Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
@@ -82,7 +82,6 @@ def _checked(controller: Controller, tree: Tree) -> list[Problem]:
     """Hold the scenario to the rules of a spec's own; `simulation` is not in this file."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
-        for check in SIMULATION_CHECKS
         for finding in check(controller)
         if finding.path[:2] == ("simulation", "scenario")
     ]
