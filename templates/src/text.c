@@ -1,18 +1,14 @@
-/* Numbers as text, without printf. */
+/* Numbers as text, without printf and without division. */
 #include "text.h"
 
-#include <stdbool.h> /* bool */
+#include <avr/pgmspace.h> /* PROGMEM */
+#include <stdbool.h>      /* bool */
 
-static const float LARGEST = 20.0e6f; /* a long with two decimals holds it */
+static const float LARGEST = 20.0e6f; /* with two decimals it still fits 32 bits */
 
-static void reverse(char *first, char *last)
-{
-    while (first < last) {
-        const char kept = *first;
-        *first++ = *last;
-        *last-- = kept;
-    }
-}
+enum { PLACES = 10 };
+static const uint32_t POWERS[PLACES] PROGMEM
+    = { 1UL, 10UL, 100UL, 1000UL, 10000UL, 100000UL, 1000000UL, 10000000UL, 100000000UL, 1000000000UL };
 
 uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals)
 {
@@ -28,21 +24,28 @@ uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals)
     for (uint8_t i = 0; i < decimals; i++) {
         value *= 10.0f;
     }
-    uint32_t digits = (uint32_t)(value + 0.5f);
-
-    /* From the last digit to the first, with at least one before the point. */
-    const bool zero = digits == 0;
-    for (uint8_t i = 0; i <= decimals || digits != 0; i++) {
-        if (i == decimals && decimals != 0) {
-            text[length++] = '.';
-        }
-        text[length++] = (char)('0' + (char)(digits % 10u));
-        digits /= 10u;
-    }
-    if (negative && !zero) {
+    uint32_t rest = (uint32_t)(value + 0.5f);
+    if (negative && rest != 0) {
         text[length++] = '-';
     }
+
+    bool leading = true; /* zeros are left out, but for the one before the point */
+    for (uint8_t place = PLACES; place-- != 0;) {
+        const uint32_t power = pgm_read_dword(&POWERS[place]);
+        char digit = '0';
+        while (rest >= power) {
+            rest -= power;
+            digit++;
+        }
+        leading = leading && digit == '0' && place > decimals;
+        if (leading) {
+            continue;
+        }
+        if (place + 1u == decimals) {
+            text[length++] = '.';
+        }
+        text[length++] = digit;
+    }
     text[length] = '\0';
-    reverse(text, text + length - 1);
     return length;
 }
