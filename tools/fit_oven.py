@@ -9,6 +9,7 @@ The heater's power stays as it is in the file. It cannot be found from temperatu
 power, twice the capacities and half the resistances give the same curves.
 
     python tools/fit_oven.py spec/examples/oven.yaml --seed 1
+    python tools/fit_oven.py spec/examples/oven.yaml --evaluate
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ from rich.progress import Progress
 from rich.table import Table
 from scipy.optimize import differential_evolution, minimize
 
+from heatwright.sim.bench import STEP_S
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.metrics import metrics
 from heatwright.sim.trace import StepLog
 from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load
 
-STEP_S = 0.2
-"""Time step of the plant: the sensor is sampled within 20 ms of where the firmware samples it."""
+SEARCH_STEP_S = 0.2
+"""Time step of the plant in the search; what is found is shown at the bench's own, finer step."""
 
 COAST_UP_K = 1.5
 """Published rise after switch-off, "about"; seen in the first heating of the plain threshold."""
@@ -146,12 +148,12 @@ def coast_up(log: StepLog) -> float:
     return float(log["temperature_c"][off:].max() - log["temperature_c"][off])
 
 
-def figures_of(controller: Controller, row: ComparisonRow) -> Iterator[Figure]:
+def figures_of(controller: Controller, row: ComparisonRow, step_s: float) -> Iterator[Figure]:
     """Run a row and yield its figures."""
     published = row.published
     if published is None:
         return
-    trace = run_row(controller, row, step_s=STEP_S)
+    trace = run_row(controller, row, step_s=step_s)
     found = metrics(trace, row_controller(controller, row))
     label = f"{row.name}, {row.setpoint_c:g} °C"
     yield Figure(label, "maximum", published.maximum_c, found.maximum_c)
@@ -163,9 +165,11 @@ def figures_of(controller: Controller, row: ComparisonRow) -> Iterator[Figure]:
         yield Figure(label, "coast-up", COAST_UP_K, coast_up(log))
 
 
-def all_figures(controller: Controller) -> list[Figure]:
+def all_figures(controller: Controller, step_s: float = STEP_S) -> list[Figure]:
     """Run every published row."""
-    return [figure for row in controller.comparison for figure in figures_of(controller, row)]
+    return [
+        figure for row in controller.comparison for figure in figures_of(controller, row, step_s)
+    ]
 
 
 def squares(controller: Controller, point: Point) -> float:
@@ -173,7 +177,7 @@ def squares(controller: Controller, point: Point) -> float:
     low, high = np.array(search_bounds()).T
     inside = np.clip(point, low, high)
     outside = float(((point - inside) ** 2).sum())
-    found = all_figures(oven_with(controller, values_of(inside)))
+    found = all_figures(oven_with(controller, values_of(inside)), SEARCH_STEP_S)
     return sum(figure.error**2 for figure in found) + outside
 
 
@@ -233,20 +237,23 @@ def show(console: Console, values: dict[str, float], figures: list[Figure]) -> N
         numbers = (f"{figure.published:.2f}", f"{figure.found:.2f}", f"{figure.error:+.2f}")
         table.add_row(figure.row, figure.name, *numbers)
     console.print(table)
-    errors = np.array([figure.error for figure in figures])
-    worst = figures[int(np.abs(errors).argmax())]
+    worst = max(figures, key=lambda figure: abs(figure.error))
     console.print(
-        f"rms {math.sqrt(float((errors**2).mean())):.3f} K, "
-        f"worst {worst.error:+.3f} K ({worst.row}, {worst.name})"
+        f"rms {rms(figures):.3f} K, worst {worst.error:+.3f} K ({worst.row}, {worst.name})"
     )
+
+
+def rms(figures: list[Figure]) -> float:
+    """Return the root of the mean squared error, K."""
+    return math.sqrt(sum(figure.error**2 for figure in figures) / len(figures))
 
 
 @click.command()
 @click.argument("spec", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--seed", default=1, show_default=True, help="Of the search.")
-@click.option("--generations", default=40, show_default=True, help="Of differential evolution.")
+@click.option("--generations", default=25, show_default=True, help="Of differential evolution.")
 @click.option("--workers", default=1, show_default=True, help="Processes.")
-@click.option("--minutes", default=40.0, show_default=True, help="Simulated time of each row.")
+@click.option("--minutes", default=30.0, show_default=True, help="Simulated time of each row.")
 @click.option("--evaluate", is_flag=True, help="Only show how well the file's own plant fits.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write the values here.")
 def main(  # noqa: PLR0913, PLR0917 – one for each option
