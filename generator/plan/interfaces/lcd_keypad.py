@@ -16,7 +16,7 @@ LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("
 KEYPAD_PIN = "A0"
 POWER_UP_S = 0.05
 """HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
-RESYNC_S = 10.0
+RESYNC_S = 30.0
 
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
