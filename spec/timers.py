@@ -134,9 +134,9 @@ def pwm_setting(board: Board, output: PwmOutput) -> PwmSetting:
         return min(settings, key=lambda each: _distance(each.frequency_hz, output.frequency_hz))
     for prescaler in timer.prescalers:
         counts = round(board.clock_hz / (prescaler * output.frequency_hz))
-        if counts <= 1 << timer.bits:
+        if counts < 1 << timer.bits:
             break
-    counts = min(max(counts, FEWEST_COUNTS), 1 << timer.bits)
+    counts = min(max(counts, FEWEST_COUNTS), (1 << timer.bits) - 1)
     return PwmSetting(prescaler, counts, board.clock_hz / (prescaler * counts))
 
 

@@ -100,8 +100,8 @@ def heater_of(controller: Controller, name: str) -> HeaterOutput:
 def pwm_counts(controller: Controller, output: PwmOutput) -> int:
     """Return the counts of a PWM period.
 
-    The finest that the pin's timer gives at the frequency: a 16-bit timer counts to any end, an
-    8-bit one too if its channel A need not switch a pin; else it counts to 256.
+    The finest that the pin's timer gives at the frequency: a 16-bit timer counts to any end that
+    16 bits can say, an 8-bit one to 256.
 
     Raises:
         ValueError: the pin has no timer, or its timer is too fast for the frequency.
@@ -112,13 +112,12 @@ def pwm_counts(controller: Controller, output: PwmOutput) -> int:
     if place is None:
         message = f"Pin {output.pin} has no PWM"
         raise ValueError(message)
-    number, channel = place
-    timer = board.timers[number]
-    if timer.bits == 8 and channel != "B":
+    timer = board.timers[place[0]]
+    if timer.bits == 8:
         return 256
     for prescaler in timer.prescalers:
         found = round(board.clock_hz / (prescaler * output.frequency_hz))
-        if found <= 1 << timer.bits:
+        if found < 1 << timer.bits:
             return found
     message = f"{output.frequency_hz:g} Hz is too slow for pin {output.pin}"
     raise ValueError(message)
