@@ -44,8 +44,8 @@ def command(
     """Compare algorithms on the simulated machine.
 
     Each row of `comparison` in the spec is generated, built and simulated, and each control step
-    of its binary compared with the reference model. Published figures stand beside ours. The last
-    row is the spec as it is.
+    of its binary compared with the reference model. Published figures stand below ours. The spec as
+    it is comes last, where no row is the same.
     """
     check_target(plot, PLOTS)
     from heatwright.cli.compare.rows import rows_of, run_rows  # noqa: PLC0415
