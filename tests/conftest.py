@@ -1,4 +1,8 @@
 import os
+
+# Before numpy is imported: its threads wait by spinning, and would take turns with the tests.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any

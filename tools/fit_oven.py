@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
-from scipy.optimize import differential_evolution, minimize
+from scipy.optimize import Bounds, differential_evolution, minimize
 
 from heatwright.sim.bench import STEP_S
 from heatwright.sim.comparison import row_controller, run_row
@@ -98,12 +98,14 @@ def values_of(point: Point) -> dict[str, float]:
     }
 
 
-def search_bounds() -> list[tuple[float, float]]:
+def search_bounds() -> Bounds[tuple[int], np.float64]:
     """Return the bounds of the search space."""
-    return [
+    ends = [
         (math.log(p.low), math.log(p.high)) if p.logarithmic else (p.low, p.high)
         for p in PARAMETERS
     ]
+    low, high = np.array(ends).T
+    return Bounds(low, high)
 
 
 def oven_with(controller: Controller, values: dict[str, float]) -> Controller:
@@ -174,17 +176,23 @@ def all_figures(controller: Controller, step_s: float = STEP_S) -> list[Figure]:
 
 def squares(controller: Controller, point: Point) -> float:
     """Return the sum of the squared errors at a point of the search space, K²."""
-    low, high = np.array(search_bounds()).T
-    inside = np.clip(point, low, high)
+    bounds = search_bounds()
+    inside = np.clip(point, bounds.lb, bounds.ub)
     outside = float(((point - inside) ** 2).sum())
     found = all_figures(oven_with(controller, values_of(inside)), SEARCH_STEP_S)
     return sum(figure.error**2 for figure in found) + outside
 
 
-def search(
-    controller: Controller, *, seed: int, generations: int, workers: int, report: Callable[[], None]
+def search(  # noqa: PLR0913 – all but one have names
+    controller: Controller,
+    *,
+    seed: int,
+    generations: int,
+    workers: int,
+    report: Callable[[], None],
+    simplex: int = SIMPLEX_EVALUATIONS,
 ) -> Point:
-    """Find the best point."""
+    """Find the best point; `simplex` limits the evaluations of the finish."""
     goal = partial(squares, controller)
     coarse = differential_evolution(
         goal,
@@ -202,12 +210,13 @@ def search(
         coarse.x,
         method="Nelder-Mead",
         options={
-            "maxfev": SIMPLEX_EVALUATIONS,
+            "maxfev": simplex,
             "initial_simplex": simplex_around(coarse.x),
             "adaptive": True,
         },
     )
-    return np.asarray(fine.x if fine.fun < coarse.fun else coarse.x)
+    bounds = search_bounds()
+    return np.clip(fine.x if fine.fun < coarse.fun else coarse.x, bounds.lb, bounds.ub)
 
 
 def simplex_around(point: Point) -> NDArray[np.float64]:

@@ -1,0 +1,141 @@
+"""The lab oven: what docs/evidence.md says of the fit and of our own controller."""
+
+import re
+from itertools import product
+from pathlib import Path
+
+import fit_oven
+import pytest
+
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.comparison import row_controller, run_row
+from heatwright.sim.metrics import metrics
+from heatwright.spec import Event
+
+ROOT = Path(__file__).parents[2]
+EVIDENCE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
+
+SENSOR_STEP_K = 0.0625
+
+SPREAD = [
+    *product([50], [0.7, 1.0, 1.3], [0.7, 1.0, 1.3]),
+    *product([40, 60], [0.7, 1.0, 1.3], [1.0, 1.3]),
+    *product([70], [0.7, 1.0, 1.3], [1.0, 1.3]),
+]
+"""Setpoint, factor of all capacities, factor of all resistances. With 0.7 of the resistances the
+heater holds no more than 66 °C."""
+
+
+@pytest.fixture(scope="module")
+def figures(oven):
+    return fit_oven.all_figures(oven)
+
+
+def test_the_fit_is_as_good_as_stated(figures):
+    stated_rms, stated_worst = map(
+        float, re.findall(r"rms error (\d\.\d+) K.*?worst \+(\d\.\d+) K", EVIDENCE)[0]
+    )
+    assert round(fit_oven.rms(figures), 2) == stated_rms
+    assert round(max(abs(figure.error) for figure in figures), 2) == stated_worst
+
+
+def test_the_table_of_the_fit_is_current(figures):
+    rows = re.findall(r"^\| (\S.*?, \d\d °C) \| (.*?) \|$", EVIDENCE, re.MULTILINE)
+    ours = {}
+    for figure in figures:
+        if figure.name != "coast-up":
+            ours.setdefault(figure.row, []).append(f"{figure.found:.2f}")
+    assert {name: re.findall(r"\d\d\.\d\d", cells)[1::2] for name, cells in rows} == ours
+
+
+def test_no_protection_trips_in_any_row(oven):
+    for row in oven.comparison:
+        (log,) = run_row(oven, row).steps.values()
+        assert not log["fault.code"].any(), row.name
+
+
+def ours(oven, setpoint_c):
+    return next(
+        row for row in oven.comparison if row.name == "heatwright" and row.setpoint_c == setpoint_c
+    )
+
+
+def spread(plant, capacities, resistances):
+    return plant.model_copy(
+        update={
+            "nodes": {name: value * capacities for name, value in plant.nodes.items()},
+            "links": tuple(
+                link.model_copy(
+                    update={"resistance_k_per_w": link.resistance_k_per_w * resistances}
+                )
+                for link in plant.links
+            ),
+        }
+    )
+
+
+@pytest.mark.parametrize(("setpoint_c", "capacities", "resistances"), SPREAD)
+def test_our_row_holds_over_the_spread(oven, setpoint_c, capacities, resistances):
+    row = ours(oven, setpoint_c)
+    plant = spread(oven.simulation.plant, capacities, resistances)
+    found = metrics(run_row(oven, row, plant=plant), row_controller(oven, row))
+    assert found.overshoot_k <= SENSOR_STEP_K
+    assert found.steady_error_k <= SENSOR_STEP_K
+    assert not found.audible
+
+
+def test_our_row_is_better_than_every_published_one(oven):
+    best = metrics(run_row(oven, ours(oven, 50)), row_controller(oven, ours(oven, 50)))
+    for row in oven.comparison:
+        if row.published is not None:
+            found = metrics(run_row(oven, row), row_controller(oven, row))
+            assert best.steady_error_k <= found.steady_error_k
+            if row.setpoint_c == 50:
+                assert best.overshoot_k < found.overshoot_k
+
+
+def test_our_controller_is_the_files_own(oven):
+    row = ours(oven, 50)
+    assert row.algorithm == oven.loops["air"].algorithm
+    assert row.output == oven.outputs["heater"]
+
+
+def test_our_row_does_not_overshoot_a_new_setpoint(oven):
+    row = ours(oven, 40)
+    controller = row_controller(oven, row)
+    scenario = [
+        Event.model_validate(line)
+        for line in (
+            {"at": "20 min", "press": "up"},
+            {"at": "40 min", "press": "up"},
+            {"at": "60 min", "press": "up"},
+            {"for": "80 min"},
+        )
+    ]
+    (log,) = bench(controller, ReferenceDevice(controller), scenario).steps.values()
+    assert set(log["setpoint_c"]) == {40, 50, 60, 70}
+    assert (log["temperature_c"] - log["setpoint_c"]).max() <= SENSOR_STEP_K
+
+
+def test_the_fit_finds_its_way(oven):
+    """A short search from scratch ends within the bounds and is the same each time."""
+    short = fit_oven.shortened(oven, 60)
+    rows = tuple(row for row in short.comparison if row.published)[:1]
+    short = short.model_copy(update={"comparison": rows})
+    points = [
+        fit_oven.search(short, seed=3, generations=1, workers=1, report=lambda: None, simplex=5)
+        for _ in range(2)
+    ]
+    assert points[0].tolist() == points[1].tolist()
+    values = fit_oven.values_of(points[0])
+    for parameter in fit_oven.PARAMETERS:
+        assert parameter.low <= values[parameter.name] <= parameter.high
+
+
+def test_the_files_plant_is_what_the_fit_would_write(oven):
+    values = fit_oven.values_of_file(oven)
+    again = fit_oven.oven_with(oven, values).simulation
+    assert again.ambient_c == oven.simulation.ambient_c
+    assert again.plant.nodes == oven.simulation.plant.nodes
+    for ours, theirs in zip(again.plant.links, oven.simulation.plant.links, strict=True):
+        assert ours.resistance_k_per_w == pytest.approx(theirs.resistance_k_per_w, rel=1e-12)
