@@ -100,10 +100,23 @@ def _loops(spec: Spec) -> list[dict[str, Any]]:
 def _limit(spec: Spec, rule: str) -> str:
     """What trips `rule`: once if all loops agree, else loop by loop."""
     loops = spec.controller.loops
+    anywhere = _limits_of_the_controller(spec)
+    if rule in anywhere:
+        return anywhere[rule]
     limits = {name: _limits(loop.protection).get(rule, "") for name, loop in loops.items()}
     if len(set(limits.values())) == 1:
-        return next(iter(limits.values()))
+        return next(iter(limits.values())) or "not used here"
     return "; ".join(f"{name}: {limit or 'not used'}" for name, limit in limits.items())
+
+
+def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
+    """What trips the rules that belong to no loop, by the rule's id."""
+    return {
+        "watchdog_reset": f"a reset after {quantity(spec.controller.safety.watchdog_s, 's')} "
+        "without the main loop",
+        "brown_out": "a reset by the brown-out detector",
+        "settings_corrupt": "records in the EEPROM, and none of them valid",
+    }
 
 
 def _limits(protection: Protection) -> dict[str, str]:
