@@ -30,14 +30,10 @@ from rich.progress import Progress
 from rich.table import Table
 from scipy.optimize import Bounds, differential_evolution, minimize
 
-from heatwright.sim.bench import STEP_S
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.metrics import metrics
 from heatwright.sim.trace import StepLog
 from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load
-
-SEARCH_STEP_S = 0.2
-"""Time step of the plant in the search; what is found is shown at the bench's own, finer step."""
 
 COAST_UP_K = 1.5
 """Published rise after switch-off, "about"; seen in the first heating of the plain threshold."""
@@ -150,12 +146,12 @@ def coast_up(log: StepLog) -> float:
     return float(log["temperature_c"][off:].max() - log["temperature_c"][off])
 
 
-def figures_of(controller: Controller, row: ComparisonRow, step_s: float) -> Iterator[Figure]:
+def figures_of(controller: Controller, row: ComparisonRow) -> Iterator[Figure]:
     """Run a row and yield its figures."""
     published = row.published
     if published is None:
         return
-    trace = run_row(controller, row, step_s=step_s)
+    trace = run_row(controller, row)
     found = metrics(trace, row_controller(controller, row))
     label = f"{row.name}, {row.setpoint_c:g} °C"
     yield Figure(label, "maximum", published.maximum_c, found.maximum_c)
@@ -167,11 +163,9 @@ def figures_of(controller: Controller, row: ComparisonRow, step_s: float) -> Ite
         yield Figure(label, "coast-up", COAST_UP_K, coast_up(log))
 
 
-def all_figures(controller: Controller, step_s: float = STEP_S) -> list[Figure]:
+def all_figures(controller: Controller) -> list[Figure]:
     """Run every published row."""
-    return [
-        figure for row in controller.comparison for figure in figures_of(controller, row, step_s)
-    ]
+    return [figure for row in controller.comparison for figure in figures_of(controller, row)]
 
 
 def squares(controller: Controller, point: Point) -> float:
@@ -179,7 +173,7 @@ def squares(controller: Controller, point: Point) -> float:
     bounds = search_bounds()
     inside = np.clip(point, bounds.lb, bounds.ub)
     outside = float(((point - inside) ** 2).sum())
-    found = all_figures(oven_with(controller, values_of(inside)), SEARCH_STEP_S)
+    found = all_figures(oven_with(controller, values_of(inside)))
     return sum(figure.error**2 for figure in found) + outside
 
 

@@ -3,9 +3,12 @@ import csv
 import numpy as np
 import pytest
 
-from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
 from heatwright.sim.trace import TraceEvent
 from heatwright.spec import Event, Pid, PwmOutput, TimeProportionalOutput
+
+HEATER = {"pin": "D3", "power": "240 W"}
+WINDOWS = {"kind": "time_proportional", "window": "1 s"}
 
 
 def scenario(*lines):
@@ -117,27 +120,26 @@ def test_progress_ends_at_the_end(chamber):
     )
     assert told == sorted(told)
     assert 0.99 < told[-1] <= 1
-    assert len(told) <= 201
+    assert len(told) <= 2 * PROGRESS_REPORTS
 
 
-def test_energy_is_the_same_for_pwm_and_windows(vary):
-    """Both give the asked-for heat, so the plant cannot tell them apart but by rounding."""
-    pid = Pid(kind="pid", kp=10)
-    settings = {"pin": "D3", "power": "240 W"}
-    pwm = PwmOutput.model_validate({"kind": "pwm", "frequency": "490 Hz", **settings})
-    windows = TimeProportionalOutput.model_validate(
-        {"kind": "time_proportional", "window": "1 s", **settings}
-    )
-    heat = []
-    for output in (pwm, windows):
-        controller = vary(algorithm=pid, output=output)
-        trace = bench(controller, ReferenceDevice(controller), scenario({"for": "10 s"}))
-        log = trace.steps["air"]
-        asked = log["duty_percent"][:-1].astype(float).sum() / 100
-        given = trace.on_fraction["heater"][:-1].sum() * 0.1
-        steps = 255 if output is pwm else 100
-        assert given == pytest.approx(asked, abs=len(log) * 0.5 / steps)
-        heat.append(given)
+@pytest.mark.parametrize(
+    ("output", "resolution"),
+    [
+        (PwmOutput.model_validate({"kind": "pwm", "frequency": "490 Hz", **HEATER}), 1 / 256),
+        (TimeProportionalOutput.model_validate({**WINDOWS, **HEATER}), 10e-3),
+    ],
+)
+def test_the_heat_is_what_was_asked_for(vary, output, resolution):
+    controller = vary(algorithm=Pid(kind="pid", kp=1), output=output)
+    keys = scenario({"at": "1.5 s", "press": "up", "times": 3}, {"for": "30 s"})
+    trace = bench(controller, ReferenceDevice(controller), keys)
+    log = trace.steps["air"][:-1]  # what the last step asks for is still to come
+    assert 25 < log["duty_percent"].max() < 100
+    until = np.searchsorted(trace.times_s, 30.0 + 1e-9)
+    given_s = (trace.on_fraction["heater"] * np.diff(trace.times_s, prepend=0.0))[:until].sum()
+    asked_s = log["duty_percent"].astype(float).sum() / 100
+    assert given_s == pytest.approx(asked_s, abs=len(log) * resolution / 2)
 
 
 def test_a_bench_needs_a_machine(chamber):
@@ -147,7 +149,7 @@ def test_a_bench_needs_a_machine(chamber):
 
 
 def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
-    trace = bench(chamber, ReferenceDevice(chamber), scenario({"for": "3 s"}))
+    trace = bench(chamber, ReferenceDevice(chamber), scenario({"for": "3 s"}), step_s=0.1)
     path = tmp_path / "run.csv"
     trace.write_csv(path)
     with path.open(encoding="utf-8", newline="") as file:
