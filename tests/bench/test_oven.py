@@ -94,6 +94,13 @@ def test_our_row_is_better_than_every_published_one(oven):
                 assert best.overshoot_k < found.overshoot_k
 
 
+def test_the_air_itself_keeps_to_what_is_stated(oven):
+    air_c = run_row(oven, ours(oven, 50)).temperatures_c["air"]
+    low, high = map(float, re.findall(r"keeps to (\d+\.\d+) \.\. (\d+\.\d+) °C", EVIDENCE)[0])
+    assert air_c.max() <= high
+    assert low <= air_c[len(air_c) * 2 // 3 :].min()
+
+
 def test_our_controller_is_the_files_own(oven):
     row = ours(oven, 50)
     assert row.algorithm == oven.loops["air"].algorithm
