@@ -79,6 +79,8 @@ def main() -> None:
     """Run the command line and end the process with its status."""
     # Looking for plug-ins that might change how a spec is read takes longer than reading it.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # Matrices here have four rows; threads that wait for larger ones would take a core.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     end_in_order()
     sys.exit(ended(cli, sys.argv[1:]))
 
