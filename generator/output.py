@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,8 +11,8 @@ from pathlib import Path, PurePosixPath
 
 from heatwright.generator.plan.parts import MARK
 
-_MARK_WITHIN = 200
-"""Bytes of a file's first line in which its mark must stand."""
+_BANNER = re.compile(rb"(//|;|<!--) " + MARK.encode() + b" ")
+"""How each of our files begins; one that has these words further down may be the user's."""
 
 
 class OutputRefused(Exception):
@@ -60,15 +61,16 @@ def compare(files: Mapping[str, str], folder: Path) -> tuple[Difference, ...]:
 
 
 def left_over(files: Mapping[str, str], folder: Path) -> tuple[str, ...]:
-    """Generated files in the folder that this spec no longer generates."""
-    if not folder.is_dir():
-        return ()
+    """Generated files that this spec no longer generates, in the folders it generates to."""
     found = (
-        path.relative_to(folder).as_posix()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and not path.is_symlink() and ".pio" not in path.parts and _is_ours(path)
+        path
+        for place in sorted({(folder / _inside(path)).parent for path in files})
+        if place.is_dir()
+        for path in sorted(place.iterdir())
+        if path.is_file() and not path.is_symlink() and _is_ours(path)
     )
-    return tuple(path for path in found if path not in files)
+    names = (path.relative_to(folder).as_posix() for path in found)
+    return tuple(name for name in names if name not in files)
 
 
 def _inside(path: str) -> PurePosixPath:
@@ -80,7 +82,7 @@ def _inside(path: str) -> PurePosixPath:
 
 def _is_ours(path: Path) -> bool:
     with path.open("rb") as file:
-        return MARK.encode() in file.read(_MARK_WITHIN)
+        return _BANNER.match(file.read(100)) is not None
 
 
 def _refuse_foreign(folder: Path, target: Path) -> None:
@@ -97,7 +99,7 @@ def _refuse_foreign(folder: Path, target: Path) -> None:
             )
     if target.is_dir():
         raise OutputRefused(f"{target} is a folder where a file is needed. Choose another folder.")
-    if target.exists() and not _is_ours(target):
+    if target.exists() and not (target.is_file() and _is_ours(target)):
         raise OutputRefused(
             f"{target} was not written by heatwright and would be replaced. "
             "Move it away, or choose another folder."

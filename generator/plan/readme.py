@@ -22,10 +22,8 @@ def readme_context(spec: Spec) -> dict[str, Any]:
     return {
         "name": identity.name,
         "title": markdown(identity.title or identity.name),
-        "spec_file": markdown(spec.file_name),
         "digest": spec.digest,
         "board": identity.board,
-        "platformio_board": controller.board.platformio,
         "wiring": _wiring(spec),
         "loops": _loops(spec),
         "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules()],

@@ -6,13 +6,17 @@ import re
 
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]<>#|&~])")
 
+_HOSTILE = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)|-(?=-!?>)")
+"""The first character of what ends or begins a comment of C, a trigraph, or the end of HTML's."""
+
 
 def c_comment(text: str) -> str:
-    """Text that cannot close a comment, open one, continue a line or form a trigraph."""
+    """Text that cannot close a comment, open one, continue a line or form a trigraph.
+
+    The same in HTML, for a README begins with a comment too.
+    """
     shown = "".join(character if character.isprintable() else "?" for character in text)
-    for hostile in ("*/", "/*", "??"):
-        shown = shown.replace(hostile, " ".join(hostile))
-    return shown.replace("\\", "/")
+    return _HOSTILE.sub(r"\g<0> ", shown.replace("\\", "/"))
 
 
 def markdown(text: str) -> str:
