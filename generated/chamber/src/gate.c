@@ -15,7 +15,7 @@
 #include "output_heater.h" /* output_heater_tick */
 #include "output_fan.h" /* output_fan_is_on */
 
-static uint16_t main_ticks;
+static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
 static uint16_t air_ticks;
 static uint16_t air_sensor_ticks;
 
@@ -39,7 +39,11 @@ static void renew(uint16_t *ticks, uint16_t count)
 
 void gate_tick(void)
 {
-    const bool healthy = spend(&main_ticks) && fault.code == FAULT_NONE;
+    const bool healthy = main_ticks != 0 && fault.code == FAULT_NONE;
+
+    if (main_ticks != 0) {
+        main_ticks--;
+    }
 
     /* chamber.yaml:19 loops.air.heater */
     bool air_permitted = healthy;
@@ -54,7 +58,7 @@ void gate_tick(void)
 
 void gate_renew_main(void)
 {
-    renew(&main_ticks, GATE_MAIN_PERMIT_TICKS);
+    main_ticks = GATE_MAIN_PERMIT_TICKS;
 }
 
 void gate_renew_air(void)

@@ -94,6 +94,10 @@ static void finish(uint8_t result)
 
 void sensor_air_tick(void)
 {
+    if (ticks_left != 0) {
+        ticks_left--;
+        return;
+    }
     if (one_wire_air.busy) {
         return;
     }
@@ -103,9 +107,7 @@ void sensor_air_tick(void)
     }
     switch (phase) {
     case WAITING:
-        if (ticks_left != 0) {
-            ticks_left--;
-        } else if (is_set_up) {
+        if (is_set_up) {
             send_convert();
         } else {
             send_set_up();
@@ -119,10 +121,7 @@ void sensor_air_tick(void)
         phase = CONVERTING;
         break;
     case CONVERTING:
-        ticks_left--;
-        if (ticks_left == 0) {
-            send_read();
-        }
+        send_read();
         break;
     case READING:
         finish(judge(one_wire_air.data + 2));
