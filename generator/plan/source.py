@@ -28,9 +28,10 @@ class Source:
 
     @property
     def where(self) -> str:
-        """Such as `chamber.yaml:19 loops.air.period`."""
+        """Such as `chamber.yaml:19 loops.air.period`; a key left out stands by its section."""
         keys = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in self.path)
-        return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}")
+        left_out = "" if self.path in self.spec.tree.positions else " (default)"
+        return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}{left_out}")
 
     def count(self, name: str, value: int, derivation: str) -> Constant:
         """An unsigned constant and how it was derived."""

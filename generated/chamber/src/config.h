@@ -83,11 +83,11 @@
 #define LOOP_AIR_HEATING_RISE_K 2.0f
 /* chamber.yaml:28 loops.air.protection.heating.within: 120 s in periods of 1 s */
 #define LOOP_AIR_HEATING_STEPS 120u
-/* chamber.yaml:24 loops.air.protection.frozen.for: 600 s in periods of 1 s */
+/* chamber.yaml:24 loops.air.protection.frozen.for (default): 600 s in periods of 1 s */
 #define LOOP_AIR_FROZEN_STEPS 600u
-/* chamber.yaml:24 loops.air.protection.rising_while_off.rise: 10 K */
+/* chamber.yaml:24 loops.air.protection.rising_while_off.rise (default): 10 K */
 #define LOOP_AIR_OFF_RISE_K 10.0f
-/* chamber.yaml:24 loops.air.protection.rising_while_off.settle: 120 s in periods of 1 s */
+/* chamber.yaml:24 loops.air.protection.rising_while_off.settle (default): 120 s in periods of 1 s */
 #define LOOP_AIR_OFF_SETTLE_STEPS 120u
 
 /* ---- LCD keypad shield ---- */

@@ -85,7 +85,7 @@ static bool heating_failed(void)
     return guard_air.heating_steps >= LOOP_AIR_HEATING_STEPS;
 }
 
-/* chamber.yaml:24 loops.air.protection.frozen
+/* chamber.yaml:24 loops.air.protection.frozen (default)
  * Heat below the setpoint must move a living sensor by a step. */
 static bool frozen(void)
 {
@@ -100,7 +100,7 @@ static bool frozen(void)
     return guard_air.frozen_steps >= LOOP_AIR_FROZEN_STEPS;
 }
 
-/* chamber.yaml:24 loops.air.protection.rising_while_off
+/* chamber.yaml:24 loops.air.protection.rising_while_off (default)
  * After the stored heat has settled, a heater that is off cannot raise the temperature. */
 static bool rising_while_off(void)
 {
