@@ -1,0 +1,186 @@
+"""Compile a generated project for the host, file by file."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from heatwright.spec import Controller, Loop
+
+HERE = Path(__file__).parent
+INSTALL = "sudo apt install gcc libc6-dev"
+
+FLAGS = ("-std=c11", "-O0", "-ffp-contract=off", "-fPIC", "-fpack-struct=1", "-Wall", "-Wextra")
+# Packed, as the AVR has it, structures give pointers to members at odd addresses.
+STRICT = ("-Werror", "-Wno-address-of-packed-member")
+SANITIZE = (
+    "-fsanitize=undefined,float-cast-overflow,float-divide-by-zero",
+    "-fno-sanitize=alignment",
+    "-fno-sanitize-recover=all",
+)
+
+
+class HostBuildFailed(RuntimeError):
+    """The C does not compile, or there is no compiler; the message says which."""
+
+
+class Parts(NamedTuple):
+    """Names of the one loop and of what belongs to it."""
+
+    loop: str
+    sensor: str
+    heater: str
+    fan: str | None
+    has_output_state: bool
+
+
+@dataclass(frozen=True)
+class HostBuild:
+    """A compiled library and all that is needed to compile it again with one file changed."""
+
+    library: Path
+    project: Path
+    controller: Controller
+    parts: Parts
+    sanitized: bool
+    objects: Mapping[str, Path] = field(repr=False)
+    """Object file by the name of its source."""
+
+    def with_changed(self, name: str, text: str, folder: Path) -> HostBuild:
+        """Compile one source anew, with another text, and link it with the others as they are.
+
+        Raises:
+            HostBuildFailed: it does not compile.
+
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        changed = folder / name
+        changed.write_text(text, encoding="utf-8")
+        compiled = _compile(self, changed, folder, strict=False)
+        objects = {**self.objects, name: compiled}
+        library = _link(objects.values(), folder / "host.so", sanitized=self.sanitized)
+        return HostBuild(
+            library, self.project, self.controller, self.parts, self.sanitized, objects
+        )
+
+
+def build_host(
+    project: Path, controller: Controller, folder: Path, *, sanitized: bool = True
+) -> HostBuild:
+    """Compile what decides in a generated project of one loop.
+
+    Args:
+        project: the generated project, with its `src/`.
+        controller: the specification it was generated from.
+        folder: where objects and library go.
+        sanitized: end the process at undefined behaviour (gcc's sanitizer).
+
+    Raises:
+        HostBuildFailed: it does not compile, or there is no compiler.
+        ValueError: the controller has more than one loop.
+
+    """
+    parts = _parts(controller)
+    folder.mkdir(parents=True, exist_ok=True)
+    build = HostBuild(folder / "host.so", project, controller, parts, sanitized, {})
+    sources = [HERE / "world.c", *(project / "src" / name for name in _names(parts))]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        compiled = list(pool.map(lambda source: _compile(build, source, folder), sources))
+    objects = {source.name: made for source, made in zip(sources, compiled, strict=True)}
+    _link(objects.values(), build.library, sanitized=sanitized)
+    return HostBuild(build.library, project, controller, parts, sanitized, objects)
+
+
+def _parts(controller: Controller) -> Parts:
+    if len(controller.loops) != 1:
+        message = "The host build has one loop"
+        raise ValueError(message)
+    ((name, loop),) = controller.loops.items()
+    has_state = controller.outputs[loop.heater].kind != "digital"
+    return Parts(name, loop.sensor, loop.heater, loop.fan, has_state)
+
+
+def _names(parts: Parts) -> list[str]:
+    outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan) if name]
+    control = [f"{kind}_{parts.loop}.c" for kind in ("loop", "guard", "algorithm")]
+    return [*control, "fault.c", "gate.c", "settings.c", "text.c", *outputs]
+
+
+def _compiler() -> str:
+    found = shutil.which("gcc")
+    if not found:
+        message = f"There is no gcc: {INSTALL}"
+        raise HostBuildFailed(message)
+    return found
+
+
+def _compile(build: HostBuild, source: Path, folder: Path, *, strict: bool = True) -> Path:
+    made = folder / f"{source.stem}.o"
+    _run(
+        _compiler(),
+        *FLAGS,
+        *(STRICT if strict else ("-w",)),
+        *(SANITIZE if build.sanitized else ()),
+        *_board(build.controller),
+        *(_names_for_world(build) if source.name == "world.c" else ()),
+        *(f"-I{folder}" for folder in (build.project / "src", HERE / "include", HERE)),
+        "-c",
+        str(source),
+        "-o",
+        str(made),
+    )
+    return made
+
+
+def _link(objects: Iterable[Path], library: Path, *, sanitized: bool) -> Path:
+    # -Bsymbolic: nothing of another library, or of Python, in place of the firmware's own names.
+    flags = ("-shared", "-Wl,-Bsymbolic", *(SANITIZE if sanitized else ()))
+    _run(_compiler(), *flags, *map(str, objects), "-o", str(library))
+    return library
+
+
+def _run(*command: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    if done.returncode:
+        raise HostBuildFailed(done.stderr.strip())
+
+
+def _board(controller: Controller) -> list[str]:
+    """Say what config.h asks for: the clock, and avr-gcc's macro of the chip."""
+    board = controller.board
+    chip = board.mcu.removeprefix("atmega").upper()
+    return [f"-DF_CPU={board.clock_hz}UL", f"-D__AVR_ATmega{chip}__"]
+
+
+def _names_for_world(build: HostBuild) -> list[str]:
+    parts = build.parts
+    control: Loop = build.controller.loops[parts.loop]
+    flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
+    flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
+    headers = [f"{kind}_{parts.loop}.h" for kind in ("loop", "guard", "algorithm")]
+    headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
+    headers += ["fault.h", "gate.h", "settings.h", "config.h", "pins.h"]
+    pins = build.controller.board.pins
+    if parts.fan:
+        pin = pins[build.controller.outputs[parts.fan].pin]
+        flags += [f"-DFAN={parts.fan}", f"-DFAN_PIN=PIN{pin.port}", f"-DFAN_MASK=(1u<<{pin.bit})"]
+        headers.append(f"output_{parts.fan}.h")
+    if parts.has_output_state:
+        flags.append("-DHAS_STATE")
+    heater = build.controller.outputs[parts.heater]
+    place = pins[heater.pin].pwm
+    if heater.kind == "pwm" and place is not None:
+        timer, channel = place
+        flags += [
+            f"-DPWM_CONTROL=TCCR{timer}A",
+            f"-DPWM_COMPARE=OCR{timer}{channel}",
+            f"-DPWM_BITS=(1u<<COM{timer}{channel}1)",
+            f"-DPWM_WHOLE=OUTPUT_{parts.heater.upper()}_PERIOD_COUNTS",
+        ]
+    return [*flags, *(part for header in headers for part in ("-include", header))]

@@ -1,0 +1,124 @@
+"""One firmware, its world, and the state that each control step leaves behind."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.host.build import HostBuild
+from heatwright.sim.host.layout import declarations, state_type
+
+INPUT = np.dtype(
+    [("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i2"), ("setpoint_c", "f4")]
+)
+"""What goes into one control step: `struct host_input`."""
+
+
+class HostHangs(RuntimeError):
+    """The control step did not come."""
+
+
+class Run(NamedTuple):
+    """What a sequence of control steps left behind."""
+
+    states: NDArray[Any]
+    """One row for each step, by the names of docs/control.md."""
+    heater_counts: NDArray[np.uint32]
+    """Ticks (counts, where a timer drives the pin) that the heater was on before each step."""
+
+
+class Host:
+    """The host build of one loop's firmware."""
+
+    def __init__(self, build: HostBuild) -> None:
+        """Load the library and power up with an empty EEPROM."""
+        self._ffi = declarations(build)
+        self.library: Any = self._ffi.dlopen(str(build.library))
+        self.type = state_type(self._ffi, build)
+        self.world: Any = self.library.host_world()
+        self.world.eeprom_bytes = build.controller.board.eeprom_bytes
+        self._input = np.zeros(1, INPUT)
+        self._input["setpoint_c"] = build.controller.loops[build.parts.loop].setpoint.initial_c
+        self.erase()
+        self.power_up()
+
+    def close(self) -> None:
+        """Unload the library."""
+        self._ffi.dlclose(self.library)
+
+    def erase(self) -> None:
+        """Make the EEPROM as it comes from the factory."""
+        self.eeprom[:] = b"\xff" * len(self.eeprom)
+
+    @property
+    def eeprom(self) -> Any:
+        """The EEPROM's bytes, to be read and written."""
+        return self._ffi.buffer(self.world.eeprom, self.world.eeprom_bytes)
+
+    def power_up(self) -> None:
+        """Reset all memory but the EEPROM, and start."""
+        self.library.host_power_up()
+
+    def set_reading(self, status: int, raw: int) -> None:
+        """Let the sensor answer so from now on."""
+        self._input["reading_status"], self._input["reading_raw"] = status, raw
+
+    def set_setpoint(self, setpoint_c: float) -> None:
+        """Ask for this temperature from now on, °C."""
+        self._input["setpoint_c"] = setpoint_c
+
+    def acknowledge(self) -> None:
+        """Acknowledge a fault before the next step."""
+        self._input["acknowledge"] = 1
+
+    def step(self) -> dict[str, Any]:
+        """Run to the end of the next control step and return the state.
+
+        Raises:
+            HostHangs: it does not come.
+
+        """
+        run = self.run(self._input)
+        self._input["acknowledge"] = 0
+        row = run.states[0]
+        return {name: row[name] for name in self.type.names or ()}
+
+    def run(self, inputs: NDArray[Any]) -> Run:
+        """Do a control step with each of the inputs (of type INPUT).
+
+        Raises:
+            HostHangs: a step does not come.
+
+        """
+        states = np.zeros(len(inputs), self.type)
+        counts = np.zeros(len(inputs), np.uint32)
+        done = self.library.host_run(
+            self._ffi.from_buffer("struct host_input[]", np.ascontiguousarray(inputs, INPUT)),
+            len(inputs),
+            self._ffi.from_buffer("uint8_t[]", states),
+            self._ffi.from_buffer("uint32_t[]", counts),
+        )
+        if done != len(inputs):
+            message = f"Step {done + 1} did not come"
+            raise HostHangs(message)
+        return Run(states, counts)
+
+    def number(self, value: float, decimals: int) -> str:
+        """Return what `text_number` makes of a value.
+
+        Raises:
+            ValueError: it wrote outside its text, or its length is wrong.
+
+        """
+        guard, size = 16, self.library.TEXT_SIZE
+        memory = bytearray(b"\xa5" * (guard + size + guard))
+        whole = self._ffi.from_buffer("char[]", memory, require_writable=True)
+        length = self.library.text_number(whole + guard, value, decimals)
+        text = bytes(memory[guard : guard + size])
+        outside = bytes(memory[:guard] + memory[-guard:])
+        if outside != b"\xa5" * (2 * guard) or text.find(0) != length:
+            message = f"text_number({value!r}, {decimals}) left {bytes(memory)!r}"
+            raise ValueError(message)
+        return text[:length].decode("ascii")

@@ -1,0 +1,62 @@
+"""What the firmware's own headers say of its state: names, widths, places."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cffi import FFI
+
+from heatwright.sim.host.build import HERE, HostBuild
+
+_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
+
+_NUMPY = {"float": "f4", "_Bool": "u1", "bool": "u1"}
+
+
+def declarations(build: HostBuild) -> FFI:
+    """Read the headers of the files under test; structures are packed."""
+    parts, source = build.parts, build.project / "src"
+    names = ["fault", "settings", "text", "gate"]
+    names += [f"{kind}_{parts.loop}" for kind in ("loop", "guard", "algorithm")]
+    names.append(f"output_{parts.heater}")
+    ffi = FFI()
+    for header in (*(source / f"{name}.h" for name in names), HERE / "world.h"):
+        ffi.cdef(_bare(header), packed=header.name != "text.h")
+    return ffi
+
+
+def _bare(header: Path) -> str:
+    return _DIRECTIVE.sub("", _COMMENT.sub("", header.read_text(encoding="utf-8")))
+
+
+def state_type(ffi: FFI, build: HostBuild) -> np.dtype[Any]:
+    """Return the type of what `host_state` writes, named as docs/control.md does."""
+    parts = build.parts
+    structures = {
+        "": f"loop_{parts.loop}_state",
+        "guard.": f"guard_{parts.loop}_state",
+        "algorithm.": f"algorithm_{parts.loop}_state",
+        "fault.": "fault_state",
+    }
+    if parts.has_output_state:
+        structures["output."] = f"output_{parts.heater}_state"
+    fields = [
+        (f"{prefix}{name}", _width(field.type))
+        for prefix, structure in structures.items()
+        for name, field in ffi.typeof(f"struct {structure}").fields
+    ]
+    return np.dtype(fields)
+
+
+def _width(kind: Any) -> str:
+    if kind.cname in _NUMPY:
+        return _NUMPY[kind.cname]
+    match = re.fullmatch(r"(u?)int(8|16|32)_t", kind.cname)
+    if match is None:
+        message = f"{kind.cname} is no type of a state member"
+        raise ValueError(message)
+    return f"{match[1] or 'i'}{int(match[2]) // 8}"

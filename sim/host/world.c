@@ -1,0 +1,258 @@
+/* The world around the firmware's own files in the host build.
+ *
+ * Linked first, so that its data begin the memory that a reset restores. The names of the loop
+ * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN and HAS_STATE; the
+ * firmware's headers are included there, too.
+ */
+#include "world.h"
+
+#include <avr/eeprom.h>
+#include <avr/io.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define JOINED(a, b, c) a##b##c
+#define JOIN(a, b, c) JOINED(a, b, c)
+
+#define CONTROL JOIN(loop_, LOOP, )
+#define GUARD JOIN(guard_, LOOP, )
+#define ALGORITHM JOIN(algorithm_, LOOP, )
+#define OUTPUT JOIN(output_, HEATER, )
+
+extern char _end[] __attribute__((visibility("hidden")));
+
+static char first = 1; /* of the memory of the firmware; not 0, for then it would not be in .data */
+static char *image;    /* that memory as it is at power-up */
+static struct host_world *world;
+
+volatile uint8_t host_port[HOST_PORTS];
+volatile uint8_t host_ddr[HOST_PORTS];
+volatile uint8_t host_pin[HOST_PORTS];
+volatile struct host_timer host_timer[HOST_TIMERS];
+
+__attribute__((constructor)) static void keep_image(void)
+{
+    const size_t size = (size_t)(_end - &first);
+
+    world = calloc(1, sizeof *world);
+    world->writes_left = -1;
+    image = malloc(size);
+    memcpy(image, &first, size);
+}
+
+struct host_world *host_world(void)
+{
+    return world;
+}
+
+/* ---- the files that are not under test ---- */
+
+static struct host_input input;
+
+uint8_t JOIN(sensor_, SENSOR, _take)(int16_t *raw)
+{
+    if (input.reading_status == READING_OK) {
+        memcpy(raw, &input.reading_raw, sizeof *raw);
+    }
+    return input.reading_status;
+}
+
+void JOIN(sensor_, SENSOR, _begin)(void)
+{
+}
+
+void plotter_send(void);
+void plotter_send(void)
+{
+}
+
+void panel_refresh(void);
+void panel_refresh(void)
+{
+}
+
+uint32_t clock_seconds(void);
+uint32_t clock_seconds(void)
+{
+    return world->ticks / 100u;
+}
+
+/* ---- EEPROM ---- */
+
+static bool is_inside(uintptr_t place)
+{
+    if (place < world->eeprom_bytes) {
+        return true;
+    }
+    world->eeprom_outside++;
+    return false;
+}
+
+bool eeprom_is_ready(void)
+{
+    return true;
+}
+
+uint8_t eeprom_read_byte(const uint8_t *place)
+{
+    return is_inside((uintptr_t)place) ? world->eeprom[(uintptr_t)place] : 0;
+}
+
+void eeprom_read_block(void *to, const void *from, size_t size)
+{
+    for (size_t i = 0; i < size; i++) {
+        ((uint8_t *)to)[i] = eeprom_read_byte((const uint8_t *)((uintptr_t)from + i));
+    }
+}
+
+void eeprom_write_byte(uint8_t *place, uint8_t value)
+{
+    if (!is_inside((uintptr_t)place)) {
+        return;
+    }
+    world->eeprom_writes++;
+    if (world->writes_left != 0) {
+        world->eeprom[(uintptr_t)place] = value;
+    } else if (world->torn >= 0) {
+        world->eeprom[(uintptr_t)place] = (uint8_t)world->torn;
+        world->torn = -1; /* nothing is written after that */
+    }
+    if (world->writes_left > 0) {
+        world->writes_left--;
+    }
+}
+
+/* ---- pins ---- */
+
+static void let_levels_settle(void)
+{
+    for (uint8_t i = 0; i < HOST_PORTS; i++) {
+        host_pin[i] = host_port[i];
+    }
+#ifdef FAN
+    if (world->fan_stands_still) {
+        FAN_PIN ^= (uint8_t)(JOIN(pin_output_, FAN, _is_on)() ? FAN_MASK : 0);
+    }
+#endif
+}
+
+/* Of one tick, in ticks; in PWM counts where a timer may drive the pin. */
+static uint32_t heater_counts(void)
+{
+    const bool on = JOIN(pin_output_, HEATER, _is_on)();
+
+#ifdef PWM_BITS
+    if (PWM_CONTROL & PWM_BITS) {
+        return PWM_COMPARE + 1u;
+    }
+    return on ? PWM_WHOLE : 0;
+#else
+    return on ? 1 : 0;
+#endif
+}
+
+/* ---- the firmware's life ---- */
+
+void host_power_up(void)
+{
+    memcpy(&first, image, (size_t)(_end - &first));
+    world->ticks = 0;
+    world->heater_counts = 0;
+    for (uint8_t i = 0; i < HOST_PORTS; i++) {
+        host_ddr[i] = 0xFF;
+    }
+    JOIN(pin_output_, HEATER, _off)(); /* as reset.c does */
+    settings_start();
+#ifdef FAN
+    JOIN(output_, FAN, _start)();
+#endif
+#ifdef PWM_BITS
+    JOIN(output_, HEATER, _start)();
+#endif
+    JOIN(guard_, LOOP, _reset)();
+    JOIN(loop_, LOOP, _start)();
+}
+
+void host_tick(void)
+{
+    world->ticks++;
+    let_levels_settle();
+    gate_tick();
+    let_levels_settle();
+    world->heater_counts += heater_counts();
+    if (world->main_hangs) {
+        return;
+    }
+    gate_renew_main();
+    if (!world->loop_hangs) {
+        JOIN(loop_, LOOP, _tick)();
+    }
+    settings_tick();
+}
+
+void host_set(const struct host_input *next)
+{
+    input = *next;
+    settings.JOIN(, LOOP, _setpoint_c) = input.setpoint_c;
+    if (input.acknowledge) {
+        fault_acknowledge();
+    }
+}
+
+static uint8_t *put(uint8_t *to, const void *from, size_t size)
+{
+    memcpy(to, from, size);
+    return to + size;
+}
+
+uint32_t host_state(uint8_t *to)
+{
+    uint8_t *end = put(to, &CONTROL, sizeof CONTROL);
+
+    end = put(end, &GUARD, sizeof GUARD);
+    end = put(end, &ALGORITHM, sizeof ALGORITHM);
+    end = put(end, &fault, sizeof fault);
+#ifdef HAS_STATE
+    end = put(end, &OUTPUT, sizeof OUTPUT);
+#endif
+    return (uint32_t)(end - to);
+}
+
+/* False if the step does not come. */
+static bool run_to_step(void)
+{
+    const uint16_t before = CONTROL.steps;
+
+    for (uint32_t i = 0; i < 2u * PERIOD_TICKS; i++) {
+        host_tick();
+        if (CONTROL.steps != before) {
+            return true;
+        }
+    }
+    return false;
+}
+
+uint32_t host_run(const struct host_input *inputs, uint32_t steps, uint8_t *states, uint32_t *counts)
+{
+    for (uint32_t i = 0; i < steps; i++) {
+        host_set(&inputs[i]);
+        if (!run_to_step()) {
+            return i;
+        }
+        states += host_state(states);
+        counts[i] = world->heater_counts;
+    }
+    return steps;
+}
+
+void host_settle(void)
+{
+    uint32_t before;
+
+    do {
+        before = world->eeprom_writes;
+        settings_tick();
+        settings_tick();
+    } while (world->eeprom_writes != before);
+}

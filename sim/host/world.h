@@ -1,0 +1,51 @@
+/* What the host build's firmware sees of the world, and what Python sees of the firmware. */
+#ifndef HOST_WORLD_H
+#define HOST_WORLD_H
+
+#include <stdint.h> /* uint8_t, int16_t, uint32_t */
+
+/* What goes into one control step. */
+struct host_input {
+    uint8_t reading_status;
+    uint8_t acknowledge;
+    int16_t reading_raw;
+    float setpoint_c;
+};
+
+/* Survives a reset of the firmware. */
+struct host_world {
+    uint8_t main_hangs;       /* only the timer interrupt still comes */
+    uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
+    uint8_t fan_stands_still; /* nothing drives the fan's line */
+    uint32_t ticks;           /* since the reset */
+    uint32_t heater_counts;   /* by which the heater was on, over all ticks since the reset */
+    uint8_t eeprom[4096];
+    uint16_t eeprom_bytes;
+    uint32_t eeprom_outside;  /* accesses beyond them */
+    uint32_t eeprom_writes;
+    int32_t writes_left;      /* until the power fails; below 0: it does not */
+    int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
+};
+
+struct host_world *host_world(void);
+
+/* All the firmware's memory as at power-up, then what main.c does to start. */
+void host_power_up(void);
+
+/* One timer interrupt, then one turn of the main loop. */
+void host_tick(void);
+
+/* Put the inputs at the next step's disposal. */
+void host_set(const struct host_input *input);
+
+/* The state structures, one behind the other: loop, guard, algorithm, fault, output. */
+uint32_t host_state(uint8_t *to);
+
+/* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's
+ * counts so far. Returns the number of steps that were done. */
+uint32_t host_run(const struct host_input *inputs, uint32_t steps, uint8_t *states, uint32_t *counts);
+
+/* Save at once: as many ticks as the firmware takes to have written everything. */
+void host_settle(void);
+
+#endif
