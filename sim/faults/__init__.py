@@ -1,0 +1,8 @@
+"""Faults of machine, sensor, processor and operator, and what must follow each."""
+
+from heatwright.sim.faults.catalogue import catalogue
+from heatwright.sim.faults.fault import Fault, FaultResult
+from heatwright.sim.faults.procedure import try_fault
+from heatwright.sim.faults.run import run_faults
+
+__all__ = ["Fault", "FaultResult", "catalogue", "run_faults", "try_fault"]

@@ -1,0 +1,60 @@
+"""How long a protection may take, from the numbers of the specification alone.
+
+P is the control period, one tick is 10 ms. A step is done in the tick its deadline falls in, so
+every bound has one tick on top.
+
+A reading is taken less than P before the step that uses it. What changes just after that is seen by
+the next step: 2 P after the change at the latest. What is wrong with the answers of a sensor shows
+in the next exchange: P later at the latest, and one P more if the exchange in hand is still good.
+"""
+
+from __future__ import annotations
+
+from heatwright.spec import Controller, Loop
+from heatwright.spec.controller import WATCHDOG_S
+
+TICK_S = 0.010
+MAIN_PERMIT_S = 0.100
+"""Time without the main loop after which the gate closes."""
+WATCHDOG_LEAST_CYCLES = 2048
+WATCHDOG_HZ = 128_000
+"""The watchdog counts 2048 · 2ⁿ of its own oscillator's cycles, typically 128 kHz (data sheet)."""
+CYCLES_A_BIT = 24
+"""At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
+
+
+def steps(duration_s: float, loop: Loop) -> int:
+    """Count the whole periods in a duration, at least one (docs/control.md, "Numbers")."""
+    return max(1, round(1000 * duration_s) // round(1000 * loop.period_s))
+
+
+def reading_s(loop: Loop) -> float:
+    """A temperature passes a limit that is judged at once: 2 P."""
+    return 2 * loop.period_s + TICK_S
+
+
+def answer_s(loop: Loop) -> float:
+    """The sensor answers badly, or no longer: STEPS(stale_after) steps, and the one in hand."""
+    return (steps(loop.protection.stale_after_s, loop) + 1) * loop.period_s + TICK_S
+
+
+def lasting_s(duration_s: float, loop: Loop) -> float:
+    """Something must last: seen within 2 P, then STEPS(duration) steps, the first included."""
+    return (steps(duration_s, loop) + 1) * loop.period_s + TICK_S
+
+
+def watchdog_s(controller: Controller) -> float:
+    """The main loop hangs: the watchdog's own time, then the start-up."""
+    turns = WATCHDOG_S.index(controller.safety.watchdog_s)
+    return WATCHDOG_LEAST_CYCLES * (1 << turns) / WATCHDOG_HZ + start_up_s(controller)
+
+
+def start_up_s(controller: Controller) -> float:
+    """From reset to a latched fault: the EEPROM is read and checked, then a tick goes by."""
+    board = controller.board
+    return board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz + TICK_S
+
+
+def gate_s() -> float:
+    """The main loop hangs with interrupts on: the gate's permit runs out."""
+    return MAIN_PERMIT_S + TICK_S

@@ -1,0 +1,44 @@
+"""Which faults apply to a controller: found from what it has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import import_module
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults import healthy, heaters, memory, operators, processor, tips
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.world import Site
+from heatwright.spec import Controller
+
+
+def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
+    """Return all faults, by loop; what concerns the whole controller is tried on the first loop.
+
+    Ids are unique; with several loops those of a loop's own faults begin with its name.
+
+    Raises ValueError when the specification has no simulated machine.
+    """
+    found: list[Fault] = []
+    for number, name in enumerate(controller.loops):
+        site = Site(controller, program, name)
+        prefix = f"{name}." if len(controller.loops) > 1 else ""
+        found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
+        if number == 0:
+            found += _of_controller(site)
+    return tuple(found)
+
+
+def _of_loop(site: Site) -> list[Fault]:
+    kind = site.controller.sensors[site.loop.sensor].kind
+    own = import_module(f"heatwright.sim.faults.sensors.{kind}")
+    return [
+        *own.faults(site),
+        *tips.faults(site),
+        *heaters.faults(site),
+        *healthy.faults(site),
+    ]
+
+
+def _of_controller(site: Site) -> list[Fault]:
+    return [*processor.faults(site), *memory.faults(site), *operators.faults(site)]

@@ -1,0 +1,77 @@
+"""How parts fail, physically: what a heater gives, and what a sensor's tip feels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from heatwright.sim.faults.world import World
+
+Heat = Callable[[float], float]
+Feel = Callable[[float], float]
+
+
+# -- heaters: from what the pin asks for to what comes, in shares of full power ----------------
+
+
+def shorted(asked: float) -> float:
+    """Conduct whatever the pin says, as a transistor does that has died."""
+    del asked
+    return 1.0
+
+
+def opened(asked: float) -> float:
+    """Never conduct: a broken wire, a blown fuse."""
+    del asked
+    return 0.0
+
+
+def weakened(share: float) -> Heat:
+    """Give a share of what is asked: a broken strand, a low supply."""
+    return lambda asked: share * asked
+
+
+def leaking(share: float) -> Heat:
+    """Conduct at least this share, also while off."""
+    return lambda asked: max(asked, share)
+
+
+def held_hot(world: World, hold_c: float, share: float) -> Heat:
+    """Add another source that keeps the sensor at a temperature: a fire, a second heater."""
+    return lambda asked: asked + (share if world.sensed_c < hold_c else 0.0)
+
+
+# -- sensors: from the machine's temperature to the tip's, °C ----------------------------------
+
+
+def fallen_out(world: World, lag_s: float) -> Feel:
+    """Let the tip follow its surroundings from now on, with the sensor's lag."""
+    began_s, from_c = world.now_s, world.sensed_c
+
+    def feel(_: float) -> float:
+        left = math.exp(-(world.now_s - began_s) / lag_s) if lag_s else 0.0
+        return world.ambient_c + (from_c - world.ambient_c) * left
+
+    return feel
+
+
+def drifting(world: World, rate_k_per_s: float, end_c: float) -> Feel:
+    """Let the tip go to a temperature at a constant rate, away from where it is."""
+    began_s, from_c = world.now_s, world.sensed_c
+    reach_s = abs(end_c - from_c) / abs(rate_k_per_s)
+
+    def feel(_: float) -> float:
+        return from_c + rate_k_per_s * min(world.now_s - began_s, reach_s)
+
+    return feel
+
+
+def jumping(world: World, by_k: float, every_s: float) -> Feel:
+    """Let the reading be wrong by turns, at once for the first time: a loose contact."""
+    began_s = world.now_s
+
+    def feel(felt_c: float) -> float:
+        turn = int((world.now_s - began_s) / every_s)
+        return felt_c + by_k if turn % 2 == 0 else felt_c
+
+    return feel

@@ -1,0 +1,84 @@
+"""Machines that are well, of all kinds: nothing may trip."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.machine import usable_c
+from heatwright.sim.faults.trips import full_percent
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.spec import ThermalNetwork
+
+SPREAD = 0.3
+"""Capacities and resistances are known to ±30 % when a machine is designed."""
+AMBIENTS_C = (10.0, 35.0)
+"""A workshop in winter and in summer."""
+WARM_K = 15.0
+"""So far below the setpoint it begins, to be there soon."""
+HOLD_S = 200.0
+"""Longer than the rules' times but for `frozen`, which begins anew at every switching."""
+LONGEST_S = 3600.0
+SIGMAS = 6.0
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield machines at the corners of the spread, each taken through its range of setpoints."""
+    for capacity, resistance, ambient_c in itertools.product(
+        (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), AMBIENTS_C
+    ):
+        network = scaled(site.network, capacity, resistance)
+        name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:g}degC"
+        yield healthy(site, name, network, ambient_c)
+    yield healthy(site, "healthy_noisy", noisy(site), starts.ambient_c(site))
+
+
+def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
+    """Return a machine whose capacities and resistances are these times as large."""
+    nodes = {name: capacity * value for name, value in network.nodes.items()}
+    links = tuple(
+        link.model_copy(update={"resistance_k_per_w": resistance * link.resistance_k_per_w})
+        for link in network.links
+    )
+    return network.model_copy(update={"nodes": nodes, "links": links})
+
+
+def noisy(site: Site) -> ThermalNetwork:
+    """Return a machine with the most noise that `rise_rate` lets pass: six sigma of a difference.
+
+    The difference of two readings has √2 times the noise of one.
+    """
+    loop = site.loop
+    noise_k = loop.protection.rise_rate_k_per_s * loop.period_s / (SIGMAS * 2**0.5)
+    sense = dict(site.network.sense)
+    sense[loop.sensor] = sense[loop.sensor].model_copy(update={"noise_k": noise_k})
+    return site.network.model_copy(update={"sense": sense})
+
+
+def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) -> Fault:
+    """Take a machine up to the highest setpoint it can hold, down to the lowest, and up again."""
+    most_c = usable_c(site, network, ambient_c=ambient_c)
+    setpoints_c = [each for each in starts.key_setpoints_c(site) if each <= most_c]
+    target_c = max(setpoints_c, default=starts.key_setpoints_c(site)[0])
+
+    def make() -> World:
+        start_c = max(ambient_c, target_c - WARM_K)
+        world = World(site, Weather(start_c, ambient_c, network))
+        starts.first_steps(world)
+        return world
+
+    def cause(world: World) -> None:
+        for setpoint_c in (target_c, setpoints_c[0], target_c):
+            world.set_setpoint(setpoint_c)
+            starts.first_steps(world)
+            world.until(_has_enough, LONGEST_S)
+            world.run(HOLD_S)
+
+    return Fault(name, make, cause)
+
+
+def _has_enough(world: World) -> bool:
+    """Whether the controller no longer asks for full power."""
+    return world.loop("duty_percent") < full_percent(world.site.loop)

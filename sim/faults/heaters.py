@@ -1,0 +1,237 @@
+"""Heaters, their switches and their fans, and heat from elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from heatwright.sim.faults import effects, starts, trips
+from heatwright.sim.faults.bounds import TICK_S, lasting_s
+from heatwright.sim.faults.conditions import falls_below
+from heatwright.sim.faults.effects import Heat
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import rise_k, share_for, steady_c
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.native.pins import Level
+from heatwright.spec import DigitalOutput
+
+MARGIN_K = 5.0
+"""How far beyond a limit the heat of a fault would take the machine."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop."""
+    yield from _powerless(site)
+    yield from _shorted(site)
+    yield from _leaking(site)
+    yield from _heat_from_elsewhere(site)
+    yield from _heat_lost(site)
+    yield from _fan_stopped(site)
+
+
+def _wire(site: Site, heat: Callable[[World], Heat]) -> Act:
+    """Put something between the pin and the heater."""
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = heat(world)
+
+    return cause
+
+
+def _mend(site: Site) -> Act:
+    def cure(world: World) -> None:
+        world.wiring.heat.pop(site.loop.heater)
+
+    return cure
+
+
+def _powerless(site: Site) -> Iterator[Fault]:
+    """A heater that gives nothing, and one that gives a quarter of the least rise."""
+    trip = trips.no_rise(site)
+    if trip is None:
+        return
+
+    def demanded(heat: Callable[[World], Heat]) -> Act:
+        def cause(world: World) -> None:
+            _wire(site, heat)(world)
+            world.set_setpoint(starts.highest_c(site))
+
+        return cause
+
+    yield Fault(
+        "heater_open",
+        lambda: starts.cold(site),
+        demanded(lambda _: effects.opened),
+        _mend(site),
+        trip=trip,
+        again=trip,
+    )
+    moving = trips.no_rise_but_moving(site)
+    rule = site.loop.protection.heating
+    if rule and moving:
+        share = rule.rise_k / rise_k(site, rule.within_s) / 4
+        yield Fault(
+            "heater_weak",
+            lambda: starts.cold(site),
+            demanded(lambda _: effects.weakened(share)),
+            _mend(site),
+            trip=moving,
+            again=moving,
+        )
+
+
+def _shorted(site: Site) -> Iterator[Fault]:
+    """A switch that conducts for good: where the machine already is tells which rule sees it."""
+    short = _wire(site, lambda _: effects.shorted)
+    ambient_c = starts.ambient_c(site)
+    full_c = steady_c(site, 1.0, ambient_c=ambient_c)
+    if full_c >= site.loop.protection.maximum_c + MARGIN_K:
+        yield Fault(
+            "switch_shorted_when_hot",
+            lambda: starts.hot(site),
+            short,
+            _mend(site),
+            trip=trips.too_hot(site),
+            again=Trip(("over_temperature",), trips.too_hot(site).allowed_s),
+        )
+    lowest_c = starts.key_setpoints_c(site)[0]
+    band = trips.runaway_above(site, lowest_c)
+    if band and full_c >= lowest_c + _above_k(site) + MARGIN_K:
+        yield Fault(
+            "switch_shorted_in_band",
+            lambda: starts.at_rest(site, above_k=0.0),
+            short,
+            _mend(site),
+            trip=band,
+            again=_later(site),
+        )
+
+
+def _later(site: Site) -> Trip:
+    """Acknowledged outside the band: the band is not armed, so 13 has to see it, or 6."""
+    rising = trips.rising(site, settle_s=_settle_s(site))
+    hot = trips.too_hot(site)
+    if rising is None:
+        return hot
+    return Trip(
+        (*rising.rules, *hot.rules),
+        rising.allowed_s,
+        lambda world: rising.due(world) or hot.due(world),
+        trips.LONGEST_S,
+    )
+
+
+def _settle_s(site: Site) -> float:
+    rule = site.loop.protection.rising_while_off
+    return lasting_s(rule.settle_s, site.loop) if rule else 0.0
+
+
+def _above_k(site: Site) -> float:
+    rule = site.loop.protection.runaway
+    return rule.above_k if rule else 0.0
+
+
+def _leaking(site: Site) -> Iterator[Fault]:
+    """A switch that leaks while off, above the band, where only 13 looks."""
+    rule, trip = site.loop.protection.rising_while_off, trips.rising(site)
+    if rule is None or trip is None:
+        return
+    above_k = _above_k(site) + MARGIN_K
+    start_c = starts.key_setpoints_c(site)[0] + above_k
+    if start_c + rule.rise_k + MARGIN_K >= site.loop.protection.maximum_c:
+        return
+    share = share_for(site, start_c + 3 * rule.rise_k + MARGIN_K, ambient_c=start_c)
+
+    def settled() -> World:
+        world = starts.at_rest(site, above_k=above_k)
+        world.run(_settle_s(site))
+        return world
+
+    yield Fault(
+        "switch_leaking",
+        settled,
+        _wire(site, lambda _: effects.leaking(share)),
+        _mend(site),
+        trip=trip,
+        again=_later(site),
+    )
+
+
+def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
+    """Another source that holds the machine above the band, or drives it to its maximum."""
+    lowest_c = starts.key_setpoints_c(site)[0]
+    maximum_c = site.loop.protection.maximum_c
+    band = trips.runaway_above(site, lowest_c)
+    hold_c = lowest_c + _above_k(site) + MARGIN_K
+
+    def held(to_c: float) -> Act:
+        share = 2 * share_for(site, to_c, ambient_c=lowest_c)
+        return _wire(site, lambda world: effects.held_hot(world, to_c, share))
+
+    if band and hold_c + MARGIN_K < maximum_c:
+        yield Fault(
+            "heat_from_elsewhere",
+            lambda: starts.at_rest(site, above_k=0.0),
+            held(hold_c),
+            _mend(site),
+            trip=band,
+        )
+    hot = trips.too_hot(site)
+    yield Fault(
+        "fire",
+        lambda: starts.hot(site),
+        held(maximum_c + MARGIN_K),
+        _mend(site),
+        trip=hot,
+        again=Trip(hot.rules, hot.allowed_s),
+    )
+
+
+def _heat_lost(site: Site) -> Iterator[Fault]:
+    """A heater that goes out while the setpoint is held, where the band has a lower end."""
+    runaway = site.loop.protection.runaway
+    if runaway is None or runaway.below_k is None:
+        return
+    target_c = starts.highest_c(site)
+    rules = ("runaway_below",) + (("heating_failed",) if site.loop.protection.heating else ())
+    yield Fault(
+        "heat_lost",
+        lambda: starts.held(site),
+        _wire(site, lambda _: effects.opened),
+        _mend(site),
+        trip=Trip(
+            rules,
+            lasting_s(runaway.for_s, site.loop),
+            falls_below(target_c - runaway.below_k),
+            trips.LONGEST_S,
+        ),
+        again=trips.no_rise_but_moving(site),
+    )
+
+
+def _fan_stopped(site: Site) -> Iterator[Fault]:
+    """A fan whose line is forced off, which the controller reads back from its pin."""
+    fan = site.loop.fan
+    moving = trips.no_rise_but_moving(site)
+    if fan is None or moving is None:
+        return
+    output = site.controller.outputs[fan]
+    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other fan
+    off: Level = "low" if output.active == "high" else "high"
+    pin = site.controller.board.pins[output.pin].port_name
+
+    def force(level: Level | None) -> Act:
+        return lambda world: world.device.avr.pins.drive(pin, level)
+
+    def coasted(world: World) -> bool:
+        """The heat already under way has stopped to raise the temperature."""
+        return moving.due(world) and world.falling
+
+    yield Fault(
+        "fan_stopped",
+        lambda: starts.heating(site),
+        force(off),
+        force(None),
+        trip=Trip(moving.rules, moving.allowed_s, coasted, trips.LONGEST_S),
+        off_within_s=2 * TICK_S,
+        again=moving,
+    )

@@ -1,0 +1,80 @@
+"""The EEPROM: everything damaged, one record damaged, a record cut short by a loss of power."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import answer_s, start_up_s
+from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.world import STEP_S, Site, World
+
+SEED = 1
+WATCH_S = 30.0
+BYTES = 7
+"""Of a record, after which the power goes: half of the shortest."""
+REST_S = 2.0
+LONGEST_MS = 1000
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to any EEPROM."""
+    yield Fault(
+        "eeprom_damaged",
+        lambda: starts.heating(site),
+        damage,
+        trip=Trip(("settings_corrupt",), start_up_s(site.controller)),
+    )
+    if site.has_keys:
+        yield Fault(
+            "record_cut_short",
+            lambda: latched(site),
+            cut_short,
+            may=("sensor_short",),
+            watch_s=WATCH_S,
+        )
+
+
+def damage(world: World) -> None:
+    """Fill the EEPROM with random bytes while the power is off."""
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
+    world.device.avr.eeprom.contents = noise.randbytes(world.device.avr.eeprom.size)
+    world.power_cut(STEP_S)
+
+
+def latched(site: Site) -> World:
+    """Begin with a fault that is latched, stored, and whose cause has gone."""
+    world = starts.heating(site)
+    cut_line(world)
+    world.until(lambda now: now.fault != 0, answer_s(site.loop))
+    world.run(REST_S)
+    mend_line(world)
+    return world
+
+
+def cut_line(world: World) -> None:
+    """Force the line of the loop's sensor low."""
+    world.device.avr.pins.drive(_line(world), "low")
+
+
+def mend_line(world: World) -> None:
+    """Let it go."""
+    world.device.avr.pins.drive(_line(world), None)
+
+
+def _line(world: World) -> str:
+    site = world.site
+    return site.controller.board.pins[site.controller.sensors[site.loop.sensor].pin].port_name
+
+
+def cut_short(world: World) -> None:
+    """Acknowledge, and cut the power in the middle of the record that says so."""
+    eeprom = world.device.avr.eeprom
+    before = eeprom.writes
+    world.device.press("select")
+    for _ in range(LONGEST_MS):
+        world.device.advance(world.now_s + 0.001)
+        if eeprom.writes >= before + BYTES and eeprom.writing:
+            break
+    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - as above

@@ -1,0 +1,105 @@
+"""The operator's side: keys that hang, hands that play, displays and computers that misbehave."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults.bounds import TICK_S, answer_s
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.world import Site, World
+
+SEED = 2
+WATCH_S = 60.0
+RESYNC_S = 32.0
+"""A display that was plugged in is set up anew every 30 s, in less than a second."""
+FLOOD_BAUD = 115200
+FLOOD_BYTES = 100_000
+PRESSES = 60
+JITTER_S = 0.001
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the interfaces of the controller."""
+    if site.has_keys:
+        yield from _keys(site)
+        yield Fault(
+            "display_unplugged",
+            lambda: starts.heating(site),
+            _unplug_and_plug,
+            watch_s=RESYNC_S,
+            judge=_shows_again,
+        )
+    if site.controller.board.uarts:
+        yield Fault(
+            "serial_flood", lambda: starts.heating(site), _flood, watch_s=WATCH_S, judge=keeps_time
+        )
+
+
+def _keys(site: Site) -> Iterator[Fault]:
+    yield Fault(
+        "key_stuck", lambda: starts.heating(site), hold("down"), watch_s=WATCH_S, judge=_one_step
+    )
+    yield Fault("keys_at_random", lambda: starts.heating(site), _play, watch_s=WATCH_S)
+    trip = Trip(("sensor_short",), answer_s(site.loop))
+
+    def cause(world: World) -> None:
+        hold("select")(world)
+        memory.cut_line(world)
+
+    def cure(world: World) -> None:
+        memory.mend_line(world)
+        world.device.press(None)
+
+    yield Fault("select_stuck", lambda: starts.heating(site), cause, cure, trip=trip)
+
+
+def hold(key: str) -> Act:
+    """Hold a key down."""
+    return lambda world: world.device.press(key)
+
+
+def _one_step(world: World) -> str:
+    """See that a key that hangs is one press."""
+    expected_c = starts.highest_c(world.site) - world.site.key_step_k
+    return "" if world.setpoint_c == expected_c else f"the setpoint went to {world.setpoint_c:g} °C"
+
+
+def _play(world: World) -> None:
+    """Press UP and DOWN at random."""
+    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    for _ in range(PRESSES):
+        world.press(chance.choice(("up", "down")))
+        world.run(chance.choice((0.0, 0.5, 3.0)))
+
+
+def _unplug_and_plug(world: World) -> None:
+    """Take the display off for some seconds."""
+    lcd = world.device.shield.lcd
+    lcd.unplug(world.now_s)
+    world.run(3.0)
+    world.device.feed()
+    lcd.plug(world.now_s)
+
+
+def _shows_again(world: World) -> str:
+    """See that the display shows both lines, and that nothing waited for it."""
+    first, second = world.screen
+    if not (first.startswith("T=") and second.startswith("Set temp ")):
+        return f"the display says {first!r} and {second!r}"
+    return keeps_time(world)
+
+
+def _flood(world: World) -> None:
+    """Send bytes without end to the serial port."""
+    noise = random.Random(SEED)  # noqa: S311 - as above
+    world.device.avr.uarts[0].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
+
+
+def keeps_time(world: World) -> str:
+    """See that every control step came when it was due."""
+    log = world.device.steps(world.site.loop_name)
+    due_s = log["time_s"][0] + world.site.loop.period_s * (log["steps"] - log["steps"][0])
+    late_s = float(abs(log["time_s"] - due_s).max())
+    return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms off its time"

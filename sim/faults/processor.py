@@ -1,0 +1,99 @@
+"""The processor: a main loop that hangs, resets, a supply that breaks down.
+
+A program that hangs is made without touching it. While it sleeps in the tick's wait, the address
+that the wait will return to lies on the stack; it is overwritten, as a disturbance of the RAM
+would, with that of the end of avr-libc's `exit`, an empty endless loop that every program has. One
+entry (`__stop_program`) leaves interrupts as they are, on; the other (`_exit`) first switches them
+off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S, gate_s, start_up_s, watchdog_s
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.records import Edge
+from heatwright.sim.faults.world import Site, World
+
+STACK_POINTER = 0x5D
+"""SPL and SPH in the data space, the same on every part that is simulated."""
+INTERRUPTS_ON, INTERRUPTS_OFF = "__stop_program", "_exit"
+LARGE_FLASH = 0x20000
+"""More than this, and a return address has three bytes."""
+WATCH_S = 30.0
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to any processor."""
+    allowed_s = watchdog_s(site.controller)
+    for name, entry, off_s in (
+        ("hung_main_loop", INTERRUPTS_ON, gate_s()),
+        ("hung_with_interrupts_off", INTERRUPTS_OFF, allowed_s),
+    ):
+        yield Fault(
+            name,
+            lambda: starts.heating(site),
+            _hang(entry),
+            trip=Trip(("watchdog_reset",), allowed_s),
+            off_within_s=off_s,
+        )
+    yield Fault(
+        "brown_out",
+        lambda: starts.heating(site),
+        lambda world: world.device.avr.reset("brown_out"),
+        trip=Trip(("brown_out",), start_up_s(site.controller)),
+        off_within_s=0.0,
+    )
+    yield Fault(
+        "reset_button",
+        lambda: starts.heating(site),
+        lambda world: world.device.avr.reset("external"),
+        watch_s=WATCH_S,
+        judge=off_through_reset,
+    )
+    yield Fault(
+        "power_cut", lambda: starts.heating(site), lambda world: world.power_cut(), watch_s=WATCH_S
+    )
+
+
+def _hang(entry: str) -> Act:
+    return lambda world: hang(world, entry)
+
+
+def hang(world: World, entry: str) -> None:
+    """Overwrite the address that the sleeping program will return to.
+
+    Raises ValueError if it is not found: the program is not asleep in the tick's wait.
+    """
+    avr, program = world.device.avr, world.device.program
+    size = 3 if world.site.controller.board.flash_bytes > LARGE_FLASH else 2
+    main, target = program.function("main"), program.symbols[entry]
+    pointer = int.from_bytes(avr.read_ram(STACK_POINTER, 2), "little")
+    for place in range(pointer + 1, pointer + 17):
+        address = 2 * int.from_bytes(avr.read_ram(place, size), "big")
+        if main.start < address < main.end:
+            avr.write_ram(place, (target // 2).to_bytes(size, "big"))
+            return
+    raise ValueError("The return address to main was not found: is the program asleep?")
+
+
+def off_through_reset(world: World) -> str:
+    """See that the heater went off at the reset, and was driven off from then to its next use."""
+    resets = world.device.avr.take_resets()
+    if len(resets) != 1:
+        return f"there were {len(resets)} resets"
+    reset_s = (
+        world.now_s - world.device.avr.time_s + int(resets["cycle"][0]) / world.device.avr.clock_hz
+    )
+    world.device.feed()
+    after = [edge for edge in world.heaters.edges if edge.time_s >= reset_s]
+    return "" if _goes_off(after, reset_s) else "the heater's pin was not off from the reset on"
+
+
+def _goes_off(edges: list[Edge], reset_s: float) -> bool:
+    """Off at the reset by the board's resistor, driven within a tick, not on before a reading."""
+    if len(edges) < 2 or edges[0].on or edges[0].driven or edges[0].time_s > reset_s:
+        return False
+    return not edges[1].on and edges[1].driven and edges[1].time_s < reset_s + TICK_S

@@ -1,0 +1,118 @@
+"""What happens to fault and heaters, to the cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.native.pins import Source, pin_number
+from heatwright.sim.native.snapshots import Snapshots
+
+
+@dataclass(frozen=True)
+class Change:
+    """The latched fault became another, or none (code 0): device time, s."""
+
+    time_s: float
+    code: int
+
+
+class TripLog:
+    """Each change of the latched fault, noted when the processor next goes to sleep.
+
+    It goes to sleep within the tick in which the change was made; at start-up, before the first
+    tick.
+    """
+
+    def __init__(self, device: AvrDevice) -> None:
+        self._device = device
+        self._code = device.variables["fault.code"]
+        self._snapshots: Snapshots | None = None
+        self._start_s = 0.0
+        self._changes: list[Change] = []
+
+    def attach(self) -> None:
+        """Record the processor that has just been powered on."""
+        place = (self._code.address, self._code.size)
+        self._start_s = self._device.time_s
+        self._snapshots = self._device.avr.snapshots(place, place)
+
+    def collect(self) -> None:
+        """Take what has been recorded; to be done before the power goes."""
+        if self._snapshots is None:
+            return
+        cycles, images = self._snapshots.take()
+        for cycle, image in zip(cycles.tolist(), images.tolist(), strict=True):
+            self._changes.append(
+                Change(self._start_s + cycle / self._device.avr.clock_hz, image[0])
+            )
+
+    @property
+    def changes(self) -> list[Change]:
+        """All so far, in order."""
+        self.collect()
+        return self._changes
+
+    def since(self, time_s: float) -> list[Change]:
+        """Return the trips (not the acknowledgements) from a time on."""
+        return [each for each in self.changes if each.time_s >= time_s and each.code]
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A heater's pin changed: device time (s), whether it is on, and whether by the processor."""
+
+    pin: int
+    time_s: float
+    on: bool
+    driven: bool
+
+
+class HeaterLog:
+    """Every change of every heater's pin, also through resets and losses of power."""
+
+    def __init__(self, device: AvrDevice, heaters: set[str]) -> None:
+        self._device = device
+        outputs = [device.outputs[name] for name in heaters]
+        self._active = {pin_number(each.pin): each.active == "high" for each in outputs}
+        self.edges: list[Edge] = []
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take pin changes (PIN_EVENT records)."""
+        del sent
+        start_s = self._device.time_s - self._device.avr.time_s
+        clock_hz = self._device.avr.clock_hz
+        for pin, active in self._active.items():
+            mine = pins[pins["pin"] == pin]
+            for cycle, state in zip(mine["cycle"].tolist(), mine["state"].tolist(), strict=True):
+                on = bool(state & 1) == active
+                driven = state >> 1 == Source.MCU
+                self.edges.append(Edge(pin, start_s + cycle / clock_hz, on, driven))
+
+    def power_cut(self) -> None:
+        """The board's resistors pull every heater off."""
+        self._device.feed()
+        now_s = self._device.time_s
+        self.edges += [Edge(pin, now_s, on=False, driven=False) for pin in self._active]
+
+    def last_on_s(self, since_s: float) -> float | None:
+        """Return when any heater was last on after a time (device time, s); None: never."""
+        self._device.feed()
+        ends = [end for pin in self._active for end in self._ends(pin) if end > since_s]
+        return max(ends, default=None)
+
+    def _ends(self, pin: int) -> Iterator[float]:
+        """Yield when each stretch of being on has ended, or now."""
+        on = False
+        for edge in self.edges:
+            if edge.pin != pin:
+                continue
+            if on:
+                yield edge.time_s
+            on = edge.on
+        if on:
+            yield self._device.time_s

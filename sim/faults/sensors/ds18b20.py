@@ -1,0 +1,157 @@
+"""A DS18B20's faults: its cable, its supply, its conversions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import cast
+
+from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults.bounds import answer_s, lasting_s, reading_s
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.sensors.ds18b20 import Ds18b20
+
+POWER_ON_C = 85.0
+"""What a chip says that has not yet measured."""
+WATCH_S = 120.0
+NOW_AND_THEN = 0.1
+"""Share of damaged answers: five in a row, the usual patience, come once in 10⁵ readings."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop's sensor."""
+    yield from _answers(site)
+    yield from _frozen(site)
+    yield from _never_converts(site)
+    yield from _harmless(site)
+
+
+def _chip(world: World) -> Ds18b20:
+    return cast("Ds18b20", world.device.sensors[world.site.loop.sensor])
+
+
+def _on_chip(act: Callable[[Ds18b20], None]) -> Act:
+    return lambda world: act(_chip(world))
+
+
+def _answers(site: Site) -> Iterator[Fault]:
+    """The chip no longer answers, or badly: the heater is off at the first missed reading."""
+    cases: tuple[tuple[str, str, Act, Act], ...] = (
+        ("unplugged", "sensor_no_answer", _on_chip(Ds18b20.unplug), _on_chip(Ds18b20.plug)),
+        ("shorted_to_ground", "sensor_short", _short("low"), _short(None)),
+        ("shorted_to_supply", "sensor_no_answer", _short("high"), _short(None)),
+        ("damaged_answers", "sensor_crc", _corrupt(1.0), _corrupt(0.0)),
+        ("failing_supply", "sensor_reset", _failing_supply(on=True), _failing_supply(on=False)),
+    )
+    allowed_s = answer_s(site.loop)
+    for name, rule, cause, cure in cases:
+        trip = Trip((rule,), allowed_s)
+        yield Fault(
+            name,
+            lambda: starts.heating(site),
+            cause,
+            cure,
+            trip=trip,
+            off_within_s=reading_s(site.loop),
+            again=trip,
+        )
+
+
+def _short(level: str | None) -> Act:
+    return _on_chip(lambda chip: chip.short(level))
+
+
+def _corrupt(rate: float) -> Act:
+    def act(chip: Ds18b20) -> None:
+        chip.faults.corrupt_rate = rate
+
+    return _on_chip(act)
+
+
+def _freeze(*, on: bool) -> Act:
+    def act(chip: Ds18b20) -> None:
+        chip.faults.frozen = on
+
+    return _on_chip(act)
+
+
+def _failing_supply(*, on: bool) -> Act:
+    """Break the chip's supply down in every step of time."""
+
+    def cause(world: World) -> None:
+        chip = _chip(world)
+
+        def feel(felt_c: float) -> float:
+            chip.brown_out()
+            return felt_c
+
+        world.wiring.feel[world.site.loop.sensor] = feel
+
+    def cure(world: World) -> None:
+        world.wiring.feel.pop(world.site.loop.sensor)
+
+    return cause if on else cure
+
+
+def _frozen(site: Site) -> Iterator[Fault]:
+    """Conversions that return the reading of this moment for ever, while the machine heats."""
+    trip = trips.no_rise(site)
+    frozen = site.loop.protection.frozen
+    if trip is None:
+        return
+    longest_s = lasting_s(frozen.for_s, site.loop) if frozen else trip.allowed_s
+
+    yield Fault(
+        "frozen",
+        lambda: starts.heating(site),
+        _freeze(on=True),
+        _freeze(on=False),
+        trip=Trip(trip.rules, trip.allowed_s, trip.due, longest_s),
+        again=trip,
+    )
+
+
+def _never_converts(site: Site) -> Iterator[Fault]:
+    """A chip that keeps its power-on value from the start, with good mark and CRC."""
+    if site.loop.protection.maximum_c > POWER_ON_C:
+        return
+
+    yield Fault(
+        "never_converts",
+        lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
+        _freeze(on=True),
+        _freeze(on=False),
+        trip=Trip(("over_temperature",), reading_s(site.loop)),
+        again=Trip(("over_temperature",), reading_s(site.loop)),
+    )
+
+
+def _harmless(site: Site) -> Iterator[Fault]:
+    """What happens on a long cable, and must not stop a machine."""
+    yield Fault(
+        "answers_damaged_now_and_then",
+        lambda: starts.heating(site),
+        _corrupt(NOW_AND_THEN),
+        watch_s=WATCH_S,
+    )
+    yield Fault(
+        "supply_interrupted_once",
+        lambda: starts.heating(site),
+        _on_chip(Ds18b20.brown_out),
+        watch_s=WATCH_S,
+        judge=_never_believed,
+    )
+
+    def slow(chip: Ds18b20) -> None:
+        chip.faults.slow = 1.5
+
+    yield Fault("slow_conversions", lambda: starts.heating(site), _on_chip(slow), watch_s=WATCH_S)
+
+
+def _never_believed(world: World) -> str:
+    """See that the power-on value was never taken for a temperature."""
+    log = world.device.steps(world.site.loop_name)
+    highest_c = float(log["temperature_c"].max())
+    if highest_c > world.peak_c + world.site.loop.protection.rise_rate_k_per_s:
+        return f"{highest_c:.1f} °C was taken for a temperature"
+    return ""

@@ -1,0 +1,219 @@
+"""A binary on its machine, with hands that can break any part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults.records import HeaterLog, TripLog
+from heatwright.sim.plants import Plant, plant_of
+from heatwright.spec import Controller, Loop, ThermalNetwork
+
+STEP_S = 0.1
+"""Time step of the machine; a tenth of the usual control period."""
+PRESS_S = 0.1
+"""A brisk press: this long down, then this long up."""
+
+Condition = Callable[["World"], bool]
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where faults are tried: a controller, its binary, and the loop in question."""
+
+    controller: Controller
+    program: Elf
+    loop_name: str
+
+    @property
+    def loop(self) -> Loop:
+        """The loop in question."""
+        return self.controller.loops[self.loop_name]
+
+    @property
+    def network(self) -> ThermalNetwork:
+        """The machine as specified; raises ValueError when there is none."""
+        if self.controller.simulation is None:
+            raise ValueError("Faults need a machine: the specification has no `simulation`.")
+        return self.controller.simulation.plant
+
+    @property
+    def has_keys(self) -> bool:
+        """Whether there is somebody to press UP, DOWN and SELECT."""
+        return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)
+
+    @property
+    def key_step_k(self) -> float:
+        """By how much UP and DOWN move the setpoint, K."""
+        steps = [each.step_k for each in self.controller.interfaces if each.kind == "lcd_keypad"]
+        return steps[0] if steps else 0.0
+
+
+@dataclass(frozen=True)
+class Weather:
+    """The machine at the start: all of it at one temperature; its surroundings at another, °C."""
+
+    start_c: float
+    ambient_c: float
+    network: ThermalNetwork | None = None
+    """Another machine than the specified one."""
+    seed: int = 0
+
+
+@dataclass
+class Wiring:
+    """What lies between controller and machine, and can break.
+
+    heat -- by output: from what its pin asks for (0..1) to what it really gives; more than 1 is
+    heat from elsewhere. feel -- by sensor: from the machine's temperature to the tip's, °C.
+    """
+
+    heat: dict[str, Callable[[float], float]] = field(default_factory=dict)
+    feel: dict[str, Callable[[float], float]] = field(default_factory=dict)
+
+
+class World:
+    """A powered controller on its machine, after the first step of time, in which it starts.
+
+    device -- the controller; wiring -- what lies between; trips, heaters -- what was recorded;
+    peak_c -- the highest temperature at the loop's sensor since it was last set; falling -- whether
+    that temperature fell in the last step.
+    """
+
+    def __init__(self, site: Site, weather: Weather) -> None:
+        self.site = site
+        self.wiring = Wiring()
+        self.ambient_c = weather.ambient_c
+        self.device = AvrDevice(site.controller, site.program)
+        self._plant = self._machine(weather)
+        self._felt = self._plant.sensed_c()
+        self._row = 0
+        self._power_on_s = 0.0
+        self.peak_c = self.sensed_c
+        self.falling = False
+        self.trips = TripLog(self.device)
+        self.heaters = HeaterLog(
+            self.device, {loop.heater for loop in site.controller.loops.values()}
+        )
+        self.device.record(self.heaters)
+        self.trips.attach()
+        self.step()
+
+    def _machine(self, weather: Weather) -> Plant:
+        network = (weather.network or self.site.network).model_copy(
+            update={"initial_c": weather.start_c}
+        )
+        return plant_of(
+            self.site.controller,
+            network,
+            ambient_c=weather.ambient_c,
+            step_s=STEP_S,
+            seed=weather.seed,
+        )
+
+    # -- the machine ---------------------------------------------------------------------------
+
+    @property
+    def now_s(self) -> float:
+        """The controller's time, s: power cuts do not count."""
+        return self.device.time_s
+
+    @property
+    def sensed_c(self) -> float:
+        """What the machine makes the loop's sensor feel, broken or not, °C."""
+        return self._felt[self.site.loop.sensor]
+
+    @property
+    def tip_c(self) -> float:
+        """What the tip of the loop's sensor feels, °C."""
+        return self._tip(self.site.loop.sensor)
+
+    def _tip(self, sensor: str) -> float:
+        felt_c = self._felt[sensor]
+        feel = self.wiring.feel.get(sensor)
+        return feel(felt_c) if feel else felt_c
+
+    def run(self, seconds: float) -> None:
+        """Go on for a time, in whole steps."""
+        for _ in range(round(seconds / STEP_S)):
+            self.step()
+
+    def until(self, condition: Condition, within_s: float) -> bool:
+        """Go on until something is so; False if it takes longer."""
+        for _ in range(round(within_s / STEP_S)):
+            if condition(self):
+                return True
+            self.step()
+        return condition(self)
+
+    def step(self) -> None:
+        """Go on by one step of time."""
+        for sensor in self._felt:
+            self.device.sense(sensor, self._tip(sensor))
+        self._row += 1
+        self.device.advance(self._power_on_s + self._row * STEP_S)
+        self._heat({name: self.device.on_fraction(name) for name in self.site.controller.outputs})
+
+    def _heat(self, asked: dict[str, float]) -> None:
+        heat = self.wiring.heat
+        self._plant.step(
+            {name: heat[name](share) if name in heat else share for name, share in asked.items()}
+        )
+        before_c = self.sensed_c
+        self._felt = self._plant.sensed_c()
+        self.falling = self.sensed_c < before_c
+        self.peak_c = max(self.peak_c, self.sensed_c)
+
+    # -- the operator --------------------------------------------------------------------------
+
+    def press(self, key: str, times: int = 1) -> None:
+        """Press a key and let it go."""
+        for _ in range(times):
+            self.device.press(key)
+            self.run(PRESS_S)
+            self.device.press(None)
+            self.run(PRESS_S)
+
+    def set_setpoint(self, setpoint_c: float) -> None:
+        """Press UP or DOWN until the setpoint is as near as the keys come, not beyond it."""
+        step_k = self.site.key_step_k
+        steps = int((setpoint_c - self.setpoint_c) / step_k) if step_k else 0
+        self.press("up" if steps > 0 else "down", abs(steps))
+
+    @property
+    def setpoint_c(self) -> float:
+        """What the operator has asked for, °C."""
+        return float(self.device.read(f"settings.{self.site.loop_name}_setpoint_c"))
+
+    @property
+    def screen(self) -> tuple[str, str]:
+        """The display's two lines."""
+        return self.device.shield.lcd.text
+
+    # -- the controller ------------------------------------------------------------------------
+
+    @property
+    def fault(self) -> int:
+        """The latched fault, 0 for none."""
+        return int(self.device.read("fault.code"))
+
+    def loop(self, member: str) -> float:
+        """Return a number of the loop's state."""
+        return float(self.device.read(f"loop_{self.site.loop_name}.{member}"))
+
+    def power_cut(self, off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
+        """Cut the controller's power for a time, s, and let it start. The heater's supply stays.
+
+        undefined -- what an EEPROM byte reads that was being written.
+        """
+        self.device.feed()
+        self.trips.collect()
+        self.heaters.power_cut()
+        for _ in range(round(off_s / STEP_S)):
+            self._heat(dict.fromkeys(self.site.controller.outputs, 0.0))
+        self.device.power_cycle(undefined)
+        self._power_on_s, self._row = self.device.time_s, 0
+        self.trips.attach()
+        self.step()
