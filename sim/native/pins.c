@@ -124,6 +124,15 @@ static void on_pin(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
     port_refresh(p);
 }
 
+/* simavr reads an output pin as it is driven, even where something stronger holds it. */
+static uint8_t levels(const struct port *p, uint8_t seen) {
+    for (int bit = 0; bit < 8; bit++)
+        if (p->watched >> bit & 1)
+            seen = (uint8_t)((seen & ~(1 << bit)) |
+                             (p->h->pins[8 * p->index + bit].state & 1) << bit);
+    return seen;
+}
+
 static uint8_t on_pin_read(struct avr_t *avr, avr_io_addr_t a, void *param) {
     struct port *p = param;
     for (int bit = 0; bit < 8; bit++) {
@@ -132,7 +141,8 @@ static uint8_t on_pin_read(struct avr_t *avr, avr_io_addr_t a, void *param) {
             for (int i = 0; i < pin->listener_count; i++)
                 pin->listeners[i].sampled(pin->listeners[i].param, avr->cycle);
     }
-    return p->tap_pin.read(avr, a, p->tap_pin.read_param);
+    uint8_t seen = p->tap_pin.read(avr, a, p->tap_pin.read_param);
+    return avr->data[a] = levels(p, seen);
 }
 
 int pins_init(hw *h) {
@@ -150,6 +160,7 @@ int pins_init(hw *h) {
         tap_write(h, io->r_port, on_port, p, &p->tap_port);
         tap_write(h, io->r_ddr, on_ddr, p, &p->tap_ddr);
         tap_write(h, io->r_pin, on_pin, p, &p->tap_pin);
+        tap_read(h, io->r_pin, on_pin_read, p, &p->tap_pin);
     }
 }
 
@@ -209,8 +220,6 @@ int pin_listen(hw *h, int pin, struct wire_listener listener) {
         return -1;
     struct port *p = &h->ports[pin / 8];
     h->pins[pin].listeners[h->pins[pin].listener_count++] = listener;
-    if (!p->sampled)
-        tap_read(h, p->io->r_pin, on_pin_read, p, &p->tap_pin);
     p->sampled |= (uint8_t)(1 << pin % 8);
     return 0;
 }
