@@ -26,7 +26,7 @@ def compare_page(spec: Spec, outcomes: Sequence[Outcome], device: str) -> str:
     return page(
         "compare.html.j2",
         identity.title or identity.name,
-        subtitle=f"{identity.name}: algorithms compared, simulated with the {device}",
+        subtitle=f"{identity.name}: algorithms compared on the {device}",
         data=data(_chart(outcomes)),
         columns=COLUMNS,
         groups=[lines(outcome) for outcome in outcomes],

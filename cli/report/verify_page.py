@@ -8,6 +8,8 @@ from heatwright.cli.figures import COLUMNS, cells, replay_json
 from heatwright.cli.report.chart_data import run_chart
 from heatwright.cli.report.pages import data, page
 from heatwright.cli.verify.evidence import Evidence
+from heatwright.cli.verify.faults import COLUMNS as FAULT_COLUMNS
+from heatwright.cli.verify.faults import cells as fault_cells
 from heatwright.spec.quantity import duration
 
 
@@ -20,7 +22,7 @@ def verify_page(evidence: Evidence) -> str:
         identity.title or identity.name,
         subtitle=f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}",
         failures=evidence.failures,
-        checks=evidence.checks,
+        count=evidence.count,
         mismatches=evidence.mismatches,
         tiles=_tiles(evidence),
         data=data(run_chart(run.trace, controller)),
@@ -31,6 +33,8 @@ def verify_page(evidence: Evidence) -> str:
             (check.what, check.limit, check.found, "✓" if check.passed else "✗")
             for check in evidence.checks
         ],
+        fault_columns=(*FAULT_COLUMNS, ""),
+        fault_rows=[(*fault_cells(each), "✓" if each.passed else "✗") for each in evidence.faults],
         digest=evidence.spec.digest,
     )
 

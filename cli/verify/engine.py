@@ -5,9 +5,10 @@ from __future__ import annotations
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.talk import Talk
-from heatwright.cli.verify.checks import Check, build_checks, replay_checks, run_checks
+from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.cli.verify.evidence import Evidence
+from heatwright.cli.verify.faults import try_faults
 from heatwright.spec import Spec
 
 
@@ -24,9 +25,16 @@ def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
         )
     built = build_firmware(spec, shown.begin("Building the firmware"))
     loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
-    checks: list[Check] = [
-        *build_checks(built),
-        *replay_checks(loops),
-        *run_checks(loops, simulation.expect),
-    ]
-    return Evidence(file, spec, built, loops, tuple(checks))
+    faults = try_faults(spec.controller, built.elf, shown.begin("Injecting faults"))
+    return Evidence(
+        file=file,
+        spec=spec,
+        built=built,
+        loops=loops,
+        checks=(
+            *build_checks(built),
+            *replay_checks(loops),
+            *run_checks(loops, simulation.expect),
+        ),
+        faults=faults,
+    )

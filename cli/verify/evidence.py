@@ -10,6 +10,7 @@ from heatwright.cli.results import speed
 from heatwright.cli.verify.checks import Check
 from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.faults import FaultResult
 from heatwright.spec import Spec
 
 
@@ -22,16 +23,29 @@ class Evidence:
     built: BuildResult
     loops: ClosedLoop
     checks: tuple[Check, ...]
+    faults: tuple[FaultResult, ...]
 
     @property
     def passed(self) -> bool:
         """Whether everything holds."""
-        return all(check.passed for check in self.checks)
+        return not self.failures
 
     @property
-    def failures(self) -> tuple[Check, ...]:
-        """What does not hold."""
-        return tuple(check for check in self.checks if not check.passed)
+    def count(self) -> int:
+        """How many things had to hold."""
+        return len(self.checks) + len(self.faults)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What does not hold, a line each."""
+        return (
+            *(
+                f"{check.what}: {check.found} (limit: {check.limit})"
+                for check in self.checks
+                if not check.passed
+            ),
+            *(f"fault {each.fault}: {each.detail}" for each in self.faults if not each.passed),
+        )
 
     @property
     def mismatches(self) -> tuple[str, ...]:
@@ -51,7 +65,7 @@ class Evidence:
             "build": build_json(self.built),
             "replay": replay_json(self.loops.replays.values()),
             "closed_loop": as_json(first),
-            "faults": [],
+            "faults": [each.as_json() for each in self.faults],
             "timing": {},
             "speed": speed(self.loops.run),
             "passed": self.passed,
