@@ -6,10 +6,13 @@ from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff, Pid, SerialPlotter
-from heatwright.spec.boards import Uart
+from heatwright.spec.boards import Board
 from heatwright.spec.uart import baud_setting
 
 DECIMALS = 2
+
+ONE_UART = {"atmega328p"}
+"""Chips whose only serial port has a number in its registers, but none in its vectors."""
 
 
 def plan(source: Source, interface: SerialPlotter) -> Part:
@@ -31,7 +34,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     return Part(
         files=(
             File("src/serial.h", "src/serial.h"),
-            File("src/serial.c", "src/serial.c.j2", _registers(board.uarts[0])),
+            File("src/serial.c", "src/serial.c.j2", _registers(board)),
             File("src/plotter.h", "interfaces/plotter.h"),
             File("src/plotter.c", "interfaces/plotter.c.j2", plotter),
             File("src/text.h", "src/text.h"),
@@ -43,11 +46,11 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     )
 
 
-def _registers(uart: Uart) -> dict[str, object]:
-    number = uart.suffix
-    vector = "USART_UDRE_vect" if number == "0" else f"USART{number}_UDRE_vect"
+def _registers(board: Board) -> dict[str, object]:
+    number = board.uarts[0].suffix
+    alone = board.mcu in ONE_UART
     return {
-        "vector": vector,
+        "vector": "USART_UDRE_vect" if alone else f"USART{number}_UDRE_vect",
         "data": f"UDR{number}",
         "setup": [
             f"UBRR{number} = SERIAL_DIVISOR;",
