@@ -90,6 +90,9 @@ def build_host(
     folder.mkdir(parents=True, exist_ok=True)
     build = HostBuild(folder / "host.so", project, controller, parts, sanitized, {})
     sources = [HERE / "world.c", *(project / "src" / name for name in _names(parts))]
+    text = project / "src" / "text.c"
+    if text.exists():  # only what shows numbers has it
+        sources.append(text)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         compiled = list(pool.map(lambda source: _compile(build, source, folder), sources))
     objects = {source.name: made for source, made in zip(sources, compiled, strict=True)}
@@ -109,7 +112,7 @@ def _parts(controller: Controller) -> Parts:
 def _names(parts: Parts) -> list[str]:
     outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan) if name]
     control = [f"{kind}_{parts.loop}.c" for kind in ("loop", "guard", "algorithm")]
-    return [*control, "fault.c", "gate.c", "settings.c", "text.c", *outputs]
+    return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 
 def _compiler() -> str:

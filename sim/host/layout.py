@@ -20,9 +20,10 @@ _NUMPY = {"float": "f4", "_Bool": "u1", "bool": "u1"}
 def declarations(build: HostBuild) -> FFI:
     """Read the headers of the files under test; structures are packed."""
     parts, source = build.parts, build.project / "src"
-    names = ["fault", "settings", "text", "gate"]
+    names = ["fault", "settings", "gate"]
     names += [f"{kind}_{parts.loop}" for kind in ("loop", "guard", "algorithm")]
     names.append(f"output_{parts.heater}")
+    names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in names), HERE / "world.h"):
         ffi.cdef(_bare(header), packed=header.name != "text.h")

@@ -1,0 +1,67 @@
+"""The reference model's way through a course, and how the host's way is compared with it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.host.firmware import Run
+from heatwright.sim.reference import Reference
+from heatwright.sim.reference.course import course_of
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.output import pwm_counts
+from heatwright.spec import Controller
+
+TICK_US = 10_000
+
+
+class Expected(NamedTuple):
+    states: NDArray[Any]
+    heater_counts: NDArray[np.float64]
+
+
+def expected(controller: Controller, inputs: NDArray[Any]) -> Expected:
+    """The state after each step, and the heater's counts before it, as `Host.run` gives them."""
+    ((name, loop),) = controller.loops.items()
+    reference = Reference(controller, name)
+    course = course_of(controller, loop.heater)
+    output = controller.outputs[loop.heater]
+    whole = pwm_counts(controller, output) if output.kind == "pwm" else 1
+    period_us = round(loop.period_s * 1e6)
+    rows, counts, total = [], [], 0.0
+    for number, row in enumerate(inputs):
+        total += course.advance(number * period_us) * whole / TICK_US
+        counts.append(total)
+        record = reference.step(
+            int(row["reading_status"]),
+            int(row["reading_raw"]),
+            Single(row["setpoint_c"]),
+            acknowledge=bool(row["acknowledge"]),
+        )
+        course.apply(reference.output.counts)
+        rows.append(tuple(record.values()))
+    return Expected(np.array(rows, list(reference.members)), np.array(counts))
+
+
+def first_difference(found: Run, wanted: Expected) -> str:
+    """Name the first step after which the two differ, by whatever bit; empty if none."""
+    differences = []
+    for member in wanted.states.dtype.names or ():
+        ours, theirs = (np.ascontiguousarray(each[member]) for each in (found.states, wanted.states))
+        rows = np.flatnonzero(_bits(ours) != _bits(theirs))
+        if len(rows):
+            row = int(rows[0])
+            differences.append((row, member, ours[row], theirs[row]))
+    rows = np.flatnonzero(np.abs(found.heater_counts - wanted.heater_counts) > 0.001)
+    if len(rows):
+        row = int(rows[0])
+        counts = found.heater_counts[row], wanted.heater_counts[row]
+        differences.append((row, "heater counts", *counts))
+    if not differences:
+        return ""
+    row, member, ours, theirs = min(differences, key=lambda each: each[0])
+    return f"after step {row + 1}, {member}: host {ours!r}, reference {theirs!r}"
+
+
+def _bits(values: NDArray[Any]) -> NDArray[Any]:
+    return values.view(f"u{values.dtype.itemsize}")
