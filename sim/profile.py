@@ -22,13 +22,15 @@ NO_FUNCTION = 0xFFFF
 class FunctionProfile:
     """A function's calls, and its cycles: with what it calls (total, longest), and its own.
 
-    Interrupts that come while it runs are not counted to it.
+    Interrupts that come while it runs are not counted to it. masked: the longest time with
+    interrupts off that began in it.
     """
 
     calls: int
     total: int
     longest: int
     own: int
+    masked: int
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class Profile:
         self._lib, self._hw = hw.lib, hw.pointer
         self._program = program
         self._entries = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
+        self._others = np.empty(0, ENTRY)  # entries of functions not asked for yet
         table = self._table(hw.lib.hw_flash_size(hw.pointer))
         starts = np.array([function.start for function in program.functions], np.uint32)
         if self._lib.hw_profile_start(
@@ -101,8 +104,10 @@ class Profile:
     def entries(self, function: str) -> NDArray[np.uint64]:
         """Return the cycles at which a traced function was called since the last call of this."""
         start = self._program.function(function).start
-        found = self._entries.take()
-        cycles: NDArray[np.uint64] = found["cycle"][found["pc"] == start]
+        found = np.concatenate([self._others, self._entries.take()])
+        mine = found["pc"] == start
+        self._others = found[~mine]
+        cycles: NDArray[np.uint64] = found["cycle"][mine]
         return cycles
 
     @property
@@ -149,8 +154,8 @@ class Profile:
         return {file: Lines(frozenset(code), frozenset(hit)) for file, (code, hit) in found.items()}
 
 
-def _fields(record: Any) -> tuple[int, int, int, int]:
-    return record.calls, record.total, record.longest, record.own
+def _fields(record: Any) -> tuple[int, int, int, int, int]:
+    return record.calls, record.total, record.longest, record.own, record.masked
 
 
 def line_ranges(path: Path) -> list[tuple[int, int, str, int]]:

@@ -115,7 +115,7 @@ int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *st
                      int functions);
 void hw_profile_stop(hw *h);
 void hw_profile_trace_entry(hw *h, int function, int on);
-typedef struct { uint64_t calls, total, longest, own; } hw_function;
+typedef struct { uint64_t calls, total, longest, own, masked; } hw_function;
 const hw_function *hw_profile_functions(hw *h);
 const uint8_t *hw_profile_coverage(hw *h);
 typedef struct {

@@ -100,13 +100,21 @@ static void follow_window(struct profile *p, uint32_t pc, uint64_t now) {
     p->window.high = high;
 }
 
+static void end_mask(struct profile *p, uint64_t now) {
+    uint64_t lasted = now - p->masked_since;
+    uint16_t function = p->function_of_word[p->masked_pc / 2];
+    if (function != NO_FUNCTION && lasted > p->totals[function].masked)
+        p->totals[function].masked = lasted;
+    if (lasted > p->longest_masked.cycles)
+        p->longest_masked = (hw_stretch){.cycles = lasted, .at = p->masked_since,
+                                         .pc = p->masked_pc};
+}
+
 static void follow_mask(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     if (h->avr->sreg[S_I]) {
-        uint64_t lasted = h->avr->cycle - p->masked_since;
-        if (p->masked && p->ever_enabled && lasted > p->longest_masked.cycles)
-            p->longest_masked = (hw_stretch){.cycles = lasted, .at = p->masked_since,
-                                             .pc = p->masked_pc};
+        if (p->masked && p->ever_enabled)
+            end_mask(p, h->avr->cycle);
         p->masked = 0;
         p->ever_enabled = 1;
     } else if (!p->masked) {

@@ -59,6 +59,8 @@ def test_cycles_by_function(profile) -> None:  # type: ignore[no-untyped-def]
 def test_entries(profile) -> None:  # type: ignore[no-untyped-def]
     cycles = profile[0].entries("calls")
     assert len(cycles) == profile[0].functions["calls"].calls
+    ticks = profile[0].entries("__vector_11")
+    assert len(ticks) == profile[0].functions["__vector_11"].calls
 
 
 def test_the_longest_stretches(profile) -> None:  # type: ignore[no-untyped-def]
@@ -66,6 +68,10 @@ def test_the_longest_stretches(profile) -> None:  # type: ignore[no-untyped-def]
     assert masked.function == "masks"
     assert masked.cycles == pytest.approx(702, abs=4)
     assert masked.seconds == masked.cycles / CLOCK_HZ
+    functions = profile[0].functions
+    assert functions["masks"].masked == masked.cycles
+    assert functions["__vector_11"].masked == pytest.approx(300 + 4 + 3 + 27, abs=15)
+    assert functions["waits"].masked == 0
     assert busy.function == "waits"
     assert busy.cycles == pytest.approx(5000, abs=10)
 
