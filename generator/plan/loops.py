@@ -60,7 +60,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "rising": loop.protection.rising_while_off is not None,
     }
     constants = (
-        *_loop_constants(source, loop, prefix),
+        *_loop_constants(source, loop, prefix, bounded=shown or loop.setpoint.stored),
         *permits(source, loop, prefix),
         *algorithm.constants,
         *_guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
@@ -84,8 +84,10 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
     )
 
 
-def _loop_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+def _loop_constants(source: Source, loop: Loop, prefix: str, *, bounded: bool) -> list[Constant]:
+    """Period and setpoints; its bounds only where keys or a stored value could leave them."""
     setpoint = source.at("setpoint")
+    bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
     return [
         source.at("period").count(
             f"{prefix}_PERIOD_TICKS", ticks(loop.period_s), quantity(loop.period_s, "s")
@@ -94,11 +96,7 @@ def _loop_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
             setpoint.at(key).number(
                 f"{prefix}_SETPOINT_{key.upper()}_C", value, quantity(value, "degC")
             )
-            for key, value in (
-                ("initial", loop.setpoint.initial_c),
-                ("minimum", loop.setpoint.minimum_c),
-                ("maximum", loop.setpoint.maximum_c),
-            )
+            for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
         ),
     ]
 

@@ -21,7 +21,6 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
     window = in_steps(output.window_s)
     shown = f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms"
     constants = [
-        source.at("window").count(f"{prefix}_WINDOW_STEPS", window, shown),
         source.at("window").count(
             f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
         ),
@@ -41,13 +40,14 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
             )
         )
     if output.minimum_off_s > 0:
-        constants.append(
+        constants += [
+            source.at("window").count(f"{prefix}_WINDOW_STEPS", window, shown),
             source.at("minimum_off").count(
                 f"{prefix}_MINIMUM_OFF_STEPS",
                 in_steps(output.minimum_off_s),
                 quantity(output.minimum_off_s, "s"),
-            )
-        )
+            ),
+        ]
     return heater_part(
         source,
         name,

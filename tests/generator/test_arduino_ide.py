@@ -1,0 +1,81 @@
+"""The Arduino IDE builds the folder as a sketch: its own flags and core, our main."""
+
+import re
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from chip import lay_out
+
+IDE = Path("/usr/share/arduino/hardware/arduino/avr")
+"""Where Debian's arduino-core-avr puts it."""
+
+SLOW = {"-flto", "-fno-fat-lto-objects", "-fuse-linker-plugin"}
+"""Link-time optimisation, which older IDEs do without."""
+
+
+def flags(language: str, lto: bool) -> list[str]:
+    """Return what platform.txt gives the compiler; every warning an error."""
+    text = (IDE / "platform.txt").read_text()
+    found = re.search(rf"^compiler\.{re.escape(language)}\.flags=(.*)$", text, re.MULTILINE)
+    assert found is not None
+    words = found[1].replace("{compiler.warning_flags}", "-Wall -Wextra").split()
+    return [word for word in words if lto or word not in SLOW]
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def core(folder: Path, lto: bool, where: list[str]) -> Path:
+    """Compile the core of the IDE into an archive."""
+    folder.mkdir()
+    sources = sorted((IDE / "cores" / "arduino").glob("*.c*"))
+    for language, suffix in (("c", ".c"), ("cpp", ".cpp")):
+        chosen = [path for path in sources if path.suffix == suffix]
+        # gcc 5.4 keeps this one from C++; the IDE's own compiler is newer.
+        words = [*flags(language, lto), "-w", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
+        run("avr-gcc" if suffix == ".c" else "avr-g++", *words, *where, *chosen, cwd=folder)
+    run("avr-gcc-ar", "rcs", "core.a", *sorted(folder.glob("*.o")), cwd=folder)
+    return folder / "core.a"
+
+
+@pytest.mark.parametrize("lto", [True, False], ids=["lto", "plain"])
+def test_the_ide_builds_the_chamber(
+    lto: bool, tmp_path: Path, chamber_files: Mapping[str, str]
+) -> None:
+    sources = lay_out(chamber_files, tmp_path / "chamber")
+    where = [
+        "-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO",
+        "-DARDUINO_ARCH_AVR", f"-I{IDE / 'cores' / 'arduino'}", f"-I{IDE / 'variants' / 'standard'}",
+    ]  # fmt: skip
+    archive = core(tmp_path / "core", lto, where)
+    # The IDE puts Arduino.h in front of the sketch and compiles it as C++.
+    sketch = tmp_path / "chamber.ino.cpp"
+    sketch.write_text(f"#include <Arduino.h>\n{chamber_files['chamber.ino']}", encoding="utf-8")
+    ours = tmp_path / "objects"
+    ours.mkdir()
+    run("avr-gcc", *flags("c", lto), "-Werror", *where, *sources, cwd=ours)
+    run("avr-g++", *flags("cpp", lto), "-Werror", *where, sketch, cwd=ours)
+    run(
+        "avr-gcc", *flags("c.elf", lto), "-Werror", "-mmcu=atmega328p", "-o", "chamber.elf",
+        *sorted(ours.glob("*.o")), archive, "-lm", "-Wl,-Map=chamber.map", cwd=tmp_path,
+    )  # fmt: skip
+    assert "core.a(" not in (tmp_path / "chamber.map").read_text().partition("Allocating")[0]
+    listing = run("avr-objdump", "-d", "chamber.elf", cwd=tmp_path)
+    assert_starts_safely(listing)
+    size = run("avr-size", "chamber.elf", cwd=tmp_path)
+    print(f"\nArduino IDE, {'with' if lto else 'without'} -flto:\n{size}")
+
+
+def assert_starts_safely(listing: str) -> None:
+    """The reset leads to heaters_off: D3 = PD3 low and driven before there is a stack."""
+    first = re.search(r"^ +0:\t(?:\w\w )+\s*jmp\t0x(\w+)", listing, re.MULTILINE)
+    assert first is not None
+    start = re.search(rf"^0*{first[1]} <heaters_off>:\n(.*\n)(.*\n)", listing, re.MULTILINE)
+    assert start is not None
+    assert "cbi\t0x0b, 3" in start[1]
+    assert "sbi\t0x0a, 3" in start[2]

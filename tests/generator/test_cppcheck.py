@@ -1,0 +1,55 @@
+"""A second opinion on the generated C: cppcheck finds nothing."""
+
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from chip import lay_out
+from matrix import pairwise, spec_of
+
+from heatwright.generator import plan_firmware, render
+from heatwright.spec import load_text
+
+CPPCHECK = [
+    "cppcheck", "--quiet", "--enable=warning,performance,portability", "--inconclusive",
+    "--std=c11", "--platform=avr8", "--library=avr", "--error-exitcode=1",
+]  # fmt: skip
+
+
+def check(files: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> None:
+    lay_out(files, folder)
+    assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
+    done = subprocess.run(
+        [*CPPCHECK, f"-D{macro}", f"-DF_CPU={clock_hz}UL", "src"],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_nothing_is_found_in_the_chamber(
+    tmp_path: Path, chamber_files: Mapping[str, str]
+) -> None:
+    check(chamber_files, tmp_path, "__AVR_ATmega328P__", 16_000_000)
+
+
+def widest(algorithm: str, output: str) -> str:
+    """Return the spec of a row with most of its parts."""
+    rows = [
+        row for row in pairwise() if row["algorithm"] == algorithm and row["output"] == output
+    ]
+    return spec_of(max(rows, key=lambda row: len(spec_of(row))))
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "output"), [("pid", "pwm16"), ("pid", "time_proportional"), ("on_off", "pwm8a")]
+)
+def test_nothing_is_found_in_other_shapes(algorithm: str, output: str, tmp_path: Path) -> None:
+    spec = load_text(widest(algorithm, output))
+    macros = {"atmega328p": "328P", "atmega2560": "2560", "atmega32u4": "32U4"}
+    chip = macros.get(spec.controller.board.mcu, "1284P")
+    check(
+        render(plan_firmware(spec)), tmp_path, f"__AVR_ATmega{chip}__",
+        spec.controller.board.clock_hz,
+    )  # fmt: skip

@@ -1,0 +1,90 @@
+"""Numbers reach C with every bit, and whole: literals, counts, steps."""
+
+import math
+import re
+import struct
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from heatwright.generator.plan.numbers import c_count, c_float, float32, milliseconds, steps, ticks
+
+PATTERNS = st.integers(0, 2**32 - 1)
+LITERAL = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d\d)?f")
+
+
+def of_bits(pattern: int) -> float:
+    return float(struct.unpack("<f", struct.pack("<I", pattern))[0])
+
+
+def bits(value: float) -> int:
+    return int(np.float32(value).view(np.uint32))
+
+
+@given(PATTERNS)
+@example(0x00000000)
+@example(0x80000000)
+@example(0x00000001)
+@example(0x007FFFFF)
+@example(0x7F7FFFFF)
+@example(0x4B800000)
+@example(bits(0.0625))
+def test_a_literal_names_its_value_and_no_other(pattern: int) -> None:
+    value = of_bits(pattern)
+    if not math.isfinite(value):
+        return
+    literal = c_float(value)
+    assert LITERAL.fullmatch(literal), literal
+    assert "." in literal or "e" in literal, literal
+    text = literal.removesuffix("f")
+    assert bits(float(text)) == pattern
+    # As a compiler reads it, at once: nearest to this value, whatever double would make of it.
+    exact = Fraction(text)
+    for other in (of_bits(pattern - 1), of_bits(pattern + 1)):
+        if pattern & 0x7FFFFFFF and math.isfinite(other):
+            assert abs(exact - Fraction(value)) <= abs(exact - Fraction(other))
+
+
+@given(st.floats(-1e6, 1e6))
+def test_a_double_is_rounded_once(value: float) -> None:
+    assert bits(float(c_float(value).removesuffix("f"))) == bits(value)
+    assert float32(value) == float(np.float32(value))
+
+
+@pytest.mark.parametrize(
+    ("value", "literal"),
+    [
+        (0.0, "0.0f"), (-0.0, "-0.0f"), (1.0, "1.0f"), (-10.0, "-10.0f"), (0.1, "0.1f"),
+        (85.0, "85.0f"), (1 / 3, "0.33333334f"), (2.5600, "2.56f"), (1e6, "1000000.0f"),
+        (16777216.0, "16777216.0f"), (0.00025, "0.00025f"), (1e-7, "1e-07f"), (1e9, "1e+09f"),
+    ],
+)  # fmt: skip
+def test_literals_read_as_people_write_them(value: float, literal: str) -> None:
+    assert c_float(value) == literal
+
+
+@given(st.integers(0, 65535))
+def test_counts_are_unsigned(value: int) -> None:
+    assert c_count(value) == f"{value}u"
+
+
+@given(st.integers(1, 600_000), st.integers(1, 6000))
+def test_a_limit_comes_early_rather_than_late(duration_ms: int, period_ticks: int) -> None:
+    period_ms = 10 * period_ticks
+    duration_s, period_s = duration_ms / 1000, period_ms / 1000
+    assert milliseconds(duration_s) == duration_ms
+    assert ticks(duration_s) == duration_ms // 10
+    count = steps(duration_s, period_s)
+    assert count == max(1, duration_ms // period_ms)
+    assert count == 1 or count * period_ms <= duration_ms < (count + 1) * period_ms
+
+
+@pytest.mark.parametrize(
+    ("duration_s", "period_s", "expected"),
+    [(5, 1, 5), (4.99, 1, 4), (0.99, 1, 1), (1, 1, 1), (0.3, 0.1, 3), (0.7, 0.1, 7), (600, 2, 300)],
+)
+def test_boundaries_of_steps(duration_s: float, period_s: float, expected: int) -> None:
+    assert steps(duration_s, period_s) == expected
