@@ -31,8 +31,8 @@ def faults(site: Site) -> Iterator[Fault]:
     ):
         network = scaled(site.network, capacity, resistance)
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:g}degC"
-        yield healthy(site, name, network, ambient_c)
-    yield healthy(site, "healthy_noisy", noisy(site), starts.ambient_c(site))
+        yield from healthy(site, name, network, ambient_c)
+    yield from healthy(site, "healthy_noisy", noisy(site), starts.ambient_c(site))
 
 
 def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
@@ -57,11 +57,16 @@ def noisy(site: Site) -> ThermalNetwork:
     return site.network.model_copy(update={"sense": sense})
 
 
-def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) -> Fault:
-    """Take a machine up to the highest setpoint it can hold, down to the lowest, and up again."""
+def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) -> Iterator[Fault]:
+    """Take a machine up to the highest setpoint it can hold, down to the lowest, and up again.
+
+    A machine that can hold none is too weak for its controller, and left out.
+    """
     most_c = usable_c(site, network, ambient_c=ambient_c)
     setpoints_c = [each for each in starts.key_setpoints_c(site) if each <= most_c]
-    target_c = max(setpoints_c, default=starts.key_setpoints_c(site)[0])
+    if not setpoints_c:
+        return
+    target_c = max(setpoints_c)
 
     def make() -> World:
         start_c = max(ambient_c, target_c - WARM_K)
@@ -76,7 +81,7 @@ def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) ->
             world.until(_has_enough, LONGEST_S)
             world.run(HOLD_S)
 
-    return Fault(name, make, cause)
+    yield Fault(name, make, cause)
 
 
 def _has_enough(world: World) -> bool:

@@ -46,8 +46,8 @@ def _mend(site: Site) -> Act:
 
 def _powerless(site: Site) -> Iterator[Fault]:
     """A heater that gives nothing, and one that gives a quarter of the least rise."""
-    trip = trips.no_rise(site)
-    if trip is None:
+    trip, rule = trips.no_rise_but_moving(site), site.loop.protection.heating
+    if trip is None or rule is None:
         return
 
     def demanded(heat: Callable[[World], Heat]) -> Act:
@@ -65,18 +65,15 @@ def _powerless(site: Site) -> Iterator[Fault]:
         trip=trip,
         again=trip,
     )
-    moving = trips.no_rise_but_moving(site)
-    rule = site.loop.protection.heating
-    if rule and moving:
-        share = rule.rise_k / rise_k(site, rule.within_s) / 4
-        yield Fault(
-            "heater_weak",
-            lambda: starts.cold(site),
-            demanded(lambda _: effects.weakened(share)),
-            _mend(site),
-            trip=moving,
-            again=moving,
-        )
+    share = rule.rise_k / rise_k(site, rule.within_s) / 4
+    yield Fault(
+        "heater_weak",
+        lambda: starts.cold(site),
+        demanded(lambda _: effects.weakened(share)),
+        _mend(site),
+        trip=trip,
+        again=trip,
+    )
 
 
 def _shorted(site: Site) -> Iterator[Fault]:

@@ -49,23 +49,34 @@ def course(
 def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     """Return the highest setpoint this machine can be asked for without cause for a fault, °C.
 
-    Full power has to bring `heating.rise`, and one step of the sensor more, within
-    `heating.within`; a machine that is too weak for that near its setpoint breaks the rule
-    `heating_failed` with good reason. Not above the highest setpoint.
+    A machine at full power that is too weak to go on rising near its setpoint breaks the rules
+    `heating_failed` and `sensor_frozen` with good reason. Not above the highest setpoint.
     """
-    loop = site.loop
-    rule = loop.protection.heating
-    highest_c = loop.setpoint.maximum_c
-    if rule is None:
-        return min(highest_c, steady_c(site, 1.0, ambient_c=ambient_c))
-    needed_k = rule.rise_k + sensor_step_k(site)
+    needs = list(_needed_rises(site))
+    highest_c = min(site.loop.setpoint.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
+    return min([highest_c, *(_rising_until(site, network, ambient_c, *each) for each in needs)])
+
+
+def _needed_rises(site: Site) -> Iterator[tuple[float, float]]:
+    """Yield what each rule asks of full power, K within s; a reading may be one step short."""
+    step_k, protection = sensor_step_k(site), site.loop.protection
+    if protection.heating:
+        yield protection.heating.rise_k + step_k, protection.heating.within_s
+    if protection.frozen:
+        yield 2 * step_k, protection.frozen.for_s
+
+
+def _rising_until(
+    site: Site, network: ThermalNetwork, ambient_c: float, rise_k: float, within_s: float
+) -> float:
+    """Return up to which temperature full power brings such rises in time, °C."""
     since_s, from_c = 0.0, ambient_c
     for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
-        if sensed_c >= from_c + needed_k:
+        if sensed_c >= from_c + rise_k:
             since_s, from_c = time_s, sensed_c
-        if time_s - since_s > rule.within_s or from_c >= highest_c:
+        if time_s - since_s > within_s or from_c >= site.loop.setpoint.maximum_c:
             break
-    return min(highest_c, from_c)
+    return from_c
 
 
 def sensor_step_k(site: Site) -> float:

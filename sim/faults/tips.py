@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from heatwright.sim.faults import effects, starts, trips
-from heatwright.sim.faults.bounds import reading_s
-from heatwright.sim.faults.conditions import falls_to
+from heatwright.sim.faults.bounds import lasting_s, reading_s
+from heatwright.sim.faults.conditions import falls_below, falls_to
 from heatwright.sim.faults.effects import Feel
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site, World
@@ -81,22 +82,38 @@ def _jumps(site: Site) -> Iterator[Fault]:
 
 def _fallen_out(site: Site) -> Iterator[Fault]:
     """A sensor that has fallen out of the machine, and cools to the surroundings."""
-    moving = trips.no_rise(site)
-    if moving is None:
+    trip, again = _after_falling(site), trips.no_rise(site, falls_to(starts.ambient_c(site)))
+    if trip is None:
         return
-    loop = site.loop
-    lag_s = site.network.sense[loop.sensor].lag_s
-    drop_k = starts.highest_c(site) - starts.BELOW_K - starts.ambient_c(site)
-    first_k = drop_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else drop_k
-    limit_k = loop.protection.rise_rate_k_per_s * loop.period_s
-    rules = moving.rules
-    if first_k > limit_k / 2:  # the exact drop depends on the temperature at that moment
-        rules = ("rise_rate", *rules)
+    lag_s = site.network.sense[site.loop.sensor].lag_s
     yield Fault(
         "fallen_out",
         lambda: starts.heating(site),
         feel(site, lambda world: effects.fallen_out(world, lag_s)),
         mend(site),
-        trip=Trip(rules, moving.allowed_s, moving.due, moving.due_within_s),
-        again=moving,
+        trip=trip,
+        again=again,
     )
+
+
+def _after_falling(site: Site) -> Trip | None:
+    """Whatever sees it first: the fall itself, the lower end of the band, or that nothing rises."""
+    loop = site.loop
+    runaway = loop.protection.runaway
+    trip = trips.no_rise(site, falls_to(starts.ambient_c(site)))
+    if runaway is not None and runaway.below_k is not None:
+        below = falls_below(starts.highest_c(site) - runaway.below_k)
+        rules = ("runaway_below", *(trip.rules if trip else ()))
+        trip = Trip(rules, lasting_s(runaway.for_s, loop), below, trips.LONGEST_S)
+    if trip is None or not _may_jump(site):
+        return trip
+    return replace(trip, rules=("rise_rate", *trip.rules))
+
+
+def _may_jump(site: Site) -> bool:
+    """Whether the first reading may differ enough; its exact value depends on the moment."""
+    loop = site.loop
+    lag_s = site.network.sense[loop.sensor].lag_s
+    drop_k = starts.highest_c(site) - starts.ambient_c(site)
+    first_k = drop_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else drop_k
+    return first_k > loop.protection.rise_rate_k_per_s * loop.period_s / 2

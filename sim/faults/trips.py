@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from heatwright.sim.faults.bounds import lasting_s, reading_s
 from heatwright.sim.faults.conditions import Risen, at_full_power, exceeds, reaches
-from heatwright.sim.faults.fault import Trip
-from heatwright.sim.faults.world import Site
+from heatwright.sim.faults.fault import Trip, at_once
+from heatwright.sim.faults.world import Condition, Site
 from heatwright.spec import Loop, OnOff
 
 LONGEST_S = 4 * 3600.0
@@ -17,28 +17,34 @@ def full_percent(loop: Loop) -> float:
     return 100.0 if isinstance(loop.algorithm, OnOff) else loop.algorithm.output.maximum_percent
 
 
-def no_rise(site: Site) -> Trip | None:
-    """Full power is asked for, and the reading does not rise: 10, or 9 if that is sooner."""
-    loop = site.loop
-    bounds = {}
-    if loop.protection.heating:
-        bounds["heating_failed"] = lasting_s(loop.protection.heating.within_s, loop)
-    if loop.protection.frozen:
-        bounds["sensor_frozen"] = lasting_s(loop.protection.frozen.for_s, loop)
-    if not bounds:
-        return None
-    rule = min(bounds, key=lambda each: bounds[each])
-    return Trip((rule,), bounds[rule], at_full_power(full_percent(loop)), LONGEST_S)
+def no_rise(site: Site, still: Condition = at_once) -> Trip | None:
+    """Heat is asked for, and the reading stands still: 10 or 9, whichever is sooner.
+
+    Rule 10 begins with full power; rule 9 with the step after the last change of the reading, which
+    may be one period later than `still` tells.
+    """
+    loop, moving = site.loop, no_rise_but_moving(site)
+    if loop.protection.frozen is None:
+        return moving
+    allowed_s = lasting_s(loop.protection.frozen.for_s, loop) + loop.period_s
+    if moving and moving.allowed_s <= allowed_s:
+        return moving
+    return Trip(("sensor_frozen",), allowed_s, still, LONGEST_S)
 
 
 def no_rise_but_moving(site: Site) -> Trip | None:
-    """Full power is asked for, and the reading moves but does not rise: 10 alone can tell."""
+    """Full power is asked for, and the reading moves but does not rise: 10 alone can tell.
+
+    It may happen to stand still all the same, long enough for a shorter rule 9.
+    """
     loop = site.loop
-    if loop.protection.heating is None:
+    heating, frozen = loop.protection.heating, loop.protection.frozen
+    if heating is None:
         return None
-    allowed_s = lasting_s(loop.protection.heating.within_s, loop)
+    shorter = frozen is not None and frozen.for_s < heating.within_s
+    rules = ("heating_failed", "sensor_frozen") if shorter else ("heating_failed",)
     due = at_full_power(full_percent(loop))
-    return Trip(("heating_failed",), allowed_s, due, LONGEST_S)
+    return Trip(rules, lasting_s(heating.within_s, loop), due, LONGEST_S)
 
 
 def too_hot(site: Site) -> Trip:

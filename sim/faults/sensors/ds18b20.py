@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, lasting_s, reading_s
+from heatwright.sim.faults.bounds import answer_s, reading_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
-POWER_ON_C = 85.0
-"""What a chip says that has not yet measured."""
 WATCH_S = 120.0
-NOW_AND_THEN = 0.1
-"""Share of damaged answers: five in a row, the usual patience, come once in 10⁵ readings."""
+READ_MARGIN_S = 0.030
+"""So long before a step is due its conversion has ended (docs/control.md)."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -76,62 +74,83 @@ def _freeze(*, on: bool) -> Act:
 
 
 def _failing_supply(*, on: bool) -> Act:
-    """Break the chip's supply down in every step of time."""
+    """Break the chip's supply down in the middle of every conversion."""
 
     def cause(world: World) -> None:
-        chip = _chip(world)
+        sensor = world.site.controller.sensors[world.site.loop.sensor]
+        early_s = sensor.conversion_s / 2 + READ_MARGIN_S
+        _every(world, 1, lambda chip: chip.brown_out(), early_s)
 
-        def feel(felt_c: float) -> float:
-            chip.brown_out()
-            return felt_c
+    return cause if on else _leave_alone
 
-        world.wiring.feel[world.site.loop.sensor] = feel
 
-    def cure(world: World) -> None:
-        world.wiring.feel.pop(world.site.loop.sensor)
+def _bursts(world: World) -> None:
+    """Damage one answer fewer in a row than the controller is patient with, over and over."""
+    most = steps(world.site.loop.protection.stale_after_s, world.site.loop) - 1
 
-    return cause if on else cure
+    def damage(chip: Ds18b20) -> None:
+        chip.faults.corrupt_next = most
+
+    _every(world, most + 2, damage)
+
+
+def _every(
+    world: World, periods: int, act: Callable[[Ds18b20], None], early_s: float = 0.0
+) -> None:
+    """Do something to the chip once in so many periods, so long before the step is due."""
+    every_s = periods * world.site.loop.period_s
+    turn = int((world.now_s + early_s) / every_s)
+
+    def feel(felt_c: float) -> float:
+        nonlocal turn
+        now = int((world.now_s + early_s) / every_s)
+        if now != turn:
+            act(_chip(world))
+        turn = now
+        return felt_c
+
+    world.wiring.feel[world.site.loop.sensor] = feel
+
+
+def _leave_alone(world: World) -> None:
+    world.wiring.feel.pop(world.site.loop.sensor)
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
     """Conversions that return the reading of this moment for ever, while the machine heats."""
     trip = trips.no_rise(site)
-    frozen = site.loop.protection.frozen
     if trip is None:
         return
-    longest_s = lasting_s(frozen.for_s, site.loop) if frozen else trip.allowed_s
-
     yield Fault(
         "frozen",
         lambda: starts.heating(site),
         _freeze(on=True),
         _freeze(on=False),
-        trip=Trip(trip.rules, trip.allowed_s, trip.due, longest_s),
+        trip=trip,
         again=trip,
     )
 
 
 def _never_converts(site: Site) -> Iterator[Fault]:
     """A chip that keeps its power-on value from the start, with good mark and CRC."""
-    if site.loop.protection.maximum_c > POWER_ON_C:
-        return
-
+    trip = Trip(("sensor_reset",), answer_s(site.loop))
     yield Fault(
         "never_converts",
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
         _freeze(on=True),
         _freeze(on=False),
-        trip=Trip(("over_temperature",), reading_s(site.loop)),
-        again=Trip(("over_temperature",), reading_s(site.loop)),
+        trip=trip,
+        again=trip,
+        judge=_never_believed,
     )
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """What happens on a long cable, and must not stop a machine."""
     yield Fault(
-        "answers_damaged_now_and_then",
+        "answers_damaged_in_bursts",
         lambda: starts.heating(site),
-        _corrupt(NOW_AND_THEN),
+        _bursts,
         watch_s=WATCH_S,
     )
     yield Fault(
