@@ -1,0 +1,58 @@
+"""The ring of records in the EEPROM, as its description says it; written without the C."""
+
+import struct
+from typing import NamedTuple
+
+from heatwright.spec import Controller, digest
+
+BLANK = 0xFF
+MOST_SLOTS = 255
+
+
+class Stored(NamedTuple):
+    """What survives a loss of power."""
+
+    code: int = 0
+    temperature_c: float = 0.0
+    time_s: int = 0
+    setpoint_c: float = 0.0
+
+
+class Ring:
+    def __init__(self, controller: Controller) -> None:
+        ((_, self.loop),) = controller.loops.items()
+        self.stores_setpoint = self.loop.setpoint.stored
+        self._format = "<HBBfI" + "f" * self.stores_setpoint
+        self.size = struct.calcsize(self._format) + 2
+        self.bytes = controller.board.eeprom_bytes
+        self.slots = min(MOST_SLOTS, self.bytes // self.size)
+        self._seed = int(digest(controller), 16) & 0xFFFF
+
+    def record(self, sequence: int, stored: Stored, acknowledgements: int = 0) -> bytes:
+        values = [sequence & 0xFFFF, stored.code, acknowledgements]
+        values += [stored.temperature_c, stored.time_s]
+        values += [stored.setpoint_c] * self.stores_setpoint
+        body = struct.pack(self._format, *values)
+        return body + struct.pack("<H", self.crc(body))
+
+    def crc(self, body: bytes) -> int:
+        """CRC-16 as Modbus has it, begun with the specification's digest."""
+        crc = self._seed
+        for byte in body:
+            crc ^= byte
+            for _ in range(8):
+                crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
+        return crc
+
+    def image(self, records: dict[int, bytes]) -> bytes:
+        """An EEPROM with these records by their slots, and blank elsewhere."""
+        image = bytearray([BLANK]) * self.bytes
+        for slot, record in records.items():
+            image[slot * self.size : slot * self.size + len(record)] = record
+        return bytes(image)
+
+    def is_valid(self, record: bytes) -> bool:
+        return struct.pack("<H", self.crc(record[:-2])) == record[-2:]
+
+    def at(self, image: bytes, slot: int) -> bytes:
+        return image[slot * self.size : (slot + 1) * self.size]

@@ -1,0 +1,51 @@
+"""Settings in EEPROM: the ring of records under power cuts, damage and wrap."""
+
+import host_specs
+import pytest
+
+from host_storage import Storage
+
+NAMES = ["switch_lead", "pid_hold"]
+"""Without and with a stored setpoint."""
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def storage(request, hosts):
+    found = Storage(hosts(request.param), host_specs.spec_of(request.param).controller)
+    yield found
+    assert list(found.outside()) == []
+    found.boot(bytes([0xFF]) * found.ring.bytes)
+
+
+@pytest.mark.parametrize(
+    "check",
+    [
+        "blank", "newest", "first_cuts", "few_damaged", "codes", "setpoints", "foreign", "later",
+        "wear", "late_change",
+    ],
+)  # fmt: skip
+def test_holds(storage, check):
+    assert list(getattr(storage, check)()) == []
+
+
+def test_a_cut_at_every_byte_of_every_slot_leaves_old_or_new(storage):
+    assert list(storage.cuts(range(storage.ring.slots))) == []
+
+
+def test_whatever_a_torn_write_leaves(storage):
+    assert list(storage.cuts(range(3, 4), range(256))) == []
+
+
+def test_damaged_records_are_passed_over(storage):
+    assert [problem for seed in range(150) for problem in storage.damaged(seed)] == []
+
+
+def test_any_bytes(storage):
+    assert [problem for seed in range(150) for problem in storage.noise(seed)] == []
+
+
+def test_a_large_ring(hosts):
+    name = "pid_error_run"
+    storage = Storage(hosts(name), host_specs.spec_of(name).controller)
+    problems = [*storage.newest(), *storage.cuts(range(0, 227, 30)), *storage.wear()]
+    assert [*problems, *storage.outside()] == []
