@@ -19,11 +19,18 @@ def c_float(value: float) -> str:
     rounded = float32(value)
     for digits in range(1, 10):
         text = f"{rounded:.{digits}g}"
-        if float32(float(text)) == rounded:
+        if _names(text, rounded):
             break
     if 1e-6 < abs(rounded) < 1e9:
         text = format(Decimal(text), "f")
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
+
+
+def _names(text: str, rounded: float) -> bool:
+    try:
+        return float32(float(text)) == rounded
+    except OverflowError:  # rounded up beyond the largest float
+        return False
 
 
 def c_count(value: int) -> str:

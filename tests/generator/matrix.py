@@ -139,9 +139,7 @@ def _loop(row: Row, sensor: str, heater: str) -> str:
 
 def pairs(row: Row) -> frozenset[tuple[str, str, str, str]]:
     """Return every two choices that meet in a row."""
-    return frozenset(
-        (one, row[one], other, row[other]) for one, other in combinations(CHOICES, 2)
-    )
+    return frozenset((one, row[one], other, row[other]) for one, other in combinations(CHOICES, 2))
 
 
 def pairwise(seed: int = 1, pool_size: int = 4000) -> list[Row]:

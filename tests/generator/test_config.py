@@ -12,8 +12,8 @@ from heatwright.spec import load
 
 EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 
-CONSTANT = re.compile(r"^/\* (.+) \*/\n#define (\w+) (\S+)$", re.MULTILINE)
-WHERE = re.compile(r"^(\w+\.yaml):(\d+) ([a-z0-9_.\[\]]+): ")
+CONSTANT = re.compile(r"^/\* (.+) \*/\n#define (\w+) (\S+[fu])$", re.MULTILINE)
+WHERE = re.compile(r"\b\w+\.yaml:(\d+) ([a-z0-9_.\[\]]+)( \(default\))?")
 
 # Worked out by hand from chamber.yaml and the data sheets of ATmega328P, DS18B20 and HD44780.
 EXPECTED = {
@@ -74,19 +74,19 @@ def test_every_constant_of_the_chamber(chamber_files: Mapping[str, str]) -> None
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.yaml"))])
 def test_every_source_is_true(name: str) -> None:
-    """A line named in the code holds the key, or the nearest one above a key left out."""
+    """A line named in the code holds the key; of a default, the nearest key above it."""
     spec = EXAMPLES / f"{name}.yaml"
     lines = spec.read_text("utf-8").splitlines()
     tree = yaml.compose("\n".join(lines))
     files = render(plan_firmware(load(spec)))
     seen = 0
     for text in files.values():
-        for number, keys in re.findall(rf"{name}\.yaml:(\d+) ([a-z0-9_.\[\]]+)", text):
+        for number, keys, default in WHERE.findall(text):
             path = [int(key) if key.isdigit() else key for key in re.findall(r"\w+", keys)]
             depth, line = nearest(tree, path)
-            assert depth >= 1, keys
             assert int(number) == line, keys
-            key = path[depth - 1]
+            assert bool(default) == (depth < len(path)), keys
+            key = path[depth - 1] if depth else 0
             assert isinstance(key, int) or f"{key}:" in lines[line - 1], keys
             seen += 1
     assert seen > 50
@@ -94,7 +94,7 @@ def test_every_source_is_true(name: str) -> None:
 
 def nearest(node: yaml.Node, path: list[str | int]) -> tuple[int, int]:
     """Return how far a path leads into the tree, and the line of its last key that is there."""
-    depth, line = 0, node.start_mark.line + 1
+    depth, line = 0, 1
     for step in path:
         if isinstance(node, yaml.MappingNode):
             entries = {key.value: (key, value) for key, value in node.value}
@@ -116,7 +116,7 @@ def test_what_comes_from_the_spec_says_so(chamber_files: Mapping[str, str]) -> N
     without = {
         name
         for comment, name, _ in CONSTANT.findall(chamber_files["src/config.h"])
-        if not WHERE.match(comment)
+        if not WHERE.match(comment)  # at its beginning
     }
     assert without == {
         "CLOCK_COMPARE", "CLOCK_TICKS_PER_SECOND", "GATE_MAIN_PERMIT_TICKS", "SENSOR_AIR_STEP_C",

@@ -28,17 +28,13 @@ def check(files: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> 
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_nothing_is_found_in_the_chamber(
-    tmp_path: Path, chamber_files: Mapping[str, str]
-) -> None:
+def test_nothing_is_found_in_the_chamber(tmp_path: Path, chamber_files: Mapping[str, str]) -> None:
     check(chamber_files, tmp_path, "__AVR_ATmega328P__", 16_000_000)
 
 
 def widest(algorithm: str, output: str) -> str:
     """Return the spec of a row with most of its parts."""
-    rows = [
-        row for row in pairwise() if row["algorithm"] == algorithm and row["output"] == output
-    ]
+    rows = [row for row in pairwise() if row["algorithm"] == algorithm and row["output"] == output]
     return spec_of(max(rows, key=lambda row: len(spec_of(row))))
 
 

@@ -79,7 +79,7 @@ def digest_of(files: Mapping[str, str]) -> str:
 @pytest.mark.parametrize("number", range(3))
 def test_hostile_titles_compile(number: int, generate: Generate, tmp_path: Path) -> None:
     """Several at once, as far as a title goes: what escapes would not compile."""
-    title = ("*\\ #error \\*/???/", "/*/*\\/ 日 ??/\\", '*/"\' ??/ //\\')[number]
+    title = ("*\\ #error \\*/???/", "/*/*\\/ 日 ??/\\", "*/\"' ??/ //\\")[number]
     compile_and_link(generate(quoted(title), "*\\ -->.yaml"), tmp_path, BOARDS["uno"])
 
 

@@ -1,0 +1,103 @@
+"""One stem, every layer: each kind of the language is there in all of them."""
+
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+import yaml
+
+from heatwright.generator import plan_firmware
+from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds, load
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "spec" / "examples").glob("*.yaml"))
+BAD_SPECS = sorted((ROOT / "tests" / "bad_specs").glob("*.yaml"))
+FOLDERS = {"sensors": Sensor, "outputs": Output, "algorithms": Algorithm, "interfaces": Interface}
+KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(union)]
+
+every_kind = pytest.mark.parametrize(("folder", "kind"), KINDS)
+
+
+def test_the_folders_hold_nothing_that_is_no_kind() -> None:
+    for folder, union in FOLDERS.items():
+        shared = {"__init__", "common"}
+        plans = {path.stem for path in (ROOT / "generator" / "plan" / folder).glob("*.py")}
+        assert plans - shared == set(kinds(union))
+
+
+@every_kind
+def test_it_is_planned(folder: str, kind: str) -> None:
+    module = import_module(f"heatwright.generator.plan.{folder}.{kind}")
+    assert callable(module.plan)
+    assert module.plan.__doc__
+
+
+@every_kind
+def test_it_has_templates(folder: str, kind: str) -> None:
+    """Found by its stem; an interface is made of several parts, which its plan names."""
+    templates = ROOT / "templates" / folder
+    if folder != "interfaces":
+        for ending in (".c", ".h"):
+            found = [path.name for path in templates.glob(f"{kind}{ending}*")]
+            assert len(found) == 1, found
+        return
+    plan = (ROOT / "generator" / "plan" / folder / f"{kind}.py").read_text("utf-8")
+    assert any(f'"interfaces/{path.name}"' in plan for path in templates.glob("*.c*"))
+
+
+@every_kind
+def test_it_is_simulated(folder: str, kind: str) -> None:
+    if folder == "algorithms":
+        assert find_spec(f"heatwright.sim.reference.{kind}") is not None
+    else:
+        assert find_spec(f"heatwright.sim.{folder}.{kind}") is not None
+
+
+def used_kinds(path: Path) -> set[str]:
+    """Every `kind` anywhere in a file."""
+    found, left = set(), [yaml.safe_load(path.read_text("utf-8"))]
+    while left:
+        part = left.pop()
+        if isinstance(part, dict):
+            found.add(part.get("kind"))
+            left += part.values()
+        elif isinstance(part, list):
+            left += part
+    return {kind for kind in found if isinstance(kind, str)}
+
+
+@every_kind
+def test_an_example_uses_it(folder: str, kind: str) -> None:
+    assert any(kind in used_kinds(example) for example in EXAMPLES)
+
+
+@every_kind
+def test_a_bad_spec_is_about_it(folder: str, kind: str) -> None:
+    """One of its keys, or it by name, is objected to; that it occurs would show nothing."""
+    own = {field.alias or name for name, field in kinds(FOLDERS[folder])[kind].model_fields.items()}
+    section = "loops" if folder == "algorithms" else folder
+    for spec in BAD_SPECS:
+        expected = spec.with_suffix(".expected").read_text("utf-8")
+        text = spec.read_text("utf-8", errors="replace")
+        messages = [line for line in expected.splitlines() if f" {section}" in line]
+        if f"kind: {kind}" in text and any(
+            f".{key}:" in line or kind in line for line in messages for key in own
+        ):
+            return
+    pytest.fail(f"no file in tests/bad_specs objects to a key of {kind}")
+
+
+def test_every_part_of_the_firmware_has_its_file() -> None:
+    """A sensor, an output and a loop each bring the files that carry their name."""
+    for example in EXAMPLES:
+        spec = load(example)
+        paths = {file.path for file in plan_firmware(spec).files}
+        controller = spec.controller
+        for prefix, names in (
+            ("sensor", controller.sensors), ("output", controller.outputs),
+            ("loop", controller.loops), ("guard", controller.loops),
+            ("algorithm", controller.loops),
+        ):  # fmt: skip
+            for name in names:
+                assert {f"src/{prefix}_{name}.c", f"src/{prefix}_{name}.h"} <= paths
