@@ -210,4 +210,6 @@ class Avr:
 
     def profile(self, program: Elf) -> Profile:
         """Profile the loaded program from now on."""
-        return Profile(self._owner, program)
+        found = Profile(self._owner, program)
+        self._logs.append(found.log)
+        return found

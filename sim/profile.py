@@ -57,13 +57,16 @@ class Lines:
 
 
 class Profile:
-    """Profiling from the moment it is made until ``stop``; see Avr.profile."""
+    """Profiling from the moment it is made until ``stop``; see Avr.profile.
+
+    log -- of the entries of traced functions, in the shim.
+    """
 
     def __init__(self, hw: Hw, program: Elf) -> None:
         self._owner = hw
         self._lib, self._hw = hw.lib, hw.pointer
         self._program = program
-        self._entries = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
+        self.log = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
         self._others = np.empty(0, ENTRY)  # entries of functions not asked for yet
         table = self._table(hw.lib.hw_flash_size(hw.pointer))
         starts = np.array([function.start for function in program.functions], np.uint32)
@@ -104,7 +107,7 @@ class Profile:
     def entries(self, function: str) -> NDArray[np.uint64]:
         """Return the cycles at which a traced function was called since the last call of this."""
         start = self._program.function(function).start
-        found = np.concatenate([self._others, self._entries.take()])
+        found = np.concatenate([self._others, self.log.take()])
         mine = found["pc"] == start
         self._others = found[~mine]
         cycles: NDArray[np.uint64] = found["cycle"][mine]

@@ -1,0 +1,6 @@
+"""How a binary keeps its times, measured instruction by instruction in the simulated processor."""
+
+from heatwright.sim.timing.figures import Cost, Figure, Timing
+from heatwright.sim.timing.measure import measure
+
+__all__ = ["Cost", "Figure", "Timing", "measure"]

@@ -1,0 +1,134 @@
+"""The measurement: start-up, a quiet minute, then ten minutes of keys, display and line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.profile import Profile
+from heatwright.sim.timing import steps, waits
+from heatwright.sim.timing.display import StartUps, button_to_display, to_come
+from heatwright.sim.timing.figures import Figure, Timing
+from heatwright.sim.timing.operator import HELD_S, Press, aimed, keypad_of, presses
+from heatwright.sim.timing.stage import Stage
+from heatwright.spec import Controller
+
+Progress = Callable[[float, float], None]
+"""Called with the simulated time and the end, s."""
+
+LEAST_S = 600.0
+"""What is measured: twenty of the display's start-ups, each met by a key at another phase."""
+LEAST_STEPS = 5
+"""A loop so slow that it makes fewer steps meanwhile is measured for longer."""
+QUIET_S = 95.0
+"""In this long the display has started up often enough to tell when it does so again."""
+START_S = 1.0
+"""Within this long main begins."""
+
+
+def measure(
+    controller: Controller,
+    elf: Path | str | Elf,
+    *,
+    static_stack_bytes: int | None = None,
+    progress: Progress | None = None,
+) -> Timing:
+    """Measure an unmodified binary.
+
+    The clearing of RAM and whatever else comes before main is left out; it comes before the
+    watchdog, the interrupts and anything that could wait.
+
+    static_stack_bytes -- the worst stack found in the code, which what is used must not exceed.
+
+    Raises what AvrDevice does.
+    """
+    program = elf if isinstance(elf, Elf) else Elf(elf)
+    pressed = _planned(controller, program)
+    device = AvrDevice(controller, program)
+    _to_main(device.avr, program)
+    profile = device.avr.profile(program)
+    steps.trace(profile, program, list(controller.loops))
+    _play(Stage(controller, device), device, pressed, _length_s(controller), progress)
+    found = _figures(controller, device, profile)
+    if keypad_of(controller) is not None:
+        answer = button_to_display(pressed, device.shield.lcd.history)
+        found = {"button_to_display_ms": answer, **found}
+    if static_stack_bytes is not None:
+        found["stack_used_bytes"] = waits.stack(profile.stack_used, static_stack_bytes)
+    return Timing(
+        figures=found,
+        functions=waits.costs(profile, waits.Files(program), device.avr.cycle),
+        idle_fraction=device.avr.sleep_cycles / device.avr.cycle,
+        seconds=device.time_s,
+    )
+
+
+def _length_s(controller: Controller) -> float:
+    return max(LEAST_S, *(LEAST_STEPS * loop.period_s for loop in controller.loops.values()))
+
+
+def _planned(controller: Controller, program: Elf) -> list[Press]:
+    """Watch the program without a hand on it, then aim the keys at what it does."""
+    keypad = keypad_of(controller)
+    if keypad is None:
+        return []
+    device = AvrDevice(controller, program)
+    start_ups = StartUps(controller.board)
+    device.record(start_ups)
+    Stage(controller, device).advance(QUIET_S)
+    device.feed()
+    length_s = _length_s(controller)
+    made_s = device.steps(keypad.loop)["time_s"].tolist()
+    times_s = aimed(length_s, to_come(made_s, length_s), to_come(start_ups.times_s(), length_s))
+    return presses(controller, keypad, times_s)
+
+
+def _to_main(avr: Avr, program: Elf) -> None:
+    """Run instruction by instruction until main begins."""
+    start = program.function("main").start
+    end = round(START_S * avr.clock_hz)
+    while avr.program_counter != start and avr.cycle < end:
+        avr.run_to(avr.cycle + 1)
+
+
+def _play(
+    stage: Stage,
+    device: AvrDevice,
+    pressed: list[Press],
+    until_s: float,
+    progress: Progress | None,
+) -> None:
+    for press in pressed:
+        stage.advance(press.time_s)
+        device.press(press.key)
+        stage.advance(press.time_s + HELD_S)
+        device.press(None)
+        if progress is not None:
+            progress(press.time_s, until_s)
+    stage.advance(until_s)
+
+
+def _figures(controller: Controller, device: AvrDevice, profile: Profile) -> dict[str, Figure]:
+    program, clock_hz = device.program, device.avr.clock_hz
+    files = waits.Files(program)
+    each = [
+        steps.jitter(profile.entries(steps.STEP.format(loop=name)), loop.period_s, clock_hz, name)
+        for name, loop in controller.loops.items()
+    ]
+    wakes = [profile.entries(handler) for handler in steps.handlers(program)]
+    return {
+        "step_jitter_us": max(each, key=lambda one: one.worst or np.inf),
+        "longest_busy_wait_us": waits.busy(profile, files),
+        **waits.masked(profile, files, clock_hz),
+        "longest_tick_us": steps.longest_tick(
+            profile.entries(steps.TICK),
+            profile.entries(steps.WAIT),
+            np.sort(np.concatenate(wakes)),
+            clock_hz,
+        ),
+    }
