@@ -8,8 +8,14 @@ from heatwright.cli.figures import COLUMNS, cells, replay_json
 from heatwright.cli.report.chart_data import run_chart
 from heatwright.cli.report.pages import data, page
 from heatwright.cli.verify.evidence import Evidence
-from heatwright.cli.verify.faults import COLUMNS as FAULT_COLUMNS
-from heatwright.cli.verify.faults import cells as fault_cells
+from heatwright.cli.verify.rows import (
+    CHECK_COLUMNS,
+    FAULT_COLUMNS,
+    FIGURE_COLUMNS,
+    check_cells,
+    fault_cells,
+    figure_cells,
+)
 from heatwright.spec.quantity import duration
 
 
@@ -17,6 +23,7 @@ def verify_page(evidence: Evidence) -> str:
     """Print it."""
     controller = evidence.spec.controller
     identity, run = controller.identity, evidence.loops.run
+    timing = evidence.trials.timing
     return page(
         "verify.html.j2",
         identity.title or identity.name,
@@ -29,14 +36,21 @@ def verify_page(evidence: Evidence) -> str:
         columns=("loop", *COLUMNS),
         rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
         display=run.display,
-        check_rows=[
-            (check.what, check.limit, check.found, "✓" if check.passed else "✗")
-            for check in evidence.checks
-        ],
+        check_columns=(*CHECK_COLUMNS, ""),
+        check_rows=[(*check_cells(each), _mark(each.passed)) for each in evidence.checks],
+        figure_columns=(*FIGURE_COLUMNS, ""),
+        figure_rows=[(*figure_cells(each), _mark(each.passed)) for each in timing.figures.values()],
+        costs=timing.functions,
+        measured=duration(round(timing.seconds)),
+        asleep=f"{timing.idle_fraction:.2%}",
         fault_columns=(*FAULT_COLUMNS, ""),
-        fault_rows=[(*fault_cells(each), "✓" if each.passed else "✗") for each in evidence.faults],
+        fault_rows=[(*fault_cells(each), _mark(each.passed)) for each in evidence.trials.faults],
         digest=evidence.spec.digest,
     )
+
+
+def _mark(passed: bool) -> str:
+    return "✓" if passed else "✗"
 
 
 def _tiles(evidence: Evidence) -> list[dict[str, Any]]:

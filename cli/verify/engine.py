@@ -8,7 +8,7 @@ from heatwright.cli.talk import Talk
 from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.cli.verify.evidence import Evidence
-from heatwright.cli.verify.faults import try_faults
+from heatwright.cli.verify.trials import try_all
 from heatwright.spec import Spec
 
 
@@ -25,7 +25,6 @@ def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
         )
     built = build_firmware(spec, shown.begin("Building the firmware"))
     loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
-    faults = try_faults(spec.controller, built.elf, shown.begin("Injecting faults"))
     return Evidence(
         file=file,
         spec=spec,
@@ -36,5 +35,5 @@ def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
             *replay_checks(loops),
             *run_checks(loops, simulation.expect),
         ),
-        faults=faults,
+        trials=try_all(spec.controller, built, shown),
     )

@@ -9,8 +9,9 @@ from heatwright.cli.figures import as_json, build_json, replay_json
 from heatwright.cli.results import speed
 from heatwright.cli.verify.checks import Check
 from heatwright.cli.verify.closed_loop import ClosedLoop
+from heatwright.cli.verify.rows import figure_cells
+from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
-from heatwright.sim.faults import FaultResult
 from heatwright.spec import Spec
 
 
@@ -23,7 +24,7 @@ class Evidence:
     built: BuildResult
     loops: ClosedLoop
     checks: tuple[Check, ...]
-    faults: tuple[FaultResult, ...]
+    trials: Trials
 
     @property
     def passed(self) -> bool:
@@ -33,7 +34,7 @@ class Evidence:
     @property
     def count(self) -> int:
         """How many things had to hold."""
-        return len(self.checks) + len(self.faults)
+        return len(self.checks) + len(self.trials.timing.figures) + len(self.trials.faults)
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -44,7 +45,17 @@ class Evidence:
                 for check in self.checks
                 if not check.passed
             ),
-            *(f"fault {each.fault}: {each.detail}" for each in self.faults if not each.passed),
+            *(
+                f"{what}: {found} (limit: {limit})"
+                for figure in self.trials.timing.figures.values()
+                if not figure.passed
+                for what, _, found, limit in [figure_cells(figure)]
+            ),
+            *(
+                f"fault {each.fault}: {each.detail}"
+                for each in self.trials.faults
+                if not each.passed
+            ),
         )
 
     @property
@@ -65,8 +76,8 @@ class Evidence:
             "build": build_json(self.built),
             "replay": replay_json(self.loops.replays.values()),
             "closed_loop": as_json(first),
-            "faults": [each.as_json() for each in self.faults],
-            "timing": {},
+            "faults": [each.as_json() for each in self.trials.faults],
+            "timing": self.trials.timing.as_json(),
             "speed": speed(self.loops.run),
             "passed": self.passed,
         }

@@ -8,9 +8,17 @@ from rich.text import Text
 from heatwright.cli.figures import COLUMNS, cells
 from heatwright.cli.tables import heading, mark, show, table
 from heatwright.cli.verify.evidence import Evidence
-from heatwright.cli.verify.faults import COLUMNS as FAULT_COLUMNS
-from heatwright.cli.verify.faults import TEXT_COLUMNS as FAULT_TEXT_COLUMNS
-from heatwright.cli.verify.faults import cells as fault_cells
+from heatwright.cli.verify.rows import (
+    CHECK_COLUMNS,
+    CHECK_TEXTS,
+    FAULT_COLUMNS,
+    FAULT_TEXTS,
+    FIGURE_COLUMNS,
+    FIGURE_TEXTS,
+    check_cells,
+    fault_cells,
+    figure_cells,
+)
 from heatwright.spec.quantity import duration
 
 
@@ -26,14 +34,23 @@ def print_evidence(evidence: Evidence) -> None:
     heading("Closed loop")
     show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
     heading("What has to hold")
-    rows = [(each.what, each.limit, each.found, mark(each.passed)) for each in evidence.checks]
-    show(table(("", "limit", "found", ""), rows, text_columns=3))
+    _print_judged(CHECK_COLUMNS, CHECK_TEXTS, [(check_cells(c), c.passed) for c in evidence.checks])
+    timing = evidence.trials.timing
+    heading(f"Timing, over {duration(round(timing.seconds))} cycle by cycle")
+    figures = [(figure_cells(each), each.passed) for each in timing.figures.values()]
+    _print_judged(FIGURE_COLUMNS, FIGURE_TEXTS, figures)
+    click.echo(f"asleep {timing.idle_fraction:.2%} of the time\n")
     heading("Faults")
-    tried: list[tuple[str | Text, ...]] = [
-        (*fault_cells(each), mark(each.passed)) for each in evidence.faults
-    ]
-    show(table((*FAULT_COLUMNS, ""), tried, text_columns=FAULT_TEXT_COLUMNS))
+    faults = [(fault_cells(each), each.passed) for each in evidence.trials.faults]
+    _print_judged(FAULT_COLUMNS, FAULT_TEXTS, faults)
     _print_verdict(evidence)
+
+
+def _print_judged(
+    columns: tuple[str, ...], texts: int, rows: list[tuple[tuple[str, ...], bool]]
+) -> None:
+    judged: list[tuple[str | Text, ...]] = [(*cells_, mark(passed)) for cells_, passed in rows]
+    show(table((*columns, ""), judged, text_columns=texts))
 
 
 def _print_verdict(evidence: Evidence) -> None:

@@ -1,0 +1,43 @@
+"""Faults, timing and checks as rows of tables, without their verdicts."""
+
+from __future__ import annotations
+
+from heatwright.cli.figures import NONE
+from heatwright.cli.verify.checks import Check
+from heatwright.sim.faults import FaultResult
+from heatwright.sim.timing import Figure
+
+CHECK_COLUMNS = ("", "limit", "found")
+CHECK_TEXTS = 3
+FAULT_COLUMNS = ("fault", "trips", "after [s]", "limit [s]", "heater off after [s]", "peak [°C]")
+FAULT_TEXTS = 2
+FIGURE_COLUMNS = ("", "in", "worst", "limit")
+FIGURE_TEXTS = 2
+
+
+def check_cells(check: Check) -> tuple[str, ...]:
+    """Return a check's row in the order of CHECK_COLUMNS."""
+    return check.what, check.limit, check.found
+
+
+def fault_cells(result: FaultResult) -> tuple[str, ...]:
+    """Return a fault's row in the order of FAULT_COLUMNS."""
+    nothing = "nothing" if result.expected else "nothing, as it must"
+    return (
+        result.fault.replace("_", " "),
+        (result.rule or nothing).replace("_", " "),
+        _seconds(result.tripped_after_s),
+        _seconds(result.allowed_s),
+        _seconds(result.heater_off_after_s),
+        f"{result.peak_c:.1f}",
+    )
+
+
+def figure_cells(figure: Figure) -> tuple[str, ...]:
+    """Return a timing figure's row in the order of FIGURE_COLUMNS."""
+    worst = NONE if figure.worst is None else f"{figure.worst:.4g} {figure.unit}"
+    return figure.what, figure.where or "", worst, f"{figure.limit:g} {figure.unit}"
+
+
+def _seconds(value: float | None) -> str:
+    return NONE if value is None else f"{value:.2f}"

@@ -1,0 +1,80 @@
+"""What is tried on the binary beside its closed loop: its timing, and every fault."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from heatwright.cli.pool import spread
+from heatwright.cli.talk import Job, Talk
+from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
+from heatwright.sim.timing import Timing, measure
+from heatwright.spec import Controller
+
+
+@dataclass(frozen=True)
+class Trials:
+    """What was found."""
+
+    timing: Timing
+    faults: tuple[FaultResult, ...]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    controller: Controller
+    elf: Path
+    stack_bytes: int
+    fault: int | None
+    """Its number in the catalogue; None: the timing."""
+
+
+def try_all(controller: Controller, built: BuildResult, shown: Talk) -> Trials:
+    """Measure the timing and try every fault there is for a controller, two at a time."""
+    count = len(catalogue(controller, Elf(built.elf)))
+    counter = _Counter(shown.begin("Injecting faults"), count)
+    jobs: list[Job] = [shown.begin("Measuring the timing"), *[counter] * count]
+    timing, *faults = spread(
+        _try,
+        [_Piece(controller, built.elf, built.stack_bytes, each) for each in (None, *range(count))],
+        jobs,
+    )
+    assert isinstance(timing, Timing)  # noqa: S101 - the first piece of work
+    return Trials(timing, tuple(each for each in faults if isinstance(each, FaultResult)))
+
+
+def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
+    if piece.fault is None:
+        return measure(
+            piece.controller, piece.elf, static_stack_bytes=piece.stack_bytes, progress=job
+        )
+    return try_fault(_faults(piece.controller, piece.elf)[piece.fault])
+
+
+@lru_cache(maxsize=1)
+def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
+    """The faults are made once in each process: they hold the binary."""
+    return catalogue(controller, Elf(elf))
+
+
+class _Counter:
+    """Tells one job how many pieces of work are done."""
+
+    def __init__(self, job: Job, total: int) -> None:
+        self._job = job
+        self._total = total
+        self._done = 0
+
+    def __call__(self, done: float, total: float) -> None:
+        pass
+
+    def note(self, text: str) -> None:
+        pass
+
+    def end(self, text: str = "") -> None:
+        del text
+        self._done += 1
+        self._job(self._done, self._total)
