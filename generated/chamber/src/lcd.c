@@ -19,8 +19,8 @@ enum { EXECUTION_US = 40 }; /* 37 us for every instruction but clear and home */
 /* High nibble alone until the bus is 4 bits wide, then whole instructions: 4-bit bus and two
  * lines, display on without cursor, write from left to right. After power-up the first needs
  * 4.1 ms, so they go one a tick; later all are quick, and a key must not wait for them. */
-enum { NIBBLES = 4, LATER_A_TICK = 3 };
 static const uint8_t START_UP[] PROGMEM = { 0x30, 0x30, 0x30, 0x20, 0x28, 0x0C, 0x06 };
+enum { NIBBLES = 4, LATER_A_TICK = sizeof START_UP };
 
 static char wanted[LCD_CELLS];
 static char shown[LCD_CELLS];
@@ -86,6 +86,9 @@ void lcd_write(uint8_t line, const char *text)
         *cell++ = *text != '\0' ? *text++ : ' ';
     }
     changed = true;
+    if (line != 0) {
+        position = LCD_COLUMNS - 1u; /* what a key has changed goes first */
+    }
 }
 
 static void send_start_up(void)
