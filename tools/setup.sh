@@ -12,6 +12,7 @@ PACKAGES=(
     gcc-avr:avr-gcc avr-libc:/usr/lib/avr/include/avr/io.h binutils-avr:avr-objcopy
     libsimavr-dev:/usr/include/simavr/sim_avr.h
     gcc:cc libc6-dev:/usr/include/stdio.h
+    cppcheck:cppcheck
     arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt
 )
 

@@ -1,4 +1,4 @@
-"""Firmware of every shape: a spec for each choice, and few specs that hold every pair of choices."""
+"""Firmware of every shape: few specs in which every two choices meet."""
 
 import random
 from collections.abc import Mapping
@@ -156,7 +156,7 @@ def pairwise(seed: int = 1, pool_size: int = 4000) -> list[Row]:
         for row in pool
     ]
     missing = (1 << len(number)) - 1
-    rows = []
+    rows: list[Row] = []
     while missing:
         best = max(range(len(pool)), key=lambda index: (masks[index] & missing).bit_count())
         missing &= ~masks[best]

@@ -50,7 +50,7 @@ def test_the_ide_builds_the_chamber(
     sources = lay_out(chamber_files, tmp_path / "chamber")
     where = [
         "-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO",
-        "-DARDUINO_ARCH_AVR", f"-I{IDE / 'cores' / 'arduino'}", f"-I{IDE / 'variants' / 'standard'}",
+        "-DARDUINO_ARCH_AVR", f"-I{IDE}/cores/arduino", f"-I{IDE}/variants/standard",
     ]  # fmt: skip
     archive = core(tmp_path / "core", lto, where)
     # The IDE puts Arduino.h in front of the sketch and compiles it as C++.

@@ -78,6 +78,7 @@ def test_every_source_is_true(name: str) -> None:
     spec = EXAMPLES / f"{name}.yaml"
     lines = spec.read_text("utf-8").splitlines()
     tree = yaml.compose("\n".join(lines))
+    assert tree is not None
     files = render(plan_firmware(load(spec)))
     seen = 0
     for text in files.values():

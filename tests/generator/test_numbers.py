@@ -44,7 +44,7 @@ def test_a_literal_names_its_value_and_no_other(pattern: int) -> None:
     # As a compiler reads it, at once: nearest to this value, whatever double would make of it.
     exact = Fraction(text)
     with np.errstate(over="ignore"):
-        others = np.nextafter(np.float32(value), np.float32([-np.inf, np.inf]))
+        others = np.nextafter(np.float32(value), np.array([-np.inf, np.inf], np.float32))
     for other in map(float, others):
         if math.isfinite(other):
             assert abs(exact - Fraction(value)) <= abs(exact - Fraction(other))
