@@ -15,12 +15,14 @@ enum { SKIP_ROM = 0xCC, CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD
  * since it was set up has lost them too, and its 85 degC power-on value is not a temperature. */
 enum { RAW_LOW = 0, RAW_HIGH = 1, ALARM_HIGH = 2, ALARM_LOW = 3, SETTINGS = 4, SCRATCHPAD_SIZE = 9 };
 enum { MARK_HIGH = 0x55, MARK_LOW = 0xAA };
+enum { POWER_ON = 0x0550 }; /* 85 degC */
 
 enum { WAITING, SETTING_UP, STARTING, CONVERTING, READING, FINISHED };
 
 static uint8_t phase = FINISHED;
 static uint8_t ticks_left;
 static bool is_set_up;
+static bool has_converted; /* since it was set up: until then the power-on value may be left */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 
@@ -36,6 +38,7 @@ static void send_set_up(void)
 
     memcpy(one_wire_air.data, command, sizeof command);
     one_wire_air_exchange(sizeof command);
+    has_converted = false;
     phase = SETTING_UP;
 }
 
@@ -81,6 +84,11 @@ static uint8_t judge(const uint8_t *scratchpad)
         return FAULT_SENSOR_RESET;
     }
     const uint16_t bits = (uint16_t)(scratchpad[RAW_LOW] | (uint16_t)(scratchpad[RAW_HIGH] << 8));
+    /* A chip that browned out may still be busy with a longer conversion at its own resolution. */
+    if (bits == POWER_ON && !has_converted) {
+        return FAULT_SENSOR_RESET;
+    }
+    has_converted = true;
     reading = (int16_t)(bits & SENSOR_AIR_RAW_MASK);
     return READING_OK;
 }
