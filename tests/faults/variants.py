@@ -33,7 +33,7 @@ BARE = (
     ("resolution: 12 bit", "resolution: 10 bit"),
     ("{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}",
      "{kind: pid, kp: 20, ki: 0.1}"),
-    ("stale_after: 5 s", "stale_after: 1 s"),
+    ("stale_after: 5 s", "stale_after: 2 s"),
     ("watchdog: 2 s", "watchdog: 1 s"),
     ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
     ("    - {at: 10 s, press: up, times: 3}\n", ""),

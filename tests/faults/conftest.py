@@ -1,0 +1,25 @@
+from pathlib import Path
+
+import pytest
+from variants import BARE, PID, built, varied
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults.world import Site
+from heatwright.spec import Controller
+
+
+@pytest.fixture(scope="session")
+def site(chamber: Controller, chamber_elf: Path) -> Site:
+    return Site(chamber, Elf(chamber_elf), "air")
+
+
+@pytest.fixture(scope="session")
+def pid_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = varied("pid", PID)
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("pid"))), "air")
+
+
+@pytest.fixture(scope="session")
+def bare_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = varied("bare", BARE)
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("bare"))), "air")

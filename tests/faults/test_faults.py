@@ -1,0 +1,48 @@
+"""Each fault, on the binary that PlatformIO built."""
+
+import pytest
+from rules_tripped import BARE_RULES, CHAMBER_RULES, PID_RULES
+
+from heatwright.sim.faults import Fault, catalogue, try_fault
+from heatwright.sim.faults.world import Site
+from heatwright.spec.rules import RULES
+
+
+def faults(site: Site) -> dict[str, Fault]:
+    return {fault.id: fault for fault in catalogue(site.controller, site.program)}
+
+
+def hold(site: Site, name: str, rule: str | None) -> None:
+    result = try_fault(faults(site)[name])
+    assert result.detail == ""
+    assert result.rule == rule
+
+
+@pytest.mark.parametrize(("name", "rule"), CHAMBER_RULES.items())
+def test_the_chamber(site: Site, name: str, rule: str | None) -> None:
+    hold(site, name, rule)
+
+
+@pytest.mark.parametrize(("name", "rule"), PID_RULES.items())
+def test_pid_in_windows(pid_site: Site, name: str, rule: str | None) -> None:
+    hold(pid_site, name, rule)
+
+
+# What is healthy does not depend on display and PWM, which takes the simulator long.
+@pytest.mark.parametrize(
+    ("name", "rule"), [each for each in BARE_RULES.items() if not each[0].startswith("healthy")]
+)
+def test_pwm_without_display(bare_site: Site, name: str, rule: str | None) -> None:
+    hold(bare_site, name, rule)
+
+
+def test_every_fault_is_tried(site: Site, pid_site: Site, bare_site: Site) -> None:
+    assert list(faults(site)) == list(CHAMBER_RULES)
+    assert list(faults(pid_site)) == list(PID_RULES)
+    assert list(faults(bare_site)) == list(BARE_RULES)
+
+
+def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
+    tripped = {*CHAMBER_RULES.values(), *PID_RULES.values()}
+    # A reading that does not come in time at all would be a fault of the firmware's own.
+    assert {rule.id for rule in RULES.values()} - tripped == {"sensor_stale"}

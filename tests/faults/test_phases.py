@@ -1,0 +1,99 @@
+"""A cause may come at any moment of the period, also in the middle of an exchange."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
+from heatwright.sim.faults.processor import hang
+from heatwright.sim.faults.world import Site
+from heatwright.sim.sensors.ds18b20 import Ds18b20
+
+PHASES_S = (*np.arange(0.0, 1.0, 0.1), 0.2013, 0.2051, 0.9512, 0.9527, 0.9561, 0.9608, 0.9999)
+
+
+def unplug(chip: Ds18b20) -> None:
+    chip.unplug()
+
+
+def short(chip: Ds18b20) -> None:
+    chip.short("low")
+
+
+def lift(chip: Ds18b20) -> None:
+    chip.short("high")
+
+
+@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
+@pytest.mark.parametrize(("cause", "code"), [(unplug, 1), (short, 2), (lift, 1)])
+def test_whenever_it_comes(
+    site: Site, cause: Callable[[Ds18b20], None], code: int, phase_s: float
+) -> None:
+    world = starts.heating(site)
+    at_s = np.ceil(world.now_s) + phase_s
+    world.run(at_s - world.now_s)
+    world.device.advance(at_s)
+    chip = world.device.sensors["air"]
+    assert isinstance(chip, Ds18b20)
+    cause(chip)
+    world.until(lambda now: now.fault != 0, 10.0)
+    (trip,) = world.trips.since(0.0)
+    assert trip.code == code
+    assert trip.time_s - at_s <= answer_s(site.loop)
+    last_on_s = world.heaters.last_on_s(at_s)
+    assert last_on_s is not None
+    assert last_on_s - at_s <= reading_s(site.loop)
+
+
+@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
+def test_a_chip_that_browns_out_is_never_believed(site: Site, phase_s: float) -> None:
+    world = starts.heating(site)
+    at_s = np.ceil(world.now_s) + phase_s
+    world.run(at_s - world.now_s)
+    world.device.advance(at_s)
+    chip = world.device.sensors["air"]
+    assert isinstance(chip, Ds18b20)
+    chip.brown_out()
+    world.run(10.0)
+    assert world.fault == 0
+    read_c = world.device.steps("air")["temperature_c"]
+    assert read_c[read_c > 0].max() < world.peak_c + 1
+
+
+@pytest.mark.parametrize(
+    "phase_s", np.arange(0.0, 0.1, 0.007), ids=lambda phase_s: f"{phase_s:.3f}"
+)
+@pytest.mark.parametrize("entry", ["__stop_program", "_exit"])
+def test_a_hang_whenever_it_comes(site: Site, entry: str, phase_s: float) -> None:
+
+    world = starts.heating(site)
+    at_s = world.now_s + phase_s
+    world.device.advance(at_s)
+    try:
+        hang(world, entry)
+    except ValueError:  # just awake
+        world.device.advance(at_s + TICK_S / 2)
+        hang(world, entry)
+    limit_s = gate_s() if entry == "__stop_program" else watchdog_s(site.controller)
+    world.run(3.0)
+    last_on_s = world.heaters.last_on_s(at_s)
+    assert last_on_s is not None
+    assert last_on_s - at_s <= limit_s + TICK_S / 2
+    assert world.fault == 14
+
+
+def test_a_program_that_hangs_at_every_start_never_heats(site: Site) -> None:
+    """Each start hangs in its first wait; the watchdog resets it for ever."""
+
+    world = starts.heating(site)
+    began_s = world.now_s
+    hang(world, "_exit")
+    for _ in range(5):
+        world.device.advance(world.now_s + 2.06)
+        hang(world, "_exit")
+    assert len(world.device.avr.take_resets()) == 5
+    last_on_s = world.heaters.last_on_s(began_s)
+    assert last_on_s is not None
+    assert last_on_s < began_s + 2.06
