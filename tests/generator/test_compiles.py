@@ -11,8 +11,9 @@ from matrix import CHOICES, Row, can_be, pairs, pairwise, spec_of
 
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan import File, Plan
-from heatwright.spec import load_text
+from heatwright.spec import BOARDS, load_text
 from heatwright.spec.controller import built_boards
+from heatwright.spec.names import LONGEST_NAME
 
 Generate = Callable[..., Mapping[str, str]]
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -69,3 +70,46 @@ def test_an_undefined_name_is_an_error() -> None:
     file = File("src/clock.c", "src/clock.c.j2", {"tick_ms": 10})
     with pytest.raises(UndefinedError, match="'tick' is undefined"):
         render(Plan("name", "banner", (file,)))
+
+
+@pytest.mark.parametrize("name", ["ticks", "fault", "i_2", "w" * LONGEST_NAME])
+def test_a_name_may_be_any_word_of_the_firmware(
+    name: str, generate: Generate, tmp_path: Path
+) -> None:
+    """One name for sensor, output and loop at once, and one the firmware uses itself."""
+    text = f"""
+heatwright: 1
+controller: {{name: {name}, board: mega2560}}
+sensors: {{{name}: {{kind: ds18b20, pin: A1}}}}
+outputs: {{{name}: {{kind: digital, pin: D22, power: 100 W}}}}
+loops:
+  {name}:
+    sensor: {name}
+    heater: {name}
+    period: 1 s
+    setpoint: {{initial: 20 °C, minimum: 10 °C, maximum: 70 °C, stored: true}}
+    algorithm: {{kind: on_off, lead: 2 s}}
+interfaces: [{{kind: lcd_keypad, loop: {name}}}, {{kind: serial_plotter, loop: {name}}}]
+"""
+    compile_and_link(generate(text), tmp_path, BOARDS["mega2560"])
+
+
+@pytest.mark.parametrize("clock_mhz", [8, 14.7456, 20])
+def test_another_crystal(clock_mhz: float, generate: Generate, tmp_path: Path) -> None:
+    """PlatformIO is told of it, and no other clock compiles: every time would be wrong."""
+    row = {**ROWS[0], "board": "atmega328p", "output": "digital", "algorithm": "on_off"}
+    text = spec_of({**row, "interface": "none", "loops": "1"})
+    text = text.replace("atmega328p}", f"atmega328p, clock: {clock_mhz} MHz}}")
+    files = generate(text)
+    board = load_text(text).controller.board
+    assert board.clock_hz == round(clock_mhz * 1e6)
+    assert f"\nboard_build.f_cpu = {board.clock_hz}L\n" in files["platformio.ini"]
+    compile_and_link(files, tmp_path / "right", board)
+    with pytest.raises(AssertionError, match=f"generated for a {clock_mhz:g} MHz clock"):
+        compile_and_link(files, tmp_path / "wrong", BOARDS["atmega328p"])
+    with pytest.raises(AssertionError, match="choose that board"):
+        compile_and_link(files, tmp_path / "other", board._replace(mcu="atmega2560"))
+
+
+def test_the_boards_own_clock_is_left_to_platformio(chamber_files: Mapping[str, str]) -> None:
+    assert "f_cpu" not in chamber_files["platformio.ini"]
