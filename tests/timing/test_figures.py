@@ -1,0 +1,113 @@
+"""The arithmetic of the timing: grids, ticks, keys, texts."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from heatwright.sim.interfaces.lcd import Screen
+from heatwright.sim.timing.display import button_to_display, to_come
+from heatwright.sim.timing.figures import Figure
+from heatwright.sim.timing.operator import Press, aimed, keypad_of, presses
+from heatwright.sim.timing.steps import deviations_us, jitter, longest_tick
+from heatwright.spec import Controller
+
+CLOCK_HZ = 1_000_000
+
+
+def cycles(*values: int) -> NDArray[np.uint64]:
+    return np.array(values, np.uint64)
+
+
+def test_steps_are_held_to_the_grid_of_the_first() -> None:
+    entries = cycles(500, 1_000_500, 2_000_490, 3_000_520)
+    assert deviations_us(entries, 1.0, CLOCK_HZ).tolist() == [0, 0, -10, 20]
+    figure = jitter(entries, 1.0, CLOCK_HZ, "air")
+    assert figure.worst == 20
+    assert figure.details["spread"] == 30
+    assert figure.passed
+
+
+def test_a_lost_step_is_off_by_a_period() -> None:
+    figure = jitter(cycles(0, 1_000_000, 3_000_000), 1.0, CLOCK_HZ, "air")
+    assert figure.worst == 1e6
+    assert not figure.passed
+
+
+def test_a_loop_that_never_steps_does_not_pass() -> None:
+    assert not jitter(cycles(), 1.0, CLOCK_HZ, "air").passed
+
+
+def test_the_work_of_a_tick_begins_with_the_interrupt() -> None:
+    figure = longest_tick(
+        cycles(1005, 2005, 3005), cycles(0, 1100, 2400, 3100), cycles(999, 1000, 2000, 3000), 10**6
+    )
+    assert figure.worst == 400
+    assert figure.limit == 1000
+    assert figure.passed
+
+
+def test_a_tick_that_comes_during_the_work_of_the_one_before_waits_for_it() -> None:
+    figure = longest_tick(
+        cycles(1000, 2000, 3000), cycles(0, 2300, 2900, 3100), cycles(1000, 2000, 3000), 10**6
+    )
+    assert figure.worst == 1300
+    assert not figure.passed
+
+
+def test_keys_are_timed_to_the_complete_text() -> None:
+    screens = [
+        Screen(0.0, ("", "Set temp 19°C")),
+        Screen(1.03, ("", "Set temp 29°C")),
+        Screen(1.04, ("", "Set temp 20°C")),
+        Screen(1.10, ("x", "Set temp 20°C")),
+        Screen(2.03, ("x", "Set temp 21°C")),
+    ]
+    figure = button_to_display([Press(1.0, "up", 20.0), Press(2.0, "up", 21.0)], screens)
+    assert figure.worst == pytest.approx(40)
+    assert figure.details["median"] == pytest.approx(35)
+    assert figure.passed
+
+
+@pytest.mark.parametrize("row", ["Set temp 19°C", "Set temp 29°C", "E06 TOO HOT", ""])
+def test_a_wrong_text_is_no_answer(row: str) -> None:
+    screens = [Screen(0.0, ("", "Set temp 19°C")), Screen(1.03, ("", row))]
+    figure = button_to_display([Press(1.0, "up", 20.0)], screens)
+    assert figure.worst is None
+    assert not figure.passed
+
+
+def test_what_comes_regularly_is_continued() -> None:
+    assert to_come([0.1], 99) == [0.1]
+    assert to_come([0.1, 30.0, 60.0], 130) == [0.1, 30.0, 60.0, 90.0, 120.0]
+
+
+def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
+    steps = [0.5 + each for each in range(600)]
+    refreshes = [30.1 * each for each in range(20)]
+    times = np.array(aimed(600, steps, refreshes))
+    assert (np.diff(times) > 0.3).all()
+    tick_phases = np.histogram(times % 0.01, 10, (0, 0.01))[0]
+    assert tick_phases.min() > 0.5 * len(times) / 10
+    for aims, least in ((steps, 100), (refreshes, 10)):
+        off = (times[:, None] - np.array(aims)[None, :]).ravel()
+        near = off[(off >= -0.045) & (off <= 0.010)]
+        assert len(near) >= least
+        assert near.min() < -0.035
+        assert near.max() > 0
+
+
+def test_keys_change_the_setpoint_both_ways_within_its_limits(chamber: Controller) -> None:
+    keypad = keypad_of(chamber)
+    assert keypad is not None
+    pressed = presses(chamber, keypad, [float(each) for each in range(40)])
+    limits = chamber.loops["air"].setpoint
+    setpoints = [limits.initial_c, *(press.setpoint_c for press in pressed)]
+    assert all(limits.minimum_c <= each <= limits.maximum_c for each in setpoints)
+    for press, before in zip(pressed, setpoints, strict=False):
+        assert press.setpoint_c - before == (10 if press.key == "up" else -10)
+    assert {press.key for press in pressed} == {"up", "down"}
+
+
+def test_a_limit_is_still_within() -> None:
+    assert Figure("", "ms", 50.0, 50.0).passed
+    assert not Figure("", "ms", 50.1, 50.0).passed
