@@ -1,0 +1,170 @@
+"""What verify judges: each check fails when it must, and the command then ends with 1."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from conftest import Heatwright
+
+from heatwright.cli.running import run_model
+from heatwright.cli.talk import _PlainJob
+from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
+from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
+from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.faults import FaultResult
+from heatwright.sim.replay import replay
+from heatwright.sim.timing import Cost, Figure, Timing
+from heatwright.spec import Controller, Expect
+
+
+@pytest.fixture(scope="module")
+def loops(chamber: Controller) -> ClosedLoop:
+    """The model in the binary's place: everything holds."""
+    run = run_model(chamber, _PlainJob(""))
+    return ClosedLoop(run, {"air": replay(chamber, run.trace.steps["air"])})
+
+
+def expect(**limits: str) -> Expect:
+    return Expect.model_validate(limits)
+
+
+def failing(checks: Any) -> list[str]:
+    return [check.what for check in checks if not check.passed]
+
+
+def with_run(loops: ClosedLoop, **changes: Any) -> ClosedLoop:
+    return replace(loops, run=replace(loops.run, **changes))
+
+
+def with_replay(loops: ClosedLoop, **changes: Any) -> ClosedLoop:
+    return replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
+
+
+def test_a_good_run_holds(loops: ClosedLoop) -> None:
+    assert failing(run_checks(loops, expect(overshoot="0.5 K", steady="0.5 K"))) == []
+    assert failing(replay_checks(loops)) == []
+
+
+def test_a_limit_counts_as_kept(loops: ClosedLoop) -> None:
+    assert failing(run_checks(loops, expect(overshoot="0.49 K"))) == ["air: overshoot"]
+    assert failing(run_checks(loops, expect(steady="0.49 K"))) == ["air: steady error"]
+
+
+def test_a_tripped_protection_fails(loops: ClosedLoop) -> None:
+    (check,) = [
+        each
+        for each in run_checks(with_run(loops, faults={"air": ((12.5, 6),)}), None)
+        if not each.passed
+    ]
+    assert check.found == "E06 TOO HOT at 12.5 s"
+
+
+def test_a_complaint_of_a_chip_fails(loops: ClosedLoop) -> None:
+    worse = with_run(loops, complaints=("display: data_setup was below the data sheet 3 times",))
+    assert failing(run_checks(worse, None)) == ["chips keep to their data sheets"]
+
+
+@pytest.mark.parametrize(
+    "change", [{"mismatches": 1}, {"restored": ("a fault",)}, {"unchecked": ("loop.secret",)}]
+)
+def test_what_differs_from_the_model_fails(loops: ClosedLoop, change: dict[str, Any]) -> None:
+    assert len(failing(replay_checks(with_replay(loops, **change)))) == 1
+
+
+def test_inputs_and_the_clock_are_not_compared(loops: ClosedLoop) -> None:
+    assert failing(replay_checks(with_replay(loops, unchecked=("fault.time_s",)))) == []
+
+
+def test_a_binary_that_does_not_fit_fails() -> None:
+    built = BuildResult(Path("a.elf"), 100, 50, 50, flash_limit=100, ram_limit=100, log="")
+    assert failing(build_checks(built)) == []
+    assert failing(build_checks(replace(built, flash_bytes=101))) == ["flash"]
+    assert failing(build_checks(replace(built, stack_bytes=51))) == ["static RAM and worst stack"]
+
+
+def test_a_short_scenario_is_drawn_out_and_a_long_one_stays(chamber: Controller) -> None:
+    simulation = chamber.simulation
+    assert simulation is not None
+    end = simulation.scenario[-1]
+    for length_s, expected_s in ((60.0, 1800.0), (7200.0, 7200.0)):
+        scenario = (*simulation.scenario[:-1], end.model_copy(update={"for_s": length_s}))
+        changed = chamber.model_copy(
+            update={"simulation": simulation.model_copy(update={"scenario": scenario})}
+        )
+        found = long_enough(changed).simulation
+        assert found is not None
+        assert found.scenario[-1].for_s == expected_s
+
+
+GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")
+GOOD_FAULT = FaultResult("unplugged", "sensor_no_answer", ("sensor_no_answer",), 4.9, 6.0, 0.9, 65)
+
+
+@pytest.fixture
+def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Verify with the model in the binary's place, and these trials."""
+
+    def use(figure: Figure = GOOD_FIGURE, fault: FaultResult = GOOD_FAULT) -> None:
+        timing = Timing({"busy_us": figure}, (Cost("main", 1, 9, 0.1),), 0.99, 600.0)
+        trials = SimpleNamespace(timing=timing, faults=(fault,))
+        built = BuildResult(Path("a.elf"), 6000, 200, 100, 32256, 2048, "")
+        engine = "heatwright.cli.verify.engine"
+        monkeypatch.setattr(f"{engine}.build_firmware", lambda *_: built)
+        monkeypatch.setattr(f"{engine}.try_all", lambda *_: trials)
+        monkeypatch.setattr(
+            "heatwright.cli.verify.closed_loop.run_binary",
+            lambda controller, _, job: run_model(controller, job),
+        )
+
+    return use
+
+
+def test_verify_passes_and_writes_its_page(heatwright: Heatwright, tried: Any) -> None:
+    tried()
+    done = heatwright("verify", "chamber.yaml", "--report", "v.html")
+    assert done.status == 0
+    assert "PASSED: all " in done.out
+    assert done.out.splitlines()[-1] == "v.html"
+    assert "Passed: all " in Path("v.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("figure", "fault", "expected"),
+    [
+        (
+            replace(GOOD_FIGURE, worst=123.456),
+            GOOD_FAULT,
+            "busy waiting: 123.5 µs (limit: 100 µs)",
+        ),
+        (replace(GOOD_FIGURE, worst=None), GOOD_FAULT, "busy waiting: – (limit: 100 µs)"),
+        (
+            GOOD_FIGURE,
+            replace(GOOD_FAULT, rule=None, problems=("nothing tripped",)),
+            "fault unplugged: nothing tripped",
+        ),
+    ],
+)
+def test_verify_fails_and_says_why(
+    heatwright: Heatwright, tried: Any, figure: Figure, fault: FaultResult, expected: str
+) -> None:
+    tried(figure, fault)
+    done = heatwright("verify", "chamber.yaml", "--report", "v.html")
+    assert done.status == 1
+    *_, reason, verdict, page_name = done.out.splitlines()
+    assert (reason, page_name) == (expected, "v.html")
+    assert verdict.startswith("FAILED: 1 of ")
+    page = Path("v.html").read_text(encoding="utf-8")
+    assert expected in page
+    assert "Failed: 1 of " in page
+    assert heatwright("verify", "chamber.yaml", "--json").json["passed"] is False
+
+
+def test_verify_needs_a_machine(heatwright: Heatwright) -> None:
+    text = Path("chamber.yaml").read_text(encoding="utf-8")
+    Path("bare.yaml").write_text(text[: text.index("simulation:")], encoding="utf-8")
+    for words in (("verify", "bare.yaml"), ("simulate", "bare.yaml", "--model")):
+        done = heatwright(*words)
+        assert done.status == 2
+        assert "bare.yaml: has no `simulation`" in done.err
