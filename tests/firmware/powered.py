@@ -1,0 +1,5 @@
+from collections.abc import Callable
+
+from heatwright.sim.device import AvrDevice
+
+PowerOn = Callable[..., AvrDevice]
