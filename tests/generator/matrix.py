@@ -19,7 +19,8 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "kd": ("0", "180"),
     "derivative_of": ("measurement", "error"),
     "while_limited": ("hold", "run"),
-    "minimum": ("", "on", "off", "both"),
+    "minimum_on": ("0 s", "40 ms"),
+    "minimum_off": ("0 s", "60 ms"),
     "off": ("", "heating", "runaway", "frozen", "rising_while_off"),
     "below": ("", "8 K"),
     "stored": ("false", "true"),
@@ -104,9 +105,8 @@ def _output(row: Row, pin: str) -> str:
         return f"{{kind: pwm, {common}, frequency: 100 Hz}}"
     if row["output"].startswith("pwm"):
         return f"{{kind: pwm, {common}, frequency: 976.5625 Hz}}"
-    least = {"on": ["on"], "off": ["off"], "both": ["on", "off"]}.get(row["minimum"], [])
-    minima = "".join(f", minimum_{which}: 40 ms" for which in least)
-    return f"{{kind: time_proportional, {common}, window: 2 s, resolution: 20 ms{minima}}}"
+    minima = f"minimum_on: {row['minimum_on']}, minimum_off: {row['minimum_off']}"
+    return f"{{kind: time_proportional, {common}, window: 2 s, resolution: 20 ms, {minima}}}"
 
 
 def _algorithm(row: Row) -> str:
@@ -137,12 +137,36 @@ def _loop(row: Row, sensor: str, heater: str) -> str:
     )
 
 
-def pairs(row: Row) -> frozenset[tuple[str, str, str, str]]:
-    """Return every two choices that meet in a row."""
-    return frozenset((one, row[one], other, row[other]) for one, other in combinations(CHOICES, 2))
+ALGORITHM = ("algorithm", "lead", "hysteresis", "ki", "kd", "derivative_of", "while_limited")
 
 
-def pairwise(seed: int = 1, pool_size: int = 4000) -> list[Row]:
+def telling(row: Row) -> Row:
+    """Return the choices of a row that its firmware shows: a P controller has no derivative."""
+    silent: set[str] = set()
+    silent |= {"ki", "kd"} if row["algorithm"] == "on_off" else {"lead", "hysteresis"}
+    if row["algorithm"] == "on_off" or row["kd"] == "0":
+        silent.add("derivative_of")
+    if row["algorithm"] == "on_off" or row["ki"] == "0":
+        silent.add("while_limited")
+    if row["output"] != "time_proportional":
+        silent |= {"minimum_on", "minimum_off"}
+    if row["off"] == "runaway":
+        silent.add("below")
+    return {choice: value for choice, value in row.items() if choice not in silent}
+
+
+def variant(row: Row) -> tuple[str, ...]:
+    """Return all that is chosen of the algorithm: every combination is wanted, not only pairs."""
+    shown = telling(row)
+    return tuple(f"{choice}: {shown[choice]}" for choice in ALGORITHM if choice in shown)
+
+
+def pairs(row: Row) -> frozenset[object]:
+    """Return every two choices that meet in a row, and its algorithm."""
+    return frozenset({*combinations(sorted(telling(row).items()), 2), variant(row)})
+
+
+def pairwise(seed: int = 5, pool_size: int = 4000) -> list[Row]:
     """Return few rows in which every two choices meet that can; the same in every run."""
     picked = random.Random(seed)  # noqa: S311 - no secret
     drawn = (
@@ -150,9 +174,9 @@ def pairwise(seed: int = 1, pool_size: int = 4000) -> list[Row]:
         for _ in range(pool_size)
     )
     pool = [row for row in drawn if can_be(row)]
-    number: dict[tuple[str, str, str, str], int] = {}
+    number: dict[object, int] = {}
     masks = [
-        sum(1 << number.setdefault(pair, len(number)) for pair in sorted(pairs(row)))
+        sum(1 << number.setdefault(pair, len(number)) for pair in sorted(pairs(row), key=repr))
         for row in pool
     ]
     missing = (1 << len(number)) - 1

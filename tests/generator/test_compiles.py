@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from chip import compile_and_link
 from jinja2 import UndefinedError
-from matrix import CHOICES, Row, can_be, pairs, pairwise, spec_of
+from matrix import CHOICES, Row, can_be, pairs, pairwise, spec_of, variant
 
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan import File, Plan
@@ -50,7 +50,9 @@ def test_the_rows_hold_every_choice_and_pair() -> None:
     shown = frozenset().union(*map(pairs, ROWS))
     for board in CHOICES["board"]:
         for output in CHOICES["output"]:
-            assert ("board", board, "output", output) in shown
+            assert (("board", board), ("output", output)) in shown
+    # On-off: with or without lead and band. PID: P, PI in two ways, PD in two, PID in four.
+    assert len({variant(row) for row in ROWS}) == 4 + 9
     # Another draw finds no pair that could be and is not there.
     assert frozenset().union(*map(pairs, pairwise(seed=2))) == shown
 
