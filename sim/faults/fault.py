@@ -34,8 +34,8 @@ class Trip:
     """A rule has to trip.
 
     rules -- ids of the rules of which one must; allowed_s -- bound on the time it takes since the
-    moment the rule's condition is met; due -- tells that moment; due_within_s -- how long the
-    machine may take until then.
+    rule's condition has been met without a gap; due -- whether it is met; due_within_s -- how long
+    the machine may take until then.
     """
 
     rules: tuple[str, ...]

@@ -220,8 +220,8 @@ def _fan_stopped(site: Site) -> Iterator[Fault]:
         return lambda world: world.device.avr.pins.drive(pin, level)
 
     def coasted(world: World) -> bool:
-        """The heat already under way has stopped to raise the temperature."""
-        return moving.due(world) and world.falling
+        """The heat already under way no longer raises the temperature."""
+        return moving.due(world) and not world.rising
 
     yield Fault(
         "fan_stopped",

@@ -122,21 +122,38 @@ class _Trial:
         self.world.until(lambda now: now.sensed_c < limit_c, COOLING_S)
 
     def _wait(self, trip: Trip, began_s: float, when: str) -> tuple[Change | None, float]:
-        """Wait for a trip; return it, and when its condition was met."""
+        """Wait for a trip; return it, and since when its condition had been met."""
         world = self.world
-        came = world.until(lambda now: trip.due(now) or _is_latched(now), trip.due_within_s)
-        # The condition was met within the step that has just gone by, if not at once.
-        since_s = max(began_s, world.now_s - STEP_S)
-        if not came:
+        since_s = self._follow(trip, began_s)
+        if since_s is None:
             self._wrong(f"its condition was not met within {trip.due_within_s:g} s{when}")
-            return None, since_s
-        world.until(_is_latched, trip.allowed_s + LATE_S)
+            return None, world.now_s
         trips = world.trips.since(began_s)
         if not trips:
             self._wrong(f"nothing tripped{when}")
             return None, since_s
         self._judge_trip(trip, trips[0], since_s, when)
         return trips[0], since_s
+
+    def _follow(self, trip: Trip, began_s: float) -> float | None:
+        """Go on until a fault is latched, or much too late.
+
+        Return since when the condition had been met without a gap: the step of time in which it
+        was met counts. A trip that comes sooner counts from the step of time before it.
+        """
+        world = self.world
+        since_s: float | None = None
+        give_up_s = began_s + trip.due_within_s
+        while not _is_latched(world):
+            if not trip.due(world):
+                since_s = None
+            elif since_s is None:
+                since_s = max(began_s, world.now_s - STEP_S)
+            late_s = give_up_s if since_s is None else since_s + trip.allowed_s + LATE_S
+            if world.now_s > late_s:
+                return since_s
+            world.step()
+        return max(began_s, world.now_s - STEP_S) if since_s is None else since_s
 
     def _judge_trip(self, trip: Trip, found: Change, since_s: float, when: str) -> None:
         if RULES[found.code].id not in trip.rules:

@@ -78,8 +78,8 @@ class World:
     """A powered controller on its machine, after the first step of time, in which it starts.
 
     device -- the controller; wiring -- what lies between; trips, heaters -- what was recorded;
-    peak_c -- the highest temperature at the loop's sensor since it was last set; falling -- whether
-    that temperature fell in the last step.
+    peak_c -- the highest temperature at the loop's sensor since it was last set; rising -- whether
+    that temperature rose in the last step.
     """
 
     def __init__(self, site: Site, weather: Weather) -> None:
@@ -92,7 +92,7 @@ class World:
         self._row = 0
         self._power_on_s = 0.0
         self.peak_c = self.sensed_c
-        self.falling = False
+        self.rising = False
         self.trips = TripLog(self.device)
         self.heaters = HeaterLog(
             self.device, {loop.heater for loop in site.controller.loops.values()}
@@ -163,7 +163,7 @@ class World:
         )
         before_c = self.sensed_c
         self._felt = self._plant.sensed_c()
-        self.falling = self.sensed_c < before_c
+        self.rising = self.sensed_c > before_c
         self.peak_c = max(self.peak_c, self.sensed_c)
 
     # -- the operator --------------------------------------------------------------------------
