@@ -12,6 +12,9 @@ from heatwright.spec.timers import tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
 SETTINGS_DELAY_S = 10.0
+MOST_SETTINGS_SLOTS = 64
+"""The start reads every slot, 0.1 ms each: far within the shortest watchdog period of 30 ms."""
+
 EEPROM_CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
 
@@ -140,12 +143,13 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     """Settings and the latched fault in EEPROM."""
     stored = any(loop["stored"] for loop in loops)
     record_bytes = 2 + 10 + (4 * len(loops) if stored else 0) + 2
-    slots = min(255, root.controller.board.eeprom_bytes // record_bytes)
+    slots = min(MOST_SETTINGS_SLOTS, root.controller.board.eeprom_bytes // record_bytes)
     constants = [
         Constant(
             "SETTINGS_SLOTS",
             f"{slots}u",
-            f"{root.controller.board.eeprom_bytes} bytes of EEPROM / {record_bytes}: "
+            f"of {record_bytes} bytes, {slots * record_bytes} of the "
+            f"{root.controller.board.eeprom_bytes} bytes of EEPROM: "
             f"{slots * EEPROM_CELL_WRITES / 1e6:.1f} million saves",
         )
     ]

@@ -11,7 +11,7 @@ void lcd_start(void);
 /* Put `text` into `line` (0 or 1) from its first column, and blanks after it. */
 void lcd_write(uint8_t line, const char *text);
 
-/* Once a tick: send one changed cell. */
+/* Once a tick: send a few changed cells. */
 void lcd_tick(void);
 
 #endif

@@ -1,5 +1,6 @@
 """One stem, every layer: each kind of the language is there in all of them."""
 
+import re
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -8,7 +9,9 @@ import pytest
 import yaml
 
 from heatwright.generator import plan_firmware
+from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds, load
+from heatwright.spec.controller import WATCHDOG_S
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "spec" / "examples").glob("*.yaml"))
@@ -101,3 +104,10 @@ def test_every_part_of_the_firmware_has_its_file() -> None:
         ):  # fmt: skip
             for name in names:
                 assert {f"src/{prefix}_{name}.c", f"src/{prefix}_{name}.h"} <= paths
+
+
+def test_every_watchdog_period_has_its_name_in_avr_libc() -> None:
+    assert set(WATCHDOG_NAMES) == set(WATCHDOG_S)
+    header = Path("/usr/lib/avr/include/avr/wdt.h").read_text("utf-8", errors="replace")
+    for name in WATCHDOG_NAMES.values():
+        assert re.search(rf"#define\s+WDTO_{name}\b", header)

@@ -27,15 +27,23 @@ def _fixed(name: str) -> list[tuple[NDArray[Any], Expected]]:
     return found
 
 
+def run_problem(host: Host, inputs: NDArray[Any], wanted: Expected) -> str:
+    """Say where the host differs from the reference from power-up on; empty if nowhere."""
+    host.erase()
+    host.power_up()
+    try:
+        difference = first_difference(host.run(inputs), wanted)
+    except HostHangs as problem:
+        return str(problem)
+    if not difference and host.world.ticks != wanted.ticks:
+        return f"{len(inputs)} steps took {host.world.ticks} ticks, not {wanted.ticks}"
+    return difference
+
+
 def control_problem(host: Host, name: str) -> str:
-    """Say where the host differs from the reference; empty if nowhere."""
+    """The same over the fixed courses."""
     for number, (inputs, wanted) in enumerate(_fixed(name)):
-        host.erase()
-        host.power_up()
-        try:
-            difference = first_difference(host.run(inputs), wanted)
-        except HostHangs as problem:
-            difference = str(problem)
-        if difference:
-            return f"course {number}, {difference}"
+        problem = run_problem(host, inputs, wanted)
+        if problem:
+            return f"course {number}, {problem}"
     return ""

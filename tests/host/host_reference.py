@@ -18,6 +18,7 @@ TICK_US = 10_000
 class Expected(NamedTuple):
     states: NDArray[Any]
     heater_counts: NDArray[np.float64]
+    ticks: int
 
 
 def expected(controller: Controller, inputs: NDArray[Any]) -> Expected:
@@ -28,7 +29,8 @@ def expected(controller: Controller, inputs: NDArray[Any]) -> Expected:
     output = controller.outputs[loop.heater]
     whole = pwm_counts(controller, output) if output.kind == "pwm" else 1
     period_us = round(loop.period_s * 1e6)
-    rows, counts, total = [], [], 0.0
+    rows: list[tuple[Any, ...]] = []
+    counts, total, time_s, code = [], 0.0, 0, 0
     for number, row in enumerate(inputs):
         total += course.advance(number * period_us) * whole / TICK_US
         counts.append(total)
@@ -39,8 +41,12 @@ def expected(controller: Controller, inputs: NDArray[Any]) -> Expected:
             acknowledge=bool(row["acknowledge"]),
         )
         course.apply(reference.output.counts)
-        rows.append(tuple(record.values()))
-    return Expected(np.array(rows, list(reference.members)), np.array(counts))
+        if record["fault.code"] not in (0, code) or (row["acknowledge"] and record["fault.code"]):
+            time_s = (number + 1) * period_us // 1_000_000
+        code = record["fault.code"]
+        rows.append((*record.values(), time_s))
+    members = [*reference.members, ("fault.time_s", "u4")]
+    return Expected(np.array(rows, members), np.array(counts), len(inputs) * period_us // TICK_US)
 
 
 def first_difference(found: Run, wanted: Expected) -> str:

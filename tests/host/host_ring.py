@@ -6,7 +6,7 @@ from typing import NamedTuple
 from heatwright.spec import Controller, digest
 
 BLANK = 0xFF
-MOST_SLOTS = 255
+MOST_SLOTS = 64
 
 
 class Stored(NamedTuple):

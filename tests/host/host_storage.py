@@ -221,11 +221,31 @@ class Storage:
         library = self.host.library
         library.fault.code = OLD.code
         library.settings_save()
+        before = self.host.world.eeprom_writes
         for _ in range(5):
             library.settings_tick()
         self.save(NEW)
+        if self.host.world.eeprom_writes - before != 2 * self.ring.size:
+            yield "a record is not finished before the next one"
         if self.boot() != self.as_restored(NEW):
             yield f"a change while writing is lost: {self.now()}"
+
+    def latch(self) -> Iterator[str]:
+        """The first fault stays, also without power; acknowledged, it is gone for good."""
+        library = self.host.library
+        self.boot(bytes([BLANK]) * self.ring.bytes)
+        library.fault_trip(OLD.code, OLD.temperature_c)
+        library.fault_trip(NEW.code, NEW.temperature_c)
+        library.host_settle()
+        if self.boot()[:2] != OLD[:2]:
+            yield f"after a loss of power the fault is {self.now()}"
+        library.fault_acknowledge()
+        library.fault_acknowledge()
+        if library.fault.acknowledgements != 1:
+            yield "an acknowledgement of nothing counts"
+        library.host_settle()
+        if self.boot().code:
+            yield f"an acknowledged fault is back: {self.now()}"
 
     def outside(self) -> Iterator[str]:
         if self.host.world.eeprom_outside:
@@ -239,6 +259,7 @@ def storage_problem(host: Host, controller: Controller) -> str:
         storage.blank(), storage.newest(), storage.cuts(range(1, storage.ring.slots, 36)),
         storage.first_cuts(), storage.few_damaged(), storage.codes(), storage.setpoints(),
         storage.foreign(), storage.later(), storage.wear(), storage.late_change(),
+        storage.latch(),
         *(storage.damaged(seed) for seed in range(12)), storage.noise(1), storage.outside(),
     ]  # fmt: skip
     for check in checks:

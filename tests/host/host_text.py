@@ -29,6 +29,8 @@ def text_problem(host: Host, value: float, decimals: int) -> str:
         text = host.number(value, decimals)
     except ValueError as problem:
         return str(problem)
+    if not text.strip("-."):
+        return f"{value!r} with {decimals} decimals is {text!r}"
     number = int(text.replace(".", ""))
     exact = LARGEST if not abs(value) < LARGEST else Fraction(abs(value))
     scaled = exact * 10**decimals

@@ -21,7 +21,7 @@ def storage(request, hosts):
     "check",
     [
         "blank", "newest", "first_cuts", "few_damaged", "codes", "setpoints", "foreign", "later",
-        "wear", "late_change",
+        "wear", "late_change", "latch",
     ],
 )  # fmt: skip
 def test_holds(storage, check):

@@ -110,7 +110,7 @@
 
 /* ---- Settings in EEPROM ---- */
 
-/* 1024 bytes of EEPROM / 14: 7.3 million saves */
-#define SETTINGS_SLOTS 73u
+/* of 14 bytes, 896 of the 1024 bytes of EEPROM: 6.4 million saves */
+#define SETTINGS_SLOTS 64u
 
 #endif

@@ -20,7 +20,7 @@ enum { POWER_ON = 0x0550 }; /* 85 degC */
 enum { WAITING, SETTING_UP, STARTING, CONVERTING, READING, FINISHED };
 
 static uint8_t phase = FINISHED;
-static uint8_t ticks_left;
+static uint16_t ticks_left;
 static bool is_set_up;
 static bool has_converted; /* since it was set up: until then the power-on value may be left */
 static uint8_t status = FAULT_SENSOR_STALE;
