@@ -55,7 +55,12 @@ def start(root: Source) -> Part:
         files=(
             File("src/reset.h", "src/reset.h"),
             File(
-                "src/reset.c", "src/reset.c.j2", {"heaters": [{"name": name} for name in heaters]}
+                "src/reset.c",
+                "src/reset.c.j2",
+                {
+                    "heaters": [{"name": name} for name in heaters],
+                    "has_usb": controller.board.mcu == "atmega32u4",
+                },
             ),
         ),
         start_calls=(

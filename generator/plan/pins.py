@@ -69,6 +69,17 @@ def driven(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     )
 
 
+def pulled_up(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """An input that must not float when nothing is plugged in."""
+    return PinPlan(
+        name=name,
+        label=label(pin),
+        purpose=purpose,
+        where=source.where,
+        functions=(_change(pin, "pull_up", _set("PORT", pin)),),
+    )
+
+
 def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
     return PinPlan(

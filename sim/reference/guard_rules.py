@@ -28,6 +28,8 @@ class Look(NamedTuple):
     setpoint_c: Single
     duty_percent: Single
     """What the step before asked for."""
+    asked_percent: Single
+    """What the last step with a reading asked for."""
 
 
 class GuardRule(Protocol):
@@ -149,7 +151,7 @@ class HeatingRule:
     def check(self, look: Look) -> int:
         """Return 10 after too many steps at full power without the rise."""
         if (
-            look.duty_percent < self._full_percent
+            look.asked_percent < self._full_percent
             or look.temperature_c >= self._from_c + self._rise
         ):
             self._steps = 0
@@ -186,7 +188,7 @@ class FrozenRule:
         """Return 9 after too many equal codes."""
         if (
             look.raw != self._raw
-            or look.duty_percent == ZERO
+            or look.asked_percent == ZERO
             or look.temperature_c >= look.setpoint_c
         ):
             self._steps = 0

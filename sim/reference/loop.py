@@ -20,6 +20,7 @@ LOOP_MEMBERS: tuple[Member, ...] = (
     ("setpoint_c", "f4"),
     ("temperature_c", "f4"),
     ("duty_percent", "f4"),
+    ("asked_percent", "f4"),
     ("missing", "u1"),
     ("has_reading", "u1"),
 )
@@ -63,6 +64,7 @@ class Reference:
         self._steps = 0
         self._temperature_c = ZERO
         self._duty_percent = ZERO
+        self._asked_percent = ZERO
         self._missing = 0
         self._has_reading = 0
         self.fault_code = 0
@@ -96,6 +98,8 @@ class Reference:
         if not self.fault_code:
             self._protect(status, look)
         self._duty_percent = self._decide(status, look)
+        if self.fault_code or not status:
+            self._asked_percent = self._duty_percent
         self.output.apply(self._duty_percent)
         return dict(zip(self._names, self._values(status, raw, setpoint), strict=True))
 
@@ -110,7 +114,9 @@ class Reference:
                 last_c = self._temperature_c
             self._missing = 0
             self._has_reading = 1
-        return Look(self._temperature_c, last_c, gap, raw, setpoint, self._duty_percent)
+        return Look(
+            self._temperature_c, last_c, gap, raw, setpoint, self._duty_percent, self._asked_percent
+        )
 
     def _protect(self, status: int, look: Look) -> None:
         if status:
@@ -146,6 +152,7 @@ class Reference:
             setpoint,
             self._temperature_c,
             self._duty_percent,
+            self._asked_percent,
             self._missing,
             self._has_reading,
             *self._guard.values(),

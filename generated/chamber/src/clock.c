@@ -9,13 +9,18 @@
 #include "config.h" /* CLOCK_* */
 #include "gate.h"   /* gate_tick */
 
+/* After a longer stall time is lost rather than made up for in a rush. */
+enum { MOST_TICKS_WAITING = 10 };
+
 static volatile uint8_t ticks_waiting;
 static uint8_t ticks_of_second;
 static uint32_t seconds;
 
 ISR(TIMER1_COMPA_vect)
 {
-    ticks_waiting++;
+    if (ticks_waiting < MOST_TICKS_WAITING) {
+        ticks_waiting++;
+    }
     gate_tick();
 }
 

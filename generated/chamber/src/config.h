@@ -42,8 +42,8 @@
 #define SENSOR_AIR_START_TICKS 20u
 /* timer 2: 128 x 0.5 us, 64 us a slot */
 #define ONE_WIRE_AIR_COMPARE 127u
-/* the answer is looked for 62 us after the reset pulse */
-#define ONE_WIRE_AIR_PRESENCE_COUNT 4u
+/* the answer is looked for 61 us after the reset pulse */
+#define ONE_WIRE_AIR_PRESENCE_COUNT 6u
 
 /* ---- Loop air ---- */
 

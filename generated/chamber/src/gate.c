@@ -14,6 +14,7 @@
 #include "fault.h"  /* fault */
 #include "output_heater.h" /* output_heater_tick */
 #include "output_fan.h" /* output_fan_is_on */
+#include "reset.h" /* reset_hang_mark */
 
 static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
 static uint16_t air_ticks;
@@ -43,11 +44,17 @@ void gate_tick(void)
 
     if (main_ticks != 0) {
         main_ticks--;
+        if (main_ticks == 0) {
+            reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
+        }
     }
 
     /* chamber.yaml:19 loops.air.heater */
     bool air_permitted = healthy;
-    if (!spend(&air_ticks) || !spend(&air_sensor_ticks)) {
+    if (!spend(&air_ticks)) {
+        air_permitted = false;
+    }
+    if (!spend(&air_sensor_ticks)) {
         air_permitted = false;
     }
     if (!output_fan_is_on()) {
@@ -59,6 +66,7 @@ void gate_tick(void)
 void gate_renew_main(void)
 {
     main_ticks = GATE_MAIN_PERMIT_TICKS;
+    reset_hang_mark = 0;
 }
 
 void gate_renew_air(void)

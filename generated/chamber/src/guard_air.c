@@ -70,12 +70,12 @@ static uint8_t runaway(void)
 }
 
 /* chamber.yaml:28 loops.air.protection.heating
- * Full heat must raise the temperature; `duty_percent` is still that of the last step. */
+ * Full heat must raise the temperature; `asked_percent` is still that of the last step. */
 static bool heating_failed(void)
 {
     const float t = loop_air.temperature_c;
 
-    if (loop_air.duty_percent < LOOP_AIR_FULL_DUTY_PERCENT
+    if (loop_air.asked_percent < LOOP_AIR_FULL_DUTY_PERCENT
         || t >= guard_air.heating_from_c + LOOP_AIR_HEATING_RISE_K) {
         guard_air.heating_steps = 0;
         guard_air.heating_from_c = t;
@@ -90,7 +90,7 @@ static bool heating_failed(void)
 static bool frozen(void)
 {
     if (loop_air.reading_raw != guard_air.frozen_raw
-        || loop_air.duty_percent == 0.0f
+        || loop_air.asked_percent == 0.0f
         || loop_air.temperature_c >= loop_air.setpoint_c) {
         guard_air.frozen_steps = 0;
         guard_air.frozen_raw = loop_air.reading_raw;

@@ -4,6 +4,8 @@
 
 #include <avr/io.h> /* ADC registers */
 
+#include "pins.h" /* pin_keypad_pull_up */
+
 /* Upper end of each key's range. Nominal ten-bit codes of the ladder: right 0, up 131, down 307,
  * left 481, select 722, none 1023. The upper eight bits are enough. */
 enum {
@@ -14,11 +16,15 @@ enum {
     SELECT_BELOW = 900 / 4
 };
 
+/* A key that is down at the start counts only after all keys have been seen up. */
+enum { KEY_UNKNOWN = 0xFF };
+
 static uint8_t sampled; /* key of the last sample */
-static uint8_t held;    /* key that has been reported */
+static uint8_t held = KEY_UNKNOWN; /* key that has been reported */
 
 void keypad_start(void)
 {
+    pin_keypad_pull_up(); /* without the shield no key is down */
     ADMUX = (1u << REFS0) | (1u << ADLAR); /* supply as reference, upper eight bits */
     ADCSRA = (1u << ADEN) | (1u << ADSC) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0);
 }
@@ -50,7 +56,7 @@ uint8_t keypad_tick(void)
 
     ADCSRA |= (1u << ADSC);
     sampled = key;
-    if (key != before || key == held) {
+    if (key != before || key == held || (held == KEY_UNKNOWN && key != KEY_NONE)) {
         return KEY_NONE; /* bouncing, or nothing new */
     }
     held = key;

@@ -52,6 +52,10 @@ static void step(void)
         gate_renew_air_sensor();
     }
 
+    if (ok || fault.code != FAULT_NONE) {
+        loop_air.asked_percent = loop_air.duty_percent;
+    }
+
     output_heater_set(loop_air.duty_percent);
     gate_renew_air();
 }

@@ -14,6 +14,7 @@ struct loop_air_state {
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* asked of the heater; the gate has the last word */
+    float asked_percent;    /* the same at the last step that had a reading */
 };
 
 extern struct loop_air_state loop_air;

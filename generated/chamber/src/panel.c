@@ -17,7 +17,6 @@
 #include "settings.h" /* settings */
 #include "text.h" /* text_number */
 
-enum { DEGREE = 223 }; /* of the display's character set */
 enum { LINE_SIZE = LCD_COLUMNS + TEXT_SIZE };
 
 /* What line 2 says of each rule. */
@@ -58,15 +57,14 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
 
 static void append_celsius(char *text)
 {
-    const char unit[] = { (char)DEGREE, 'C', '\0' };
-
-    strcat(text, unit);
+    strcat_P(text, PSTR("\337C")); /* the degree sign of the display's character set */
 }
 
 static void show_state(void)
 {
-    char text[LINE_SIZE] = "T=";
+    char text[LINE_SIZE];
 
+    strcpy_P(text, PSTR("T="));
     if (loop_air.has_reading) {
         text_number(text + 2, loop_air.temperature_c, 1);
     } else {
@@ -114,9 +112,10 @@ void panel_tick(void)
 {
     const uint8_t key = keypad_tick();
 
+    if (key == KEY_NONE || (fault.code != FAULT_NONE && key != KEY_SELECT)) {
+        return; /* a setpoint that is not shown does not change */
+    }
     switch (key) {
-    case KEY_NONE:
-        return;
     case KEY_UP:
         move_setpoint(PANEL_STEP_K);
         break;

@@ -160,4 +160,10 @@ static inline void pin_lcd_d7_drive(void)
     DDRD |= (1u << 7);
 }
 
+/* A0 = PC0: keys of the display shield (chamber.yaml:36 interfaces[0]) */
+static inline void pin_keypad_pull_up(void)
+{
+    PORTC |= (1u << 0);
+}
+
 #endif

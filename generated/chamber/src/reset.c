@@ -4,37 +4,39 @@
 
 #include <avr/io.h>  /* MCUSR, WDRF */
 #include <avr/wdt.h> /* wdt_disable */
+#include <stdbool.h> /* bool */
 
 #include "fault.h" /* fault_trip */
 #include "pins.h"  /* pin_*_off */
 
 uint8_t reset_cause __attribute__((section(".noinit")));
+volatile uint16_t reset_hang_mark __attribute__((section(".noinit")));
 
 /* .init1 runs before the stack, the zero register or any variable exists. */
 __attribute__((naked, used, section(".init1"))) static void heaters_off(void)
 {
     pin_output_heater_off();
     pin_output_heater_drive();
-    /* Optiboot clears MCUSR and hands its copy over in r2. */
-    __asm__ __volatile__("sts reset_cause, r2");
 }
 
-/* .init3: the stack exists, variables do not. A watchdog that fired is still running. */
+/* .init3: the stack exists, variables do not. A watchdog that fired is still running.
+ * A boot loader may have cleared MCUSR; then only `reset_hang_mark` tells of a hang. */
 __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
 {
-    if (MCUSR != 0) {
-        reset_cause = MCUSR;
-    }
+    reset_cause = MCUSR;
     MCUSR = 0;
     wdt_disable();
 }
 
 void reset_report(void)
 {
+    const bool hung = reset_hang_mark == RESET_HANG_MARK;
+
+    reset_hang_mark = 0;
     if (reset_cause & (1u << PORF)) {
         return; /* a normal power-up also sets the brown-out flag */
     }
-    if (reset_cause & (1u << WDRF)) {
+    if (hung || (reset_cause & (1u << WDRF))) {
         fault_trip(FAULT_WATCHDOG_RESET, 0.0f);
     } else if (reset_cause & (1u << BORF)) {
         fault_trip(FAULT_BROWN_OUT, 0.0f);

@@ -6,7 +6,7 @@ from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
-from heatwright.generator.plan.pins import driven
+from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
 
@@ -79,9 +79,12 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             File("src/text.c", "src/text.c"),
         ),
         groups=(Group("LCD keypad shield", constants),),
-        pins=tuple(
-            driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
-            for name, pin in LINES
+        pins=(
+            *(
+                driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
+                for name, pin in LINES
+            ),
+            pulled_up(source, "keypad", board.pins[KEYPAD_PIN], "keys of the display shield"),
         ),
         start_calls=(
             Call(Stage.SHOW, "lcd.h", "lcd_start();"),

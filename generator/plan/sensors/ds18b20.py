@@ -14,7 +14,7 @@ from heatwright.spec import Ds18b20
 SLOT_US = 64
 """A slot lasts 60 us at least (data sheet, t_SLOT); the rest is its recovery and our latency."""
 
-PRESENCE_US = 62
+PRESENCE_US = 61
 """From the end of the reset pulse to the look at the answer, before the interrupt's latency: the
 chip pulls low 60 us after it at the latest and lets go 75 us after it at the earliest."""
 
