@@ -34,9 +34,10 @@ class Host:
 
     def __init__(self, build: HostBuild) -> None:
         """Load the library and power up with an empty EEPROM."""
-        self._ffi = declarations(build)
-        self.library: Any = self._ffi.dlopen(str(build.library))
-        self.type = state_type(self._ffi, build)
+        self.build = build
+        self._ffi = declarations(build.project, build.parts)
+        self.library = self._ffi.dlopen(str(build.library))
+        self.type = state_type(self._ffi, build.parts)
         self.world: Any = self.library.host_world()
         self.world.eeprom_bytes = build.controller.board.eeprom_bytes
         self._input = np.zeros(1, INPUT)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from cffi import FFI
 
-from heatwright.sim.host.build import HERE, HostBuild
+from heatwright.sim.host.build import HERE, Parts
 
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
@@ -17,10 +18,11 @@ _DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
 _NUMPY = {"float": "f4", "_Bool": "u1", "bool": "u1"}
 
 
-def declarations(build: HostBuild) -> FFI:
+@cache
+def declarations(project: Path, parts: Parts) -> Any:
     """Read the headers of the files under test; structures are packed."""
-    parts, source = build.parts, build.project / "src"
-    names = ["fault", "settings", "gate"]
+    source = project / "src"
+    names = ["fault", "settings", "gate", "reset"]
     names += [f"{kind}_{parts.loop}" for kind in ("loop", "guard", "algorithm")]
     names.append(f"output_{parts.heater}")
     names += ["text"] * (source / "text.h").exists()
@@ -34,9 +36,8 @@ def _bare(header: Path) -> str:
     return _DIRECTIVE.sub("", _COMMENT.sub("", header.read_text(encoding="utf-8")))
 
 
-def state_type(ffi: FFI, build: HostBuild) -> np.dtype[Any]:
+def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
     """Return the type of what `host_state` writes, named as docs/control.md does."""
-    parts = build.parts
     structures = {
         "": f"loop_{parts.loop}_state",
         "guard.": f"guard_{parts.loop}_state",

@@ -28,7 +28,6 @@ static struct host_world *world;
 
 volatile uint8_t host_port[HOST_PORTS];
 volatile uint8_t host_ddr[HOST_PORTS];
-volatile uint8_t host_pin[HOST_PORTS];
 volatile struct host_timer host_timer[HOST_TIMERS];
 
 __attribute__((constructor)) static void keep_image(void)
@@ -71,6 +70,9 @@ void panel_refresh(void);
 void panel_refresh(void)
 {
 }
+
+uint8_t reset_cause;
+volatile uint16_t reset_hang_mark;
 
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
@@ -125,20 +127,17 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
 
 /* ---- pins ---- */
 
-static void let_levels_settle(void)
+uint8_t host_level(uint8_t port)
 {
-    for (uint8_t i = 0; i < HOST_PORTS; i++) {
-        host_pin[i] = host_port[i];
-    }
 #ifdef FAN
-    if (world->fan_stands_still) {
-        FAN_PIN ^= (uint8_t)(JOIN(pin_output_, FAN, _is_on)() ? FAN_MASK : 0);
+    if (world->fan_stands_still && port == FAN_PORT) {
+        return (uint8_t)((host_port[port] & ~FAN_MASK) | FAN_OFF);
     }
 #endif
+    return host_port[port];
 }
 
-/* Of one tick, in ticks; in PWM counts where a timer may drive the pin. */
-static uint32_t heater_counts(void)
+uint32_t host_heater(void)
 {
     const bool on = JOIN(pin_output_, HEATER, _is_on)();
 
@@ -177,10 +176,8 @@ void host_power_up(void)
 void host_tick(void)
 {
     world->ticks++;
-    let_levels_settle();
     gate_tick();
-    let_levels_settle();
-    world->heater_counts += heater_counts();
+    world->heater_counts += host_heater();
     if (world->main_hangs) {
         return;
     }
@@ -248,11 +245,12 @@ uint32_t host_run(const struct host_input *inputs, uint32_t steps, uint8_t *stat
 
 void host_settle(void)
 {
-    uint32_t before;
-
-    do {
-        before = world->eeprom_writes;
+    for (uint16_t i = 0; i < 1000; i++) {
+        const uint32_t before = world->eeprom_writes;
         settings_tick();
         settings_tick();
-    } while (world->eeprom_writes != before);
+        if (world->eeprom_writes == before) {
+            return;
+        }
+    }
 }

@@ -35,6 +35,9 @@ void host_power_up(void);
 /* One timer interrupt, then one turn of the main loop. */
 void host_tick(void);
 
+/* What drives the heater now: 1 if its pin is on; the counts of each period where a timer may. */
+uint32_t host_heater(void);
+
 /* Put the inputs at the next step's disposal. */
 void host_set(const struct host_input *input);
 
@@ -45,7 +48,7 @@ uint32_t host_state(uint8_t *to);
  * counts so far. Returns the number of steps that were done. */
 uint32_t host_run(const struct host_input *inputs, uint32_t steps, uint8_t *states, uint32_t *counts);
 
-/* Save at once: as many ticks as the firmware takes to have written everything. */
+/* Save at once: as many ticks as the firmware takes to have written everything, 2000 at most. */
 void host_settle(void);
 
 #endif

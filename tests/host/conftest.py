@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +11,7 @@ Hosts = Callable[[str], Host]
 
 
 @pytest.fixture(scope="session")
-def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
+def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
     """The host build of each specification, by its name."""
     folder: Path = tmp_path_factory.mktemp("hosts")
 
@@ -19,4 +19,4 @@ def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
     def host(name: str) -> Host:
         return Host(build_of(name, folder))
 
-    yield host
+    return host

@@ -11,7 +11,7 @@ from heatwright.spec import Loop
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
-    "zigzag", "leave",
+    "zigzag", "leave", "swing",
 )  # fmt: skip
 LOWEST_RAW, HIGHEST_RAW = -55 * 16, 125 * 16
 
@@ -25,6 +25,25 @@ class Stretch(NamedTuple):
     nudge: int = 0
     """Codes beside the place where a rule begins to hold."""
     acknowledge: bool = False
+
+
+LONG_SILENCE = [
+    Stretch("setpoint", 1, 3),
+    Stretch("leave", 3, 1),
+    Stretch("lose", 1, 8),
+    Stretch("drift", 3, 40, acknowledge=True),
+]
+"""The readings come back after more steps than eight bits can count."""
+
+LOWERED = [
+    Stretch("setpoint", 1, 3),
+    Stretch("swing", 10, 60, acknowledge=True),
+    Stretch("zigzag", 12, 20, acknowledge=True),
+    Stretch("setpoint", 1, 0),
+    Stretch("reach", 2, 1),
+]
+"""A charged integral, the setpoint lowered, the temperature falling fast: the duty is at its
+maximum although the error is negative."""
 
 
 def random_course(random: Random, stretches: int) -> list[Stretch]:
@@ -110,6 +129,15 @@ class _Walk:
         self._ramp(round(self._setpoint_c * 16))
         self._reach(stretch._replace(value=stretch.value | 1))
 
+    def _swing(self, stretch: Stretch) -> None:
+        """Let an integral grow a little below the setpoint, then pass it upwards and downwards."""
+        goal = round(self._setpoint_c * 16)
+        self._ramp(goal - abs(stretch.value) // 2)
+        for number in range(3 * stretch.steps):
+            self._good(self._raw + (-1) ** number)
+        self._ramp(goal + abs(stretch.value))
+        self._ramp(goal - abs(stretch.value))
+
     def _rise_by(self, stretch: Stretch) -> None:
         """Rise from here by what a rule waits for, in steps of a drift."""
         rise_k = self._rises_k[stretch.value % len(self._rises_k)]
@@ -124,7 +152,7 @@ class _Walk:
 
     def _jump(self, stretch: Stretch) -> None:
         """Change by just what is allowed since the last good reading."""
-        change = self._fastest * (self._missing + 1) + stretch.nudge
+        change = self._fastest * (min(self._missing, 255) + 1) + stretch.nudge
         self._good(self._last_good + (change if stretch.value > 0 else -change))
 
     def _miss(self, stretch: Stretch) -> None:
@@ -138,12 +166,12 @@ class _Walk:
             self._missed(1 + stretch.value % 5)
 
     def _noise(self, stretch: Stretch) -> None:
-        random = Random(stretch.value)
+        random = Random(stretch.value)  # noqa: S311
         for _ in range(stretch.steps):
             self._good(random.randint(LOWEST_RAW, HIGHEST_RAW))
 
     def _wild(self, stretch: Stretch) -> None:
-        random = Random(stretch.value)
+        random = Random(stretch.value)  # noqa: S311
         for _ in range(stretch.steps):
             if random.random() < 0.5:
                 self._missed(random.randint(1, 5))

@@ -7,7 +7,6 @@ periods, the sensor for `stale_after`; a fault or a fan that stands still act at
 from collections.abc import Callable, Iterator
 
 from heatwright.sim.host import Host
-from heatwright.spec import Controller
 
 TICK_S = 0.01
 MAIN_TICKS = 10
@@ -17,16 +16,15 @@ LONG = 5000
 NO_SENSOR = 1
 
 
-def gate_problem(host: Host, controller: Controller) -> str:
+def gate_problem(host: Host) -> str:
     """Say what the gate does wrong; empty if nothing."""
-    return "; ".join(_Gate(host, controller).problems())
+    return "; ".join(_Gate(host).problems())
 
 
 class _Gate:
-    def __init__(self, host: Host, controller: Controller) -> None:
+    def __init__(self, host: Host) -> None:
         self._host = host
-        ((self._name, self._loop),) = controller.loops.items()
-        self._whole = 1
+        ((self._name, self._loop),) = host.build.controller.loops.items()
         self._period_ticks = round(self._loop.period_s / TICK_S)
 
     def problems(self) -> Iterator[str]:
@@ -51,6 +49,17 @@ class _Gate:
         if self._loop.fan:
             yield from self._expect("the fan stands still", self._after(self._stop_fan, 50), 0)
         self._start()
+        yield from self._hang_mark()
+
+    def _hang_mark(self) -> Iterator[str]:
+        """A mark tells of a hang after the reset that ends it, and of nothing else."""
+        library, world = self._host.library, self._host.world
+        for ticks, hangs in ((50, 0), (MAIN_TICKS - 1, 1), (1, 1), (50, 1), (1, 0)):
+            world.main_hangs = hangs
+            self._ticks(ticks)
+            wanted = library.RESET_HANG_MARK if hangs and ticks != MAIN_TICKS - 1 else 0
+            if library.reset_hang_mark != wanted:
+                yield f"the hang mark is {library.reset_hang_mark:#x}, not {wanted:#x}"
 
     def _expect(self, when: str, found: int, wanted: int) -> Iterator[str]:
         if found != wanted:

@@ -1,12 +1,13 @@
 """The ring of records in the EEPROM, as its description says it; written without the C."""
 
+import re
 import struct
 from typing import NamedTuple
 
-from heatwright.spec import Controller, digest
+from heatwright.sim.host import HostBuild
+from heatwright.spec import digest
 
 BLANK = 0xFF
-MOST_SLOTS = 64
 
 
 class Stored(NamedTuple):
@@ -19,13 +20,16 @@ class Stored(NamedTuple):
 
 
 class Ring:
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, build: HostBuild) -> None:
+        controller = build.controller
         ((_, self.loop),) = controller.loops.items()
         self.stores_setpoint = self.loop.setpoint.stored
         self._format = "<HBBfI" + "f" * self.stores_setpoint
         self.size = struct.calcsize(self._format) + 2
         self.bytes = controller.board.eeprom_bytes
-        self.slots = min(MOST_SLOTS, self.bytes // self.size)
+        config = (build.project / "src" / "config.h").read_text(encoding="utf-8")
+        self.slots = int(re.findall(r"SETTINGS_SLOTS (\d+)u", config)[0])
+        assert 2 <= self.slots <= self.bytes // self.size
         self._seed = int(digest(controller), 16) & 0xFFFF
 
     def record(self, sequence: int, stored: Stored, acknowledgements: int = 0) -> bytes:

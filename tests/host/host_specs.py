@@ -41,7 +41,7 @@ interfaces:
 """
 
 
-def _variant(  # noqa: PLR0913
+def _variant(
     algorithm: str,
     output: str,
     protection: str,

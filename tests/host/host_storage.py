@@ -1,4 +1,4 @@
-"""Whether settings survive what an EEPROM goes through. Each check says what is wrong, or nothing."""
+"""Whether settings survive what an EEPROM goes through; each check says what is wrong, if any."""
 
 import struct
 from collections.abc import Iterator
@@ -8,7 +8,6 @@ from random import Random
 from host_ring import BLANK, Ring, Stored
 
 from heatwright.sim.host import Host
-from heatwright.spec import Controller
 
 SETTINGS_CORRUPT = 16
 LAST_CODE = 16
@@ -22,10 +21,10 @@ TORN = (-1, BLANK, 0x00, 0x5A)
 class Storage:
     """A host build whose power can be taken away while it writes."""
 
-    def __init__(self, host: Host, controller: Controller) -> None:
+    def __init__(self, host: Host) -> None:
         self.host = host
-        self.ring = Ring(controller)
-        ((self._name, loop),) = controller.loops.items()
+        self.ring = Ring(host.build)
+        ((self._name, loop),) = host.build.controller.loops.items()
         self._default = Stored(setpoint_c=loop.setpoint.initial_c)
 
     def boot(self, image: bytes | None = None) -> Stored:
@@ -252,9 +251,9 @@ class Storage:
             yield f"{self.host.world.eeprom_outside} accesses outside the EEPROM"
 
 
-def storage_problem(host: Host, controller: Controller) -> str:
+def storage_problem(host: Host) -> str:
     """Run every check once, in a shorter form; say the first few things that are wrong."""
-    storage = Storage(host, controller)
+    storage = Storage(host)
     checks = [
         storage.blank(), storage.newest(), storage.cuts(range(1, storage.ring.slots, 36)),
         storage.first_cuts(), storage.few_damaged(), storage.codes(), storage.setpoints(),

@@ -50,14 +50,15 @@ def code_problem(host: Host, raw: int, decimals: int) -> str:
     wanted = f"{value.quantize(Decimal(1).scaleb(-decimals), ROUND_HALF_UP):f}"
     if Decimal(wanted) == 0:
         wanted = wanted.removeprefix("-")
-    text = host.number(raw / 16, decimals)
+    try:
+        text = host.number(raw / 16, decimals)
+    except ValueError as problem:
+        return str(problem)
     return "" if text == wanted else f"{value} is {text}, not {wanted}"
 
 
 def all_text_problems(host: Host) -> str:
     decimals = range(MOST_DECIMALS + 1)
     problems = [text_problem(host, value, each) for value in EXTREMES for each in decimals]
-    problems += [
-        code_problem(host, raw, each) for raw in range(-55 * 16, 125 * 16 + 1, 7) for each in decimals
-    ]
+    problems += [code_problem(host, raw, each) for raw in range(-880, 2001, 7) for each in decimals]
     return "; ".join(filter(None, problems))

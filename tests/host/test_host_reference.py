@@ -3,14 +3,14 @@
 import host_specs
 import numpy as np
 import pytest
+from host_control import run_problem
+from host_courses import KINDS, Stretch, inputs_of
+from host_reference import expected
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
-from host_courses import KINDS, Stretch, inputs_of
-from host_control import run_problem
-from host_reference import expected
 
 STRETCH = st.builds(
     Stretch,
@@ -38,7 +38,7 @@ def test_equal_to_the_reference_bit_for_bit(hosts, name, course):
     controller = host_specs.spec_of(name).controller
     host = hosts(name)
     inputs = inputs_of(controller.loops["air"], course)
-    assert run_problem(host, inputs, expected(controller, inputs)) == ""
+    assert run_problem(host, inputs, expected(controller, inputs, host.type)) == ""
 
 
 def test_one_step_at_a_time_is_the_same_as_many(hosts):

@@ -1,8 +1,6 @@
 """Settings in EEPROM: the ring of records under power cuts, damage and wrap."""
 
-import host_specs
 import pytest
-
 from host_storage import Storage
 
 NAMES = ["switch_lead", "pid_hold"]
@@ -11,7 +9,7 @@ NAMES = ["switch_lead", "pid_hold"]
 
 @pytest.fixture(scope="module", params=NAMES)
 def storage(request, hosts):
-    found = Storage(hosts(request.param), host_specs.spec_of(request.param).controller)
+    found = Storage(hosts(request.param))
     yield found
     assert list(found.outside()) == []
     found.boot(bytes([0xFF]) * found.ring.bytes)
@@ -44,8 +42,7 @@ def test_any_bytes(storage):
     assert [problem for seed in range(150) for problem in storage.noise(seed)] == []
 
 
-def test_a_large_ring(hosts):
-    name = "pid_error_run"
-    storage = Storage(hosts(name), host_specs.spec_of(name).controller)
+def test_a_large_eeprom(hosts):
+    storage = Storage(hosts("pid_error_run"))
     problems = [*storage.newest(), *storage.cuts(range(0, 227, 30)), *storage.wear()]
     assert [*problems, *storage.outside()] == []

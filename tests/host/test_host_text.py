@@ -1,10 +1,9 @@
 """Numbers as text: inside their buffer and rounded half away from zero."""
 
 import pytest
+from host_text import EXTREMES, MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given
 from hypothesis import strategies as st
-
-from host_text import EXTREMES, MOST_DECIMALS, code_problem, text_problem
 
 DECIMALS = range(MOST_DECIMALS + 1)
 

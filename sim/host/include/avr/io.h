@@ -15,42 +15,44 @@ struct host_timer {
 
 extern volatile uint8_t host_port[HOST_PORTS];
 extern volatile uint8_t host_ddr[HOST_PORTS];
-extern volatile uint8_t host_pin[HOST_PORTS];
+/* The levels at a port's pins. */
+uint8_t host_level(uint8_t port);
+
 extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define PORTA host_port[0]
 #define DDRA host_ddr[0]
-#define PINA host_pin[0]
+#define PINA host_level(0)
 #define PORTB host_port[1]
 #define DDRB host_ddr[1]
-#define PINB host_pin[1]
+#define PINB host_level(1)
 #define PORTC host_port[2]
 #define DDRC host_ddr[2]
-#define PINC host_pin[2]
+#define PINC host_level(2)
 #define PORTD host_port[3]
 #define DDRD host_ddr[3]
-#define PIND host_pin[3]
+#define PIND host_level(3)
 #define PORTE host_port[4]
 #define DDRE host_ddr[4]
-#define PINE host_pin[4]
+#define PINE host_level(4)
 #define PORTF host_port[5]
 #define DDRF host_ddr[5]
-#define PINF host_pin[5]
+#define PINF host_level(5)
 #define PORTG host_port[6]
 #define DDRG host_ddr[6]
-#define PING host_pin[6]
+#define PING host_level(6)
 #define PORTH host_port[7]
 #define DDRH host_ddr[7]
-#define PINH host_pin[7]
+#define PINH host_level(7)
 #define PORTJ host_port[8]
 #define DDRJ host_ddr[8]
-#define PINJ host_pin[8]
+#define PINJ host_level(8)
 #define PORTK host_port[9]
 #define DDRK host_ddr[9]
-#define PINK host_pin[9]
+#define PINK host_level(9)
 #define PORTL host_port[10]
 #define DDRL host_ddr[10]
-#define PINL host_pin[10]
+#define PINL host_level(10)
 
 #define TCCR0A host_timer[0].control_a
 #define TCCR0B host_timer[0].control_b
