@@ -256,3 +256,23 @@ def test_the_codes_are_those_of_the_rules():
         "runaway_below": guard_rules.RUNAWAY_BELOW,
         "rising_while_off": guard_rules.RISING_WHILE_OFF,
     }
+
+
+def test_lost_readings_are_no_excuse_for_a_dead_heater(vary):
+    player = Player(vary(**OFF | {"heating": Heating(rise="2 K", within="120 s")}))
+    player.feed(20.0)
+    for number, reading in enumerate(saw(20.0, 119)):
+        if number % 10 == 9:
+            assert player.miss(3)["duty_percent"] == 0
+        assert player.feed(reading)["fault.code"] == 0
+    assert player.feed(20.0)["fault.code"] == 10
+
+
+def test_lost_readings_do_not_wake_a_frozen_sensor(vary):
+    player = Player(vary(**OFF | {"frozen": Frozen(**{"for": "60 s"})}))
+    player.feed(20.0)
+    for number in range(59):
+        if number % 7 == 6:
+            player.miss(3)
+        assert player.feed(20.0)["fault.code"] == 0
+    assert player.feed(20.0)["fault.code"] == 9
