@@ -37,7 +37,7 @@ LONG_SILENCE = [
 
 LOWERED = [
     Stretch("setpoint", 1, 3),
-    Stretch("swing", 10, 60, acknowledge=True),
+    Stretch("swing", 10, 20, acknowledge=True),
     Stretch("zigzag", 12, 20, acknowledge=True),
     Stretch("setpoint", 1, 0),
     Stretch("reach", 2, 1),

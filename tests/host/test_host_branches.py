@@ -1,0 +1,38 @@
+"""The specifications of the host build take every branch of the templates, both ways."""
+
+import re
+from importlib.resources import files
+
+import host_specs
+import pytest
+from jinja2 import Environment
+
+from heatwright.generator import plan_firmware
+
+TEMPLATES = (
+    "src/loop.c.j2",
+    "src/guard.c.j2",
+    "src/settings.c.j2",
+    "src/gate.c.j2",
+    "algorithms/on_off.c.j2",
+    "algorithms/pid.c.j2",
+    "outputs/time_proportional.c.j2",
+)
+CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
+
+
+def contexts(template):
+    for name in host_specs.NAMES:
+        for file in plan_firmware(host_specs.spec_of(name)).files:
+            if file.template == template:
+                loops = file.context.get("loops") or [{}]
+                yield {**file.context, "control": loops[0]}
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_every_condition_is_true_once_and_false_once(template):
+    text = files("heatwright.templates").joinpath(template).read_text(encoding="utf-8")
+    for condition in set(CONDITION.findall(text)):
+        evaluate = Environment(autoescape=True).compile_expression(condition)
+        found = {bool(evaluate(**context)) for context in contexts(template)}
+        assert found == {True, False}, condition
