@@ -32,6 +32,7 @@ CHECKS: tuple[Check, ...] = (
     pins.shields_fit,
     pins.pwm_pins,
     pins.heater_pins_stay_off,
+    pins.jtag_pins_are_free,
     timers.clock_ticks,
     timers.enough_timers,
     timers.pwm_frequencies,

@@ -13,6 +13,15 @@ from heatwright.spec.uses import PinUse, pin_uses
 
 _BOARD: Path = ("controller", "board")
 
+JTAG_PINS = {
+    "atmega16": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega32": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega1284p": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega2560": ("PF4", "PF5", "PF6", "PF7"),
+}
+"""Data sheets, alternate port functions. Chips leave the factory with JTAG switched on by a fuse;
+boards with a bootloader have it switched off."""
+
 
 def label(pin: Pin) -> str:
     """Name a pin as a message does: `D3 (PD3)`."""
@@ -122,4 +131,20 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
                 f"{label(pin)} would switch the heater before the program can: {why}",
                 "Use another pin for a heater",
                 (_BOARD, ("loops", name, "heater")),
+            )
+
+
+def jtag_pins_are_free(controller: Controller) -> Findings:
+    """Refuse the pins of the JTAG port on a bare chip: a program cannot drive them."""
+    board = controller.board
+    if board.bootloader_bytes:
+        return
+    for use in pin_uses(controller):
+        if use.pin.port_name in JTAG_PINS.get(board.mcu, ()):
+            yield Finding(
+                use.path,
+                f"{label(use.pin)} belongs to the JTAG port of a chip as it leaves the factory, "
+                "and the program could not drive it",
+                "Use another pin",
+                (_BOARD,),
             )

@@ -1,4 +1,4 @@
-"""A key that is down when the power comes on was not pressed by anybody who has read the display."""
+"""A key that is down when the power comes on was not pressed by anyone who read the display."""
 
 import pytest
 from powered import PowerOn
