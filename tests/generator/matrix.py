@@ -52,7 +52,7 @@ PINS = {
     "mega2560": ("D22", "A9", "D41", "A1", "A3"),
     "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3"),
     "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3"),
-    "atmega1284p": ("PA0", "PA7", "PC6", "PC1", "PC3"),
+    "atmega1284p": ("PA0", "PA7", "PC6", "PC1", "PA3"),
 }
 
 
