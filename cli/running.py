@@ -12,6 +12,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import Progress
 from heatwright.sim.bench import Device, ReferenceDevice, bench
 from heatwright.sim.metrics import Metrics, metrics
+from heatwright.sim.plants import plant_module
 from heatwright.sim.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
@@ -94,6 +95,8 @@ def _purpose(use: PinUse) -> str:
 
 
 def _run(controller: Controller, device: Device, progress: Progress) -> Run:
+    if controller.simulation is not None:
+        plant_module(controller.simulation.plant.kind)  # the import is no part of the run
     start = perf_counter()
     trace = bench(controller, device, progress=progress)
     wall_s = perf_counter() - start

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from importlib import import_module
+from types import ModuleType
 from typing import Protocol, cast
 
 import numpy as np
@@ -32,6 +33,11 @@ class Plant(Protocol):
         """Go on by one step, given each output's mean active fraction (0..1) over it."""
 
 
+def plant_module(kind: str) -> ModuleType:
+    """Import the plants of a kind; the first time it takes a while, for they bring scipy."""
+    return import_module(f"heatwright.sim.plants.{kind}")
+
+
 def plant_of(
     controller: Controller, plant: ThermalNetwork, *, ambient_c: float, step_s: float, seed: int = 0
 ) -> Plant:
@@ -48,7 +54,7 @@ def plant_of(
     powers_w = {
         name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()
     }
-    module = import_module(f"heatwright.sim.plants.{plant.kind}")
+    module = plant_module(plant.kind)
     return cast(
         "Plant", module.Plant(plant, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
     )
