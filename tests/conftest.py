@@ -1,4 +1,5 @@
 import os
+import signal
 
 # Before numpy is imported: its threads wait by spinning, and would take turns with the tests.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,6 +15,11 @@ from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.toolchain import build
 from heatwright.spec import Controller, load
 from heatwright.spec.base import ReadOnlyDict
+
+# A job in the background starts with Ctrl-C ignored and hands that down to its children, but some
+# tests press it and wait for what it does.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 EXAMPLES = Path(__file__).parents[1] / "spec" / "examples"
 
