@@ -4,27 +4,9 @@ from collections.abc import Callable
 
 from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
 from heatwright.sim.trace import Trace
-from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork
-from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, row_controller
 
-
-def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
-    """Return the controller of a row: what the row says takes the place of what the file says.
-
-    The row's setpoint becomes the initial one, so the run needs no operator.
-    """
-    ((name, loop), *_) = controller.loops.items()
-    setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
-    changed = loop.model_copy(update={"algorithm": row.algorithm, "setpoint": setpoint})
-    outputs = {**controller.outputs}
-    if row.output is not None:
-        outputs[loop.heater] = row.output
-    return controller.model_copy(
-        update={
-            "loops": ReadOnlyDict({**controller.loops, name: changed}),
-            "outputs": ReadOnlyDict(outputs),
-        }
-    )
+__all__ = ["row_controller", "row_scenario", "run_row"]
 
 
 def row_scenario(controller: Controller) -> tuple[Event, ...]:
