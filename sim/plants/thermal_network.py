@@ -62,7 +62,7 @@ class Plant:
         self._next = np.empty(self._states)
         self._matrices: dict[tuple[float, ...], Matrix] = {}
         self._feelers = {
-            name: Feeler(self._state_of(name), sense, initial_c, step_s, (seed, number))
+            name: Feeler(self.state_of(name), sense, initial_c, step_s, (seed, number))
             for number, (name, sense) in enumerate(network.sense.items())
         }
 
@@ -92,15 +92,16 @@ class Plant:
     def _remember(self, fans: tuple[float, ...]) -> Matrix:
         if len(self._matrices) >= MOST_STEP_MATRICES:
             self._matrices.clear()
-        self._matrices[fans] = step_matrix(self._rates(fans), self._states, self._step_s)
+        self._matrices[fans] = step_matrix(self.rates(fans), self._states, self._step_s)
         return self._matrices[fans]
 
-    def _state_of(self, sensor: str) -> int:
+    def state_of(self, sensor: str) -> int:
+        """Return the place of what a sensor follows, before its dead time, among the states."""
         if sensor in self._lagging:
             return len(self.nodes) + self._lagging.index(sensor)
         return self.nodes.index(self._network.sense[sensor].node)
 
-    def _rates(self, fans: tuple[float, ...]) -> Matrix:
+    def rates(self, fans: tuple[float, ...]) -> Matrix:
         """Return the derivatives of the states by states and inputs, 1/s."""
         rates = np.zeros((self._states, len(self._vector)))
         for link in self._network.links:
