@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from importlib import import_module
+from typing import Any
 
 from heatwright.generator.plan import core
 from heatwright.generator.plan.loops import plan_loop, summary
@@ -11,6 +12,7 @@ from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
 from heatwright.generator.plan.project import project_files
+from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
@@ -34,7 +36,7 @@ def plan_firmware(spec: Spec) -> Plan:
     loops = [summary(root.at("loops", name), name, loop) for name, loop in controller.loops.items()]
     clock, gate = core.clock(root, use.tick), core.gate(loops)
     settings = core.settings(root, loops)
-    sensors = [_sensor(root, name, use.one_wire[name]) for name in controller.sensors]
+    sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
     outputs = [_output(root, name) for name in controller.outputs]
     interfaces = [
         import_module(f"heatwright.generator.plan.interfaces.{interface.kind}").plan(
@@ -57,7 +59,7 @@ def plan_firmware(spec: Spec) -> Plan:
         *interfaces, settings,
     ]  # fmt: skip
     files = (
-        *project_files(spec),
+        *project_files(spec, [*sensors, *outputs, *interfaces]),
         *_shared_files(spec, parts),
         *(file for part in parts for file in part.files),
     )
@@ -83,18 +85,15 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "clock_mhz": f"{board.clock_hz / 1e6:g}",
         "mcu_macro": MCU_MACROS[board.mcu],
         "mcu_name": board.mcu,
-        "groups": [group for part in parts for group in part.groups],
+        "groups": _each("groups", parts),
     }
-    pins = [pin for part in parts for pin in part.pins]
+    pins = _each("pins", parts)
     pin_context = {
         "pins": pins,
         "atomic_pins": any(function.atomic for pin in pins for function in pin.functions),
     }
     start, tick = (
-        sorted(
-            (call for part in parts for call in getattr(part, f"{when}_calls")),
-            key=lambda call: call.stage,
-        )
+        sorted(_each(f"{when}_calls", parts), key=lambda call: call.stage)
         for when in ("start", "tick")
     )
     main = {
@@ -111,6 +110,11 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
     )
 
 
+def _each(attribute: str, parts: list[Part]) -> list[Any]:
+    """What the parts add, each once: several may need the same helper."""
+    return list(dict.fromkeys(each for part in parts for each in getattr(part, attribute)))
+
+
 def _includes(calls: list[Call]) -> list[dict[str, str]]:
     """Each header once, with the functions main.c needs it for."""
     functions: dict[str, list[str]] = {"clock.h": ["clock_wait"]}
@@ -124,25 +128,27 @@ def _includes(calls: list[Call]) -> list[dict[str, str]]:
 
 
 def _unique(files: Iterable[File]) -> tuple[File, ...]:
-    """Each path once: two interfaces may need the same helper."""
+    """Each path once: several parts may need the same helper."""
     by_path: dict[str, File] = {}
     for file in files:
         by_path.setdefault(file.path, file)
     return tuple(by_path[path] for path in sorted(by_path))
 
 
-def _sensor(root: Source, name: str, timer: int) -> Part:
+def _sensor(root: Source, name: str, timer: int | None) -> Part:
     controller = root.controller
     sensor = controller.sensors[name]
     period_s = min(loop.period_s for loop in controller.loops.values() if loop.sensor == name)
     module = import_module(f"heatwright.generator.plan.sensors.{sensor.kind}")
-    part: Part = module.plan(root.at("sensors", name), name, sensor, period_s, timer)
+    part: Part = module.plan(root.at("sensors", name), name, sensor, UseOfSensor(period_s, timer))
     return part
 
 
 def _output(root: Source, name: str) -> Part:
     output = root.controller.outputs[name]
     heats = any(loop.heater == name for loop in root.controller.loops.values())
+    fans = [getattr(each, "fans", {}) for each in root.controller.interfaces]
+    use = UseOfOutput(heats, commanded=any(name in each.values() for each in fans))
     module = import_module(f"heatwright.generator.plan.outputs.{output.kind}")
-    part: Part = module.plan(root.at("outputs", name), name, output, UseOfOutput(heats))
+    part: Part = module.plan(root.at("outputs", name), name, output, use)
     return part

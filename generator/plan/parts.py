@@ -86,14 +86,28 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class Wiring:
+    """One row of the README's table of connections."""
+
+    pin: str
+    what: str
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
 class Part:
-    """All that one component adds to the firmware."""
+    """All that one component adds to the firmware.
+
+    What several components share (a scan of the ADC, a serial port) each of them adds; equal ones
+    are printed once.
+    """
 
     files: tuple[File, ...] = ()
     groups: tuple[Group, ...] = ()
     pins: tuple[PinPlan, ...] = ()
     start_calls: tuple[Call, ...] = ()
     tick_calls: tuple[Call, ...] = ()
+    wiring: tuple[Wiring, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.parts import File
+from collections.abc import Iterable
+
+from heatwright.generator.plan.parts import File, Part
 from heatwright.generator.plan.readme import readme_context
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Spec
 
 
-def project_files(spec: Spec) -> tuple[File, ...]:
+def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
     """Plan the files that make a folder of sources a project."""
     identity, board = spec.controller.identity, spec.controller.board
     ini = {
@@ -22,5 +24,5 @@ def project_files(spec: Spec) -> tuple[File, ...]:
     return (
         File("platformio.ini", "project/platformio.ini.j2", ini),
         File(f"{identity.name}.ino", "project/sketch.ino.j2", sketch),
-        File("README.md", "project/README.md.j2", readme_context(spec)),
+        File("README.md", "project/README.md.j2", readme_context(spec, parts)),
     )

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.pins import label
+from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
 
-SENSOR_WIRING = {
-    "ds18b20": "data line with a 4.7 kΩ pull-up to 5 V; its own 5 V and ground wires",
-}
 
-
-def readme_context(spec: Spec) -> dict[str, Any]:
+def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
     """Wiring, settings and fault codes."""
     controller = spec.controller
     identity = controller.identity
@@ -24,7 +21,7 @@ def readme_context(spec: Spec) -> dict[str, Any]:
         "title": markdown(identity.title or identity.name),
         "digest": spec.digest,
         "board": identity.board,
-        "wiring": _wiring(spec),
+        "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "loops": _loops(spec),
         "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules()],
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
@@ -33,48 +30,6 @@ def readme_context(spec: Spec) -> dict[str, Any]:
         ],
         "watchdog": quantity(controller.safety.watchdog_s, "s"),
     }
-
-
-def _wiring(spec: Spec) -> list[dict[str, str]]:
-    controller = spec.controller
-    pins = controller.board.pins
-    rows = [
-        {
-            "pin": label(pins[sensor.pin]),
-            "what": f"sensor `{name}`: {sensor.kind}",
-            "how": SENSOR_WIRING[sensor.kind],
-        }
-        for name, sensor in controller.sensors.items()
-    ]
-    for name, output in controller.outputs.items():
-        power = f", {quantity(output.power_w, 'W')}" if output.power_w is not None else ""
-        pull = "down" if output.active == "high" else "up"
-        rows.append(
-            {
-                "pin": label(pins[output.pin]),
-                "what": f"output `{name}`: {output.kind}{power}",
-                "how": f"active {output.active}; 10 kΩ pull it {pull} while the chip is in reset",
-            }
-        )
-    for interface in controller.interfaces:
-        if isinstance(interface, LcdKeypad):
-            rows += [
-                {
-                    "pin": "D4 D5 D6 D7 D8 D9",
-                    "what": "LCD keypad shield, display",
-                    "how": "D4..D7 data, D8 RS, D9 E, R/W to ground",
-                },
-                {"pin": "A0", "what": "LCD keypad shield, keys", "how": "resistor ladder"},
-            ]
-        if isinstance(interface, SerialPlotter):
-            rows.append(
-                {
-                    "pin": label(pins[controller.board.uarts[0].tx]),
-                    "what": "serial plotter",
-                    "how": f"{interface.baud} baud, 8N1, sends only",
-                }
-            )
-    return rows
 
 
 def _loops(spec: Spec) -> list[dict[str, Any]]:

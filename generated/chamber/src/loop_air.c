@@ -29,7 +29,7 @@ static void step(void)
     const bool ok = loop_air.reading_status == READING_OK;
     float change_k = 0.0f;
     if (ok) {
-        loop_air.temperature_c = (float)loop_air.reading_raw * SENSOR_AIR_STEP_C;
+        loop_air.temperature_c = sensor_air_celsius(loop_air.reading_raw);
         if (loop_air.has_reading) {
             gap = (uint16_t)(loop_air.missing + 1u);
             change_k = loop_air.temperature_c - last_c;

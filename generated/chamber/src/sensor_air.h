@@ -5,6 +5,8 @@
 
 #include <stdint.h> /* uint8_t, int16_t */
 
+#include "config.h" /* SENSOR_AIR_STEP_C */
+
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_air_begin(void);
 
@@ -14,5 +16,11 @@ void sensor_air_tick(void);
 /* READING_OK and the reading in steps of 0.0625 K, or the rule that is broken and `raw` as it was.
  * A reading is given once. */
 uint8_t sensor_air_take(int16_t *raw);
+
+/* What a reading means. */
+static inline float sensor_air_celsius(int16_t raw)
+{
+    return (float)raw * SENSOR_AIR_STEP_C;
+}
 
 #endif

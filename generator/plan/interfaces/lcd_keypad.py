@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
@@ -94,6 +94,14 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         tick_calls=(
             Call(Stage.OPERATE, "panel.h", "panel_tick();"),
             Call(Stage.SHOW, "lcd.h", "lcd_tick();"),
+        ),
+        wiring=(
+            Wiring(
+                " ".join(sorted(pin for _, pin in LINES)),
+                "LCD keypad shield, display",
+                "D4..D7 data, D8 RS, D9 E, R/W to ground",
+            ),
+            Wiring(KEYPAD_PIN, "LCD keypad shield, keys", "resistor ladder"),
         ),
     )
 

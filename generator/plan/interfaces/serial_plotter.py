@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.loops import prefix_of
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff, Pid, SerialPlotter
 from heatwright.spec.boards import Board
@@ -43,6 +44,13 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
         groups=(Group("Serial plotter", constants),),
         start_calls=(Call(Stage.SHOW, "serial.h", "serial_start();"),),
         tick_calls=(Call(Stage.SHOW, "plotter.h", "plotter_tick();"),),
+        wiring=(
+            Wiring(
+                label(board.pins[board.uarts[0].tx]),
+                "serial plotter",
+                f"{interface.baud} baud, 8N1, sends only",
+            ),
+        ),
     )
 
 

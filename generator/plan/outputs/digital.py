@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.outputs.common import UseOfOutput, heater_part, output_context
+from heatwright.generator.plan.outputs.common import (
+    UseOfOutput,
+    heater_part,
+    output_context,
+    wiring,
+)
 from heatwright.generator.plan.parts import Call, File, Part, Stage
 from heatwright.generator.plan.pins import switched
 from heatwright.generator.plan.source import Source
@@ -22,4 +27,5 @@ def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> 
         ),
         pins=(switched(source.at("pin"), f"output_{name}", pin, output.active, f"output {name}"),),
         start_calls=(Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();"),),
+        wiring=(wiring(source, name, output),),
     )

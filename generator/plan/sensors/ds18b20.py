@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, open_drain
+from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, slot_interval, vector
 from heatwright.spec import Ds18b20
@@ -22,8 +23,10 @@ TRANSFER_TICKS = 5
 """Ticks of a period that are not conversion: set-up, command, reading, and one to spare."""
 
 
-def plan(source: Source, name: str, sensor: Ds18b20, period_s: float, timer: int) -> Part:
-    """Plan the sensor of a loop with the period `period_s`, on a timer of its own."""
+def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
+    """Plan the sensor, on a timer of its own."""
+    timer = use.timer
+    assert timer is not None  # noqa: S101 - the spec gives each 1-Wire line one
     board = source.controller.board
     pin = board.pins[sensor.pin]
     interval = slot_interval(board.clock_hz, board.timers[timer], SLOT_US)
@@ -69,13 +72,21 @@ def plan(source: Source, name: str, sensor: Ds18b20, period_s: float, timer: int
         ),
         groups=(
             Group(
-                f"Sensor {name}", (*_constants(source, sensor, prefix, period_s), *bus_constants)
+                f"Sensor {name}",
+                (*_constants(source, sensor, prefix, use.period_s), *bus_constants),
             ),
         ),
         pins=(
             open_drain(source.at("pin"), f"sensor_{name}", pin, f"1-Wire line of sensor {name}"),
         ),
         tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
+        wiring=(
+            Wiring(
+                label(pin),
+                f"sensor `{name}`: ds18b20",
+                "data line with a 4.7 kΩ pull-up to 5 V; its own 5 V and ground wires",
+            ),
+        ),
     )
 
 
