@@ -24,7 +24,7 @@ TICK_S = 0.010
 """Each tick takes one code of each channel."""
 
 LEAST_MARGIN_STEPS = 2
-"""Between an end of the range and what an open or shorted sensor reads."""
+"""Codes between an end of the range and what an open or shorted sensor reads."""
 
 ROUNDINGS = 6
 """Of single precision, as parts of the largest temperature: a point's, the sum's, and of slope and
@@ -39,13 +39,11 @@ class Point(NamedTuple):
     """In single precision."""
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What sums of codes mean.
+class Limits(NamedTuple):
+    """What codes of the ADC mean.
 
     low, high -- of the range's ends: what lies outside is not valid; low_limit, high_limit -- what
-    the circuit gives at its own ends; far_low, far_high -- half way to them: below and above these
-    the sensor is open or shorted; open_is_high -- which is which; oversample -- codes in a sum.
+    the circuit gives at its own ends; open_is_high -- at which of them an open element reads.
     """
 
     low: int
@@ -53,32 +51,22 @@ class Limits:
     low_limit: int
     high_limit: int
     open_is_high: bool
-    oversample: int
 
     @property
     def far_low(self) -> int:
-        """Sums below this are an open or shorted sensor."""
+        """Codes below this, half way to the circuit's end, are an open or shorted sensor."""
         return -(-(self.low + self.low_limit) // 2)
 
     @property
     def far_high(self) -> int:
-        """Sums above this are an open or shorted sensor."""
+        """Codes above this, half way to the circuit's end, are an open or shorted sensor."""
         return (self.high + self.high_limit) // 2
 
     @property
-    def low_margin_steps(self) -> int:
-        """Steps of the ADC between the range and the circuit's lower end."""
-        return (self.low - self.low_limit) // self.oversample
-
-    @property
-    def high_margin_steps(self) -> int:
-        """Steps of the ADC between the range and the circuit's upper end."""
-        return (self.high_limit - self.high) // self.oversample
-
-    @property
-    def steps(self) -> int:
-        """Steps of the ADC within the range."""
-        return (self.high - self.low) // self.oversample
+    def shown(self) -> bool:
+        """Whether the circuit can show the range, and what lies beyond it."""
+        margin = min(self.low - self.low_limit, self.high_limit - self.high)
+        return margin >= LEAST_MARGIN_STEPS and self.high - self.low >= LEAST_MARGIN_STEPS
 
 
 @dataclass(frozen=True)
@@ -102,36 +90,27 @@ class Conversion:
 
 
 def limits(sensor: Any, mcu: str) -> Limits:
-    """Find what the sums of an analog sensor's codes mean."""
-    chain, many = circuit(sensor, mcu), sensor.oversample
-    ends = sorted(_code(chain.ratio(celsius)) for celsius in sensor.range_c)
-    low_limit, high_limit = _code(chain.lowest), _code(chain.highest)
-    return Limits(
-        low=many * ends[0],
-        high=many * ends[1],
-        low_limit=many * low_limit,
-        high_limit=many * high_limit,
-        open_is_high=chain.open_is_high,
-        oversample=many,
-    )
+    """Find what the codes of an analog sensor on a chip mean."""
+    chain = circuit(sensor, mcu)
+    low, high = sorted(_code(chain.ratio(celsius)) for celsius in sensor.range_c)
+    return Limits(low, high, _code(chain.lowest), _code(chain.highest), chain.open_is_high)
 
 
 @cache
 def conversion(sensor: Any, mcu: str) -> Conversion:
     """Compute the table of an analog sensor on a chip.
 
-    Raises ValueError for a range that comes within LEAST_MARGIN_STEPS of what the circuit can give,
-    or is no two steps long: there is nothing to compute a table from.
+    Raises ValueError for a range that its circuit does not show: there is nothing to compute a
+    table from.
     """
     bounds = limits(sensor, mcu)
-    margin = min(bounds.low_margin_steps, bounds.high_margin_steps)
-    if margin < LEAST_MARGIN_STEPS or bounds.steps < LEAST_MARGIN_STEPS:
+    if not bounds.shown:
         raise ValueError("the sensor's range is not within what its circuit can show")
     edges = _edges(circuit(sensor, mcu), bounds)
-    found = fewest_points(_tube(edges, bounds.oversample))
+    found = fewest_points(_tube(edges, sensor.oversample))
     return Conversion(
         points=tuple(
-            Point(bounds.low + bounds.oversample * place, float32(celsius))
+            Point(sensor.oversample * (bounds.low + place), float32(celsius))
             for place, celsius in found
         ),
         limits=bounds,
@@ -151,8 +130,7 @@ def _code(ratio: float) -> int:
 
 def _edges(chain: Circuit, bounds: Limits) -> list[float]:
     """List the temperatures between which each code of the range stands, both ends included."""
-    first, last = bounds.low // bounds.oversample, bounds.high // bounds.oversample
-    return [chain.celsius(code / CODES) for code in range(first, last + 2)]
+    return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
 
 
 def _tube(edges: Sequence[float], oversample: int) -> Tube:
