@@ -1,0 +1,1 @@
+"""What `heatwright identify` prints and draws."""

@@ -1,0 +1,30 @@
+"""A plant from a recorded step: the thermal network whose answer is nearest to the record.
+
+`read_log` makes rows of numbers of any log, `record_of` a record of time, temperature and power of
+them, `fit` the machine of that, with how sure it is.
+"""
+
+from heatwright.sim.identify.columns import ROLES, Roles, chosen_roles, named_roles
+from heatwright.sim.identify.fit import Found, Identified, fit
+from heatwright.sim.identify.log import Log, read_log
+from heatwright.sim.identify.record import Record, Scales, record_of
+from heatwright.sim.identify.structure import Names, Structure
+from heatwright.sim.identify.unusable import Unusable
+
+__all__ = [
+    "ROLES",
+    "Found",
+    "Identified",
+    "Log",
+    "Names",
+    "Record",
+    "Roles",
+    "Scales",
+    "Structure",
+    "Unusable",
+    "chosen_roles",
+    "fit",
+    "named_roles",
+    "read_log",
+    "record_of",
+]

@@ -1,0 +1,124 @@
+"""What a network's sensor reads over a record, exactly, at any times.
+
+The power is constant between its changes. So each mode of the network moves on an exponential
+between them, and a dead time only shifts what the sensor reads: no step of time is needed, and the
+answer is smooth in every parameter, as a fit by gradients wants it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.identify.record import Record
+from heatwright.sim.plants.thermal_network import Plant
+from heatwright.sim.trace import Series
+from heatwright.spec import ThermalNetwork
+
+LEAST_LAG_S = 1e-6
+"""In place of none, so that the sensor always has a state of its own."""
+
+APART = 1e-6
+"""Two equal time constants have no modes of their own; this relative distance gives them some."""
+
+WORST_CONDITION = 1e10
+
+
+@dataclass(frozen=True)
+class Modes:
+    """dx/dt = A·x + power·b + ambient·a, seen along the eigenvectors of A."""
+
+    rates: Series
+    """Eigenvalues, 1/s, all negative."""
+    power: Series
+    """What one watt brings into each mode, K/s."""
+    ambient: Series
+    """What each degree of ambient brings into each mode, 1/s."""
+    inward: NDArray[np.float64]
+    """From states to modes."""
+    reading: Series
+    """From modes to the reading."""
+
+
+def modes(network: ThermalNetwork, heater: str, sensor: str) -> Modes:
+    """Find the modes of a network of ours."""
+    sense = network.sense[sensor]
+    lag_s = max(sense.lag_s, LEAST_LAG_S)
+    for _ in range(8):
+        slow = network.model_copy(
+            update={"sense": {sensor: sense.model_copy(update={"lag_s": lag_s})}}
+        )
+        plant = Plant(slow, {heater: 1.0}, ambient_c=0.0, step_s=1.0)
+        equations = plant.rates(())
+        size = len(equations)
+        rates, vectors = np.linalg.eig(equations[:, :size])
+        if np.linalg.cond(vectors) < WORST_CONDITION:
+            break
+        lag_s *= 1 + APART
+    inward = np.linalg.inv(vectors)
+    return Modes(
+        np.real(rates),
+        np.real(inward @ equations[:, size]),
+        np.real(inward @ equations[:, -1]),
+        np.real(inward),
+        np.real(vectors[plant.state_of(sensor)]),
+    )
+
+
+class Answer:
+    """The course of the power in a record, ready to be answered to."""
+
+    def __init__(
+        self, record: Record, before_w: float, rows: NDArray[np.intp] | None = None
+    ) -> None:
+        """Take the power of a record.
+
+        Args:
+            record: gives power and times.
+            before_w: power before the record, W.
+            rows: the rows whose readings are wanted; all if None.
+
+        """
+        levels = np.concatenate(([before_w], record.powers_w))
+        changes = np.flatnonzero(np.diff(levels))
+        self._switched_s = record.times_s[changes]
+        self._levels_w = np.concatenate(([before_w], record.powers_w[changes]))
+        self._times_s = record.times_s if rows is None else record.times_s[rows]
+
+    def readings(
+        self, found: Modes, late_s: float, ambient_c: float, start_c: Series, power: float = 1.0
+    ) -> Series:
+        """Return what the sensor reads.
+
+        Args:
+            found: the network.
+            late_s: dead time and age of the readings, s.
+            ambient_c: temperature of the surroundings, °C.
+            start_c: states of the network a time `late_s` before the first row, °C.
+            power: factor of all powers.
+
+        """
+        switched_s = self._switched_s + late_s
+        place = np.searchsorted(switched_s, self._times_s, side="right")
+        begun_s = np.concatenate(([0.0], switched_s))
+        since_s = self._times_s - begun_s[place]
+        reading = np.zeros(len(self._times_s))
+        start = found.inward @ start_c
+        for mode, rate in enumerate(found.rates):
+            ends = -(found.power[mode] * power * self._levels_w + found.ambient[mode] * ambient_c)
+            ends /= rate
+            values = _course(float(start[mode]), ends, np.exp(rate * np.diff(begun_s)))
+            course = ends[place] + (values[place] - ends[place]) * np.exp(rate * since_s)
+            reading += found.reading[mode] * course
+        return reading
+
+
+def _course(start: float, ends: Series, shares: Series) -> Series:
+    """Return a mode's value at each change: it goes towards `ends`, a share of the way is left."""
+    value, values = start, [start]
+    for end, share in zip(ends.tolist(), shares.tolist(), strict=False):
+        value = end + (value - end) * share
+        values.append(value)
+    return np.array(values)

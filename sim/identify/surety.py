@@ -1,0 +1,51 @@
+"""How sure the numbers of a fit are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from heatwright.sim.identify.residuals import correlation_rows, noise
+from heatwright.sim.trace import Series
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Surety:
+    """Half widths of the 95 % intervals, in the units of the fit's vector; 0 for what was given."""
+
+    half: Series
+    noise_k: float
+
+
+def surety(jacobian: NDArray[np.float64], residuals_k: Series, free: NDArray[np.bool_]) -> Surety:
+    """Linearise about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5).
+
+    Residuals that say the same are not counted twice: the covariance is that of independent ones,
+    times the number of rows over which they are correlated.
+    """
+    count, parameters = jacobian.shape
+    rows = correlation_rows(residuals_k)
+    freedom = max(1.0, count / rows - parameters)
+    variance_k2 = float((residuals_k**2).sum()) / max(1, count - parameters) * rows
+    half = np.zeros(len(free))
+    spread = np.sqrt(variance_k2 * _inverse_diagonal(jacobian))
+    half[free] = float(student.ppf((1 + CONFIDENCE) / 2, freedom)) * spread
+    return Surety(half, noise(residuals_k))
+
+
+def _inverse_diagonal(jacobian: NDArray[np.float64]) -> Series:
+    """Diagonal of (JᵀJ)⁻¹; infinite for what the record says nothing of."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    seen = scale > 0
+    _, singular, right = np.linalg.svd(jacobian[:, seen] / scale[seen], full_matrices=False)
+    blind = singular < np.finfo(float).eps * len(jacobian) * singular[0]
+    shares = (right / np.where(blind, 1.0, singular)[:, None]) ** 2
+    touched = (np.abs(right[blind]) > np.sqrt(np.finfo(float).eps)).any(axis=0)
+    found = np.full(jacobian.shape[1], np.inf)
+    found[seen] = np.where(touched, np.inf, shares[~blind].sum(axis=0) / scale[seen] ** 2)
+    return found

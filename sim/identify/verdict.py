@@ -1,0 +1,96 @@
+"""What the record tells of each parameter, and what it cannot tell."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from heatwright.sim.identify.record import Record
+from heatwright.sim.identify.residuals import noise, pattern
+from heatwright.sim.identify.structure import AMBIENT_C, DELAY, LAG, Parameter, Structure
+from heatwright.sim.identify.surety import Surety
+from heatwright.sim.trace import Series
+from heatwright.spec.quantity import about
+
+
+class Found(NamedTuple):
+    """A parameter, its 95 % interval, and whether the record tells it."""
+
+    parameter: Parameter
+    value: float
+    low: float
+    high: float
+    """Infinite where the record sets no end."""
+    told: bool
+    given: bool = False
+    """By the user; not looked for."""
+
+
+def findings(
+    structure: Structure, values: Series, sure: Surety, record: Record, *, ambient_given: bool
+) -> tuple[Found, ...]:
+    """Judge every parameter."""
+    moved_k = float(np.ptp(record.readings_c))
+    found = []
+    for parameter, value, half in zip(
+        structure.parameters, values.tolist(), sure.half.tolist(), strict=False
+    ):
+        given = ambient_given and parameter.key == AMBIENT_C
+        low, high = _ends(parameter, value, half)
+        told = given or _told(parameter, low, half, moved_k)
+        found.append(Found(parameter, value, low, high, told, given))
+    return tuple(found)
+
+
+def _ends(parameter: Parameter, value: float, half: float) -> tuple[float, float]:
+    if not parameter.logarithmic:
+        low = value - half
+        return (max(0.0, low) if parameter.key in {LAG, DELAY} else low), value + half
+    try:
+        factor = math.exp(half)
+    except OverflowError:
+        factor = math.inf
+    return value / factor, value * factor
+
+
+def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool:
+    """Tell whether the record sets the parameter apart from none.
+
+    Heat capacity and conductance: a change of 100 % of it is outside of the interval. Lag and dead
+    time: 0 is. Ambient: it is known better than from a look at the record.
+    """
+    if parameter.logarithmic:
+        return half < 1
+    return half < moved_k if parameter.key == AMBIENT_C else low > 0
+
+
+def warnings(
+    found: tuple[Found, ...], residuals_k: Series, record: Record, structure: Structure
+) -> tuple[str, ...]:
+    """Say what the user should know before believing the numbers."""
+    said = [_untold(each) for each in found if not each.told]
+    rest_k = pattern(residuals_k)
+    if rest_k > max(record.resolution_k, noise(residuals_k)):
+        remedy = "try --bodies 2" if structure.bodies == 1 else "look at the picture (--plot)"
+        said.append(
+            f"the machine is not quite like this model: {about(rest_k)} K of the error has a "
+            f"pattern that noise does not explain, and the intervals do not cover it; {remedy}"
+        )
+    return (*said, *record.notes)
+
+
+def _untold(each: Found) -> str:
+    title, unit = each.parameter.title, each.parameter.unit
+    if each.parameter.key in {LAG, DELAY}:
+        return (
+            f"the {title} could as well be none, and is at most {about(each.high)} {unit}; lines "
+            "closer together around a step would tell it"
+        )
+    if each.parameter.key == AMBIENT_C:
+        return "the ambient cannot be told from this record; measure it and give it: --ambient 20C"
+    remedy = "record until the temperature hardly rises, or give the ambient (--ambient)"
+    if each.parameter.key.startswith("capacity"):
+        remedy = "record a step from a temperature at rest, with more lines while it rises"
+    return f"the {title} cannot be told from this record; {remedy}"
