@@ -51,10 +51,15 @@ def plant_of(
         seed: of the sensor noise.
 
     """
-    powers_w = {
-        name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()
-    }
     module = plant_module(plant.kind)
+    powers_w = powers_of(controller)
     return cast(
         "Plant", module.Plant(plant, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
     )
+
+
+def powers_of(controller: Controller) -> dict[str, float]:
+    """Return the power of each output while it is on, W; 0 for what heats nothing."""
+    return {
+        name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()
+    }
