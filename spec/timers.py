@@ -1,31 +1,34 @@
-"""Who gets which timer: the tick, the 1-Wire lines, the PWM outputs; and what PWM they can make.
+"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers.
 
-A PWM output has no choice: its pin belongs to a timer. Of the rest the tick chooses first, for a
-16-bit timer counts 10 ms in one interrupt where an 8-bit one needs several; each 1-Wire line then
-takes a timer of its own, an 8-bit one if it can, for its slots are short.
+A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
+of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
+chooses first, for a 16-bit timer counts 10 ms in one interrupt where an 8-bit one needs several;
+each 1-Wire line then takes a timer of its own, an 8-bit one if it can, for its slots are short; a
+stepper takes what is left, a 16-bit one if it can.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import PwmOutput
-from heatwright.spec.sensors import Ds18b20
+from heatwright.spec.problems import Path
+from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
+from heatwright.spec.quantity import number
 
 TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
 
-FREQUENCY_TOLERANCE = 0.005
-"""What an Uno's ceramic resonator keeps of its own frequency: a PWM cannot be held closer."""
-
-FEWEST_COUNTS = 100
-"""Steps of a PWM period: one step is then at most 1 % of the power."""
-
 MOST_DIVIDER = 255
 """Interrupts of the timer in one tick, counted in a byte."""
+
+FASTEST_STEPS_HZ = 10_000
+"""Steps of a stepper in a second: each takes an interrupt of some 10 us, a tenth of the time."""
+
+_ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
+_REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
 
 
 class Interval(NamedTuple):
@@ -36,31 +39,24 @@ class Interval(NamedTuple):
     divider: int
 
 
-class PwmSetting(NamedTuple):
-    """How a timer makes a PWM: `counts` counts of clock/`prescaler` to a period."""
-
-    prescaler: int
-    counts: int
-    frequency_hz: float
-
-
 class TimerUse(NamedTuple):
     """The timer of each user, by its number."""
 
     tick: int
     one_wire: Mapping[str, int]
     """By sensor."""
-    pwm: Mapping[str, int]
+    pwm: Mapping[str, PwmChannel]
+    """By output."""
+    steppers: Mapping[str, int]
     """By output."""
 
 
 class NoTimer(Exception):
-    """No timer is left for somebody who needs one."""
+    """The timers do not suffice, or cannot make what is asked of them; says all that is wrong."""
 
-    def __init__(self, user: str | None) -> None:
-        super().__init__(user)
-        self.user = user
-        """The sensor that goes without; None for the tick."""
+    def __init__(self, problems: tuple[TimerProblem, ...]) -> None:
+        super().__init__("; ".join(problem.reason for problem in problems))
+        self.problems = problems
 
 
 def tick_interval(clock_hz: int, timer: Timer) -> Interval | None:
@@ -74,77 +70,84 @@ def tick_interval(clock_hz: int, timer: Timer) -> Interval | None:
     return None
 
 
+def ticks_at_all(board: Board) -> bool:
+    """Tell whether any timer of the board divides its clock into ticks."""
+    return any(tick_interval(board.clock_hz, timer) for timer in board.timers.values())
+
+
 def allocate(controller: Controller) -> TimerUse:
-    """Share the board's timers out; raises NoTimer when they do not suffice."""
+    """Share the board's timers out.
+
+    Raises:
+        NoTimer: they do not suffice, or cannot make a frequency that is asked for.
+
+    """
     board = controller.board
-    pwm = dict(_pwm_timers(controller, board))
-    free = [number for number in board.timers if number not in pwm.values()]
+    made = share_pwm(controller)
+    free = [number for number in board.timers if number not in made.taken]
+    problems = [*made.problems, *_too_fast(controller)]
+    short: list[TimerProblem] = []
     tick = _best_for_tick(board, free)
-    if tick is None:
-        raise NoTimer(None)
-    free.remove(tick)
+    if tick is not None:
+        free.remove(tick)
+    elif ticks_at_all(board):
+        short.append(_none_left(board, ("controller", "board"), "the tick of 10 ms", made))
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
-    one_wire = {}
+    one_wire: dict[str, int] = {}
+    steppers: dict[str, int] = {}
     for name, sensor in controller.sensors.items():
-        if isinstance(sensor, Ds18b20):
-            if not free:
-                raise NoTimer(name)
-            one_wire[name] = free.pop(0)
-    return TimerUse(tick, one_wire, pwm)
-
-
-def _pwm_timers(controller: Controller, board: Board) -> Iterator[tuple[str, int]]:
+        if sensor.kind == "ds18b20":
+            if free:
+                one_wire[name] = free.pop(0)
+            else:
+                short.append(_none_left(board, ("sensors", name), "this 1-Wire line", made))
     for name, output in controller.outputs.items():
-        if isinstance(output, PwmOutput):
-            pin = board.pins.get(output.pin)
-            if pin is not None and pin.pwm is not None:
-                yield name, pin.pwm[0]
+        if output.kind == "stepper":
+            if free:
+                steppers[name] = free.pop()
+            else:
+                short.append(_none_left(board, ("outputs", name), "this stepper", made))
+    problems += short[:1]  # one timer more, and the rest may be well
+    if problems or tick is None:
+        raise NoTimer(tuple(problems))
+    return TimerUse(tick, one_wire, made.channels, steppers)
 
 
 def _best_for_tick(board: Board, free: list[int]) -> int | None:
     """Choose the timer with the fewest interrupts; of equals not timer 0, then the lowest."""
     rated = []
-    for number in free:
-        interval = tick_interval(board.clock_hz, board.timers[number])
+    for number_ in free:
+        interval = tick_interval(board.clock_hz, board.timers[number_])
         if interval is not None:
-            rated.append((interval.divider, number == 0, number))
+            rated.append((interval.divider, number_ == 0, number_))
     return min(rated)[2] if rated else None
 
 
-def pwm_settings(clock_hz: int, timer: Timer) -> Iterator[PwmSetting]:
-    """List what an 8-bit timer can make: 256 counts of each prescaled clock, fastest first."""
-    for prescaler in timer.prescalers:
-        counts = 1 << timer.bits
-        yield PwmSetting(prescaler, counts, clock_hz / (prescaler * counts))
+def _none_left(board: Board, path: Path, user: str, made: PwmTimers) -> TimerProblem:
+    by_interrupts = any(channel.by_interrupts for channel in made.channels.values())
+    return TimerProblem(
+        path,
+        f"no timer of {board.name} is left for {user}: it has {len(board.timers)}, and the tick, "
+        "each DS18B20, each stepper and each timer with PWM outputs take one"
+        + (", PWM by interrupts one of 16 bits" if by_interrupts else ""),
+        _REMEDY,
+        _ALL,
+    )
 
 
-def pwm_setting(board: Board, output: PwmOutput) -> PwmSetting:
-    """Find the setting nearest to the output's frequency, on the timer of its pin.
-
-    An 8-bit timer counts to 256 (fast PWM, mode 3); a 16-bit one to any number (mode 14), here
-    with the smallest prescaler that holds the period, for the finest steps.
-    """
-    pin = board.pins[output.pin]
-    if pin.pwm is None:
-        raise ValueError(f"{output.pin} has no compare output")
-    timer = board.timers[pin.pwm[0]]
-    if timer.bits == 8:
-        settings = pwm_settings(board.clock_hz, timer)
-        return min(settings, key=lambda each: _distance(each.frequency_hz, output.frequency_hz))
-    for prescaler in timer.prescalers:
-        counts = round(board.clock_hz / (prescaler * output.frequency_hz))
-        if counts < 1 << timer.bits:
-            break
-    counts = min(max(counts, FEWEST_COUNTS), (1 << timer.bits) - 1)
-    return PwmSetting(prescaler, counts, board.clock_hz / (prescaler * counts))
-
-
-def _distance(frequency_hz: float, wanted_hz: float) -> float:
-    """How far apart two frequencies are, as a ratio of at least 1."""
-    return max(frequency_hz / wanted_hz, wanted_hz / frequency_hz)
-
-
-def keeps_frequency(setting: PwmSetting, wanted_hz: float) -> bool:
-    """Tell whether a setting is as near to the frequency as a resonator is to its own."""
-    return _distance(setting.frequency_hz, wanted_hz) <= 1 + FREQUENCY_TOLERANCE
+def _too_fast(controller: Controller) -> list[TimerProblem]:
+    return [
+        TimerProblem(
+            ("outputs", name, "maximum"),
+            f"{number(output.maximum_mm_per_s)} mm/s are {steps_hz:.0f} steps a second, and "
+            f"{FASTEST_STEPS_HZ} is the most an interrupt for each can make",
+            f"Use at most {number(FASTEST_STEPS_HZ / output.steps_per_mm)} mm/s, or fewer "
+            "microsteps",
+            (("outputs", name),),
+        )
+        for name, output in controller.outputs.items()
+        if output.kind == "stepper"
+        for steps_hz in (output.maximum_mm_per_s * output.steps_per_mm,)
+        if steps_hz > FASTEST_STEPS_HZ
+    ]

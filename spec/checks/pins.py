@@ -6,9 +6,8 @@ from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
-from heatwright.spec.outputs import PwmOutput
 from heatwright.spec.problems import Path, dotted
-from heatwright.spec.suggest import advice, listed
+from heatwright.spec.suggest import advice
 from heatwright.spec.uses import PinUse, pin_uses
 
 _BOARD: Path = ("controller", "board")
@@ -90,21 +89,6 @@ def shields_fit(controller: Controller) -> Findings:
                 ("interfaces", index, "kind"),
                 f"{board.name} does not take a shield",
                 "Use uno, mega2560 or leonardo, or leave the shield out",
-                (_BOARD,),
-            )
-
-
-def pwm_pins(controller: Controller) -> Findings:
-    """Find PWM outputs on pins without a timer's compare output."""
-    board = controller.board
-    able = [name for name, pin in board.pins.items() if pin.pwm and name == pin.name]
-    for name, output in controller.outputs.items():
-        pin = board.pins.get(output.pin)
-        if isinstance(output, PwmOutput) and pin is not None and pin.pwm is None:
-            yield Finding(
-                ("outputs", name, "pin"),
-                f"no timer reaches {label(pin)} of {board.name}",
-                f"Use {listed(able)}, or the kind time_proportional",
                 (_BOARD,),
             )
 

@@ -9,7 +9,7 @@ from heatwright.spec.checks.timing import MOST_STEPS, is_ticks
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import duration
-from heatwright.spec.timers import FEWEST_COUNTS
+from heatwright.spec.pwm import FEWEST_COUNTS
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:

@@ -1,16 +1,20 @@
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from heatwright.spec import BOARDS, Controller, Ds18b20, PwmOutput, Timer
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
-from heatwright.spec.timers import (
-    Interval,
-    NoTimer,
-    allocate,
+from heatwright.spec.pwm import (
+    FASTEST_BY_INTERRUPTS_HZ,
+    FEWEST_COUNTS,
+    MOST_COUNTS_BY_INTERRUPTS,
     keeps_frequency,
     pwm_setting,
-    tick_interval,
+    settings_by_interrupts,
 )
+from heatwright.spec.pwm_timers import PwmChannel
+from heatwright.spec.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 
 EIGHT = Timer(8, SLOW_PRESCALERS, ("A", "B"))
@@ -35,25 +39,29 @@ def varied(
     )
 
 
+def timers(use: TimerUse) -> dict[str, int]:
+    return {name: channel.timer for name, channel in use.pwm.items()}
+
+
 def test_the_chamber(chamber: Controller) -> None:
     use = allocate(chamber)
-    assert (use.tick, use.one_wire, use.pwm) == (1, {"air": 2}, {})
+    assert use == TimerUse(1, {"air": 2}, {}, {})
 
 
 def test_pwm_comes_first(chamber: Controller) -> None:
     use = allocate(varied(chamber, second=pwm("D9", "1 kHz")))
-    assert use.pwm == {"second": 1}
+    assert use.pwm == {"second": PwmChannel(1, "A", 1, 16000, 1000.0, False)}
     assert use.tick == 2  # five interrupts a tick there as on timer 0, which ranks last
     assert use.one_wire == {"s0": 0}
     use = allocate(varied(chamber, second=pwm("D3")))
-    assert (use.tick, use.one_wire, use.pwm) == (1, {"s0": 0}, {"second": 2})
+    assert (use.tick, use.one_wire, timers(use)) == (1, {"s0": 0}, {"second": 2})
 
 
 def test_each_line_has_its_timer(chamber: Controller) -> None:
     assert allocate(varied(chamber, sensors=2)).one_wire == {"s0": 2, "s1": 0}
-    with pytest.raises(NoTimer) as caught:
+    with pytest.raises(NoTimer, match="left for this 1-Wire line") as caught:
         allocate(varied(chamber, sensors=3))
-    assert caught.value.user == "s2"
+    assert [problem.path for problem in caught.value.problems] == [("sensors", "s2")]
     use = allocate(varied(chamber, sensors=5, board="mega2560"))
     assert use.tick == 1
     assert sorted(use.one_wire.values()) == [0, 2, 3, 4, 5]
@@ -62,7 +70,92 @@ def test_each_line_has_its_timer(chamber: Controller) -> None:
 def test_no_timer_for_the_tick(chamber: Controller) -> None:
     with pytest.raises(NoTimer) as caught:
         allocate(varied(chamber, a=pwm("D3"), b=pwm("D9", "1 kHz"), c=pwm("D6", "976 Hz")))
-    assert caught.value.user is None
+    assert [problem.path for problem in caught.value.problems] == [("controller", "board")]
+
+
+def test_a_frequency_no_timer_makes_is_made_by_interrupts(chamber: Controller) -> None:
+    """RAMPS: 30 Hz for the hotend and 122 Hz for the fan, both pins of timer 2."""
+    use = allocate(
+        varied(chamber, board="mega2560", hot=pwm("D10", "30 Hz"), fan=pwm("D9", "122 Hz"))
+    )
+    # One prescaler for both: 30 Hz would be 66667 counts of clock/8.
+    assert use.pwm == {
+        "hot": PwmChannel(5, "A", 64, 8333, 16e6 / 64 / 8333, True),
+        "fan": PwmChannel(5, "B", 64, 2049, 16e6 / 64 / 2049, True),
+    }
+    assert (use.tick, use.one_wire) == (1, {"s0": 2})
+
+
+def test_any_pin_is_good_enough_for_interrupts(chamber: Controller) -> None:
+    use = allocate(varied(chamber, second=pwm("D4", "100 Hz")))
+    assert use.pwm["second"] == PwmChannel(1, "A", 8, 20000, 100.0, True)
+    assert (use.tick, use.one_wire) == (2, {"s0": 0})
+
+
+def test_of_two_frequencies_on_a_timer_the_faster_may_need_it(chamber: Controller) -> None:
+    use = allocate(varied(chamber, slow=pwm("D11", "61 Hz"), fast=pwm("D3", "7812 Hz")))
+    assert use.pwm["fast"] == PwmChannel(2, "B", 8, 256, 7812.5, False)
+    assert use.pwm["slow"].by_interrupts
+    use = allocate(varied(chamber, one=pwm("D11", "61 Hz"), other=pwm("D3", "61 Hz")))
+    assert timers(use) == {"one": 2, "other": 2}
+    assert not use.pwm["other"].by_interrupts
+
+
+@pytest.mark.parametrize(
+    ("outputs", "path", "reason"),
+    [
+        ({"a": ("D4", "600 Hz")}, ("outputs", "a", "pin"), "no timer reaches D4"),
+        ({"a": ("D3", "600 Hz")}, ("outputs", "a", "frequency"), "cannot make 600 Hz"),
+        (
+            {"a": ("D9", "1 kHz"), "b": ("D10", "2 kHz")},
+            ("outputs", "b", "frequency"),
+            "D10 shares timer 1 with outputs.a, which is at 1 kHz",
+        ),
+        (
+            {"a": ("D9", "1 kHz"), "b": ("D4", "50 Hz")},
+            ("outputs", "b", "frequency"),
+            "no timer reaches D4 (PD4); it would be made by interrupts, and no channel",
+        ),
+        (
+            {"a": ("D4", "40 Hz"), "b": ("D7", "50 Hz"), "c": ("D8", "60 Hz")},
+            ("outputs", "c", "frequency"),
+            "no channel of a 16-bit timer of uno is left",
+        ),
+        (
+            # 1 Hz needs so slow a clock that 500 Hz gets 31 counts of it.
+            {"a": ("D4", "1 Hz"), "b": ("D7", "500 Hz")},
+            ("outputs", "b", "frequency"),
+            "no channel of a 16-bit timer of uno is left",
+        ),
+    ],
+)
+def test_what_cannot_be_made(
+    chamber: Controller, outputs: dict[str, tuple[str, str]], path: tuple[str, ...], reason: str
+) -> None:
+    made = {name: pwm(*asked) for name, asked in outputs.items()}
+    with pytest.raises(NoTimer) as caught:
+        allocate(varied(chamber, **made))
+    (problem,) = caught.value.problems
+    assert problem.path == path
+    assert reason in problem.reason
+    assert problem.remedy
+
+
+@given(
+    st.lists(st.floats(1.0, FASTEST_BY_INTERRUPTS_HZ), min_size=1, max_size=3),
+    st.sampled_from([8_000_000, 16_000_000, 20_000_000]),
+)
+def test_interrupts_keep_every_frequency(wanted_hz: list[float], clock_hz: int) -> None:
+    settings = settings_by_interrupts(clock_hz, SIXTEEN, wanted_hz)
+    if not settings:
+        # Alone each of them could be: it is their distance that is too large.
+        assert max(wanted_hz) / min(wanted_hz) > MOST_COUNTS_BY_INTERRUPTS / 8 / FEWEST_COUNTS / 2
+        assert all(settings_by_interrupts(clock_hz, SIXTEEN, [each]) for each in wanted_hz)
+    assert len({setting.prescaler for setting in settings}) <= 1
+    for setting, each_hz in zip(settings, wanted_hz, strict=False):
+        assert FEWEST_COUNTS <= setting.counts <= MOST_COUNTS_BY_INTERRUPTS
+        assert keeps_frequency(setting, each_hz)
+        assert setting.frequency_hz == clock_hz / setting.prescaler / setting.counts
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from heatwright.generator.plan.parts import Call, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import prescaler_bits
 from heatwright.spec import PwmOutput
-from heatwright.spec.timers import pwm_setting
+from heatwright.spec.pwm import pwm_setting
 
 
 def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part:
