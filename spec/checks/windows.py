@@ -8,8 +8,8 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.timing import MOST_STEPS, is_ticks
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
-from heatwright.spec.quantity import duration
 from heatwright.spec.pwm import FEWEST_COUNTS
+from heatwright.spec.quantity import duration
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
