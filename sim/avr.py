@@ -75,6 +75,7 @@ class Avr:
         hw = shim.lib.hw_new(mcu.encode(), self.clock_hz, round(1000 * supply_v))
         part = self.part
         shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
+        shim.lib.hw_adc_mux5(hw, part.adc_mux5)
         return Hw(shim.lib, shim.ffi, shim.ffi.gc(hw, shim.lib.hw_free), self.clock_hz)
 
     def load(self, program: Elf) -> None:

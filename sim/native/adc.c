@@ -1,6 +1,7 @@
 /* ADC: the part's own rule, code = floor(1024 V / Vref), taken when the conversion starts.
 
-   simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. */
+   simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. It can hang (no
+   conversion ends) and stick (each ends with the code of the one before the fault). */
 #include "hw.h"
 
 static double reference(hw *h) {
@@ -13,14 +14,16 @@ static double reference(hw *h) {
     }
 }
 
+/* Channels 8 to 15, chosen by MUX5, and 0 to 7; simavr is asked for the other inputs. */
 static double input(hw *h, avr_adc_mux_t mux) {
-    switch (mux.kind) {
-        case ADC_MUX_SINGLE: return mux.src < HW_CHANNELS ? h->channels[mux.src] : 0;
-        case ADC_MUX_REF: return mux.src;
-        default:
-            limit(h, "ADC input of kind %d is not simulated", mux.kind);
-            return 0;
-    }
+    uint8_t code = h->avr->data[h->adc->r_admux] & 0x1F;
+    uint8_t far = h->avr->data[h->adc->r_adcsrb] & h->adc_mux5;
+    if (code < 8)
+        return h->channels[far ? code + 8 : code];
+    if (!far && mux.kind == ADC_MUX_REF)
+        return mux.src;
+    limit(h, "ADC input %d is not simulated", far ? code + 32 : code);
+    return 0;
 }
 
 static void on_start(struct avr_irq_t *irq, uint32_t value, void *param) {
@@ -28,8 +31,21 @@ static void on_start(struct avr_irq_t *irq, uint32_t value, void *param) {
     union { uint32_t v; avr_adc_mux_t mux; } e = {.v = value};
     double code = input(h, e.mux) * 1024 / reference(h);
     (void)irq;
-    h->adc_pending = code < 0 ? 0 : code > 1023 ? 1023 : (uint16_t)code;
+    if (!h->adc_stuck)
+        h->adc_pending = code < 0 ? 0 : code > 1023 ? 1023 : (uint16_t)code;
     h->adc_conversions++;
+}
+
+/* A conversion that hangs: simavr begins it, is made to break it off, and sees it still running. */
+static void on_control(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
+    hw *h = param;
+    struct tap *tap = &h->tap_adcsra;
+    tap->write(avr, address, value, tap->write_param);
+    if (!h->adc_hung || !avr_regbit_get(avr, h->adc->aden) || !avr_regbit_get(avr, h->adc->adsc))
+        return;
+    uint8_t running = avr->data[address];
+    tap->write(avr, address, running & (uint8_t)~(1u << h->adc->aden.bit), tap->write_param);
+    avr->data[address] = running;
 }
 
 /* The result of the last conversion that has ended. */
@@ -64,6 +80,7 @@ void adc_init(hw *h) {
     if (!h->adc)
         return;
     avr_irq_register_notify(h->adc->io.irq + ADC_IRQ_OUT_TRIGGER, on_start, h);
+    tap_write(h, h->adc->r_adcsra, on_control, h, &h->tap_adcsra);
     tap_read(h, h->adc->r_adcl, on_low, h, &h->tap_adcl);
     tap_read(h, h->adc->r_adch, on_high, h, &h->tap_adch);
 }
@@ -76,6 +93,13 @@ void hw_adc_set(hw *h, int channel, double millivolts) {
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv) {
     h->aref_mv = aref_mv;
     h->avcc_mv = avcc_mv;
+}
+
+void hw_adc_mux5(hw *h, uint8_t mask) { h->adc_mux5 = mask; }
+
+void hw_adc_fail(hw *h, int hung, int stuck) {
+    h->adc_hung = hung;
+    h->adc_stuck = stuck;
 }
 
 uint64_t hw_adc_conversions(hw *h) { return h->adc_conversions; }

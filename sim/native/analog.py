@@ -26,6 +26,13 @@ class Adc:
         """Set the voltages of the AREF and AVCC pins, mV."""
         self._lib.hw_adc_reference(self._hw, aref_mv, avcc_mv)
 
+    def fail(self, *, hung: bool = False, stuck: bool = False) -> None:
+        """Fail from the next conversion on, or no longer.
+
+        hung -- none ends; stuck -- each ends with the code of the last one before the fault.
+        """
+        self._lib.hw_adc_fail(self._hw, hung, stuck)
+
     @property
     def conversions(self) -> int:
         """Conversions started."""

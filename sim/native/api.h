@@ -66,6 +66,8 @@ uint64_t hw_uart_overruns(hw *h, int uart);
 /* ADC. */
 void hw_adc_set(hw *h, int channel, double millivolts);
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
+void hw_adc_mux5(hw *h, uint8_t mask);
+void hw_adc_fail(hw *h, int hung, int stuck);
 uint64_t hw_adc_conversions(hw *h);
 
 /* EEPROM. */

@@ -142,10 +142,11 @@ struct hw {
     struct uart uarts[HW_UARTS];
 
     avr_adc_t *adc;
-    struct tap tap_adcl, tap_adch;
+    struct tap tap_adcsra, tap_adcl, tap_adch;
     double channels[HW_CHANNELS], aref_mv, avcc_mv;
     uint16_t adc_pending, adc_result;
-    int adc_locked;
+    int adc_locked, adc_hung, adc_stuck;
+    uint8_t adc_mux5;           /* its bit in ADCSRB; 0: no channels 8 to 15 */
     uint64_t adc_conversions;
 
     avr_eeprom_t *eeprom;

@@ -8,20 +8,24 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Part:
-    """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s)."""
+    """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s).
+
+    adc_mux5 -- in ADCSRB, the bit that chooses channels 8 to 15; 0 where there are none.
+    """
 
     ram_start: int
     sleep_register: int
     sleep_enable: int
     sleep_mode: int
     eeprom_write_s: float
+    adc_mux5: int = 0
 
 
 PARTS: Mapping[str, Part] = {
     "atmega328p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
     "atmega1284p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
-    "atmega32u4": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
-    "atmega2560": Part(0x200, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega32u4": Part(0x100, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 5),
+    "atmega2560": Part(0x200, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 3),
     "atmega32": Part(0x60, 0x55, 0x80, 0x70, 0.0085),
     "atmega16": Part(0x60, 0x55, 0x40, 0xB0, 0.0085),
 }
