@@ -11,7 +11,17 @@ import click
 from heatwright.cli.command import Command
 from heatwright.cli.ends import end_in_order, ended
 
-COMMANDS = ("init", "check", "schema", "generate", "build", "simulate", "verify", "compare")
+COMMANDS = (
+    "init",
+    "check",
+    "schema",
+    "generate",
+    "build",
+    "simulate",
+    "verify",
+    "compare",
+    "identify",
+)
 """In the order in which a user meets them; each is a module of `commands`."""
 
 

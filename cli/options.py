@@ -42,3 +42,28 @@ class Length(click.ParamType[float]):
             return read_length(value)
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+
+class Amount(click.ParamType[float]):
+    """A quantity with its unit, as in a spec; gives it in the base unit."""
+
+    def __init__(self, dimension: str) -> None:
+        """Name the dimension as in `heatwright.spec.units`, such as POWER."""
+        self._dimension = dimension
+        self.name = dimension.lower()
+
+    def convert(
+        self, value: str | float, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Read it."""
+        if not isinstance(value, str):
+            return value
+        from pydantic_core import PydanticCustomError  # noqa: PLC0415
+
+        from heatwright.spec import quantity, units  # noqa: PLC0415
+
+        try:
+            return quantity.parse(value, getattr(units, self._dimension))
+        except PydanticCustomError as error:
+            told = error.context or {}
+            self.fail(f"{told['reason']}. {told['remedy']}.", param, ctx)

@@ -88,7 +88,7 @@ class Answer:
         self._times_s = record.times_s if rows is None else record.times_s[rows]
 
     def readings(
-        self, found: Modes, late_s: float, ambient_c: float, start_c: Series, power: float = 1.0
+        self, found: Modes, late_s: float, ambient_c: float, start_c: Series | None
     ) -> Series:
         """Return what the sensor reads.
 
@@ -96,8 +96,8 @@ class Answer:
             found: the network.
             late_s: dead time and age of the readings, s.
             ambient_c: temperature of the surroundings, °C.
-            start_c: states of the network a time `late_s` before the first row, °C.
-            power: factor of all powers.
+            start_c: states of the network a time `late_s` before the first row, °C; None: at rest
+                under the power before the record.
 
         """
         switched_s = self._switched_s + late_s
@@ -105,11 +105,11 @@ class Answer:
         begun_s = np.concatenate(([0.0], switched_s))
         since_s = self._times_s - begun_s[place]
         reading = np.zeros(len(self._times_s))
-        start = found.inward @ start_c
+        start = None if start_c is None else found.inward @ start_c
         for mode, rate in enumerate(found.rates):
-            ends = -(found.power[mode] * power * self._levels_w + found.ambient[mode] * ambient_c)
-            ends /= rate
-            values = _course(float(start[mode]), ends, np.exp(rate * np.diff(begun_s)))
+            ends = -(found.power[mode] * self._levels_w + found.ambient[mode] * ambient_c) / rate
+            first = float(ends[0] if start is None else start[mode])
+            values = _course(first, ends, np.exp(rate * np.diff(begun_s)))
             course = ends[place] + (values[place] - ends[place]) * np.exp(rate * since_s)
             reading += found.reading[mode] * course
         return reading

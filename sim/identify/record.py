@@ -99,7 +99,7 @@ def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
     good &= (readings_c > COLDEST_C) & (readings_c < HOTTEST_C)
     left_out = log.dropped + int((~good).sum())
     if left_out:
-        notes.append(f"{left_out} lines of the log were no readings and are left out")
+        notes.append(f"lines of the log that were no readings: {left_out}")
     part = _longest(times_s[good], readings_c[good], powers_w[good], notes)
     record = Record(*part, notes=tuple(notes))
     _check(record)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.stats import norm
 
 from heatwright.sim.trace import Series
 
 FALSE_ALARM = 0.05
 """Chance that a record of pure noise loses a reading (Bonferroni's share for each row)."""
+
+NEIGHBOURS = 5
+"""Rows of the median: two of them may be garbled."""
 
 TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -18,12 +22,15 @@ TO_SIGMA = 1.4826
 def outliers(residuals_k: Series, resolution_k: float) -> NDArray[np.bool_]:
     """Find single readings that stand out: a garbled line, a sensor's power-on value.
 
-    Where several in a row stand out, it is the model that is wrong and not the readings.
+    Each is compared with the median of its neighbours (Hampel's identifier: Davies & Gather,
+    Journal of the American Statistical Association 88, 1993). Where several in a row stand out, it
+    is the model that is wrong and not the readings.
     """
+    beyond_k = np.abs(residuals_k - median_filter(residuals_k, NEIGHBOURS, mode="nearest"))
     spread_k = TO_SIGMA * float(np.median(np.abs(residuals_k - np.median(residuals_k))))
-    spread_k = max(spread_k, resolution_k / np.sqrt(12))
-    limit_k = spread_k * float(norm.isf(FALSE_ALARM / 2 / len(residuals_k)))
-    out = np.abs(residuals_k) > limit_k
+    # Rounding alone may put a good reading off by a step.
+    limit_k = resolution_k + spread_k * float(norm.isf(FALSE_ALARM / 2 / len(residuals_k)))
+    out = beyond_k > limit_k
     beside = np.zeros_like(out)
     beside[1:] |= out[:-1]
     beside[:-1] |= out[1:]

@@ -8,18 +8,19 @@ Pereyra, SIAM Journal on Numerical Analysis 10, 1973).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatwright.sim.identify.answer import Answer, modes
 from heatwright.sim.identify.record import Record
 from heatwright.sim.identify.structure import Structure
 from heatwright.sim.trace import Series
 
-MOST_ROWS = 400
+SEARCHED_ROWS = 400
 """Readings that are looked at; more do not make a coarse search finer."""
 
 TIMES = 14
@@ -27,11 +28,40 @@ LAGS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 0.8)
 DELAYS = (0.0, 0.003, 0.01, 0.03, 0.1)
 """Lags and dead times tried, as shares of the main time constant."""
 
+FEW_LAGS, FEW_DELAYS = (0.0, 0.01, 0.1), (0.0, 0.01)
+"""With two bodies there are more shapes to try."""
+
 SPLITS = ((0.2, 0.3), (0.2, 1.0), (1.0, 0.3), (1.0, 1.0), (5.0, 0.3), (5.0, 1.0))
 """For two bodies: capacity and resistance of the outer one over those of the inner one."""
 
 KEPT = 3
 """Beginnings that are worth a fit each."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is taken for granted in a fit."""
+
+    record: Record
+    structure: Structure
+    age_s: float
+    """How old a reading is when it is logged, s."""
+    ambient_c: float | None
+    """None: it is looked for."""
+    before_w: float = 0.0
+    """Power before the record."""
+    rest: bool = False
+    """Whether the machine was at rest under that power when the record began."""
+
+    @property
+    def seen(self) -> NDArray[np.intp]:
+        """Rows that have a reading."""
+        return np.flatnonzero(np.isfinite(self.record.readings_c))
+
+    def thinned(self, most: int) -> NDArray[np.intp]:
+        """Choose about so many of them, evenly."""
+        seen = self.seen
+        return seen[:: max(1, len(seen) // most)]
 
 
 class Beginning(NamedTuple):
@@ -42,14 +72,12 @@ class Beginning(NamedTuple):
     cost: float
 
 
-def beginnings(
-    record: Record, structure: Structure, before_w: float, age_s: float, ambient_c: float | None
-) -> list[Beginning]:
+def beginnings(setting: Setting) -> list[Beginning]:
     """Return the best shapes, best first."""
-    search = Search(record, structure, before_w, age_s, ambient_c)
+    search = Search(setting)
     found = [
         beginning
-        for shape in _shapes(record, structure)
+        for shape in _shapes(setting.record, setting.structure)
         if (beginning := search.linear(shape)) is not None
     ]
     return sorted(found, key=lambda each: each.cost)[:KEPT]
@@ -58,60 +86,60 @@ def beginnings(
 class Search:
     """A thinned record, ready to try shapes on."""
 
-    def __init__(
-        self,
-        record: Record,
-        structure: Structure,
-        before_w: float,
-        age_s: float,
-        ambient_c: float | None,
-    ) -> None:
-        seen = np.flatnonzero(np.isfinite(record.readings_c))
-        rows = seen[:: max(1, len(seen) // MOST_ROWS)]
+    def __init__(self, setting: Setting) -> None:
+        record, rows = setting.record, setting.thinned(SEARCHED_ROWS)
         off = replace(record, powers_w=np.zeros(record.rows))
+        self._setting = setting
         self._readings_c = record.readings_c[rows]
-        self._structure = structure
-        self._heated = Answer(record, before_w, rows)
+        self._heated = Answer(record, setting.before_w, rows)
         self._quiet = Answer(off, 0.0, rows)
-        self._age_s = age_s
-        self._ambient_c = ambient_c
 
     def linear(self, shape: Series) -> Beginning | None:
         """Find gain, ambient and start for the time constants of a shape; None if it is absurd."""
-        structure = self._structure
-        names = structure.names
-        found = modes(structure.network(shape), names.heater, names.sensor)
-        late_s = float(shape[-2]) + self._age_s
-        rest = np.zeros(structure.states)
-        columns = [self._heated.readings(found, late_s, 0.0, rest)]
+        setting = self._setting
+        columns, surroundings = self._columns(shape)
         target_c = self._readings_c
-        surroundings = self._quiet.readings(found, late_s, 1.0, rest)
-        if self._ambient_c is None:
-            columns.append(surroundings)
+        if setting.ambient_c is None:
+            columns.insert(1, surroundings)
         else:
-            target_c = target_c - surroundings * self._ambient_c
-        columns += [
-            self._quiet.readings(found, late_s, 0.0, unit) for unit in np.eye(structure.states)
-        ]
+            target_c = target_c - surroundings * setting.ambient_c
         matrix = np.column_stack(columns)
         weights, *_ = np.linalg.lstsq(matrix, target_c, rcond=None)
         gain = float(weights[0])
         if gain <= 0:
             return None
-        values = shape.copy()
-        values[0 : 2 * structure.bodies : 2] /= gain
-        values[1 : 2 * structure.bodies : 2] *= gain
-        values[-1] = weights[1] if self._ambient_c is None else self._ambient_c
-        cost = float(((matrix @ weights - target_c) ** 2).sum())
-        return Beginning(values, np.asarray(weights[-structure.states :], dtype=np.float64), cost)
+        values, size = shape.copy(), 2 * setting.structure.bodies
+        values[0:size:2] /= gain
+        values[1:size:2] *= gain
+        values[-1] = weights[1] if setting.ambient_c is None else setting.ambient_c
+        states = setting.structure.states
+        start_c = np.full(states, values[-1]) if setting.rest else weights[-states:].copy()
+        return Beginning(values, start_c, float(((matrix @ weights - target_c) ** 2).sum()))
+
+    def _columns(self, shape: Series) -> tuple[list[Series], Series]:
+        """Return the answers to the power and to each start, and that to the ambient."""
+        setting, structure = self._setting, self._setting.structure
+        names = structure.names
+        found = modes(structure.network(shape), names.heater, names.sensor)
+        late_s = float(shape[-2]) + setting.age_s
+        if setting.rest:
+            heated = self._heated.readings(found, late_s, 0.0, None)
+            return [heated], np.ones(len(heated))
+        rest = np.zeros(structure.states)
+        heated = self._heated.readings(found, late_s, 0.0, rest)
+        starts = [
+            self._quiet.readings(found, late_s, 0.0, unit) for unit in np.eye(structure.states)
+        ]
+        return [heated, *starts], self._quiet.readings(found, late_s, 1.0, rest)
 
 
 def _shapes(record: Record, structure: Structure) -> Iterator[Series]:
     """Yield parameters with a gain of 1 K/W."""
     span_s = record.duration_s
-    shortest_s = span_s / MOST_ROWS
+    shortest_s = span_s / SEARCHED_ROWS
+    choices = (LAGS, DELAYS) if structure.bodies == 1 else (FEW_LAGS, FEW_DELAYS)
     for time_s in np.geomspace(shortest_s, 30 * span_s, TIMES).tolist():
-        for lag, delay in product(LAGS, DELAYS):
+        for lag, delay in product(*choices):
             rest = (lag * time_s, delay * time_s, 0.0)
             if delay * time_s > span_s / 2:
                 continue

@@ -2,40 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from heatwright.sim.identify.residuals import correlation_rows, noise
+from heatwright.sim.identify.residuals import correlation_rows
+from heatwright.sim.identify.solution import Solution
 from heatwright.sim.trace import Series
 
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
-class Surety:
-    """Half widths of the 95 % intervals, in the units of the fit's vector; 0 for what was given."""
+def half_widths(solution: Solution) -> Series:
+    """Return half of each parameter's 95 % interval, in the units of the fit; 0 if it was given.
 
-    half: Series
-    noise_k: float
-
-
-def surety(jacobian: NDArray[np.float64], residuals_k: Series, free: NDArray[np.bool_]) -> Surety:
-    """Linearise about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5).
-
-    Residuals that say the same are not counted twice: the covariance is that of independent ones,
-    times the number of rows over which they are correlated.
+    Linearised about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5). Residuals
+    that say the same are not counted twice: the covariance is that of independent ones, times the
+    number of rows over which they are correlated.
     """
-    count, parameters = jacobian.shape
+    residuals_k = solution.residuals_k
+    count, unknowns = solution.jacobian.shape
     rows = correlation_rows(residuals_k)
-    freedom = max(1.0, count / rows - parameters)
-    variance_k2 = float((residuals_k**2).sum()) / max(1, count - parameters) * rows
-    half = np.zeros(len(free))
-    spread = np.sqrt(variance_k2 * _inverse_diagonal(jacobian))
-    half[free] = float(student.ppf((1 + CONFIDENCE) / 2, freedom)) * spread
-    return Surety(half, noise(residuals_k))
+    freedom = max(1.0, count / rows - unknowns)
+    variance_k2 = float((residuals_k**2).sum()) / max(1, count - unknowns) * rows
+    spread = np.sqrt(variance_k2 * _inverse_diagonal(solution.jacobian))
+    half = np.zeros(len(solution.free))
+    looked_for = int(solution.free.sum())
+    half[solution.free] = float(student.ppf((1 + CONFIDENCE) / 2, freedom)) * spread[:looked_for]
+    return half
 
 
 def _inverse_diagonal(jacobian: NDArray[np.float64]) -> Series:

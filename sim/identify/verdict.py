@@ -10,7 +10,6 @@ import numpy as np
 from heatwright.sim.identify.record import Record
 from heatwright.sim.identify.residuals import noise, pattern
 from heatwright.sim.identify.structure import AMBIENT_C, DELAY, LAG, Parameter, Structure
-from heatwright.sim.identify.surety import Surety
 from heatwright.sim.trace import Series
 from heatwright.spec.quantity import about
 
@@ -29,13 +28,13 @@ class Found(NamedTuple):
 
 
 def findings(
-    structure: Structure, values: Series, sure: Surety, record: Record, *, ambient_given: bool
+    structure: Structure, values: Series, halves: Series, record: Record, *, ambient_given: bool
 ) -> tuple[Found, ...]:
     """Judge every parameter."""
     moved_k = float(np.ptp(record.readings_c))
     found = []
     for parameter, value, half in zip(
-        structure.parameters, values.tolist(), sure.half.tolist(), strict=False
+        structure.parameters, values.tolist(), halves.tolist(), strict=True
     ):
         given = ambient_given and parameter.key == AMBIENT_C
         low, high = _ends(parameter, value, half)

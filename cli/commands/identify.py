@@ -1,0 +1,146 @@
+"""`heatwright identify`: a plant from a recorded step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from heatwright.cli.command import Command
+from heatwright.cli.ends import Refused
+from heatwright.cli.options import Amount, File, json_option, print_json
+from heatwright.cli.targets import check_target, whole
+
+if TYPE_CHECKING:
+    from heatwright.cli.identify.asked import Asked
+    from heatwright.sim.identify import Identified
+
+PICTURES = (".png", ".svg")
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "heatwright identify oven.csv --power 240W --plot oven.png",
+        "heatwright identify plotter.log --spec oven.yaml",
+        "heatwright identify log.txt --columns temperature,-,duty --full 255 --period 1s "
+        "--power 40W",
+    ),
+)
+@click.argument("log", type=File)
+@click.option("--spec", type=File, help="Take names, power and period from this spec.")
+@click.option("--loop", help="The loop of the spec; by default its first.")
+@click.option(
+    "--columns",
+    help="What the columns are: time, temperature, duty, power, and - for none, in their order; "
+    "or by name or number, such as duty=5.",
+)
+@click.option("--power", type=Amount("POWER"), help="Power at full duty, such as 40W.")
+@click.option(
+    "--full", type=click.FloatRange(min=0, min_open=True), help="Duty that is full power: 1, 255 …"
+)
+@click.option("--period", type=Amount("DURATION"), help="Time between two lines without times.")
+@click.option(
+    "--ambient", type=Amount("TEMPERATURE"), help="Temperature around, if known; else it is found."
+)
+@click.option("--cold", is_flag=True, help="All of the machine was at ambient at the start.")
+@click.option(
+    "--bodies",
+    type=click.IntRange(1, 2),
+    default=1,
+    show_default=True,
+    help="One body, or one with a case around it.",
+)
+@click.option("-o", "--output", type=File, metavar="OUT", help="Write the YAML to this file.")
+@click.option("--plot", type=File, metavar="OUT", help="Draw record and fit: .png or .svg.")
+@json_option
+def command(  # noqa: PLR0913, PLR0917 - one for each option
+    log: Path,
+    spec: Path | None,
+    loop: str | None,
+    columns: str | None,
+    power: float | None,
+    full: float | None,
+    period: float | None,
+    ambient: float | None,
+    cold: bool,
+    bodies: int,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Fit a plant to a recorded step.
+
+    The log is CSV, or what a serial plotter or a printer's host has recorded; lines that are no
+    readings are passed over. The heater must have been switched in it, best from a temperature at
+    rest until it rests again. What is printed is YAML to paste into a spec, with the error of the
+    fit, the 95 % interval of each number, and warnings where the record cannot tell one.
+    """
+    if spec is None and loop is not None:
+        raise Refused("--loop names a loop of a spec; give that with --spec.")
+    _check_scales(power, period)
+    check_target(output)
+    check_target(plot, PICTURES)
+    data = log.read_bytes()
+    from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
+
+    asked = asked_of(
+        spec, loop, columns=columns, power_w=power, full=full, period_s=period, bodies=bodies
+    )
+    found = _identify(log, data, asked, ambient, cold)
+    from heatwright.cli.identify.block import as_json as block_json  # noqa: PLC0415
+    from heatwright.cli.identify.block import block  # noqa: PLC0415
+
+    text = block(found, log.name)
+    if output is not None:
+        with whole(output) as fresh:
+            fresh.write_text(text, encoding="utf-8")
+    if plot is not None:
+        _draw(found, log.name, plot)
+    if as_json:
+        print_json({"log": str(log), **block_json(found), "yaml": text})
+    elif output is None:
+        click.echo(text, nl=False)
+    if not as_json:
+        for file in filter(None, (output, plot)):
+            click.echo(str(file), err=output is None)
+
+
+def _check_scales(power_w: float | None, period_s: float | None) -> None:
+    for name, value in (("--power", power_w), ("--period", period_s)):
+        if value is not None and value <= 0:
+            raise Refused(f"{name}: must be above 0.")
+
+
+def _identify(
+    log: Path, data: bytes, asked: Asked, ambient_c: float | None, cold: bool
+) -> Identified:
+    from heatwright.cli.talk import talk  # noqa: PLC0415
+    from heatwright.sim.identify import Unusable, fit  # noqa: PLC0415
+
+    try:
+        with talk() as shown:
+            job = shown.begin("Reading the log")
+            record = asked.record(data)
+            job.end(f"{record.rows} readings")
+            fitting = shown.begin("Fitting")
+            return fit(
+                record,
+                asked.structure,
+                ambient_c=ambient_c,
+                age_s=asked.age_s,
+                cold=cold,
+                progress=fitting,
+            )
+    except Unusable as error:
+        text = str(error)
+        raise Refused(f"{log}: {text}{'' if text.endswith(('?', '…')) else '.'}") from None
+
+
+def _draw(found: Identified, name: str, plot: Path) -> None:
+    from heatwright.cli.identify.figure import identified_figure  # noqa: PLC0415
+    from heatwright.sim.plot import save  # noqa: PLC0415
+
+    with whole(plot) as fresh:
+        save(identified_figure(found, name), fresh)

@@ -1,0 +1,113 @@
+"""What the user, or a spec, says of a log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatwright.cli.ends import Refused
+from heatwright.sim.identify import (
+    Log,
+    Names,
+    Record,
+    Roles,
+    Scales,
+    Structure,
+    chosen_roles,
+    named_roles,
+    read_log,
+    record_of,
+)
+from heatwright.sim.identify.columns import Column
+from heatwright.sim.plants import powers_of
+from heatwright.sim.tuning.delays import reading_age_s
+from heatwright.spec import Controller, Loop, SerialPlotter, load
+from heatwright.spec.simulation import AMBIENT
+
+PLOTTER_FULL = 10.0
+"""The plotter's line has the duty in tenths, so that it stays beside the temperatures."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How a log is to be read, and what is looked for."""
+
+    columns: str | None
+    scales: Scales
+    structure: Structure
+    age_s: float = 0.0
+    """How old a reading is at its control step, s."""
+    plotter: tuple[int, int] | None = None
+    """Columns of temperature and duty, and their number, in the firmware's plotter lines."""
+
+    def record(self, data: bytes) -> Record:
+        """Read a log; raises Unusable."""
+        log = read_log(data)
+        roles, scales = self._roles(log)
+        return record_of(log, roles, scales)
+
+    def _roles(self, log: Log) -> tuple[Roles, Scales]:
+        width = log.values.shape[1]
+        if self.columns is not None:
+            chosen = chosen_roles(self.columns, log.names, width, stamped=log.stamped)
+            return chosen, self.scales
+        if not log.names and self.plotter is not None and width - log.stamped == self.plotter[1]:
+            time = Column(width - 1, "s") if log.stamped else None
+            full = self.scales.full or PLOTTER_FULL
+            scales = Scales(self.scales.power_w, full, self.scales.period_s)
+            return Roles(Column(0, "°C"), time, Column(self.plotter[0], "")), scales
+        return named_roles(log.names), self.scales
+
+
+def asked_of(  # noqa: PLR0913 - one for each option
+    spec: Path | None,
+    loop: str | None,
+    *,
+    columns: str | None,
+    power_w: float | None,
+    full: float | None,
+    period_s: float | None,
+    bodies: int,
+) -> Asked:
+    """Join what the options and the spec say; the options come first."""
+    if spec is None:
+        return Asked(columns, Scales(power_w, full, period_s), Structure(bodies))
+    loaded = load(spec)
+    controller = loaded.controller
+    name = loop or next(iter(controller.loops))
+    if name not in controller.loops:
+        able = ", ".join(controller.loops)
+        raise Refused(f"{loaded.file_name}: has no loop {name}; there are {able}.")
+    chosen = controller.loops[name]
+    power_w = power_w or powers_of(controller)[chosen.heater] or None
+    return Asked(
+        columns,
+        Scales(power_w, full, period_s or chosen.period_s),
+        Structure(bodies, _names(controller, chosen)),
+        reading_age_s(controller, chosen.sensor),
+        _plotter(controller, name, chosen),
+    )
+
+
+def _names(controller: Controller, loop: Loop) -> Names:
+    body = case = None
+    if controller.simulation is not None:
+        plant = controller.simulation.plant
+        body = plant.sense[loop.sensor].node
+        outer = {node for link in plant.links if AMBIENT in link.between for node in link.between}
+        case = next((node for node in plant.nodes if node in outer - {body}), None)
+    names = Names(heater=loop.heater, sensor=loop.sensor)
+    return Names(body or names.body, case or names.case, loop.heater, loop.sensor)
+
+
+def _plotter(controller: Controller, name: str, loop: Loop) -> tuple[int, int] | None:
+    """Find the duty among the fields of the firmware's plotter line, and count them."""
+    from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
+
+    if not any(
+        isinstance(each, SerialPlotter) and each.loop == name for each in controller.interfaces
+    ):
+        return None
+    titles = [field["title"] for field in fields(name, loop)]
+    places = [place for place, title in enumerate(titles) if title.startswith(("heater", "duty"))]
+    return places[0], len(titles)

@@ -1,0 +1,144 @@
+"""Nonlinear least squares on a record, under one setting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, least_squares
+
+from heatwright.sim.identify.answer import LEAST_LAG_S, Answer, modes
+from heatwright.sim.identify.search import Beginning, Search, Setting
+from heatwright.sim.trace import Series
+
+MOST_EVALUATIONS = 200
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where a fit has ended."""
+
+    setting: Setting
+    values: Series
+    """Parameters in the order of the structure's."""
+    start_c: Series
+    """Temperatures at the start: of the bodies, and of the sensor."""
+    residuals_k: Series
+    """Of the rows looked at."""
+    jacobian: NDArray[np.float64]
+    free: NDArray[np.bool_]
+    """Which parameters were looked for; all else that was, comes after them."""
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares, K²."""
+        return float((self.residuals_k**2).sum())
+
+    @property
+    def beginning(self) -> Beginning:
+        """The solution as a place to start from."""
+        return Beginning(self.values, self.start_c, self.cost)
+
+    def model_c(self) -> Series:
+        """Return what the machine would have read, at every row of the record."""
+        rows = np.arange(self.setting.record.rows)
+        return _Model(self.setting, Answer(self.setting.record, self.setting.before_w, rows))(
+            self.values, self.start_c
+        )
+
+
+def solve(
+    setting: Setting, start: Beginning, *, most_rows: int | None = None, exact: bool = True
+) -> Solution:
+    """Find the parameters with the least sum of squares.
+
+    Args:
+        setting: the record, and what is taken for granted.
+        start: where to begin.
+        most_rows: look at about so many readings only.
+        exact: take slopes by central differences, as the intervals need; else by forward ones.
+
+    """
+    rows = setting.seen if most_rows is None else setting.thinned(most_rows)
+    readings_c = setting.record.readings_c[rows]
+    model = _Model(setting, Answer(setting.record, setting.before_w, rows))
+    vector = _Vector(setting)
+    whole = vector.join(start)
+
+    def residuals(chosen: Series) -> Series:
+        whole[vector.free] = chosen
+        return np.asarray(readings_c - model(*vector.split(whole)))
+
+    low, high = vector.bounds()
+    result: OptimizeResult = least_squares(
+        residuals,
+        np.clip(whole[vector.free], low, high),
+        jac="3-point" if exact else "2-point",
+        bounds=(low, high),
+        x_scale="jac",
+        max_nfev=MOST_EVALUATIONS,
+    )
+    whole[vector.free] = result.x
+    values, start_c = vector.split(whole)
+    free = vector.free[: len(values)]
+    return Solution(setting, values, start_c, result.fun, result.jac, free)
+
+
+def ordered(solution: Solution) -> Solution:
+    """Make the lag the shorter one of the two time constants.
+
+    A body and a lag cannot be told apart by their order: both ways answer alike.
+    """
+    setting, values = solution.setting, solution.values
+    cooling_s, lag_s = setting.structure.cooling_s(values), float(values[-3])
+    if setting.structure.bodies > 1 or lag_s <= cooling_s:
+        return solution
+    swapped = Search(setting).linear(np.array([lag_s, 1.0, cooling_s, values[-2], 0.0]))
+    return solution if swapped is None else solve(setting, swapped)
+
+
+class _Model:
+    """From parameters and start to readings."""
+
+    def __init__(self, setting: Setting, answer: Answer) -> None:
+        self._setting, self._answer = setting, answer
+
+    def __call__(self, values: Series, start_c: Series) -> Series:
+        setting, names = self._setting, self._setting.structure.names
+        found = modes(setting.structure.network(values), names.heater, names.sensor)
+        late_s = float(values[-2]) + setting.age_s
+        return self._answer.readings(
+            found, late_s, float(values[-1]), None if setting.rest else start_c
+        )
+
+
+class _Vector:
+    """Parameters, then temperatures at the start, as one vector; what is above 0 as a logarithm."""
+
+    def __init__(self, setting: Setting) -> None:
+        parameters, states = setting.structure.parameters, setting.structure.states
+        self._count = len(parameters)
+        self._logarithmic = np.array([each.logarithmic for each in parameters] + [False] * states)
+        self._longest_s = setting.record.duration_s
+        self.free = np.ones(self._count + states, dtype=bool)
+        self.free[self._count - 1] = setting.ambient_c is None
+        self.free[self._count :] = not setting.rest
+
+    def join(self, start: Beginning) -> Series:
+        joined = np.concatenate((start.values, start.start_c))
+        joined[self._logarithmic] = np.log(joined[self._logarithmic])
+        return joined
+
+    def split(self, vector: Series) -> tuple[Series, Series]:
+        plain = vector.copy()
+        plain[self._logarithmic] = np.exp(vector[self._logarithmic])
+        return plain[: self._count], plain[self._count :]
+
+    def bounds(self) -> tuple[Series, Series]:
+        low = np.full(len(self.free), -np.inf)
+        high = np.full(len(self.free), np.inf)
+        lag, delay = self._count - 3, self._count - 2
+        low[lag], low[delay] = LEAST_LAG_S, 0.0
+        high[delay] = self._longest_s
+        return low[self.free], high[self.free]
