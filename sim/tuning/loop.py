@@ -1,0 +1,58 @@
+"""The sampled loop: the process held between two steps, and the firmware's PID.
+
+K. J. Åström, B. Wittenmark, Computer-Controlled Systems, 3rd ed. 1997: section 3.2 for a process
+with dead time, sampled; chapter 8 for backward differences.
+"""
+
+from __future__ import annotations
+
+import math
+
+import control
+import numpy as np
+
+from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.process import Matrix, Process
+
+
+def sampled(process: Process, period_s: float) -> control.StateSpace:
+    """Sample a process whose duty is constant over a period; exact, dead time included."""
+    whole = math.floor(process.late_s / period_s)
+    rest_s = process.late_s - whole * period_s
+    size = len(process.rates)
+    transition, _ = process.held(period_s)
+    after, fresh = process.held(period_s - rest_s)
+    _, old = process.held(rest_s)
+    states = size + whole + 1
+    step, given = np.zeros((states, states)), np.zeros((states, 1))
+    step[:size, :size] = transition
+    # The duties on their way come after the process's own states, the oldest last.
+    step[:size, -1] = after @ old
+    if whole:
+        step[:size, -2] = fresh
+        step[np.arange(size + 1, states), np.arange(size, states - 1)] = 1.0
+    else:
+        given[:size, 0] = fresh
+    given[size, 0] = 1.0
+    seen = np.concatenate((process.reading, np.zeros(whole + 1)))[None, :]
+    return control.ss(step, given, seen, 0.0, period_s)
+
+
+def pid(gains: Gains, period_s: float) -> control.StateSpace:
+    """Return the firmware's PID, from error to duty (docs/control.md), where nothing is limited."""
+    share = period_s / (gains.filter_s + period_s)
+    slope = gains.kd * share / period_s
+    ki_step = gains.ki * period_s
+    step: Matrix = np.diag([1.0, 1.0 - share])
+    given = np.array([[1.0], [-share]])
+    out = np.array([[ki_step, slope]])
+    return control.ss(step, given, out, gains.kp + ki_step + slope, period_s)
+
+
+def minimal_pid(gains: Gains, period_s: float) -> control.StateSpace:
+    """Return the PID without the states of terms that are off: an idle integrator is no pole."""
+    whole = pid(gains, period_s)
+    kept = [state for state, on in enumerate((gains.ki, gains.kd)) if on]
+    return control.ss(
+        whole.A[np.ix_(kept, kept)], whole.B[kept], whole.C[:, kept], whole.D, period_s
+    )

@@ -1,0 +1,126 @@
+"""The machine as a loop sees it near a working point: from its duty to its reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigvals, expm
+
+from heatwright.sim.plants import powers_of
+from heatwright.sim.plants.thermal_network import Plant
+from heatwright.sim.tuning.delays import output_delay_s, reading_age_s
+from heatwright.spec import Controller, DigitalOutput
+
+Matrix = NDArray[np.float64]
+
+SAME = 1e-6
+"""A pole and a zero closer than this, relatively, are one and the same."""
+
+
+@dataclass(frozen=True)
+class Process:
+    """dx/dt = A·x + b·u, y = c·x; u in % of full power, y in K, and y comes late."""
+
+    rates: Matrix
+    """A, 1/s."""
+    heat: Matrix
+    """b, K/s for each % of duty."""
+    reading: Matrix
+    """c."""
+    late_s: float
+    """Dead time, age of the readings, and waiting of the duty, s."""
+
+    @property
+    def gain(self) -> float:
+        """Where one more % of duty ends, K/%."""
+        return float(-self.reading @ np.linalg.solve(self.rates, self.heat))
+
+    @property
+    def lags_s(self) -> list[float]:
+        """Time constants of the denominator, s, longest first, without what the numerator cancels.
+
+        All are real: a network of capacities and resistances does not oscillate.
+        """
+        return _times(self._poles_and_zeros()[0])
+
+    @property
+    def leads_s(self) -> list[float]:
+        """Time constants of the numerator, s, longest first."""
+        return _times(self._poles_and_zeros()[1])
+
+    def held(self, time_s: float) -> tuple[Matrix, Matrix]:
+        """Return what becomes of state and constant duty over a time (exact)."""
+        size = len(self.rates)
+        augmented = np.zeros((size + 1, size + 1))
+        augmented[:size, :size] = self.rates
+        augmented[:size, size] = self.heat
+        power = expm(augmented * time_s)
+        return power[:size, :size], power[:size, size]
+
+    def _poles_and_zeros(self) -> tuple[list[float], list[float]]:
+        poles = sorted(np.real(np.linalg.eigvals(self.rates)).tolist())
+        zeros = sorted(_zeros(self.rates, self.heat, self.reading))
+        for zero in tuple(zeros):
+            near = min(poles, key=lambda pole: abs(pole - zero))
+            if abs(near - zero) <= SAME * abs(zero):
+                poles.remove(near)
+                zeros.remove(zero)
+        return poles, zeros
+
+
+def _zeros(rates: Matrix, heat: Matrix, reading: Matrix) -> list[float]:
+    """Find where [A − s·I, b; c, 0] is singular."""
+    size = len(rates)
+    system = np.block([[rates, heat[:, None]], [reading[None, :], np.zeros((1, 1))]])
+    identity = np.zeros_like(system)
+    identity[:size, :size] = np.eye(size)
+    found = eigvals(system, identity)
+    # Zeros at infinity come out as huge numbers, or as none at all.
+    largest = np.abs(rates).max() / np.finfo(float).eps ** 0.5
+    return [float(np.real(zero)) for zero in found if np.isfinite(zero) and abs(zero) < largest]
+
+
+def _times(roots: list[float]) -> list[float]:
+    return sorted((-1 / root for root in roots), reverse=True)
+
+
+def process_of(controller: Controller, loop: str) -> Process:
+    """Linearise the machine of a specification, with its fans as they always run.
+
+    Raises:
+        ValueError: the specification has no simulation, or its heater no power.
+
+    """
+    if controller.simulation is None:
+        message = "A process needs a machine: the specification has no `simulation`"
+        raise ValueError(message)
+    spec, network = controller.loops[loop], controller.simulation.plant
+    powers_w = powers_of(controller)
+    power_w = powers_w[spec.heater]
+    if not power_w:
+        message = f"The heater {spec.heater} has no power"
+        raise ValueError(message)
+    plant = Plant(network, powers_w, ambient_c=0.0, step_s=spec.period_s)
+    equations = plant.rates(tuple(float(_runs(controller, fan)) for fan in network.fans))
+    size = len(equations)
+    sensed = plant.state_of(spec.sensor)
+    kept = sorted({*range(len(plant.nodes)), sensed})
+    heater = size + tuple(network.heat).index(spec.heater)
+    late_s = (
+        network.sense[spec.sensor].delay_s
+        + reading_age_s(controller, spec.sensor)
+        + output_delay_s(controller, spec.heater, spec.period_s)
+    )
+    return Process(
+        equations[np.ix_(kept, kept)],
+        equations[kept, heater] * power_w / 100,
+        np.array([float(state == sensed) for state in kept]),
+        late_s,
+    )
+
+
+def _runs(controller: Controller, fan: str) -> bool:
+    output = controller.outputs[fan]
+    return isinstance(output, DigitalOutput) and output.runs == "always"
