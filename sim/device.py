@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
+from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.outputs.switch import Switch
@@ -23,6 +24,8 @@ DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
 FEED_S = 10.0
 """How often what chips and lines have recorded is read, s of simulated time."""
+TALK_S = 0.02
+"""The same while a host talks with the program: so long it takes to answer at most."""
 
 
 Kind = TypeVar("Kind")
@@ -106,12 +109,22 @@ class AvrDevice:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
         self.shield.keypad.press(key)
 
+    def send(self, line: str) -> None:
+        """Have the host send a line of G-code, when the lines before it are answered."""
+        self.host.send(line)
+
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
+        while self._talks() and self.avr.cycle < cycle:
+            self._run_to(min(cycle, self.avr.cycle + round(TALK_S * self.avr.clock_hz)))
+            self.feed()
         self._run_to(cycle)
         if cycle >= self._feed_at:
             self.feed()
+
+    def _talks(self) -> bool:
+        return any(isinstance(part, GcodeHost) and part.is_busy for part in self.interfaces)
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
@@ -137,6 +150,11 @@ class AvrDevice:
     def plotter(self) -> SerialPlotter:
         """The computer on the serial line; raises LookupError when the spec has none."""
         return self._interface(SerialPlotter)
+
+    @property
+    def host(self) -> GcodeHost:
+        """The host on the serial line; raises LookupError when the spec has none."""
+        return self._interface(GcodeHost)
 
     def _interface(self, kind: type[Kind]) -> Kind:
         self.feed()

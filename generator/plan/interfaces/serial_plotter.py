@@ -6,14 +6,13 @@ from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.uart import registers
 from heatwright.spec import Loop, OnOff, Pid, SerialPlotter
 from heatwright.spec.boards import Board
+from heatwright.spec.commands import tunable
 from heatwright.spec.uart import baud_setting
 
 DECIMALS = 2
-
-ONE_UART = {"atmega328p"}
-"""Chips whose only serial port has a number in its registers, but none in its vectors."""
 
 
 def plan(source: Source, interface: SerialPlotter) -> Part:
@@ -30,7 +29,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     plotter = {
         "where": source.where,
         "loop_name": interface.loop,
-        "fields": fields(interface.loop, loop),
+        "fields": fields(interface.loop, loop, by_host=tunable(controller, interface.loop)),
     }
     return Part(
         files=(
@@ -55,23 +54,17 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
 
 
 def _registers(board: Board) -> dict[str, object]:
-    number = board.uarts[0].suffix
-    alone = board.mcu in ONE_UART
+    uart = registers(board)
     return {
-        "vector": "USART_UDRE_vect" if alone else f"USART{number}_UDRE_vect",
-        "data": f"UDR{number}",
-        "setup": [
-            f"UBRR{number} = SERIAL_DIVISOR;",
-            f"UCSR{number}A = (1u << U2X{number});",
-            f"UCSR{number}C = (1u << UCSZ{number}1) | (1u << UCSZ{number}0); /* 8N1 */",
-            f"UCSR{number}B = (1u << TXEN{number});",
-        ],
-        "interrupt_on": f"UCSR{number}B |= (1u << UDRIE{number});",
-        "interrupt_off": f"UCSR{number}B &= (uint8_t)~(1u << UDRIE{number});",
+        "vector": uart.send_vector,
+        "data": uart.data,
+        "setup": uart.setup("SERIAL_DIVISOR", receives=False),
+        "interrupt_on": uart.interrupt_on,
+        "interrupt_off": uart.interrupt_off,
     }
 
 
-def fields(name: str, loop: Loop) -> list[dict[str, str]]:
+def fields(name: str, loop: Loop, *, by_host: bool) -> list[dict[str, str]]:
     """The fields of one line: title and C expression."""
     common = [
         ("temperature in degC", f"loop_{name}.temperature_c"),
@@ -85,15 +78,18 @@ def fields(name: str, loop: Loop) -> list[dict[str, str]]:
             ("lead in K", lead),
         ]
     else:
-        own = _pid_fields(name, loop.algorithm, prefix, state)
+        own = _pid_fields(name, loop.algorithm, prefix, state, by_host=by_host)
     return [{"title": title, "expression": expression} for title, expression in common + own]
 
 
-def _pid_fields(name: str, algorithm: Pid, prefix: str, state: str) -> list[tuple[str, str]]:
+def _pid_fields(
+    name: str, algorithm: Pid, prefix: str, state: str, *, by_host: bool
+) -> list[tuple[str, str]]:
+    kd = f"{state}.kd" if by_host else f"{prefix}_KD"
     return [
         ("P in %", f"{state}.proportional"),
-        ("I in %", f"{state}.integral" if algorithm.ki > 0 else "0.0f"),
-        ("D in %", f"{prefix}_KD * {state}.derivative" if algorithm.kd > 0 else "0.0f"),
+        ("I in %", f"{state}.integral" if by_host or algorithm.ki > 0 else "0.0f"),
+        ("D in %", f"{kd} * {state}.derivative" if by_host or algorithm.kd > 0 else "0.0f"),
         ("sum / 10 in %", f"0.1f * {state}_unlimited()"),
         ("duty / 10 in %", f"0.1f * loop_{name}.duty_percent"),
     ]

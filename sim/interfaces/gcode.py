@@ -1,0 +1,167 @@
+"""A computer that sends G-code: numbered lines with checksums, one for each `ok`."""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from dataclasses import dataclass
+from functools import reduce
+from operator import xor
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.serial_noise import SerialNoise
+
+if TYPE_CHECKING:
+    from heatwright.spec import Board
+    from heatwright.spec import Gcode as Spec
+
+RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
+TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
+MOST_WAITING = 10_000
+"""Bytes of a line that never ends, kept at most."""
+
+
+@dataclass(frozen=True)
+class HostLine:
+    """A line that has come from the board, and the time of its last character, s."""
+
+    time_s: float
+    text: str
+
+
+@dataclass(frozen=True)
+class HostTemperature:
+    """What a report said of the first tool."""
+
+    time_s: float
+    temperature_c: float
+    setpoint_c: float
+
+
+def numbered(number: int, line: str) -> str:
+    """Give a line its number and checksum: the exclusive or of all bytes before the star."""
+    text = f"N{number} {line}"
+    return f"{text}*{reduce(xor, text.encode(), 0)}"
+
+
+class GcodeHost:
+    """The computer at the end of a UART.
+
+    lines -- what has come from the board; sent -- what went to it, with its times; resends -- how
+    often the board asked for a line again. numbers -- whether it numbers its lines, as hosts do
+    while they print.
+    """
+
+    def __init__(self, avr: Avr, baud: int, uart: int = 0) -> None:
+        self.lines: list[HostLine] = []
+        self.sent: list[HostLine] = []
+        self.resends = 0
+        self.numbers = True
+        self.noise: SerialNoise | None = None
+        self.baud = baud
+        self._avr = avr
+        self._uart = avr.uarts[uart]
+        self._number = uart
+        self._queue: deque[str] = deque()
+        self._history: list[str] = []
+        self._next = 0
+        self._awaits_ok = False
+        self._waiting = bytearray()
+
+    # -- what a test does ----------------------------------------------------------------------
+
+    def send(self, line: str) -> None:
+        """Send a line when those before it are answered."""
+        if self.numbers and not self._history and not self._queue:
+            self._queue.append("M110 N0")
+        self._queue.append(line)
+        self._go_on()
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send bytes as they are, now."""
+        if self.noise is not None:
+            data = self.noise.to_board(data)
+        self._uart.send(data, self.baud)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it still has lines to send, or waits for an answer."""
+        return self._awaits_ok or bool(self._queue) or self._next < len(self._history)
+
+    def texts(self, start: str = "") -> list[str]:
+        """Return the lines that begin with `start`."""
+        return [line.text for line in self.lines if line.text.startswith(start)]
+
+    @property
+    def temperatures(self) -> list[HostTemperature]:
+        """Return what the board has reported of its (active) tool."""
+        return [
+            HostTemperature(line.time_s, float(found[1]), float(found[2]))
+            for line in self.lines
+            if (found := TEMPERATURE.search(line.text))
+        ]
+
+    # -- the line ------------------------------------------------------------------------------
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take what the UARTs have sent (UART_BYTE records)."""
+        del pins
+        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):
+            data = bytes([value]) if self.noise is None else self.noise.to_host(bytes([value]))
+            for byte in data:
+                self._take(byte, end / self._avr.clock_hz)
+
+    def _take(self, byte: int, time_s: float) -> None:
+        if byte != ord("\n"):
+            self._waiting.append(byte)
+            del self._waiting[:-MOST_WAITING]
+            return
+        text = self._waiting.decode("ascii", errors="replace").rstrip("\r")
+        self._waiting.clear()
+        self.lines.append(HostLine(time_s, text))
+        self._react(text)
+
+    def _react(self, text: str) -> None:
+        if found := RESEND.match(text):
+            self.resends += 1
+            wanted = int(found[1])
+            if wanted <= len(self._history):
+                self._next = max(0, wanted - 1)
+        elif text == "start":
+            self._awaits_ok = False  # the board was reset: it waits for nothing
+        elif text == "ok" or text.startswith("ok "):
+            self._awaits_ok = False
+        self._go_on()
+
+    def _go_on(self) -> None:
+        if self._awaits_ok:
+            return
+        if self._next < len(self._history):
+            self._write(numbered(self._next + 1, self._history[self._next]))
+            self._next += 1
+        elif self._queue:
+            self._write(self._fresh(self._queue.popleft()))
+
+    def _fresh(self, line: str) -> str:
+        if not self.numbers:
+            return line
+        if line == "M110 N0":
+            return numbered(0, line)
+        self._history.append(line)
+        self._next = len(self._history)
+        return numbered(self._next, line)
+
+    def _write(self, text: str) -> None:
+        self._awaits_ok = True
+        self.sent.append(HostLine(self._avr.time_s, text))
+        self.send_bytes(text.encode() + b"\n")
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> GcodeHost:
+    """Connect the computer to the board's first UART."""
+    del board
+    return GcodeHost(avr, interface.baud)

@@ -1,0 +1,82 @@
+"""A board and its machine, running along with the clock on the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import monotonic, sleep
+from typing import Protocol
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.plants import plant_of
+from heatwright.spec import Controller
+
+STEP_S = 0.1
+"""Time step of the machine, s."""
+EXCHANGES = 20
+"""How often in a step bytes are exchanged with the world: every 5 ms of the board's time."""
+MOST_BEHIND_S = 0.5
+"""Real time that may be made up for; what is lost beyond it stays lost."""
+LEAST_SLEEP_S = 0.001
+
+
+class Line(Protocol):
+    """What lets a program outside talk to the board."""
+
+    def to_board(self) -> None:
+        """Send the board what has come from outside."""
+
+
+class Clock:
+    """The board's time against the wall's.
+
+    speed -- how many seconds of the board go into one; time and sleep can be given for a test.
+    """
+
+    def __init__(
+        self,
+        speed: float,
+        time: Callable[[], float] = monotonic,
+        pause: Callable[[float], None] = sleep,
+    ) -> None:
+        self._speed, self._time, self._pause = speed, time, pause
+        self._start_s = time()
+
+    def wait(self, board_s: float) -> None:
+        """Wait until the board's time has come; if it is far past, go on from there."""
+        early_s = self._start_s + board_s / self._speed - self._time()
+        if early_s > LEAST_SLEEP_S:
+            self._pause(early_s)
+        elif early_s < -MOST_BEHIND_S:
+            self._start_s -= early_s
+
+
+def run(
+    controller: Controller,
+    device: AvrDevice,
+    line: Line,
+    clock: Clock,
+    *,
+    until_s: float | None = None,
+) -> None:
+    """Run the board against the spec's machine; for ever, if it is not said until when.
+
+    Raises ValueError when the spec has no simulation.
+    """
+    simulation = controller.simulation
+    if simulation is None:
+        raise ValueError("A live board needs a machine: the specification has no `simulation`.")
+    plant = plant_of(
+        controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=0
+    )
+    row = 0
+    while until_s is None or row * STEP_S < until_s:
+        for sensor, temperature_c in plant.sensed_c().items():
+            device.sense(sensor, temperature_c)
+        for part in range(1, EXCHANGES + 1):
+            time_s = (row + part / EXCHANGES) * STEP_S
+            line.to_board()
+            device.advance(time_s)
+            device.feed()
+            clock.wait(time_s)
+        plant.step({output: device.on_fraction(output) for output in controller.outputs})
+        row += 1

@@ -1,0 +1,65 @@
+"""A serial port of this computer with the simulated board at its other end."""
+
+from __future__ import annotations
+
+import os
+import pty
+import tty
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.serial_noise import SerialNoise
+
+READ_BYTES = 4096
+
+
+class SerialPort:
+    """A pseudo-terminal wired to a board's first UART: any program can open it as a port.
+
+    name -- such as /dev/pts/3. A context manager; at its end the port is gone.
+
+    What the program sends goes to the board at the line's speed; what the board says while nobody
+    reads is lost, as on a cable.
+    """
+
+    def __init__(self, device: AvrDevice, baud: int, *, noise: SerialNoise | None = None) -> None:
+        self._uart = device.avr.uarts[0]
+        self._baud = baud
+        self._noise = noise or SerialNoise()
+        self._board_end, self._program_end = pty.openpty()
+        tty.setraw(self._program_end)
+        os.set_blocking(self._board_end, False)
+        self.name = os.ttyname(self._program_end)
+        device.record(self)
+
+    def __enter__(self) -> SerialPort:
+        """Give itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Take the port away."""
+        os.close(self._board_end)
+        os.close(self._program_end)
+
+    def to_board(self) -> None:
+        """Send the board what the program has written."""
+        with suppress(BlockingIOError):
+            data = os.read(self._board_end, READ_BYTES)
+            self._uart.send(self._noise.to_board(data), self._baud)
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Give the program what the board has sent (UART_BYTE records)."""
+        del pins
+        data = self._noise.to_host(sent["value"][sent["uart"] == 0].tobytes())
+        with suppress(BlockingIOError):
+            while data:
+                data = data[os.write(self._board_end, data) :]

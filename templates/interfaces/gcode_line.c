@@ -1,0 +1,233 @@
+/* Lines from the host: put together, checked by number and checksum.
+ *
+ * A numbered line is `N12 M105*36`: behind the star is the exclusive or of all bytes before it.
+ */
+#include "gcode_line.h"
+
+#include "config.h"      /* HOST_SILENT_TICKS, HOST_MOST_REMINDERS */
+#include "gcode_words.h" /* words_take */
+#include "host.h"        /* host_take */
+
+enum {
+    LINE_SIZE = 96,       /* Marlin's */
+    BYTES_PER_TICK = 255, /* more than come in a tick at 250000 baud */
+    MOST_REPEATED = 32,   /* lines that a host may have on the way */
+    NO_STAR = UINT8_MAX
+};
+
+/* So that no number has more than seven digits: reports hold them. */
+static const int32_t MOST_BEFORE_DIGIT = 1000000;
+
+int32_t line_last;
+
+static char text[LINE_SIZE + 1];
+static uint8_t length;
+static bool too_long;
+static bool damaged;
+static uint8_t sum;         /* of all bytes so far */
+static uint8_t star;        /* where the last star is in `text`, LINE_SIZE if beyond, or NO_STAR */
+static uint8_t sum_at_star; /* of the bytes before it */
+static int32_t claimed_sum; /* the number behind it; -1 when there is none */
+static bool behind_claim;
+
+static bool skipping;  /* to the end of a line whose beginning was dropped */
+static bool numbering; /* the host has numbered a line */
+static uint8_t repeats_left;
+static uint16_t silent_ticks;
+static uint8_t reminders;
+
+static bool is_digit(char character)
+{
+    return character >= '0' && character <= '9';
+}
+
+static int32_t with_digit(int32_t number, char digit)
+{
+    return number < MOST_BEFORE_DIGIT ? 10 * number + (digit - '0') : number;
+}
+
+void line_start(void)
+{
+    length = 0;
+    too_long = false;
+    damaged = false;
+    sum = 0;
+    star = NO_STAR;
+}
+
+/* The checksum is followed as it comes, so that it is known of a line of any length. */
+static void follow_sum(char byte)
+{
+    if (byte == '*') {
+        star = length;
+        sum_at_star = sum;
+        claimed_sum = -1;
+        behind_claim = false;
+    } else if (star != NO_STAR && is_digit(byte) && !behind_claim) {
+        claimed_sum = with_digit(claimed_sum < 0 ? 0 : claimed_sum, byte);
+    } else {
+        behind_claim = true;
+    }
+    sum ^= (uint8_t)byte;
+}
+
+static void take_byte(char byte)
+{
+    if (((uint8_t)byte < ' ' && byte != '\t') || byte == '\x7F') {
+        damaged = true;
+        return;
+    }
+    follow_sum(byte);
+    if (length == LINE_SIZE) {
+        too_long = true;
+        return;
+    }
+    text[length++] = byte;
+}
+
+/* Put received bytes together; true at the end of a line that is not empty. */
+static bool assemble(void)
+{
+    char byte;
+
+    for (uint8_t i = 0; i < BYTES_PER_TICK && host_take(&byte); i++) {
+        silent_ticks = 0;
+        reminders = 0;
+        if (byte != '\n' && byte != '\r') {
+            if (!skipping) {
+                take_byte(byte);
+            }
+        } else if (skipping) {
+            skipping = false;
+        } else if (length != 0 || damaged) {
+            text[length] = '\0';
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Read the whole number at `*from`, and go behind it. */
+static int32_t take_number(char **from)
+{
+    const bool negative = **from == '-';
+    int32_t number = 0;
+
+    if (negative) {
+        (*from)++;
+    }
+    for (; is_digit(**from); (*from)++) {
+        number = with_digit(number, **from);
+    }
+    return negative ? -number : number;
+}
+
+/* M110 sets the number, by its own N or that of its line. */
+static bool is_renumbering(int32_t number)
+{
+    float wanted;
+
+    if (words_letter != 'M' || words_command != 110) {
+        return false;
+    }
+    line_last = words_find('N', &wanted) == WORD_NUMBER ? (int32_t)wanted : number;
+    repeats_left = 0;
+    return true;
+}
+
+static uint8_t judge_number(int32_t number)
+{
+    numbering = true;
+    if (is_renumbering(number)) {
+        return LINE_COMMAND;
+    }
+    if (number == line_last + 1) {
+        line_last = number;
+        if (repeats_left != 0) {
+            repeats_left--;
+        }
+        return too_long ? LINE_TOO_LONG : LINE_COMMAND;
+    }
+    if (repeats_left != 0 && number <= line_last && number > line_last - MOST_REPEATED) {
+        return LINE_REPEATED; /* asked for twice, because answers and lines had crossed */
+    }
+    return LINE_OUT_OF_ORDER;
+}
+
+static uint8_t judge_numbered(char *behind_n)
+{
+    if (star == NO_STAR) {
+        return LINE_NO_CHECKSUM;
+    }
+    if (claimed_sum != sum_at_star) {
+        return LINE_CHECKSUM;
+    }
+    const int32_t number = take_number(&behind_n);
+    (void)words_take(behind_n);
+    return judge_number(number);
+}
+
+static uint8_t judge_plain(char *start)
+{
+    if (star != NO_STAR) {
+        return LINE_NO_NUMBER;
+    }
+    if (too_long) {
+        return LINE_TOO_LONG;
+    }
+    if (!words_take(start)) {
+        return LINE_NONE;
+    }
+    (void)is_renumbering(line_last);
+    return LINE_COMMAND;
+}
+
+static uint8_t judge(void)
+{
+    char *start = text;
+
+    if (damaged) {
+        return numbering ? LINE_DAMAGED : LINE_UNREADABLE;
+    }
+    if (star != NO_STAR) {
+        text[star] = '\0'; /* at LINE_SIZE there is a zero already */
+    }
+    while (*start == ' ' || *start == '\t') {
+        start++;
+    }
+    return *start == 'N' || *start == 'n' ? judge_numbered(start + 1) : judge_plain(start);
+}
+
+uint8_t line_tick(void)
+{
+    if (!assemble()) {
+        return LINE_NONE;
+    }
+    const uint8_t kind = judge();
+    line_start();
+    if (kind >= LINE_WRONG_FIRST) {
+        skipping = host_drop();
+        repeats_left = MOST_REPEATED;
+    }
+    return kind;
+}
+
+bool line_asks_for_more(void)
+{
+    if (!numbering || reminders == HOST_MOST_REMINDERS) {
+        return false;
+    }
+    silent_ticks++;
+    if (silent_ticks < HOST_SILENT_TICKS) {
+        return false;
+    }
+    silent_ticks = 0;
+    reminders++;
+    repeats_left = MOST_REPEATED;
+    return true;
+}
+
+void line_wait_anew(void)
+{
+    silent_ticks = 0;
+}

@@ -1,0 +1,170 @@
+/* The words of one line of G-code: a letter and a number, such as S200. */
+#include "gcode_words.h"
+
+#include <avr/pgmspace.h> /* PROGMEM */
+
+char words_letter;
+uint16_t words_command;
+
+static const char *parameters = "";
+
+static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
+
+/* Further decimals are read, and left out. */
+enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
+
+enum { LARGEST_COMMAND = 9999 };
+
+static bool is_digit(char character)
+{
+    return character >= '0' && character <= '9';
+}
+
+static bool is_blank(char character)
+{
+    return character == ' ' || character == '\t';
+}
+
+static bool is_letter(char character)
+{
+    return character >= 'A' && character <= 'Z';
+}
+
+/* In place: capitals; comments of both kinds gone. */
+static void tidy(char *text)
+{
+    char *to = text;
+    bool inside = false; /* parentheses */
+
+    for (const char *from = text; *from != '\0' && (inside || *from != ';'); from++) {
+        if (inside) {
+            inside = *from != ')';
+        } else if (*from == '(') {
+            inside = true;
+        } else {
+            const bool small = *from >= 'a' && *from <= 'z';
+            *to++ = small ? (char)(*from - 'a' + 'A') : *from;
+        }
+    }
+    *to = '\0';
+}
+
+static const char *skip_blanks(const char *text)
+{
+    while (is_blank(*text)) {
+        text++;
+    }
+    return text;
+}
+
+bool words_take(char *text)
+{
+    tidy(text);
+    const char *rest = skip_blanks(text);
+
+    parameters = "";
+    words_letter = *rest;
+    words_command = WORDS_NO_COMMAND;
+    if (words_letter == '\0') {
+        return false;
+    }
+    if (!is_letter(words_letter)) {
+        return true;
+    }
+    rest = skip_blanks(rest + 1);
+    if (is_digit(*rest)) {
+        words_command = 0;
+    }
+    for (; is_digit(*rest); rest++) {
+        if (words_command <= LARGEST_COMMAND) {
+            words_command = (uint16_t)(10u * words_command + (uint16_t)(*rest - '0'));
+        }
+    }
+    if (words_command > LARGEST_COMMAND || *rest == '.') {
+        words_command = WORDS_NO_COMMAND; /* too large, or a variant that is not known here */
+    }
+    parameters = rest;
+    return true;
+}
+
+/* The number at `text`, which ends where a number does. */
+static uint8_t read_number(const char *text, float *number)
+{
+    uint32_t digits = 0;
+    uint8_t whole = 0;    /* digits before the point, leading zeros left out */
+    uint8_t decimals = 0; /* of those taken */
+    bool any = false;
+    bool behind_point = false;
+    const bool negative = *text == '-';
+
+    if (*text == '-' || *text == '+') {
+        text++;
+    }
+    for (; is_digit(*text) || (*text == '.' && !behind_point); text++) {
+        if (*text == '.') {
+            behind_point = true;
+            continue;
+        }
+        any = true;
+        if (behind_point && (decimals == MOST_DECIMALS || digits > UINT32_MAX / 20u)) {
+            continue;
+        }
+        digits = 10u * digits + (uint32_t)(*text - '0');
+        if (behind_point) {
+            decimals++;
+        } else if (digits != 0) {
+            whole++;
+            if (whole > WORDS_WHOLE_DIGITS) {
+                return WORD_BAD;
+            }
+        }
+    }
+    if (words_letter == 'M' && *text == 'E') {
+        return WORD_BAD; /* 1E-5 must not be taken for 1; of G0 and G1, E is an axis */
+    }
+    text = skip_blanks(text);
+    if (!any || (*text != '\0' && !is_letter(*text))) {
+        return WORD_BAD;
+    }
+    /* One rounding, as in any other reader of decimals, while there are no more than seven. */
+    *number = (float)digits / pgm_read_float(&TENS[decimals]);
+    if (negative) {
+        *number = -*number;
+    }
+    return WORD_NUMBER;
+}
+
+uint8_t words_find(char letter, float *number)
+{
+    for (const char *text = parameters; *text != '\0'; text++) {
+        if (*text != letter) {
+            continue;
+        }
+        text = skip_blanks(text + 1);
+        if (*text == '\0' || is_letter(*text)) {
+            return WORD_ALONE;
+        }
+        return read_number(text, number);
+    }
+    return WORD_NONE;
+}
+
+bool words_count(char letter, uint8_t if_none, uint8_t *count)
+{
+    float number;
+
+    switch (words_find(letter, &number)) {
+    case WORD_NONE:
+        *count = if_none;
+        return true;
+    case WORD_NUMBER:
+        break;
+    default:
+        return false;
+    }
+    if (!(number >= 0.0f && number <= 255.0f)) {
+        return false;
+    }
+    *count = (uint8_t)number;
+    return (float)*count == number;
+}
