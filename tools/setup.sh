@@ -78,6 +78,10 @@ fi
 say "installing the Python packages into .venv"
 quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable '.[dev]'
 
+# Printrun's host core needs pyserial alone, which is among ours; the rest of Printrun asks for
+# graphics (wxPython, for which there is no wheel on Linux), and nothing of it is used.
+quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --no-deps printrun==2.2.0
+
 # The type checker knows nothing of an editable install: the packages under their names.
 mkdir -p .typing/heatwright
 for package in cli generator sim spec templates; do
