@@ -15,6 +15,7 @@ from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
+from heatwright.sim.outputs.stepper import Stepper
 from heatwright.sim.outputs.switch import Switch
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
@@ -130,6 +131,14 @@ class AvrDevice:
         """Return the mean active fraction of an output since the last call, 0..1."""
         return self.outputs[output].on_fraction()
 
+    def travel_mm(self, output: str) -> float:
+        """Return how far a stepper has fed since the last call, mm; 0 for any other output."""
+        stepper = self.outputs[output]
+        if not isinstance(stepper, Stepper):
+            return 0.0
+        self.feed()
+        return stepper.travel_mm()
+
     def steps(self, loop: str) -> StepLog:
         """Return one row for each control step so far."""
         return self._logs[loop].steps()
@@ -174,6 +183,9 @@ class AvrDevice:
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
         for interface in self.interfaces:
             interface.feed(pins, sent)
+        for output in self.outputs.values():
+            if isinstance(output, Stepper):
+                output.feed(pins, sent)
         for recorder in self._recorders:
             recorder.feed(pins, sent)
         self._feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)

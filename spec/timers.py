@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
 from heatwright.spec.quantity import number
+from heatwright.spec.sensors import Ds18b20
 
 TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
@@ -97,13 +99,13 @@ def allocate(controller: Controller) -> TimerUse:
     one_wire: dict[str, int] = {}
     steppers: dict[str, int] = {}
     for name, sensor in controller.sensors.items():
-        if sensor.kind == "ds18b20":
+        if isinstance(sensor, Ds18b20):
             if free:
                 one_wire[name] = free.pop(0)
             else:
                 short.append(_none_left(board, ("sensors", name), "this 1-Wire line", made))
     for name, output in controller.outputs.items():
-        if output.kind == "stepper":
+        if isinstance(output, Stepper):
             if free:
                 steppers[name] = free.pop()
             else:
@@ -147,7 +149,7 @@ def _too_fast(controller: Controller) -> list[TimerProblem]:
             (("outputs", name),),
         )
         for name, output in controller.outputs.items()
-        if output.kind == "stepper"
+        if isinstance(output, Stepper)
         for steps_hz in (output.maximum_mm_per_s * output.steps_per_mm,)
         if steps_hz > FASTEST_STEPS_HZ
     ]

@@ -108,6 +108,8 @@ class Part:
     start_calls: tuple[Call, ...] = ()
     tick_calls: tuple[Call, ...] = ()
     wiring: tuple[Wiring, ...] = ()
+    reset_lines: tuple[str, ...] = ()
+    """The first statements after a reset; they find no stack, no zero register, no variables."""
 
 
 @dataclass(frozen=True, slots=True)

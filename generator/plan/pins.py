@@ -37,59 +37,51 @@ def label(pin: Pin) -> str:
     return pin.name if pin.name == pin.port_name else f"{pin.name} = {pin.port_name}"
 
 
+def _pin(source: Source, name: str, pin: Pin, purpose: str, *functions: PinFunction) -> PinPlan:
+    return PinPlan(name, label(pin), purpose, source.where, functions)
+
+
 def switched(source: Source, name: str, pin: Pin, active: str, purpose: str) -> PinPlan:
     """An output that is on or off, whatever level that is."""
     on, off = (_set, _clear) if active == "high" else (_clear, _set)
-    return PinPlan(
-        name=name,
-        label=label(pin),
-        purpose=f"{purpose}, active {active}",
-        where=source.where,
-        functions=(
-            _change(pin, "on", on("PORT", pin)),
-            _change(pin, "off", off("PORT", pin)),
-            _change(pin, "drive", _set("DDR", pin)),
-            _test(pin, "is_on", "!=" if active == "high" else "=="),
-        ),
+    return _pin(
+        source,
+        name,
+        pin,
+        f"{purpose}, active {active}",
+        _change(pin, "on", on("PORT", pin)),
+        _change(pin, "off", off("PORT", pin)),
+        _change(pin, "drive", _set("DDR", pin)),
+        _test(pin, "is_on", "!=" if active == "high" else "=="),
     )
 
 
 def driven(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """An output that is high or low."""
-    return PinPlan(
-        name=name,
-        label=label(pin),
-        purpose=purpose,
-        where=source.where,
-        functions=(
-            _change(pin, "high", _set("PORT", pin)),
-            _change(pin, "low", _clear("PORT", pin)),
-            _change(pin, "drive", _set("DDR", pin)),
-        ),
+    return _pin(
+        source,
+        name,
+        pin,
+        purpose,
+        _change(pin, "high", _set("PORT", pin)),
+        _change(pin, "low", _clear("PORT", pin)),
+        _change(pin, "drive", _set("DDR", pin)),
     )
 
 
 def pulled_up(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """An input that must not float when nothing is plugged in."""
-    return PinPlan(
-        name=name,
-        label=label(pin),
-        purpose=purpose,
-        where=source.where,
-        functions=(_change(pin, "pull_up", _set("PORT", pin)),),
-    )
+    return _pin(source, name, pin, purpose, _change(pin, "pull_up", _set("PORT", pin)))
 
 
 def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
-    return PinPlan(
-        name=name,
-        label=label(pin),
-        purpose=purpose,
-        where=source.where,
-        functions=(
-            _change(pin, "low", _set("DDR", pin)),
-            _change(pin, "release", _clear("DDR", pin)),
-            _test(pin, "is_high", "!="),
-        ),
+    return _pin(
+        source,
+        name,
+        pin,
+        purpose,
+        _change(pin, "low", _set("DDR", pin)),
+        _change(pin, "release", _clear("DDR", pin)),
+        _test(pin, "is_high", "!="),
     )

@@ -25,8 +25,13 @@ def prescaler_bits(number: int, timer: Timer, prescaler: int) -> str:
 
 def compare_match(board: Board, number: int, interval: Interval, top: str) -> list[str]:
     """Lines that start timer `number` in CTC mode, with an interrupt at `top`."""
+    return counting_to_compare(board, number, interval.prescaler, f"OCR{number}A = {top};")
+
+
+def counting_to_compare(board: Board, number: int, prescaler: int, set_top: str) -> list[str]:
+    """Lines that start timer `number` in CTC mode; `set_top` is the one that sets its compare."""
     timer = board.timers[number]
-    clock = prescaler_bits(number, timer, interval.prescaler)
+    clock = prescaler_bits(number, timer, prescaler)
     if timer.bits == 16:
         modes = [f"TCCR{number}A = 0;"]
         start = f"TCCR{number}B = (1u << WGM{number}2) | {clock};"
@@ -35,7 +40,7 @@ def compare_match(board: Board, number: int, interval: Interval, top: str) -> li
         start = f"TCCR{number}B = {clock};"
     return [
         *modes,
-        f"OCR{number}A = {top};",
+        set_top,
         f"TCNT{number} = 0;",
         f"TIFR{number} = (1u << OCF{number}A); /* a match from before does not count */",
         f"TIMSK{number} = (1u << OCIE{number}A);",
@@ -43,6 +48,33 @@ def compare_match(board: Board, number: int, interval: Interval, top: str) -> li
     ]
 
 
-def vector(number: int) -> str:
-    """Interrupt vector of the timer's compare match A."""
-    return f"TIMER{number}_COMPA_vect"
+def halted(number: int) -> list[str]:
+    """Lines that stop timer `number` and its interrupts."""
+    return [f"TCCR{number}B = 0;", f"TIMSK{number} = 0;"]
+
+
+def free_running(board: Board, number: int, prescaler: int) -> list[str]:
+    """Lines that let timer `number` count round and round."""
+    clock = prescaler_bits(number, board.timers[number], prescaler)
+    return [f"TCCR{number}A = 0;", f"TCCR{number}B = {clock};"]
+
+
+def fast_pwm(board: Board, number: int, prescaler: int, top: str) -> list[str]:
+    """Lines that start timer `number` in fast PWM: to 255, or with 16 bits to `top`."""
+    timer = board.timers[number]
+    clock = prescaler_bits(number, timer, prescaler)
+    if timer.bits == 16:
+        return [
+            f"ICR{number} = {top};",
+            f"TCCR{number}A = (1u << WGM{number}1);",
+            f"TCCR{number}B = (1u << WGM{number}3) | (1u << WGM{number}2) | {clock};",
+        ]
+    return [
+        f"TCCR{number}A = (1u << WGM{number}1) | (1u << WGM{number}0);",
+        f"TCCR{number}B = {clock};",
+    ]
+
+
+def vector(number: int, channel: str = "A") -> str:
+    """Interrupt vector of a compare match of the timer."""
+    return f"TIMER{number}_COMP{channel}_vect"

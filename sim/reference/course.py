@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from heatwright.sim.reference.output import pwm_counts
+from heatwright.sim.reference.output import pwm_period
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
 
 
@@ -79,5 +79,5 @@ def course_of(controller: Controller, name: str) -> Course:
     if isinstance(output, TimeProportionalOutput):
         return WindowCourse(round(output.window_s * 1e6), round(output.resolution_s * 1e6))
     if isinstance(output, PwmOutput):
-        return SteadyCourse(pwm_counts(controller, output))
+        return SteadyCourse(pwm_period(controller, name).counts)
     return SteadyCourse(1)

@@ -9,7 +9,7 @@ from heatwright.sim.host.firmware import Run
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.course import course_of
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import pwm_counts
+from heatwright.sim.reference.output import pwm_period
 from heatwright.spec import Controller
 
 TICK_US = 10_000
@@ -29,7 +29,7 @@ def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) 
     reference = Reference(controller, name)
     course = course_of(controller, loop.heater)
     output = controller.outputs[loop.heater]
-    whole = pwm_counts(controller, output) if output.kind == "pwm" else 1
+    whole = pwm_period(controller, loop.heater).counts if output.kind == "pwm" else 1
     period_us = round(loop.period_s * 1e6)
     rows: list[tuple[Any, ...]] = []
     counts, total, time_s, code = [], 0.0, 0, 0

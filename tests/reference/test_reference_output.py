@@ -2,8 +2,9 @@ import pytest
 
 from heatwright.sim.reference.course import WindowCourse, course_of
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import heater_of, pwm_counts
+from heatwright.sim.reference.output import heater_of, pwm_period
 from heatwright.spec import PwmOutput, TimeProportionalOutput
+from heatwright.spec.base import ReadOnlyDict
 
 
 def pwm(**settings):
@@ -17,25 +18,51 @@ def windows(**settings):
 
 
 @pytest.mark.parametrize(
-    ("pin", "frequency", "counts"),
+    ("pin", "frequency", "counts", "fewest"),
     [
-        ("D3", "490 Hz", 256),  # timer 2, channel B
-        ("D11", "490 Hz", 256),  # timer 2, channel A
-        ("D9", "490 Hz", 32653),  # timer 1, 16 bits: 16 MHz / 490 Hz
-        ("D9", "30 Hz", 8333),
-        ("D9", "25 kHz", 640),
+        ("D3", "490 Hz", 256, 0),  # timer 2, channel B
+        ("D11", "490 Hz", 256, 0),  # timer 2, channel A
+        ("D9", "490 Hz", 32653, 0),  # timer 1, 16 bits: 16 MHz / 490 Hz
+        ("D9", "30 Hz", 8333, 0),
+        ("D9", "25 kHz", 640, 0),
+        (
+            "D3",
+            "30 Hz",
+            8333,
+            13,
+        ),  # by interrupts; of clock / 8 they were 66667
+        ("D4", "490 Hz", 4082, 100),
+        ("D4", "500 Hz", 32000, 800),
     ],
 )
-def test_pwm_counts(vary, pin, frequency, counts):
+def test_pwm_periods(vary, pin, frequency, counts, fewest):
     controller = vary(output=pwm(pin=pin, frequency=frequency))
-    output = controller.outputs["heater"]
-    assert pwm_counts(controller, output) == counts
+    assert pwm_period(controller, "heater") == (counts, fewest)
 
 
-def test_a_pin_without_a_timer_has_no_pwm(vary):
-    controller = vary(output=pwm(pin="D4", frequency="490 Hz"))
-    with pytest.raises(ValueError, match="Pin D4 has no PWM"):
-        pwm_counts(controller, controller.outputs["heater"])
+def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
+    controller = vary(output=pwm(pin="D3", frequency="122 Hz"))
+    assert pwm_period(controller, "heater") == (16393, 100)
+    outputs = {**controller.outputs, "second": pwm(pin="D4", frequency="30 Hz")}
+    both = controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
+    assert pwm_period(both, "heater") == (2049, 13)
+    assert pwm_period(both, "second") == (8333, 13)
+
+
+def test_pulses_by_interrupts_are_not_shorter_than_they_are_late(vary):
+    heater = heater_of(vary(output=pwm(pin="D4", frequency="500 Hz")), "heater")
+    found = []
+    for duty in (0.0, 2.4, 2.496, 2.5, 50.0, 97.5, 97.504, 97.6, 100.0):
+        heater.apply(Single(duty))
+        found.append(heater.counts)
+    assert found == [0, 0, 0, 800, 16000, 31200, 32000, 32000, 32000]
+
+
+def test_a_higher_supply_is_on_for_less(vary):
+    """Repetier's example: a heater for 12 V run from 18 V, 255 x 12^2 / 18^2 = 113."""
+    heater = heater_of(vary(output=pwm(frequency="490 Hz", supply="18 V", rated="12 V")), "heater")
+    heater.apply(Single(100.0))
+    assert heater.counts == round(256 * 144 / 324)
 
 
 def test_duty_is_rounded_to_the_nearest_count(vary):

@@ -9,17 +9,22 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Wiring
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Output
+from heatwright.spec.outputs import Switch
+from heatwright.spec.pwm_timers import PwmChannel
 
 
 @dataclass(frozen=True, slots=True)
 class UseOfOutput:
-    """What the loops do with an output."""
+    """What the firmware does with an output, and what makes it."""
 
     heats: bool
     """True if it is the heater of a loop, so that the gate switches it."""
     commanded: bool
     """True if the host switches it: a fan of a `gcode` interface."""
+    channel: PwmChannel | None = None
+    """The timer's channel that makes a PWM."""
+    timer: int | None = None
+    """Number of the timer of a stepper."""
 
 
 def output_context(source: Source, name: str) -> dict[str, Any]:
@@ -29,41 +34,60 @@ def output_context(source: Source, name: str) -> dict[str, Any]:
         "NAME": name.upper(),
         "prefix": f"OUTPUT_{name.upper()}",
         "where": source.where,
-        "heats": False,
     }
 
 
-def heater_part(  # noqa: PLR0913 - one part, said once
-    source: Source,
-    name: str,
-    output: Output,
-    template: str,
-    *,
-    constants: tuple[Constant, ...] = (),
-    context: dict[str, Any] | None = None,
-    start_calls: tuple[Call, ...] = (),
-) -> Part:
-    """Plan an output that the gate switches."""
-    merged = output_context(source, name) | {"heats": True} | (context or {})
-    pin = source.controller.board.pins[output.pin]
-    return Part(
-        files=(
-            File(f"src/output_{name}.h", f"{template}.h.j2", merged),
-            File(f"src/output_{name}.c", f"{template}.c.j2", merged),
-        ),
-        groups=(Group(f"Output {name}", constants),) if constants else (),
-        pins=(switched(source.at("pin"), f"output_{name}", pin, output.active, f"output {name}"),),
-        start_calls=start_calls,
-        wiring=(wiring(source, name, output),),
+def output_files(
+    name: str, template: str, context: dict[str, Any], header: str = ""
+) -> tuple[File, ...]:
+    """Header and source of an output."""
+    return (
+        File(f"src/output_{name}.h", f"{header or template}.h.j2", context),
+        File(f"src/output_{name}.c", f"{template}.c.j2", context),
     )
 
 
-def wiring(source: Source, name: str, output: Output) -> Wiring:
+def output_part(  # noqa: PLR0913 - one part, said once
+    source: Source,
+    name: str,
+    output: Switch,
+    use: UseOfOutput,
+    template: str,
+    *,
+    header: str = "",
+    constants: tuple[Constant, ...] = (),
+    context: dict[str, Any] | None = None,
+    start_calls: tuple[Call, ...] = (),
+    wired: str = "",
+    connected: tuple[str, ...] = (),
+) -> Part:
+    """Plan an output of one pin.
+
+    header -- the header's template, if it is not the source's.
+    wired -- what else the README says of it.
+    connected -- statements that take the pin from whatever else might drive it: a program started
+    again without a reset finds its timers as it left them.
+    """
+    uses = {"heats": use.heats, "commanded": use.commanded}
+    merged = output_context(source, name) | uses | (context or {})
+    pin = source.controller.board.pins[output.pin]
+    stem = f"pin_output_{name}"
+    return Part(
+        files=output_files(name, template, merged, header),
+        groups=(Group(f"Output {name}", constants),) if constants else (),
+        pins=(switched(source.at("pin"), f"output_{name}", pin, output.active, f"output {name}"),),
+        start_calls=start_calls,
+        wiring=(wiring(source, name, output, wired),),
+        reset_lines=(*connected, f"{stem}_off();", f"{stem}_drive();") if use.heats else (),
+    )
+
+
+def wiring(source: Source, name: str, output: Switch, wired: str = "") -> Wiring:
     """Say how an output of one pin is connected."""
     power = f", {quantity(output.power_w, 'W')}" if output.power_w is not None else ""
     pull = "down" if output.active == "high" else "up"
     return Wiring(
         label(source.controller.board.pins[output.pin]),
-        f"output `{name}`: {output.kind}{power}",
+        f"output `{name}`: {output.kind}{power}{wired}",
         f"active {output.active}; 10 kΩ pull it {pull} while the chip is in reset",
     )

@@ -1,64 +1,111 @@
-"""PWM outputs: fast PWM of the timer that the pin belongs to."""
+"""PWM outputs: by the timer that the pin belongs to, or by interrupts of a free-running one."""
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.outputs.common import UseOfOutput, heater_part
-from heatwright.generator.plan.parts import Call, Part, Stage
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
+from heatwright.generator.plan.parts import Call, Constant, Part, Stage
+from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import prescaler_bits
-from heatwright.spec import PwmOutput
-from heatwright.spec.pwm import pwm_setting
+from heatwright.generator.plan.timers import fast_pwm, free_running, vector
+from heatwright.spec import Board, PwmOutput
+from heatwright.spec.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
+from heatwright.spec.pwm_timers import PwmChannel
 
 
 def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part:
-    """Plan a heater on a timer's compare output."""
-    del use
+    """Plan a heater, or a fan that the host commands."""
+    channel = use.channel
+    assert channel is not None  # noqa: S101 - the allocation gave every PWM output one
     board = source.controller.board
-    pin = board.pins[output.pin]
-    assert pin.pwm is not None  # noqa: S101 - the spec refuses a pin without
-    number, channel = pin.pwm
-    timer = board.timers[number]
-    setting = pwm_setting(board, output)
     prefix = f"OUTPUT_{name.upper()}"
-    clock = prescaler_bits(number, timer, setting.prescaler)
-    if timer.bits == 16:
-        setup = [
-            f"ICR{number} = {prefix}_PERIOD_COUNTS - 1u;",
-            f"TCCR{number}A = (1u << WGM{number}1);",
-            f"TCCR{number}B = (1u << WGM{number}3) | (1u << WGM{number}2) | {clock};",
-        ]
+    constants = _constants(source, output, channel, prefix)
+    if channel.by_interrupts:
+        template, context = "outputs/pwm_by_interrupts", _by_interrupts(board, output, channel)
+        least = math.ceil(board.clock_hz / channel.prescaler * LATEST_INTERRUPT_S)
+        constants.append(
+            Constant(
+                f"{prefix}_MINIMUM_COUNTS",
+                f"{least}u",
+                f"{LATEST_INTERRUPT_S * 1e6:g} us: an interrupt may come so late",
+            )
+        )
+        made = f"by interrupts of timer {channel.timer}"
     else:
-        setup = [
-            f"TCCR{number}A = (1u << WGM{number}1) | (1u << WGM{number}0);",
-            f"TCCR{number}B = {clock};",
-        ]
-    both = f"(1u << COM{number}{channel}1) | (1u << COM{number}{channel}0)"
-    # Inverted output (both bits) keeps an active-low load conducting for `on_counts`.
-    bits = f"(1u << COM{number}{channel}1)" if output.active == "high" else both
-    where = source.at("frequency")
-    constants = (
-        where.count(
-            f"{prefix}_PERIOD_COUNTS", setting.counts, quantity(setting.frequency_hz, "Hz")
-        ),
-        where.number(
-            f"{prefix}_COUNTS_PER_PERCENT", setting.counts / 100, f"{setting.counts} / 100 %"
-        ),
-    )
-    return heater_part(
+        template, context = "outputs/pwm", _by_timer(board, output, channel, prefix)
+        made = f"by timer {channel.timer}"
+    return output_part(
         source,
         name,
         output,
-        "outputs/pwm",
-        constants=constants,
-        context={
-            "timer": number,
-            "channel": channel,
-            "setup": setup,
-            "disconnect": f"TCCR{number}A &= (uint8_t)~({both});",
-            "connect": f"TCCR{number}A |= {bits};",
-            "compare": f"OCR{number}{channel}",
-            "compare_type": "uint16_t" if timer.bits == 16 else "uint8_t",
-        },
+        use,
+        template,
+        header="outputs/pwm",
+        constants=tuple(constants),
+        context=context
+        | {"timer": channel.timer, "channel": channel.channel, "made_by": made}
+        | {"compare": f"OCR{channel.timer}{channel.channel}"},
         start_calls=(Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();"),),
+        wired=f", {quantity(channel.frequency_hz, 'Hz')} {made}",
+        connected=() if channel.by_interrupts else (context["disconnect"],),
     )
+
+
+def _constants(
+    source: Source, output: PwmOutput, channel: PwmChannel, prefix: str
+) -> list[Constant]:
+    shown = ""
+    if output.supply_v and output.rated_v and output.full_share < 1:
+        shown = f" x ({quantity(output.rated_v, 'V')} / {quantity(output.supply_v, 'V')})^2"
+    return [
+        source.at("frequency").count(
+            f"{prefix}_PERIOD_COUNTS",
+            channel.counts,
+            f"{quantity(channel.frequency_hz, 'Hz')}, clock / {channel.prescaler}",
+        ),
+        source.at("supply" if shown else "frequency").number(
+            f"{prefix}_COUNTS_PER_PERCENT",
+            channel.counts * output.full_share / 100,
+            f"{channel.counts}{shown} / 100 %",
+        ),
+    ]
+
+
+def _by_timer(board: Board, output: PwmOutput, channel: PwmChannel, prefix: str) -> dict[str, Any]:
+    number, letter = channel.timer, channel.channel
+    both = f"(1u << COM{number}{letter}1) | (1u << COM{number}{letter}0)"
+    # Inverted output (both bits) keeps an active-low load conducting for `on_counts`.
+    bits = f"(1u << COM{number}{letter}1)" if output.active == "high" else both
+    return {
+        "setup": fast_pwm(board, number, channel.prescaler, f"{prefix}_PERIOD_COUNTS - 1u"),
+        "disconnect": f"TCCR{number}A &= (uint8_t)~({both});",
+        "connect": f"TCCR{number}A |= {bits};",
+        "compare_type": "uint16_t" if board.timers[number].bits == 16 else "uint8_t",
+    }
+
+
+def _by_interrupts(board: Board, output: PwmOutput, channel: PwmChannel) -> dict[str, Any]:
+    number, letter = channel.timer, channel.channel
+    mask, bit = f"TIMSK{number}", f"(1u << OCIE{number}{letter})"
+    return {
+        "setup": free_running(board, number, channel.prescaler),
+        "reason": _reason(board, output),
+        "counter": f"TCNT{number}",
+        "vector": vector(number, letter),
+        "interrupt_on": f"{mask} |= {bit};",
+        "interrupt_off": f"{mask} &= (uint8_t)~{bit};",
+        "interrupt_is_on": f"({mask} & {bit})",
+    }
+
+
+def _reason(board: Board, output: PwmOutput) -> str:
+    pin = board.pins[output.pin]
+    wanted = quantity(output.frequency_hz, "Hz")
+    if pin.pwm is None:
+        return f"No timer reaches {label(pin)}"
+    if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
+        return f"Timer {pin.pwm[0]}, to which {label(pin)} belongs, cannot make {wanted}"
+    return f"Timer {pin.pwm[0]}, to which {label(pin)} belongs, has another output's frequency"

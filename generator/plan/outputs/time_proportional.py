@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
-from heatwright.generator.plan.outputs.common import UseOfOutput, heater_part
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.source import Source
 from heatwright.spec import TimeProportionalOutput
@@ -11,7 +11,6 @@ from heatwright.spec import TimeProportionalOutput
 
 def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOutput) -> Part:
     """Plan a heater that is switched by the tick."""
-    del use
     prefix = f"OUTPUT_{name.upper()}"
     resolution_ms = milliseconds(output.resolution_s)
 
@@ -48,10 +47,11 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
                 quantity(output.minimum_off_s, "s"),
             ),
         ]
-    return heater_part(
+    return output_part(
         source,
         name,
         output,
+        use,
         "outputs/time_proportional",
         constants=tuple(constants),
         context={"minimum_on": output.minimum_on_s > 0, "minimum_off": output.minimum_off_s > 0},

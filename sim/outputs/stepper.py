@@ -1,0 +1,151 @@
+"""A stepper motor behind a driver with STEP, DIR and ENABLE.
+
+The driver counts rising edges of STEP, as an A4988 or DRV8825 does, and the times between edges
+are held to the stricter of their data sheets. A step it would miss, or might take the other way,
+is a violation; one while it is not enabled moves nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.pins import PIN_EVENT
+from heatwright.sim.outputs.switch import Switch
+from heatwright.spec import Board
+from heatwright.spec import Stepper as StepperOutput
+
+
+class DriverTiming(NamedTuple):
+    """What a driver needs, s."""
+
+    high_s: float
+    low_s: float
+    setup_s: float
+    """From DIR or ENABLE to STEP."""
+    hold_s: float
+    """From STEP to a change of DIR."""
+
+
+A4988 = DriverTiming(1e-6, 1e-6, 200e-9, 200e-9)
+"""Allegro A4988 data sheet, figure 1."""
+DRV8825 = DriverTiming(1.9e-6, 1.9e-6, 650e-9, 650e-9)
+"""Texas Instruments SLVSA73, timing requirements: stricter in all than the A4988."""
+
+STEP = np.dtype([("cycle", "<u8"), ("way", "i1")])
+"""A step: when, and +1 forward, -1 backward, 0 not at all."""
+
+
+class _Line:
+    """The level of a line at any time, from its changes."""
+
+    def __init__(self, number: int, level: bool) -> None:
+        self.number = number
+        self._cycles = np.zeros(1, np.int64)
+        self._levels = np.array([level])
+
+    def feed(self, events: NDArray[Any]) -> None:
+        """Take its changes; all but the last before them is forgotten."""
+        mine = events[events["pin"] == self.number]
+        levels = np.concatenate((self._levels[-1:], mine["state"] & 1 == 1))
+        cycles = np.concatenate((self._cycles[-1:], mine["cycle"].astype(np.int64)))
+        changed = np.concatenate(([True], levels[1:] != levels[:-1]))
+        self._cycles, self._levels = cycles[changed], levels[changed]
+
+    @property
+    def edges(self) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Cycle and new level of each change, the first of them from before the last feed."""
+        return self._cycles, self._levels
+
+    def at(self, cycles: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Return its level at some times, and since when it has had that."""
+        index = np.maximum(np.searchsorted(self._cycles, cycles, side="right") - 1, 0)
+        return self._levels[index], self._cycles[index]
+
+
+class Stepper(Switch):
+    """The driver and its motor; as a switch, its ENABLE.
+
+    violations -- edges closer together than the driver's data sheet allows
+    missed -- steps that came while the driver was not enabled
+    """
+
+    def __init__(self, avr: Avr, board: Board, output: StepperOutput) -> None:
+        super().__init__(avr, board, output.enable, output.enable_active)
+        self._clock_hz = avr.clock_hz
+        self._steps_per_mm = output.steps_per_mm
+        self._timing = DRV8825
+        names = [board.pins[name].port_name for name in (output.step, output.direction)]
+        for name in names:
+            avr.pins.pull(name, "low")  # the driver's own
+        step, direction = (avr.pins.watch(name) for name in names)
+        self._step, self._direction = _Line(step, False), _Line(direction, False)
+        self._enable = _Line(self._number, self._inactive == "high")
+        self._steps: list[NDArray[Any]] = [np.zeros(0, STEP)]
+        self._position = 0
+        self._told = 0
+        self.violations = 0
+        self.missed = 0
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take pin changes (PIN_EVENT)."""
+        del sent
+        assert pins.dtype == PIN_EVENT  # noqa: S101 - a mistake of ours
+        for line in (self._step, self._direction, self._enable):
+            line.feed(pins)
+        self._judge_widths()
+        cycles, levels = self._step.edges
+        self._take(cycles[1:][levels[1:]])
+
+    def _judge_widths(self) -> None:
+        cycles, levels = self._step.edges
+        widths = np.diff(cycles) / self._clock_hz
+        least = np.where(levels[:-1], self._timing.high_s, self._timing.low_s)
+        self.violations += int((widths < least).sum())
+
+    def _take(self, rising: NDArray[np.int64]) -> None:
+        forward, since = self._direction.at(rising)
+        enabled_level, enabled_since = self._enable.at(rising)
+        on = enabled_level == (self.active == "high")
+        setup = self._timing.setup_s * self._clock_hz
+        early = (rising - since < setup) | (on & (rising - enabled_since < setup))
+        self.violations += int((early & (rising >= setup)).sum())
+        turned, _ = self._direction.edges
+        before = np.searchsorted(rising, turned, side="right") - 1
+        held = turned[before >= 0] - rising[before[before >= 0]]
+        self.violations += int((held < self._timing.hold_s * self._clock_hz).sum())
+        steps = np.zeros(len(rising), STEP)
+        steps["cycle"] = rising
+        steps["way"] = np.where(on, np.where(forward, 1, -1), 0)
+        self._steps.append(steps)
+        self._position += int(steps["way"].sum())
+        self.missed += int((~on).sum())
+
+    @property
+    def steps(self) -> NDArray[Any]:
+        """Every step so far (STEP records)."""
+        self._steps = [np.concatenate(self._steps)]
+        return self._steps[0]
+
+    @property
+    def position(self) -> int:
+        """Where the motor is, in steps."""
+        return self._position
+
+    @property
+    def position_mm(self) -> float:
+        """Where the feed is, mm."""
+        return self._position / self._steps_per_mm
+
+    def travel_mm(self) -> float:
+        """Return how far it has fed since the last call, mm; backward is negative."""
+        travel, self._told = self._position - self._told, self._position
+        return travel / self._steps_per_mm
+
+
+def attach(avr: Avr, board: Board, output: StepperOutput) -> Stepper:
+    """Wire it to its pins, with the board's resistor that holds the driver off."""
+    return Stepper(avr, board, output)
