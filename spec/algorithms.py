@@ -97,6 +97,16 @@ class Pid(Model):
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
     )
     output: OutputLimits = Field(DEFAULTS, validate_default=True, description="Limits of the duty.")
+    band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
+        None,
+        alias="band",
+        description="Farther below the setpoint full power, farther above none; left out: no band.",
+    )
+    dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
+        0.0,
+        alias="dead_band",
+        description="So near to the setpoint neither proportional nor integral answer.",
+    )
 
 
 Algorithm = Annotated[OnOff | Pid, Field(discriminator="kind")]

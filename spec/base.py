@@ -10,6 +10,8 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 from heatwright.spec.names import NAME, check_name
 from heatwright.spec.problems import Checked, refuse, shown
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import TEMPERATURE
 
 DEFAULTS: Any = {}
 """The default of a field that holds a model: validated, so that the model fills itself. An
@@ -20,6 +22,8 @@ MOST_ENTRIES = 100
 
 LONGEST_TITLE = 80
 """Characters of a text for people; it must fit a line of a comment."""
+
+ABSOLUTE_ZERO_C = -273.15
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -96,6 +100,7 @@ Off = BeforeValidator(off_is_none)
 Name = Annotated[str, Checked(_name, type="string", pattern=NAME)]
 Reference = Annotated[str, Checked(_reference, type="string")]
 Title = Annotated[str, Checked(_plain_text, type="string", minLength=1, maxLength=LONGEST_TITLE)]
+Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
 ReadOnly = AfterValidator(_frozen)
 Filled = AfterValidator(_filled)
 """Marks a mapping that must have at least one entry, and not too many."""
@@ -113,4 +118,48 @@ def _pin(value: object) -> str:
     return value
 
 
-PinName = Annotated[str, Checked(_pin, type="string", pattern=PIN, examples=["D3", "A0", "PB3"])]
+PIN_MARK = Checked(_pin, type="string", pattern=PIN, examples=["D3", "A0", "PB3"])
+PinName = Annotated[str, PIN_MARK]
+
+
+class WholeNumber(Checked):
+    """Marks a whole number with bounds: `Annotated[int, WholeNumber("a count", 1, 32, 4)]`."""
+
+    def __init__(self, what: str, least: int, most: int, example: int) -> None:
+        """Bound it; `what` says in the messages what it is."""
+        super().__init__(self.read_number, type="integer", minimum=least, maximum=most)
+        self._what, self._least, self._most, self._example = what, least, most, example
+
+    def read_number(self, value: object) -> int:
+        """Accept a whole number within the bounds."""
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if not whole or not self._least <= value <= self._most:  # type: ignore[operator]
+            raise refuse(
+                f"{self._what} is a whole number from {self._least} to {self._most}",
+                f"Write one, such as {self._example}",
+            )
+        return value  # type: ignore[return-value]
+
+
+class BareNumber(Checked):
+    """Marks a number without a unit: above `least`, or from it on with `closed`, up to `most`."""
+
+    def __init__(self, least: float, most: float, example: str, *, closed: bool = False) -> None:
+        """Bound it."""
+        lower = {"minimum" if closed else "exclusiveMinimum": least}
+        super().__init__(self.read_number, type="number", maximum=most, **lower)
+        self._least, self._most, self._example, self._closed = least, most, example, closed
+
+    def read_number(self, value: object) -> float:
+        """Accept a number within the bounds."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise refuse(
+                "a bare number is needed here", f"Write it without a unit, such as {self._example}"
+            )
+        if not self._least <= value <= self._most or (value == self._least and not self._closed):
+            word = "from" if self._closed else "above"
+            raise refuse(
+                f"{value} is not possible",
+                f"Use a number {word} {self._least:g}, up to {self._most:g}",
+            )
+        return float(value)

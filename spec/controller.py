@@ -7,10 +7,10 @@ from pydantic import Field
 
 from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Title
+from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Temperature, Title
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.interfaces import Interface
-from heatwright.spec.loops import Loop, Temperature
+from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity, QuantityRange

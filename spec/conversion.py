@@ -96,13 +96,6 @@ def limits(sensor: Any, mcu: str) -> Limits:
     return Limits(low, high, _code(chain.lowest), _code(chain.highest), chain.open_is_high)
 
 
-def step_at_k(sensor: Any, mcu: str, celsius: float) -> float:
-    """Find how much one step of the ADC is at a temperature of the sensor's range, K."""
-    chain = circuit(sensor, mcu)
-    code = _code(chain.ratio(celsius))
-    return abs(chain.celsius((code + 1) / CODES) - chain.celsius(code / CODES))
-
-
 @cache
 def conversion(sensor: Any, mcu: str) -> Conversion:
     """Compute the table of an analog sensor on a chip.

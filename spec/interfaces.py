@@ -1,21 +1,49 @@
 """Interfaces: how an operator or a computer sees and sets the loops."""
 
+import re
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from heatwright.spec.base import Model, Reference
+from heatwright.spec.base import Filled, Model, ReadOnly, Reference
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DIFFERENCE
 
 
-def _baud(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise refuse("a baud rate is a whole number", "Write it without a unit, such as 9600")
-    if not 300 <= value <= 2_000_000:
-        raise refuse(f"{value} is no usable baud rate", "Use 300 to 2000000, such as 9600")
-    return value
+class Baud(Checked):
+    """Marks a baud rate; the port's receiver must leave the processor free."""
+
+    def __init__(self, most: int) -> None:
+        """Bound it."""
+        super().__init__(self.read_baud, type="integer", minimum=300, maximum=most)
+        self._most = most
+
+    def read_baud(self, value: Any) -> int:
+        """Accept a whole number from 300 up."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise refuse("a baud rate is a whole number", "Write it without a unit, such as 9600")
+        if not 300 <= value <= self._most:
+            raise refuse(
+                f"{value} is no usable baud rate", f"Use 300 to {self._most}, such as 9600"
+            )
+        return value
+
+
+class Address(Checked):
+    """Marks a name by which a host calls a part: a letter and a digit, or a letter."""
+
+    def __init__(self, pattern: str, what: str, examples: str) -> None:
+        """Give what is called so, and how, in the words of the messages."""
+        super().__init__(self.read_address, type="string", pattern=f"^{pattern}$")
+        self._pattern, self._what, self._examples = pattern, what, examples
+
+    def read_address(self, value: Any) -> str:
+        """Accept a name of the pattern."""
+        if not isinstance(value, str) or not re.fullmatch(self._pattern, value):
+            raise refuse(f"a host does not call {self._what} so", f"Write {self._examples}")
+        return value
 
 
 class LcdKeypad(Model):
@@ -33,9 +61,23 @@ class SerialPlotter(Model):
 
     kind: Literal["serial_plotter"]
     loop: Reference = Field(description="Loop whose numbers are sent.")
-    baud: Annotated[int, Checked(_baud, type="integer", minimum=300, maximum=2_000_000)] = Field(
-        9600, description="Speed of the line."
-    )
+    baud: Annotated[int, Baud(2_000_000)] = Field(9600, description="Speed of the line.")
 
 
-Interface = Annotated[LcdKeypad | SerialPlotter, Field(discriminator="kind")]
+class Gcode(Model):
+    """A host program of 3D printers, or a person, over the serial line."""
+
+    kind: Literal["gcode"]
+    baud: Annotated[int, Baud(250_000)] = Field(115_200, description="Speed of the line.")
+    loops: Annotated[
+        Mapping[Annotated[str, Address("T[0-9]", "a loop", "T0 to T9")], Reference], Filled
+    ] = Field(description="Loops by what the host calls them, T0 to T9.")
+    fans: Annotated[
+        Mapping[Annotated[str, Address("P[0-9]", "a fan", "P0 to P9")], Reference], ReadOnly
+    ] = Field({}, description="Fans by what the host calls them, P0 to P9.", validate_default=True)
+    steppers: Annotated[
+        Mapping[Annotated[str, Address("E", "a stepper", "E")], Reference], ReadOnly
+    ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
+
+
+Interface = Annotated[Gcode | LcdKeypad | SerialPlotter, Field(discriminator="kind")]

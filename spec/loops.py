@@ -6,15 +6,13 @@ from typing import Annotated
 from pydantic import Field, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import DEFAULTS, Model, Off, Reference
+from heatwright.spec.base import DEFAULTS, Model, Off, Reference, Temperature, WholeNumber
 from heatwright.spec.quantity import Quantity
-from heatwright.spec.units import DIFFERENCE, DURATION, RATE, TEMPERATURE
+from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT, RATE
 
-ABSOLUTE_ZERO_C = -273.15
 DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
 
-Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
@@ -100,6 +98,20 @@ class Protection(Model):
     )
 
 
+class Autotune(Model):
+    """A relay experiment, started by command, that finds the gains."""
+
+    cycles: Annotated[int, WholeNumber("a number of cycles", 3, 20, 5)] = Field(
+        5, description="Oscillations of the experiment."
+    )
+    swing_percent: Annotated[float, Quantity(PERCENT, least=1.0, most=100.0)] = Field(
+        100.0, alias="swing", description="Duty below the target; above it the heater is off."
+    )
+    timeout_s: _Time = Field(
+        1200.0, alias="timeout", description="Time after which the experiment is given up."
+    )
+
+
 class Loop(Model):
     """One temperature held by one heater."""
 
@@ -113,6 +125,14 @@ class Loop(Model):
     )
     setpoint: Setpoint = Field(description="The range of the setpoint.")
     algorithm: Algorithm = Field(description="How the heater's duty follows from the error.")
+    autotune: Autotune | None = Field(
+        None, description="Let a command tune the gains; left out, none can."
+    )
+    ready_within_k: _Rise | None = Field(
+        None,
+        alias="ready_within",
+        description="Deviation up to which the loop is ready; a feed waits for that.",
+    )
     protection: Protection = Field(
         DEFAULTS,
         validate_default=True,

@@ -4,15 +4,24 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from heatwright.spec.base import Model, PinName
+from heatwright.spec.base import Model, PinName, WholeNumber
 from heatwright.spec.quantity import Quantity
-from heatwright.spec.units import DURATION, FREQUENCY, POWER
+from heatwright.spec.units import (
+    ACCELERATION,
+    DURATION,
+    FREQUENCY,
+    LENGTH,
+    POWER,
+    SPEED,
+    VOLTAGE,
+)
 
 SLOWEST_PWM_HZ = 1.0
 """Slower is the business of a time-proportional output."""
 
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
+Volt = Annotated[float, Quantity(VOLTAGE, least=0.1)]
 _PIN = "Pin that drives the switch."
 _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
@@ -35,13 +44,26 @@ class PwmOutput(Model):
     """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
 
     kind: Literal["pwm"]
-    pin: PinName = Field(description="A pin with a timer's compare output.")
+    pin: PinName = Field(description=_PIN)
     active: Active = Field("high", description=_ACTIVE)
     power_w: Power | None = Field(None, alias="power", description=_POWER)
     frequency_hz: Annotated[float, Quantity(FREQUENCY, least=SLOWEST_PWM_HZ)] = Field(
         alias="frequency",
-        description="Held within 0.5 %; a timer offers only some. Most coils whine in between.",
+        description="Held within 0.5 %; to 500 Hz at any pin, faster where its timer can.",
     )
+    supply_v: Volt | None = Field(
+        None, alias="supply", description="Voltage the load is driven from."
+    )
+    rated_v: Volt | None = Field(
+        None, alias="rated", description="Voltage at which it has its power; else the supply."
+    )
+
+    @property
+    def full_share(self) -> float:
+        """Share of the time that makes the rated power from the supply: (rated/supply)²."""
+        if self.supply_v is None or self.rated_v is None:
+            return 1.0
+        return (self.rated_v / self.supply_v) ** 2
 
 
 class TimeProportionalOutput(Model):
@@ -67,4 +89,39 @@ class TimeProportionalOutput(Model):
     )
 
 
-Output = Annotated[DigitalOutput | PwmOutput | TimeProportionalOutput, Field(discriminator="kind")]
+class Stepper(Model):
+    """A stepper motor that feeds material, behind a driver with step, direction and enable."""
+
+    kind: Literal["stepper"]
+    step: PinName = Field(description="Pin at the driver's STEP; a rising edge is a step.")
+    direction: PinName = Field(description="Pin at its DIR; high is forwards.")
+    enable: PinName = Field(description="Pin at its ENABLE.")
+    enable_active: Active = Field("low", description="Level at which the motor is held.")
+    steps: Annotated[int, WholeNumber("a number of steps", 1, 10_000, 200)] = Field(
+        description="Full steps of a turn."
+    )
+    microsteps: Annotated[int, WholeNumber("a number of microsteps", 1, 256, 16)] = Field(
+        1, description="Parts of a full step, as the driver is set."
+    )
+    lead_mm: Annotated[float, Quantity(LENGTH, least=0.001)] = Field(
+        alias="lead", description="Feed of a turn."
+    )
+    maximum_mm_per_s: Annotated[float, Quantity(SPEED, least=0.001)] = Field(
+        alias="maximum", description="Highest speed."
+    )
+    acceleration_mm_per_s2: Annotated[float, Quantity(ACCELERATION, least=0.001)] = Field(
+        alias="acceleration", description="How fast it starts and stops."
+    )
+
+    @property
+    def steps_per_mm(self) -> float:
+        """Microsteps of a millimetre of feed."""
+        return self.steps * self.microsteps / self.lead_mm
+
+
+Switch = DigitalOutput | PwmOutput | TimeProportionalOutput
+"""What drives a load at one pin."""
+
+Output = Annotated[
+    DigitalOutput | PwmOutput | Stepper | TimeProportionalOutput, Field(discriminator="kind")
+]

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 KINDS = {
-    "Sensor": "analog max6675 max31855 max31856 rtd thermistor",
-    "Output": "stepper",
+    "Sensor": "max31856",
     "Algorithm": "three_position",
-    "Interface": "gcode indicators modbus_rtu nextion",
+    "Interface": "indicators modbus_rtu nextion",
 }
 """Kinds by the union they will join."""
 
 KEYS = {
     "Controller": "programs",
     "Ds18b20": "moving_average",
-    "PwmOutput": "current supply",
+    "Thermistor": "moving_average",
+    "Rtd": "moving_average",
+    "Analog": "moving_average quantity",
+    "PwmOutput": "current",
     "DigitalOutput": "current supply",
     "TimeProportionalOutput": "current supply",
-    "Pid": "band dead_band",
-    "Loop": "autotune cooler ready_within starts",
+    "Loop": "cooler starts",
     "Protection": "master_lost_after",
     "Safety": "relay",
-    "ThermalNetwork": "filament radiation",
+    "ThermalNetwork": "radiation",
     "Sense": "of",
-    "Event": "extrude loop send setpoint write",
+    "Event": "loop setpoint write",
 }
 """Keys by the model they will join."""
 

@@ -1,6 +1,7 @@
 """Quantities: text with a unit on one side, a number in the base unit on the other.
 
-Base units are s, °C, K, W, Ω, V, A, Hz, % (0..100) and bit, and J/K, K/W, K/s, m², W/m²K.
+Base units are s, °C, K, W, Ω, V, A, Hz, mm, % (0..100) and bit, and J/K, K/W, K/s, V/K, m², W/m²K,
+mm/s, mm/s², J/(K·mm).
 A conversion is decimal and rounded once, so `20 ms` is exactly the float 0.02.
 """
 
@@ -11,7 +12,7 @@ import re
 import unicodedata
 from decimal import Decimal
 
-from heatwright.spec.problems import Checked, refuse
+from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
@@ -144,13 +145,29 @@ class Quantity(Checked):
         least: float | None = None,
         most: float | None = None,
         choices: tuple[float, ...] = (),
+        words: tuple[str, ...] = (),
     ) -> None:
-        """Limit it to least..most, or to what its dimension has at all, or to a few choices."""
+        """Limit it to least..most, or to what its dimension has at all, or to a few choices.
+
+        words -- what may stand in its place, and is read as it is.
+        """
         super().__init__(self.read_one)
         self.dimension = dimension
         self.least = -dimension.largest if least is None else least
         self.most = dimension.largest if most is None else most
         self.choices = choices
+        self.words = words
+        if words:
+            self.read = self.read_word_or_one
+
+    def read_word_or_one(self, value: object) -> object:
+        """Read one of the words, or a quantity."""
+        if value in self.words:
+            return value
+        if isinstance(value, str) and not value.strip()[:1].isdigit():
+            able = listed([*self.words, f"a {self.dimension.name}"])
+            raise refuse(f"{shown(value)} is not possible", f"Use {able}")
+        return self.read_one(value)
 
     def read_one(self, value: object) -> float:
         """Read one quantity and hold it to its limits."""
@@ -172,9 +189,9 @@ class Quantity(Checked):
 class QuantityRange(Quantity):
     """Marks a field of two floats, lowest and highest: `48.5 °C .. 51.9 °C`."""
 
-    def __init__(self, dimension: Dimension) -> None:
+    def __init__(self, dimension: Dimension, *, least: float | None = None) -> None:
         """Read two ends of one dimension."""
-        super().__init__(dimension)
+        super().__init__(dimension, least=least)
         self.read = self.read_range
 
     def read_range(self, value: object) -> tuple[float, float]:

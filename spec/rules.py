@@ -28,8 +28,8 @@ _RULES = (
         2,
         "sensor_short",
         "SENSOR SHORT",
-        "The sensor's line is held low.",
-        "Look for a short circuit between its data line and ground.",
+        "The sensor's line is held at one end, as by a short circuit.",
+        "Look for a short circuit in its cable.",
     ),
     Rule(
         3,
@@ -128,6 +128,27 @@ _RULES = (
         "SETTINGS BAD",
         "The stored settings cannot be read.",
         "Set them again; if it comes again, replace the controller.",
+    ),
+    Rule(
+        17,
+        "sensor_open",
+        "SENSOR OPEN",
+        "The sensor reads as if its wire were broken.",
+        "Check its cable and its connectors.",
+    ),
+    Rule(
+        18,
+        "sensor_range",
+        "OUT OF RANGE",
+        "The sensor reads a temperature outside its range.",
+        "Check the sensor and its resistors; widen its range if the temperature is real.",
+    ),
+    Rule(
+        19,
+        "emergency_stop",
+        "STOPPED",
+        "The host ordered an emergency stop.",
+        "Find out why; then acknowledge it.",
     ),
 )
 

@@ -25,7 +25,12 @@ Json = dict[str, Any]
 
 _NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,2})?"
 _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
-"""Ways to write a character of a unit; `W/m²K` may also be `W/(m²·K)`."""
+"""Ways to write a character of a unit."""
+_BRACKETED = {
+    "W/m²K": r"W\s*/\s*\(m[2²][·*]?K\)",
+    "J/(K·mm)": r"m?J\s*/\s*\(K[·*]?mm\)",
+}
+"""Ways to write a unit with a product below its bar."""
 
 
 def schema() -> Json:
@@ -47,8 +52,8 @@ def quantity_pattern(dimension: Dimension) -> str:
     for unit in sorted(dimension.units, key=len, reverse=True):
         spelled = "".join(_SPELLINGS.get(character, re.escape(character)) for character in unit)
         units.append(spelled)
-    if dimension.base == "W/m²K":
-        units.append(r"W\s*/\s*\(m[2²][·*]?K\)")
+    if dimension.base in _BRACKETED:
+        units.append(_BRACKETED[dimension.base])
     return rf"{_NUMBER}\s*({'|'.join(units)})"
 
 
@@ -84,6 +89,8 @@ def _default(field: FieldInfo) -> object:
     value = field.default
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
     if isinstance(quantity, Quantity):
+        if value in quantity.words:
+            return value
         usable = isinstance(value, int | float) and math.isfinite(value)
         return amount(value, quantity.dimension) if usable else None
     if isinstance(value, float) and value.is_integer():
@@ -150,6 +157,8 @@ def _quantity(mark: Quantity) -> Json:
     if mark.choices:
         able = [amount(choice, dimension) for choice in mark.choices]
         return {"anyOf": [{"enum": able}, {**described, "examples": able}]}
+    if mark.words:
+        return {"anyOf": [{"enum": list(mark.words)}, described]}
     return described
 
 

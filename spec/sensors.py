@@ -2,10 +2,20 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from heatwright.spec.analog_sensors import (
+    Amplifier,
+    AnalogSensor,
+    Curve,
+    Divider,
+    Volt,
+    VoltPerKelvin,
+)
 from heatwright.spec.base import Model, PinName
+from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.thermocouples import Max6675, Max31855
 from heatwright.spec.units import BITS
 
 
@@ -41,5 +51,50 @@ class Ds18b20(Model):
         """Smallest difference the sensor resolves."""
         return float(0.5 / 2 ** (self.resolution_bits - 9))
 
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Step of the readings about a temperature: everywhere the same."""
+        del temperature_c, mcu
+        return self.step_k
 
-Sensor = Annotated[Ds18b20, Field(discriminator="kind")]
+
+class Thermistor(AnalogSensor):
+    """A thermistor in a voltage divider on a pin of the ADC."""
+
+    kind: Literal["thermistor"]
+    divider: Divider = Field(description="The resistor beside the thermistor.")
+    curve: Curve = Field(description="Resistance over temperature: beta, Steinhart-Hart, points.")
+
+
+class Rtd(AnalogSensor):
+    """A platinum element after IEC 60751, in a divider or behind a differential amplifier."""
+
+    kind: Literal["rtd"]
+    element: Literal["pt100", "pt1000"] = Field(description="100 Ω or 1000 Ω at 0 °C.")
+    divider: Divider | None = Field(None, description="The resistor beside the element.")
+    amplifier: Amplifier | None = Field(
+        None, description="In the place of a divider: a bridge and an amplifier."
+    )
+
+    @model_validator(mode="after")
+    def _one_circuit(self) -> "Rtd":
+        if (self.divider is None) == (self.amplifier is None):
+            raise refuse(
+                "an rtd has either a divider or an amplifier", "Keep the one that is built"
+            )
+        return self
+
+
+class Analog(AnalogSensor):
+    """A sensor that gives a voltage in proportion to the temperature."""
+
+    kind: Literal["analog"]
+    scale_v_per_k: VoltPerKelvin = Field(alias="scale", description="Voltage for each kelvin.")
+    offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 °C.")
+    open_reads: Literal["low", "high"] = Field(
+        "low", description="What the pin reads when the wire is broken."
+    )
+
+
+Sensor = Annotated[
+    Analog | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor, Field(discriminator="kind")
+]

@@ -50,8 +50,8 @@ def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
     tag_read = False
     for step in location:
         models = alternatives(place.annotation)
-        if not tag_read and models and "kind" in models[0].model_fields and _tagged(place):
-            chosen = kinds(place.annotation).get(str(step))
+        if not tag_read and models and _tagged(place):
+            chosen = _chosen(place, str(step))
             place = Place(place.path, chosen or place.annotation, place.parent)
             tag_read = True
             continue
@@ -61,7 +61,17 @@ def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
 
 
 def _tagged(place: Place) -> bool:
-    return get_origin(place.annotation) is Annotated or len(alternatives(place.annotation)) > 1
+    models = alternatives(place.annotation)
+    by_kind = "kind" in models[0].model_fields and get_origin(place.annotation) is Annotated
+    return by_kind or len(models) > 1
+
+
+def _chosen(place: Place, tag: str) -> type[BaseModel] | None:
+    """Find the model of a tag: its kind, or, of models told apart by their keys, its name."""
+    models = alternatives(place.annotation)
+    if "kind" in models[0].model_fields:
+        return kinds(place.annotation).get(tag)
+    return next((model for model in models if model.__name__ == tag), None)
 
 
 def _enter(place: Place, step: str | int) -> Place:

@@ -5,11 +5,28 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from heatwright.spec.base import MOST_ENTRIES, Filled, Model, Name, ReadOnly, Reference
-from heatwright.spec.loops import Temperature
+from heatwright.spec.base import (
+    MOST_ENTRIES,
+    Filled,
+    Model,
+    Name,
+    ReadOnly,
+    Reference,
+    Temperature,
+)
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
-from heatwright.spec.units import CAPACITY, DIFFERENCE, DURATION, THERMAL_RESISTANCE
+from heatwright.spec.units import (
+    CAPACITY,
+    DIFFERENCE,
+    DURATION,
+    FEED_HEAT,
+    SPEED,
+    THERMAL_RESISTANCE,
+)
+
+LONGEST_LINE = 80
+"""Characters of a line that a host sends; the firmware's own limit is above it."""
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""
@@ -59,6 +76,16 @@ class FanEffect(Model):
     )
 
 
+class Filament(Model):
+    """Cold material that is fed through a node and takes heat along."""
+
+    node: Reference = Field(description="Node that heats it from ambient to its own temperature.")
+    heat_j_per_k_mm: Annotated[float, Quantity(FEED_HEAT, least=0.0)] = Field(
+        alias="heat",
+        description="Heat for each kelvin and millimetre: area · density · heat.",
+    )
+
+
 class ThermalNetwork(Model):
     """Heat capacities joined by thermal resistances."""
 
@@ -81,13 +108,23 @@ class ThermalNetwork(Model):
     fans: Annotated[Mapping[str, FanEffect], ReadOnly] = Field(
         {}, description="For each fan, the link it changes.", validate_default=True
     )
+    filament: Filament | None = Field(None, description="What the feed takes heat from.")
 
 
 Plant = Annotated[ThermalNetwork, Field(discriminator="kind")]
 
 
+def _line(value: Any) -> str:
+    plain = isinstance(value, str) and value.isascii() and value.isprintable()
+    if not plain or not value.strip() or len(value) > LONGEST_LINE:
+        raise refuse(
+            f"a line to send has 1 to {LONGEST_LINE} plain characters", "Write one: M104 S200"
+        )
+    return str(value)
+
+
 class Event(Model):
-    """One line of a scenario: `at` and `press`, or `for`, which ends it."""
+    """One line of a scenario: `at` and what happens then, or `for`, which ends it."""
 
     at_s: _Time | None = Field(None, alias="at", description="Time since the start.")
     press: Literal["right", "up", "down", "left", "select"] | None = Field(
@@ -96,6 +133,12 @@ class Event(Model):
     times: Annotated[int, Checked(_times, type="integer", minimum=1, maximum=1000)] = Field(
         1, description="How often the key is pressed."
     )
+    send: (
+        Annotated[str, Checked(_line, type="string", minLength=1, maxLength=LONGEST_LINE)] | None
+    ) = Field(None, description="Line that the host sends.")
+    extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
+        None, alias="extrude", description="Speed at which filament is fed from then on."
+    )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."
     )
@@ -103,16 +146,23 @@ class Event(Model):
     @model_validator(mode="after")
     def _one_thing(self) -> "Event":
         if self.for_s is not None:
-            if self.at_s is not None or self.press is not None or self.times != 1:
+            if self.at_s is not None or self._actions or self.times != 1:
                 raise refuse(
                     "`for` ends the scenario and stands alone", "Give it a line of its own"
                 )
-        elif self.at_s is None or self.press is None:
+        elif self.at_s is None or self._actions != 1:
             raise refuse(
-                "an event needs a time and an action",
+                "an event needs a time and one action",
                 "Write {at: 10 s, press: up} or {for: 30 min}",
             )
+        elif self.press is None and self.times != 1:
+            raise refuse("only a key can be pressed several times", "Delete times")
         return self
+
+    @property
+    def _actions(self) -> int:
+        actions = (self.press, self.send, self.extrude_mm_per_s)
+        return sum(action is not None for action in actions)
 
 
 class Expect(Model):

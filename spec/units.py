@@ -90,3 +90,18 @@ AREA = Dimension(
 FILM = Dimension(
     "heat transfer coefficient", "W/m²K", "8.7 W/m²K", "W/m²K", 1e6, _prefixed("W/m2K")
 )
+BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
+VOLTAGE_PER_KELVIN = Dimension(
+    "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m μ")
+)
+LENGTH = Dimension("length", "mm", "8 mm", "mm", 1e6, _prefixed("mm"))
+SPEED = Dimension("speed", "mm/s", "20 mm/s", "mm/s", 1e6, _prefixed("mm/s"))
+ACCELERATION = Dimension("acceleration", "mm/s²", "50 mm/s²", "mm/s²", 1e7, _prefixed("mm/s2"))
+FEED_HEAT = Dimension(
+    "heat of the filament",
+    "J/(K·mm)",
+    "0.0056 J/K/mm",
+    "J/K/mm",
+    1e6,
+    _prefixed("J/K/mm", "m", "J/Kmm"),
+)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from heatwright.spec.base import PIN_MARK
 from heatwright.spec.boards import Board, Pin
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
+from heatwright.spec.sensors import Sensor
 
 # The shield: HD44780 in 4-bit mode without reading back, five keys on one analog pin.
 LCD_KEYPAD_PINS = {
@@ -37,13 +40,22 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
     board = controller.board
     for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
         for name, part in parts.items():
-            pin = board.pins.get(part.pin)
-            if pin is not None:
-                yield PinUse(pin, (section, name, "pin"), "")
+            for key, pin_name in pins_of(part).items():
+                if pin_name in board.pins:
+                    yield PinUse(board.pins[pin_name], (section, name, key), "")
     for index, interface in enumerate(controller.interfaces):
         for name, purpose in interface_pins(board, interface).items():
             if name in board.pins:
                 yield PinUse(board.pins[name], ("interfaces", index), purpose)
+
+
+def pins_of(part: Sensor | Output) -> dict[str, str]:
+    """List a sensor's or an output's pins by their keys: `pin`, or several."""
+    return {
+        field.alias or name: getattr(part, name)
+        for name, field in type(part).model_fields.items()
+        if PIN_MARK in field.metadata
+    }
 
 
 def interface_pins(board: Board, interface: object) -> dict[str, str]:

@@ -9,6 +9,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.spec.uses import pins_of
 
 SEED = 1
 WATCH_S = 30.0
@@ -65,7 +66,8 @@ def mend_line(world: World) -> None:
 
 def _line(world: World) -> str:
     site = world.site
-    return site.controller.board.pins[site.controller.sensors[site.loop.sensor].pin].port_name
+    first = next(iter(pins_of(site.controller.sensors[site.loop.sensor]).values()))
+    return site.controller.board.pins[first].port_name
 
 
 def cut_short(world: World) -> None:

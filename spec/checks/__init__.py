@@ -28,6 +28,8 @@ CHECKS: tuple[Check, ...] = (
     references.everything_used,
     references.names_apart_in_c,
     pins.pins_exist,
+    pins.pins_can_be_switched,
+    pins.analog_pins,
     pins.pins_used_once,
     pins.shields_fit,
     pins.heater_pins_stay_off,

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
-from heatwright.spec.outputs import Output
+from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
 
@@ -34,9 +34,9 @@ def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Sensor]]:
             yield name, loop, sensor
 
 
-def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Output]]:
-    """List the loops whose heater exists."""
+def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Switch]]:
+    """List the loops whose heater exists and can heat."""
     for name, loop in controller.loops.items():
         heater = controller.outputs.get(loop.heater)
-        if heater is not None:
+        if isinstance(heater, Switch):
             yield name, loop, heater

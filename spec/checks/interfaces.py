@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import LcdKeypad, SerialPlotter
+from heatwright.spec.interfaces import Gcode, LcdKeypad, SerialPlotter
 from heatwright.spec.quantity import about, hertz, number
 from heatwright.spec.suggest import listed
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
@@ -41,7 +41,7 @@ def baud_can_be_made(controller: Controller) -> Findings:
     """Find baud rates that the clock cannot be divided to."""
     clock_hz = controller.board.clock_hz
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, SerialPlotter):
+        if not isinstance(interface, Gcode | SerialPlotter):
             continue
         setting = baud_setting(clock_hz, interface.baud)
         if abs(setting.error) > BAUD_TOLERANCE:

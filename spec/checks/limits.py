@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from heatwright.spec.algorithms import OnOff
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
-from heatwright.spec.quantity import celsius, number
+from heatwright.spec.quantity import about, celsius, number, rounded_up
 
 
 def setpoints_in_order(controller: Controller) -> Findings:
@@ -54,9 +55,14 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
 
 
 def minimum_below_setpoints(controller: Controller) -> Findings:
-    """Keep `under_temperature` below the lowest setpoint."""
+    """Keep `under_temperature` below the lowest setpoint.
+
+    Where a host commands the loop, 0 °C is off, and the lowest that is held what comes above.
+    """
     for name, loop in controller.loops.items():
         protection = loop.protection
+        if loop.setpoint.minimum_c == 0 and commanded(controller, name):
+            continue
         if protection.minimum_c >= loop.setpoint.minimum_c:
             yield Finding(
                 ("loops", name, "protection", "minimum"),
@@ -116,16 +122,24 @@ def protections_in_range(controller: Controller) -> Findings:
 
 
 def rise_rate_above_steps(controller: Controller) -> Findings:
-    """Find rise rates that the sensor's own step would break between two readings."""
+    """Find rise rates that the sensor's own step would break between two readings.
+
+    The step is the widest at the two ends of what a healthy loop reads.
+    """
     for name, loop, sensor in loop_sensors(controller):
         limit_k = loop.protection.rise_rate_k_per_s * loop.period_s
-        if limit_k < sensor.step_k:
-            least = sensor.step_k / loop.period_s
+        lowest_c = max(loop.setpoint.minimum_c, loop.protection.minimum_c)
+        step_k = max(
+            sensor.step_at_k(end_c, controller.board.mcu)
+            for end_c in (lowest_c, loop.setpoint.maximum_c)
+        )
+        if limit_k < step_k:
+            least = step_k / loop.period_s
             yield Finding(
                 ("loops", name, "protection", "rise_rate"),
                 f"{number(loop.protection.rise_rate_k_per_s)} K/s is {number(limit_k)} K in a "
-                f"period, less than the sensor's step of {number(sensor.step_k)} K, so any "
+                f"period, less than the sensor's step of {about(step_k)} K, so any "
                 "movement would be a fault",
-                f"Use at least {number(least)} K/s",
+                f"Use at least {rounded_up(least)} K/s",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

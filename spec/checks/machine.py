@@ -8,7 +8,7 @@ from itertools import islice
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
 from heatwright.spec.network import Heated, Vector
-from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.outputs import DigitalOutput, Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
 
@@ -19,11 +19,13 @@ MOST_POINTS = 5_000
 class Machine:
     """One loop with its part of the plant."""
 
-    def __init__(self, controller: Controller, name: str, simulation: Simulation) -> None:
+    def __init__(
+        self, controller: Controller, name: str, heater: Switch, simulation: Simulation
+    ) -> None:
         self.loop = controller.loops[name]
         self.path: Path = ("loops", name)
-        self.output = controller.outputs[self.loop.heater]
-        self.step_k = controller.sensors[self.loop.sensor].step_k
+        self.output = heater
+        self._sensor, self._mcu = controller.sensors[self.loop.sensor], controller.board.mcu
         self.ambient_c = simulation.ambient_c
         running = [
             fan
@@ -42,6 +44,10 @@ class Machine:
         )
         # Times and temperatures at the sensor above ambient, from cold to the highest setpoint.
         self.course = tuple(self._heating()) if self.reaches else ()
+
+    def step_k(self, above_ambient_k: float) -> float:
+        """Step of the sensor's readings about a temperature."""
+        return self._sensor.step_at_k(self.ambient_c + above_ambient_k, self._mcu)
 
     @property
     def full_power_w(self) -> float:

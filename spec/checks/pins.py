@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path, dotted
-from heatwright.spec.suggest import advice
-from heatwright.spec.uses import PinUse, pin_uses
+from heatwright.spec.suggest import advice, listed
+from heatwright.spec.uses import PinUse, pin_uses, pins_of
 
 _BOARD: Path = ("controller", "board")
 
@@ -35,23 +36,47 @@ def pins_exist(controller: Controller) -> Findings:
     names = tuple(board.pins)
     for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
         for name, part in parts.items():
-            pin = board.pins.get(part.pin)
-            path = (section, name, "pin")
-            if pin is None:
-                yield Finding(
-                    path,
-                    f"{board.name} has no pin {part.pin}",
-                    advice(part.pin, names),
-                    (_BOARD,),
-                )
-            elif not pin.digital:
-                yield Finding(
-                    path,
-                    f"{pin.name} of {board.name} leads to the converter alone and cannot be "
-                    "switched or read",
-                    "Use a digital pin",
-                    (_BOARD,),
-                )
+            for key, pin_name in pins_of(part).items():
+                if pin_name not in board.pins:
+                    yield Finding(
+                        (section, name, key),
+                        f"{board.name} has no pin {pin_name}",
+                        advice(pin_name, names),
+                        (_BOARD,),
+                    )
+
+
+def pins_can_be_switched(controller: Controller) -> Findings:
+    """Find digital parts on pins that lead to the converter alone."""
+    board = controller.board
+    for use in pin_uses(controller):
+        if not use.pin.digital and not is_analog(controller, use.path):
+            yield Finding(
+                use.path,
+                f"{use.pin.name} of {board.name} leads to the converter alone and cannot be "
+                "switched or read",
+                "Use a digital pin",
+                (_BOARD,),
+            )
+
+
+def analog_pins(controller: Controller) -> Findings:
+    """Find sensors that need the converter on pins that do not lead to it."""
+    board = controller.board
+    for use in pin_uses(controller):
+        if is_analog(controller, use.path) and use.pin.adc is None:
+            able = {pin.name: None for pin in board.pins.values() if pin.adc is not None}
+            yield Finding(
+                use.path,
+                f"{label(use.pin)} does not lead to the converter",
+                f"Use {listed(tuple(able))}",
+                (_BOARD, use.path[:2]),
+            )
+
+
+def is_analog(controller: Controller, path: Path) -> bool:
+    """Tell whether an entry belongs to a sensor on the ADC."""
+    return path[0] == "sensors" and isinstance(controller.sensors.get(str(path[1])), AnalogSensor)
 
 
 def pins_used_once(controller: Controller) -> Findings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
@@ -148,7 +149,7 @@ def heaters_have_power(controller: Controller) -> Findings:
         return
     for name in controller.simulation.plant.heat:
         output = controller.outputs.get(name)
-        if output is not None and output.power_w is None:
+        if isinstance(output, Switch) and output.power_w is None:
             yield Finding(
                 ("outputs", name),
                 "the plant needs the power of this heater",

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Gcode
 from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
@@ -35,8 +37,12 @@ def loop_parts(controller: Controller) -> Findings:
 def interface_loops(controller: Controller) -> Findings:
     """Find loops of interfaces that are not there."""
     for index, interface in enumerate(controller.interfaces):
-        path = ("interfaces", index, "loop")
-        yield from unknown(path, interface.loop, "loops", controller.loops)
+        path: Path = ("interfaces", index)
+        if isinstance(interface, Gcode):
+            for address, loop in interface.loops.items():
+                yield from unknown((*path, "loops", address), loop, "loops", controller.loops)
+        else:
+            yield from unknown((*path, "loop"), interface.loop, "loops", controller.loops)
 
 
 def one_loop_per_output(controller: Controller) -> Findings:
@@ -103,14 +109,26 @@ def everything_used(controller: Controller) -> Findings:
             )
     for name, output in controller.outputs.items():
         always = isinstance(output, DigitalOutput) and output.runs == "always"
-        if not always and not any(name in (loop.heater, loop.fan) for loop in loops):
+        if not always and name not in driven_by_loops(controller) | driven_by_host(controller):
             yield Finding(
                 ("outputs", name),
                 "no loop uses this output",
-                "Delete it, or name it in a loop"
+                "Delete it, or name it in a loop or a gcode interface"
                 + ("; or write runs: always" if isinstance(output, DigitalOutput) else ""),
                 (("loops",),),
             )
+
+
+def driven_by_loops(controller: Controller) -> set[str]:
+    """List the outputs that loops switch or rely on."""
+    loops = controller.loops.values()
+    return {name for loop in loops for name in (loop.heater, loop.fan) if name is not None}
+
+
+def driven_by_host(controller: Controller) -> set[str]:
+    """List the outputs that a host commands."""
+    gcode = gcode_of(controller)
+    return set() if gcode is None else {*gcode.fans.values(), *gcode.steppers.values()}
 
 
 def names_apart_in_c(controller: Controller) -> Findings:

@@ -7,8 +7,10 @@ that is under way still arrives.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from heatwright.spec.algorithms import OnOff, Pid
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
@@ -19,10 +21,10 @@ def thermal(controller: Controller) -> Findings:
     """Run the checks of this file on every loop that has a plant."""
     if controller.simulation is None:
         return
-    for name, loop in controller.loops.items():
-        if controller.outputs[loop.heater].power_w is None:
+    for name, _, heater in loop_heaters(controller):
+        if heater.power_w is None:
             continue
-        machine = Machine(controller, name, controller.simulation)
+        machine = Machine(controller, name, heater, controller.simulation)
         for check in (
             heater_suffices,
             least_duty_cools,
@@ -82,7 +84,7 @@ def heating_rule_holds(machine: Machine) -> Findings:
     longest_s = 0.0
     for time_s, sensed_k in machine.course:
         longest_s = max(longest_s, time_s - since_s)
-        if sensed_k >= from_k + rule.rise_k + machine.step_k:
+        if sensed_k >= from_k + rule.rise_k + machine.step_k(sensed_k):
             since_s, from_k = time_s, sensed_k
     if longest_s > rule.within_s:
         yield Finding(
@@ -99,21 +101,19 @@ def rise_rate_holds(machine: Machine) -> Findings:
     """Find a rule `rise_rate` that a healthy machine breaks at full power."""
     period_s = machine.loop.period_s
     limit = machine.loop.protection.rise_rate_k_per_s
-    steepest = max(
-        (
-            (after_k - before_k) / (after_s - before_s)
-            for (before_s, before_k), (after_s, after_k) in zip(
-                machine.course, machine.course[1:], strict=False
-            )
-        ),
-        default=0.0,
+    rates = (
+        ((after_k - before_k) / (after_s - before_s), machine.step_k(after_k))
+        for (before_s, before_k), (after_s, after_k) in pairwise(machine.course)
     )
-    needed = steepest + machine.step_k / period_s
+    needed, steepest, step_k = max(
+        ((rate + step_k / period_s, rate, step_k) for rate, step_k in rates),
+        default=(0.0, 0.0, 0.0),
+    )
     if needed > limit:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
             f"this plant, healthy and at full power, rises by {about(steepest)} K/s, and a "
-            f"reading may add a step of {number(machine.step_k)} K",
+            f"reading may add a step of {about(step_k)} K",
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )

@@ -1,0 +1,168 @@
+"""What an analog sensor is made of: dividers, amplifiers, references, thermistor curves."""
+
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from heatwright.spec.base import (
+    ABSOLUTE_ZERO_C,
+    BareNumber,
+    Model,
+    PinName,
+    Temperature,
+    WholeNumber,
+)
+from heatwright.spec.coarseness import largest_step_k, step_at_k
+from heatwright.spec.conversion import TICK_S
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity, QuantityRange
+from heatwright.spec.units import BETA, RESISTANCE, TEMPERATURE, VOLTAGE, VOLTAGE_PER_KELVIN
+
+Ohm = Annotated[float, Quantity(RESISTANCE, least=0.01)]
+Volt = Annotated[float, Quantity(VOLTAGE, least=-5.0, most=5.0)]
+VoltPerKelvin = Annotated[float, Quantity(VOLTAGE_PER_KELVIN, least=-1.0, most=1.0)]
+_Supply = Annotated[float, Quantity(VOLTAGE, least=0.1)]
+_FullScale = Annotated[
+    float | Literal["supply", "internal"],
+    Quantity(VOLTAGE, least=1.0, most=5.0, words=("supply", "internal")),
+]
+"""What the ADC calls full scale. At AREF it is 1 V to the supply (data sheets)."""
+
+
+class AnalogSensor(Model):
+    """What all sensors on pins of the ADC have."""
+
+    kind: str
+    pin: PinName = Field(description="A pin that leads to the ADC.")
+    range_c: Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] = (
+        Field(
+            alias="range",
+            description="Temperatures that are valid; beyond, it is open, shorted or out of range.",
+        )
+    )
+    oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
+        1, description="Readings, one each 10 ms, that are summed up to one."
+    )
+    reference: _FullScale = Field(
+        "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error of divider, ADC and table at a temperature: one step of the ADC."""
+        return step_at_k(self, temperature_c)
+
+    @property
+    def conversion_s(self) -> float:
+        """Time over which the readings of one sum are spread."""
+        return self.oversample * TICK_S
+
+    @property
+    def step_k(self) -> float:
+        """Widest step of the ADC within the range."""
+        return largest_step_k(self)
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Width of a step of the ADC about a temperature, on a chip."""
+        return step_at_k(self, temperature_c, mcu)
+
+
+class Divider(Model):
+    """A resistor that makes a voltage divider with the element."""
+
+    pull_up_ohm: Ohm | None = Field(
+        None, alias="pull_up", description="Resistor to the supply; the element goes to ground."
+    )
+    pull_down_ohm: Ohm | None = Field(
+        None, alias="pull_down", description="Resistor to ground; the element goes to the supply."
+    )
+    supply_v: _Supply | None = Field(
+        None, alias="supply", description="The divider's own supply; left out: the board's 5 V."
+    )
+
+    @model_validator(mode="after")
+    def _one_resistor(self) -> "Divider":
+        if (self.pull_up_ohm is None) == (self.pull_down_ohm is None):
+            raise refuse(
+                "a divider has one resistor beside the element",
+                "Write pull_up or pull_down, such as {pull_up: 4.7 kΩ}",
+            )
+        return self
+
+
+class Amplifier(Model):
+    """A differential amplifier: V = gain · excitation · (R − R0) / series."""
+
+    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Of the amplifier.")
+    excitation_v: _Supply = Field(
+        alias="excitation", description="Voltage that feeds the bridge and the amplifier."
+    )
+    series_ohm: Ohm = Field(
+        alias="series", description="Resistor through which the element is fed."
+    )
+
+
+class BetaCurve(Model):
+    """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
+
+    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at one temperature.")
+    at_c: Temperature = Field(alias="at", description="That temperature.")
+    beta_k: Annotated[float, Quantity(BETA, least=1.0)] = Field(
+        alias="beta", description="Beta value; the data sheet names it with two temperatures."
+    )
+
+
+class SteinhartHartCurve(Model):
+    """A thermistor by three coefficients: 1/T = a + b · ln R + c · (ln R)³, in K and Ω."""
+
+    a: Annotated[float, BareNumber(-0.1, 0.1, "1.03e-3")] = Field(description="1/K.")
+    b: Annotated[float, BareNumber(0.0, 0.1, "2.39e-4")] = Field(description="1/K.")
+    c: Annotated[float, BareNumber(0.0, 0.1, "1.56e-7", closed=True)] = Field(description="1/K.")
+
+
+_Point = tuple[Temperature, Ohm]
+
+
+def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:
+    """Hold the points to a curve: no temperature twice, and resistance that goes one way."""
+    if len(points) < 2:
+        raise refuse("a curve needs two points at least", "Write [[25 °C, 100 kΩ], …]")
+    ordered = sorted(points)
+    if any(low[0] == high[0] for low, high in pairwise(ordered)):
+        raise refuse("a temperature stands twice in this curve", "Delete one of its points")
+    if not _one_way(ohm for _, ohm in ordered):
+        raise refuse(
+            "the resistance does not go one way with the temperature", "Correct the points"
+        )
+    return points
+
+
+def _one_way(values: Iterable[float]) -> bool:
+    """Tell whether values only rise or only fall."""
+    return len({(high > low) - (high < low) for low, high in pairwise(values)} | {0}) == 2
+
+
+class PointsCurve(Model):
+    """A thermistor by a table; between points ln R is linear in 1/T."""
+
+    points: Annotated[tuple[_Point, ...], AfterValidator(_monotonic)] = Field(
+        description="Pairs of temperature and resistance."
+    )
+
+
+def _form(value: Any) -> str:
+    """Tell a curve's form by its keys."""
+    keys = set(value) if isinstance(value, dict) else set(type(value).model_fields)
+    if "points" in keys:
+        return "PointsCurve"
+    return "SteinhartHartCurve" if keys & {"a", "b", "c"} else "BetaCurve"
+
+
+Curve = Annotated[
+    Annotated[BetaCurve, Tag("BetaCurve")]
+    | Annotated[SteinhartHartCurve, Tag("SteinhartHartCurve")]
+    | Annotated[PointsCurve, Tag("PointsCurve")],
+    Discriminator(_form),
+]
+"""A thermistor's curve, in the form its keys say; tags are the models' names, for `shape`."""

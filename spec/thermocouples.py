@@ -1,0 +1,85 @@
+"""Thermocouples behind converters that a program reads over three wires."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from heatwright.spec.base import Model, PinName
+
+_STEP_K = 0.25
+
+MAX31855_RANGE_C = {
+    "K": (-200.0, 1350.0),
+    "J": (-210.0, 1200.0),
+    "N": (-200.0, 1300.0),
+    "T": (-250.0, 400.0),
+    "S": (-50.0, 1768.0),
+    "R": (-50.0, 1768.0),
+    "E": (-200.0, 1000.0),
+}
+"""By the thermocouple's type (data sheet, thermal characteristics)."""
+
+
+class _Converter(Model):
+    """What a converter on three wires has; the wires may be any pins."""
+
+    chip_select: PinName = Field(description="Pin at the converter's CS.")
+    clock: PinName = Field(description="Pin at its SCK.")
+    data_out: PinName = Field(description="Pin at its SO.")
+
+    @property
+    def step_k(self) -> float:
+        """Smallest difference the converter resolves (data sheets)."""
+        return _STEP_K
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Step of the readings about a temperature: everywhere the same."""
+        del temperature_c, mcu
+        return _STEP_K
+
+
+class Max6675(_Converter):
+    """A thermocouple of type K behind a MAX6675."""
+
+    kind: Literal["max6675"]
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures (data sheet)."""
+        return 0.0, 1023.75
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: at 5 V, with 3 K of the cold junction (data sheet)."""
+        return 3.0 + (9 if temperature_c <= 700.0 else 19) * _STEP_K
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion (data sheet)."""
+        return 0.22
+
+
+class Max31855(_Converter):
+    """A thermocouple behind the MAX31855 that is made for its type."""
+
+    kind: Literal["max31855"]
+    thermocouple: Literal["K", "J", "N", "T", "S", "R", "E"] = Field(
+        "K", description="Type of the thermocouple, the last letter of the converter's name."
+    )
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures (data sheet)."""
+        return MAX31855_RANGE_C[self.thermocouple]
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: 2 K to 700 °C, above 4 K, and 2 K of the cold junction.
+
+        Data sheet, thermal characteristics. It leaves out how far the thermocouple's own curve
+        leaves the straight line that the converter takes it for.
+        """
+        return 4.0 if temperature_c <= 700.0 else 6.0
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion (data sheet)."""
+        return 0.1
