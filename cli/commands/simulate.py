@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     examples=(
         "heatwright simulate chamber.yaml --plot chamber.html",
         "heatwright simulate chamber.yaml --model --for 2h --csv chamber.csv",
+        "heatwright simulate extruder.yaml --serial",
     ),
 )
 @spec_argument
@@ -31,6 +32,13 @@ if TYPE_CHECKING:
 @click.option("--plot", type=File, metavar="OUT", help="Draw the run: .png, .svg or .html.")
 @click.option("--csv", type=File, metavar="OUT", help="Write all temperatures and variables.")
 @click.option("--vcd", type=File, metavar="OUT", help="Write the activity of the pins used.")
+@click.option("--serial", is_flag=True, help="Run in real time behind a serial port of its own.")
+@click.option(
+    "--speed",
+    type=click.FloatRange(0.01, 1000),
+    default=1.0,
+    help="With --serial: how many times faster than real time.",
+)
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - one for each option
     spec: Path,
@@ -40,6 +48,8 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     plot: Path | None,
     csv: Path | None,
     vcd: Path | None,
+    serial: bool,
+    speed: float,
     as_json: bool,
 ) -> None:
     """Run the firmware against the simulated machine.
@@ -47,7 +57,13 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     The firmware is generated, built, and run as it is in a simulated processor, with sensor,
     display, keys and heater attached to its pins. A scenario file holds what stands below
     `scenario:` in a spec, with that key.
+
+    With --serial no scenario is played: the board waits for a host (Printrun, OctoPrint, a
+    terminal) at the port whose name is printed, until Ctrl-C.
     """
+    if serial:
+        _serve(spec, (scenario, plot, csv, vcd), model, speed, length_s, as_json)
+        return
     if model and vcd is not None:
         raise Refused("The model has no pins: take --vcd or --model away.")
     check_target(plot, PLOTS)
@@ -69,6 +85,23 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         results.print_run(run, loaded, device)
         for file in filter(None, (plot, csv, vcd)):
             click.echo(str(file))
+
+
+def _serve(  # noqa: PLR0913, PLR0917 - as above
+    spec: Path,
+    files: tuple[Path | None, ...],
+    model: bool,
+    speed: float,
+    length_s: float | None,
+    as_json: bool,
+) -> None:
+    if model or any(files):
+        raise Refused("--serial goes with --speed, --for and --json only.")
+    from heatwright.cli.live import serve  # noqa: PLC0415
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    serve(loaded, loaded.controller, speed=speed, until_s=length_s, as_json=as_json)
 
 
 def _simulate(spec: Spec, controller: Controller, model: bool, vcd: Path | None) -> Run:

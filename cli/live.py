@@ -1,0 +1,62 @@
+"""A simulated board behind a serial port of this computer, for the user's own host."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import click
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.talk import talk
+
+if TYPE_CHECKING:
+    from heatwright.spec import Controller, Gcode, Spec
+
+
+def serve(
+    spec: Spec, controller: Controller, *, speed: float, until_s: float | None, as_json: bool
+) -> None:
+    """Build the firmware and run it against the clock on the wall until Ctrl-C, or `until_s`.
+
+    speed -- seconds of the board to one of ours.
+    """
+    from heatwright.spec.commands import gcode_of  # noqa: PLC0415
+
+    gcode = gcode_of(controller)
+    if gcode is None:
+        raise Refused("No interface of this spec listens to a serial port: add one, kind: gcode.")
+    if controller.simulation is None:
+        raise Refused("There is no machine to run against: the spec has no `simulation`.")
+    _run(spec, controller, gcode, speed, until_s, as_json)
+
+
+def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
+    spec: Spec,
+    controller: Controller,
+    gcode: Gcode,
+    speed: float,
+    until_s: float | None,
+    as_json: bool,
+) -> None:
+    from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
+    from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
+    from heatwright.sim.live import Clock, run  # noqa: PLC0415
+    from heatwright.sim.serial_port import SerialPort  # noqa: PLC0415
+
+    with talk() as shown:
+        built = build_firmware(spec, shown.begin("Building the firmware"))
+    device = AvrDevice(controller, built.elf)
+    with SerialPort(device, gcode.baud) as port, suppress(KeyboardInterrupt):
+        _announce(port.name, gcode.baud, speed, as_json)
+        run(controller, device, port, Clock(speed), until_s=until_s)
+
+
+def _announce(port: str, baud: int, speed: float, as_json: bool) -> None:
+    if as_json:
+        from heatwright.cli.options import print_json  # noqa: PLC0415
+
+        print_json({"port": port, "baud": baud, "speed": speed})
+    else:
+        click.echo(f"{port}: {baud} baud, {speed:g} times real time. Ctrl-C ends it.")
+    click.get_text_stream("stdout").flush()

@@ -1,0 +1,172 @@
+"""A host that speaks G-code over the serial line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.uart import registers
+from heatwright.spec import Gcode
+from heatwright.spec.commands import tunable
+from heatwright.spec.uart import baud_setting
+
+SILENT_S = 3.0
+"""So long neither side speaks before the firmware says `ok` again."""
+MOST_REMINDERS = 5
+"""Then a host that numbers its lines is taken to have no more of them."""
+SETTLED_S = 10.0
+"""Marlin's TEMP_RESIDENCY_TIME: so long the temperature must be near before M109 ends."""
+BUSY_S = 2.0
+"""Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
+SLOWEST_MM_PER_MIN = 1.0
+NO_BED = " B:0.0 /0.0"
+"""The bed that is not there, shown as cold and off: there are hosts that look for it."""
+
+
+def plan(source: Source, interface: Gcode) -> Part:
+    """Plan line, commands and answers."""
+    context = _context(source, interface)
+    return Part(
+        files=tuple(_files(context)),
+        groups=(Group("G-code host", tuple(_constants(source, interface))),),
+        pins=(_receiving_pin(source),),
+        start_calls=(Call(Stage.OPERATE, "gcode.h", "gcode_start();"),),
+        tick_calls=(Call(Stage.OPERATE, "gcode.h", "gcode_tick();"),),
+        wiring=tuple(_wiring(source, interface)),
+    )
+
+
+def _files(context: dict[str, Any]) -> Iterable[File]:
+    for name in ("gcode.h", "gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
+        yield File(f"src/{name}", f"interfaces/{name}")
+    for name in (
+        "gcode.c", "gcode_report.h", "gcode_report.c", "gcode_tools.h", "gcode_tools.c",
+        "gcode_wait.h", "gcode_wait.c",
+    ):  # fmt: skip
+        yield File(f"src/{name}", f"interfaces/{name}.j2", context)
+    if context["feed"]:
+        yield File("src/gcode_feed.h", "interfaces/gcode_feed.h")
+        yield File("src/gcode_feed.c", "interfaces/gcode_feed.c.j2", context)
+    yield File("src/host.h", "interfaces/host.h")
+    yield File("src/host.c", "interfaces/host.c.j2", context)
+    yield File("src/text.h", "src/text.h")
+    yield File("src/text.c", "src/text.c")
+
+
+def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
+    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
+    yield source.at("baud").count(
+        "HOST_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
+    )
+    yield Constant(
+        "HOST_SILENT_TICKS",
+        f"{ticks(SILENT_S)}u",
+        f"{quantity(SILENT_S, 's')} of silence, and the host may have missed an ok",
+    )
+    yield Constant("HOST_MOST_REMINDERS", f"{MOST_REMINDERS}u", "then it has nothing more to send")
+    yield Constant(
+        "WAIT_SETTLED_TICKS",
+        f"{ticks(SETTLED_S)}u",
+        f"{quantity(SETTLED_S, 's')} near its setpoint a tool has settled",
+    )
+    yield Constant("WAIT_BUSY_TICKS", f"{ticks(BUSY_S)}u", f"{quantity(BUSY_S, 's')}")
+    if interface.steppers:
+        yield source.at("steppers").number(
+            "FEED_SLOWEST_MM_PER_MIN", SLOWEST_MM_PER_MIN, "slower is a mistake"
+        )
+
+
+def _context(source: Source, interface: Gcode) -> dict[str, Any]:
+    """All that the templates of the interface need to know."""
+    controller = source.controller
+    tools = [
+        {"number": int(key[1:]), "loop": loop, "where": source.at("loops", key).where}
+        for key, loop in sorted(interface.loops.items())
+    ]
+    tuned = [tool for tool in tools if tunable(controller, str(tool["loop"]))]
+    uart = registers(controller.board)
+    return {
+        "where": source.where,
+        "name": controller.identity.name,
+        "digest": source.spec.digest,
+        "rules": rules(controller),
+        "tools": tools,
+        "tunable": tuned,
+        "autotuned": [
+            tool
+            | {
+                "cycles": experiment.cycles,
+                "cycles_where": Source(source.spec, ())
+                .at("loops", loop, "autotune", "cycles")
+                .where,
+            }
+            for tool in tuned
+            for loop in (str(tool["loop"]),)
+            if (experiment := controller.loops[loop].autotune) is not None
+        ],
+        "fans": [
+            {"number": int(key[1:]), "output": output, "where": source.at("fans", key).where}
+            for key, output in sorted(interface.fans.items())
+        ],
+        "temperature_pieces": _temperature_pieces([str(tool["number"]) for tool in tools]),
+        "tick_ms": TICK_MS,
+        "receive_vector": uart.receive_vector,
+        "send_vector": uart.send_vector,
+        "data": uart.data,
+        "status": uart.status,
+        "errors": uart.errors,
+        "setup": uart.setup("HOST_DIVISOR", receives=True),
+        "interrupt_on": uart.interrupt_on,
+        "interrupt_off": uart.interrupt_off,
+        **_feed(source, interface),
+    }
+
+
+def _temperature_pieces(tools: list[str]) -> list[dict[str, str]]:
+    """One number each of `T:201.3 /200.0 B:0.0 /0.0 @:127`, and of every tool if there are more."""
+    several = tools if len(tools) > 1 else []
+    pieces = [
+        _piece("T:", "tool_temperature_c(report_tool)", 1),
+        _piece(" /", "tool_setpoint_c(report_tool)", 1),
+    ]
+    for tool in several:
+        pieces.append(_piece(f" T{tool}:", f"tool_temperature_c({tool})", 1))
+        pieces.append(_piece(" /", f"tool_setpoint_c({tool})", 1))
+    pieces.append(_piece(" @:", "shown_duty(report_tool)", 0))
+    pieces += [_piece(f" @{tool}:", f"shown_duty({tool})", 0) for tool in several]
+    pieces[2]["text"] = NO_BED + pieces[2]["text"]
+    return pieces
+
+
+def _piece(text: str, value: str, decimals: int) -> dict[str, str]:
+    return {"text": text, "value": value, "decimals": str(decimals)}
+
+
+def _feed(source: Source, interface: Gcode) -> dict[str, Any]:
+    loops = source.controller.loops
+    output = interface.steppers.get("E")
+    return {
+        "feed": output is not None,
+        "output": output,
+        "prefix": f"OUTPUT_{output.upper()}" if output else "",
+        "ready_loops": [name for name, loop in loops.items() if loop.ready_within_k is not None],
+    }
+
+
+def _receiving_pin(source: Source) -> Any:
+    board = source.controller.board
+    return pulled_up(source, "host_rx", board.pins[board.uarts[0].rx], "from the host")
+
+
+def _wiring(source: Source, interface: Gcode) -> Iterable[Wiring]:
+    board = source.controller.board
+    uart = board.uarts[0]
+    yield Wiring(
+        label(board.pins[uart.rx]), "G-code host, its transmitter", f"{interface.baud} baud, 8N1"
+    )
+    yield Wiring(label(board.pins[uart.tx]), "G-code host, its receiver", "the same")
