@@ -56,6 +56,7 @@ class Elf:
         self.flash, self.eeprom = _images(elf)
         symbols = _symbols(elf)
         self.symbols = {name: _own(address) for name, address, _ in symbols}
+        self._sizes = _sizes(elf)
         self.functions = _functions(elf, symbols)
         self.static_ram = _static_ram(elf)
         self._starts = [function.start for function in self.functions]
@@ -73,12 +74,24 @@ class Elf:
                 return function
         raise ElfError(f"{self.path.name} has no function {name}.")
 
+    def size_of(self, symbol: str) -> int:
+        """Return the bytes a variable or constant takes; raises ElfError when there is none."""
+        if symbol not in self._sizes:
+            raise ElfError(f"{self.path.name} has no variable {symbol}.")
+        return self._sizes[symbol]
+
     def flash_bytes(self, symbol: str, size: int) -> bytes:
         """Return size bytes of a constant in flash; raises ElfError when it is not there."""
         address = self.symbols.get(symbol)
         if address is None or address + size > len(self.flash):
             raise ElfError(f"{self.path.name} has no constant {symbol} in flash.")
         return self.flash[address : address + size]
+
+
+def _sizes(elf: Any) -> dict[str, int]:
+    table = elf.get_section_by_name(".symtab")
+    symbols = table.iter_symbols() if table else ()
+    return {symbol.name: symbol["st_size"] for symbol in symbols if symbol["st_size"]}
 
 
 def _own(address: int) -> int:

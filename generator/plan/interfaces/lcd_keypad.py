@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import quantity, ticks
@@ -9,11 +10,11 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
+from heatwright.spec.commands import commanded
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
 
-KEYPAD_PIN = "A0"
 POWER_UP_S = 0.05
 """HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
 RESYNC_S = 30.0
@@ -23,8 +24,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     """Plan the shield for one loop."""
     controller = source.controller
     board, loop = controller.board, controller.loops[interface.loop]
-    channel = board.pins[KEYPAD_PIN].adc
-    assert channel is not None  # noqa: S101 - the spec refuses a board that takes no shields
+    keys = scan(Source(source.spec, ()))
     lcd = {
         "where": source.where,
         "resync_s": f"{RESYNC_S:g}",
@@ -40,7 +40,8 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
         "stored": loop.setpoint.stored,
-        "rules": rules(),
+        "rules": rules(controller),
+        "commanded": commanded(controller, interface.loop),
     }
     whole = all(
         value.is_integer()
@@ -65,13 +66,14 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     )
     return Part(
         files=(
+            *keys.files,
             File("src/lcd.h", "interfaces/lcd.h"),
             File("src/lcd.c", "interfaces/lcd.c.j2", lcd),
             File("src/keypad.h", "interfaces/keypad.h"),
             File(
                 "src/keypad.c",
                 "interfaces/keypad.c.j2",
-                {"where": source.where, "adc_setup": _adc_setup(channel, board.clock_hz)},
+                {"where": source.where, "shared_adc": has_sensors(controller)},
             ),
             File("src/panel.h", "interfaces/panel.h"),
             File("src/panel.c", "interfaces/panel.c.j2", panel),
@@ -90,9 +92,11 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             Call(Stage.SHOW, "lcd.h", "lcd_start();"),
             Call(Stage.SHOW, "panel.h", "panel_refresh();"),
             Call(Stage.OPERATE, "keypad.h", "keypad_start();"),
+            *keys.start_calls,
         ),
         tick_calls=(
             Call(Stage.OPERATE, "panel.h", "panel_tick();"),
+            *keys.tick_calls,
             Call(Stage.SHOW, "lcd.h", "lcd_tick();"),
         ),
         wiring=(
@@ -104,14 +108,3 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             Wiring(KEYPAD_PIN, "LCD keypad shield, keys", "resistor ladder"),
         ),
     )
-
-
-def _adc_setup(channel: int, clock_hz: int) -> list[str]:
-    """Left-adjusted against AVCC; the ADC clock must not exceed 200 kHz (data sheet, ADC)."""
-    code = next(code for code in range(1, 8) if clock_hz / (1 << code) <= 200_000)
-    clock = " | ".join(f"(1u << ADPS{bit})" for bit in (2, 1, 0) if code & (1 << bit))
-    mux = "".join(f" | (1u << MUX{bit})" for bit in (2, 1, 0) if channel & (1 << bit))
-    return [
-        f"ADMUX = (1u << REFS0) | (1u << ADLAR){mux}; /* supply as reference, upper eight bits */",
-        f"ADCSRA = (1u << ADEN) | (1u << ADSC) | {clock};",
-    ]

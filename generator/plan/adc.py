@@ -1,0 +1,130 @@
+"""The ADC: one scan a tick, shared by the analog sensors and the keys."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.parts import Call, File, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Analog, Controller, LcdKeypad, Rtd, Thermistor
+
+KEYPAD_PIN = "A0"
+"""Of the display shield's keys."""
+
+FASTEST_HZ = 200_000
+"""ADC clock for the full ten bits (data sheets, ADC, "Prescaling and conversion timing")."""
+
+FAR = 8
+"""Channels from this one up have MUX5 set, which is in ADCSRB (ATmega2560, 32U4)."""
+
+DIGITAL_INPUTS = {"atmega328p": range(6), "atmega1284p": range(8)}
+"""Channels whose pin has a digital input, where not all have one (data sheets, DIDR0, DIDR2)."""
+
+REFERENCES = {
+    "supply": ("(1u << REFS0)", "The supply, AVCC."),
+    "internal": ("(1u << REFS1) | (1u << REFS0)", "The chip's internal reference."),
+    "external": ("0", "The voltage at the pin AREF."),
+}
+"""Bits of ADMUX and their meaning; the same on all chips."""
+
+AnalogSensor = Thermistor | Rtd | Analog
+
+
+def channel_macro(sensor: str) -> str:
+    """The C name of a sensor's channel."""
+    return f"ADC_SENSOR_{sensor.upper()}"
+
+
+def scan(root: Source) -> Part:
+    """Plan the scan: the same part for each that asks, and so printed once."""
+    controller = root.controller
+    board = controller.board
+    channels = _channels(root)
+    numbers = [int(channel["number"]) for channel in channels]
+    code = next(code for code in range(1, 8) if board.clock_hz / (1 << code) <= FASTEST_HZ)
+    reference, reference_is = REFERENCES[_reference(controller)]
+    context = {
+        "channels": channels,
+        "interrupts": has_sensors(controller),
+        "far": any(number >= FAR for number in numbers),
+        "mixed": len({number >= FAR for number in numbers}) > 1,
+        "enabled": "(1u << ADEN)" + _bits("ADPS", code),
+        "clock_khz": f"{board.clock_hz / (1 << code) / 1000:g}",
+        "reference": reference,
+        "reference_is": reference_is,
+        "digital_inputs_off": _digital_inputs_off(controller),
+    }
+    return Part(
+        files=(
+            File("src/adc.h", "src/adc.h.j2", context),
+            File("src/adc.c", "src/adc.c.j2", context),
+        ),
+        start_calls=(Call(Stage.OPERATE, "adc.h", "adc_start();"),),
+        tick_calls=(Call(Stage.CONTROL, "adc.h", "adc_tick();"),),
+    )
+
+
+def has_sensors(controller: Controller) -> bool:
+    """Tell whether anything but keys is measured."""
+    return any(isinstance(sensor, AnalogSensor) for sensor in controller.sensors.values())
+
+
+def channel_of(controller: Controller, pin: str) -> int:
+    """The ADC's channel on a pin."""
+    channel = controller.board.pins[pin].adc
+    assert channel is not None  # noqa: S101 - the spec refuses pins without one
+    return channel
+
+
+def _channels(root: Source) -> list[dict[str, str]]:
+    """Sensors first, in the order of the file, then the keys."""
+    controller = root.controller
+    channels = [
+        _channel(controller, channel_macro(name), sensor.pin, root.at("sensors", name, "pin"))
+        for name, sensor in controller.sensors.items()
+        if isinstance(sensor, AnalogSensor)
+    ]
+    channels += [
+        _channel(controller, "ADC_KEYPAD", KEYPAD_PIN, root.at("interfaces", index))
+        for index, interface in enumerate(controller.interfaces)
+        if isinstance(interface, LcdKeypad)
+    ]
+    return channels
+
+
+def _channel(controller: Controller, macro: str, pin: str, source: Source) -> dict[str, str]:
+    number = channel_of(controller, pin)
+    return {
+        "macro": macro,
+        "number": str(number),
+        "where": source.where,
+        "mux": _bits("MUX", number % FAR),
+        "far": "(1u << MUX5)" if number >= FAR else "0",
+    }
+
+
+def _bits(name: str, code: int) -> str:
+    """Three bits of a register by name, to be put behind others."""
+    return "".join(f" | (1u << {name}{bit})" for bit in (2, 1, 0) if code & (1 << bit))
+
+
+def _reference(controller: Controller) -> str:
+    """All channels have the same (the spec sees to it); keys divide the supply."""
+    for sensor in controller.sensors.values():
+        if isinstance(sensor, AnalogSensor):
+            return sensor.reference if isinstance(sensor.reference, str) else "external"
+    return "supply"
+
+
+def _digital_inputs_off(controller: Controller) -> list[str]:
+    """Lines that switch off the digital inputs of sensors' pins: half a supply makes them draw."""
+    board = controller.board
+    numbers = [
+        channel_of(controller, sensor.pin)
+        for sensor in controller.sensors.values()
+        if isinstance(sensor, AnalogSensor)
+    ]
+    lines = []
+    for register, group in (("DIDR0", range(FAR)), ("DIDR2", range(FAR, 16))):
+        able = [n for n in numbers if n in group and n in DIGITAL_INPUTS.get(board.mcu, range(16))]
+        bits = " | ".join(f"(1u << ADC{number}D)" for number in sorted(able))
+        lines += [f"{register} = {bits}; /* no digital inputs there */"] if bits else []
+    return lines

@@ -1,0 +1,116 @@
+"""What thermistor, rtd and analog sensors have in common: a channel, limits, and a table."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.adc import channel_macro, scan
+from heatwright.generator.plan.core import rule_macro
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Analog, Divider, Rtd, Thermistor
+from heatwright.spec.conversion import Conversion, conversion
+from heatwright.spec.rules import RULES
+
+RULE = {rule.id: rule_macro(rule) for rule in RULES.values()}
+
+
+def plan_analog(
+    source: Source,
+    name: str,
+    sensor: Thermistor | Rtd | Analog,
+    use: UseOfSensor,
+    circuit: str,
+) -> Part:
+    """Plan an analog sensor; `circuit` says in a few words of ASCII what is at the pin."""
+    controller = source.controller
+    board = controller.board
+    pin = board.pins[sensor.pin]
+    table = conversion(sensor, board.mcu)
+    at_low, at_high = RULE["sensor_short"], RULE["sensor_open"]
+    if not table.limits.open_is_high:
+        at_low, at_high = at_high, at_low
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "kind": sensor.kind,
+        "pin": label(pin),
+        "where": source.where,
+        "circuit": circuit[0].upper() + circuit[1:],
+        "channel": channel_macro(name),
+        "at_low": at_low,
+        "at_high": at_high,
+        "oversample": sensor.oversample,
+        "range": source.at("range").where,
+        "points": _points(table),
+        "segments": len(table.points) - 1,
+    }
+    shared = scan(Source(source.spec, ()))
+    return Part(
+        files=(
+            *shared.files,
+            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
+            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
+            File(f"src/celsius_{name}.c", "src/celsius.c.j2", context),
+        ),
+        groups=(Group(f"Sensor {name}", _constants(source, sensor, name, table, use)),),
+        start_calls=shared.start_calls,
+        tick_calls=(
+            Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),
+            *shared.tick_calls,
+        ),
+        wiring=(Wiring(label(pin), f"sensor `{name}`: {sensor.kind}", circuit),),
+    )
+
+
+def divider_words(element: str, divider: Divider | None) -> str:
+    """Say how an element is wired to its resistor."""
+    assert divider is not None  # noqa: S101 - the spec asks for one
+    supply = "the supply" if divider.supply_v is None else f"{divider.supply_v:g} V"
+    if divider.pull_up_ohm is not None:
+        return f"{element} to ground, {divider.pull_up_ohm:g} ohm to {supply}"
+    return f"{element} to {supply}, {divider.pull_down_ohm:g} ohm to ground"
+
+
+def _points(table: Conversion) -> list[dict[str, str]]:
+    """The points as the table's lines; the last has no slope."""
+    slopes = [c_float(slope) for slope in table.slopes]
+    return [
+        {"raw": str(point.raw), "celsius": c_float(point.celsius), "slope": slope}
+        for point, slope in zip(table.points, [*slopes, ""], strict=True)
+    ]
+
+
+def _constants(
+    source: Source,
+    sensor: Thermistor | Rtd | Analog,
+    name: str,
+    table: Conversion,
+    use: UseOfSensor,
+) -> tuple[Constant, ...]:
+    prefix, limits = f"SENSOR_{name.upper()}", table.limits
+    ends = sorted(sensor.range_c, reverse=table.points[0].celsius > table.points[-1].celsius)
+    oversample, span = source.at("oversample"), source.at("range")
+    spare = max(0, ticks(use.period_s) - sensor.oversample - 1)
+    return (
+        oversample.count(f"{prefix}_OVERSAMPLE", sensor.oversample, "codes in a reading"),
+        Constant(
+            f"{prefix}_START_TICKS",
+            f"{spare}u",
+            f"wait, so that the reading is of the last {sensor.oversample * TICK_MS} ms "
+            "when the step comes",
+        ),
+        span.count(f"{prefix}_CODE_LOW", limits.low, quantity(ends[0], "degC")),
+        span.count(f"{prefix}_CODE_HIGH", limits.high, quantity(ends[1], "degC")),
+        Constant(
+            f"{prefix}_CODE_FAR_LOW",
+            f"{limits.far_low}u",
+            f"half way to {limits.low_limit}, the circuit's lower end",
+        ),
+        Constant(
+            f"{prefix}_CODE_FAR_HIGH",
+            f"{limits.far_high}u",
+            f"half way to {limits.high_limit}, the circuit's upper end",
+        ),
+    )

@@ -1,0 +1,25 @@
+"""Platinum sensor in a divider or behind a differential amplifier, on the ADC."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.analog import divider_words, plan_analog
+from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Rtd
+
+
+def plan(source: Source, name: str, sensor: Rtd, use: UseOfSensor) -> Part:
+    """Plan the sensor and its share of the ADC's scan."""
+    return plan_analog(source, name, sensor, use, _circuit(sensor))
+
+
+def _circuit(sensor: Rtd) -> str:
+    element = sensor.element.title()
+    if sensor.amplifier is None:
+        return divider_words(element, sensor.divider)
+    amplifier = sensor.amplifier
+    return (
+        f"{element} fed from {amplifier.excitation_v:g} V through {amplifier.series_ohm:g} ohm, "
+        f"amplified {amplifier.gain:g} times"
+    )

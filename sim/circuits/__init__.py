@@ -1,0 +1,9 @@
+"""Analog circuits, exactly: what voltage a temperature makes at a pin of the ADC.
+
+Written from the textbooks and standards, in numpy, and not from the language's own conversion:
+these judge the tables that the firmware is given.
+"""
+
+from heatwright.sim.circuits.ports import Wiring, pin_v, reference_v, shares
+
+__all__ = ["Wiring", "pin_v", "reference_v", "shares"]

@@ -1,0 +1,68 @@
+"""Resistance of sensing elements by temperature, for arrays: °C in, Ω out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.spec import BetaCurve, PointsCurve, Rtd, Thermistor
+
+Array = NDArray[np.float64]
+
+ZERO_C = 273.15
+"""0 °C in K."""
+
+
+def element_ohm(sensor: Thermistor | Rtd, celsius: Array) -> Array:
+    """Return the sensing element's resistance."""
+    if isinstance(sensor, Thermistor):
+        return thermistor_ohm(sensor, celsius)
+    return platinum_ohm(sensor, celsius)
+
+
+def thermistor_ohm(sensor: Thermistor, celsius: Array) -> Array:
+    """Return a thermistor's resistance, by whichever curve it is specified."""
+    kelvin = celsius + ZERO_C
+    curve = sensor.curve
+    if isinstance(curve, BetaCurve):
+        return beta_ohm(kelvin, curve.resistance_ohm, curve.at_c + ZERO_C, curve.beta_k)
+    if isinstance(curve, PointsCurve):
+        temperatures, ohms = np.array(curve.points).T
+        return interpolated_ohm(kelvin, temperatures + ZERO_C, ohms)
+    return steinhart_hart_ohm(kelvin, curve.a, curve.b, curve.c)
+
+
+def beta_ohm(kelvin: Array, nominal_ohm: float, nominal_k: float, beta_k: float) -> Array:
+    """Return R = R₀·e^(β(1/T − 1/T₀)), the Arrhenius law of a semiconductor."""
+    law: Array = nominal_ohm * np.exp(beta_k * (1 / kelvin - 1 / nominal_k))
+    return law
+
+
+def steinhart_hart_ohm(kelvin: Array, a: float, b: float, c: float) -> Array:
+    """Return the resistance whose logarithm x solves c·x³ + b·x + (a − 1/T) = 0.
+
+    The one real root of a depressed cubic x³ + p·x + q with p > 0 by the hyperbolic sine:
+    x = −2·√(p/3)·sinh(⅓·arsinh(3q/(2p)·√(3/p))), from sinh 3u = 3 sinh u + 4 sinh³ u.
+    """
+    if c == 0:
+        return np.asarray(np.exp((1 / kelvin - a) / b))
+    p, q = b / c, (a - 1 / kelvin) / c
+    angle = np.arcsinh(1.5 * q / p * np.sqrt(3 / p)) / 3
+    return np.asarray(np.exp(-2 * np.sqrt(p / 3) * np.sinh(angle)))
+
+
+def interpolated_ohm(kelvin: Array, at_k: Array, ohms: Array) -> Array:
+    """Return ln R interpolated linearly in 1/T; the outermost pieces go on beyond the ends."""
+    order = np.argsort(1 / at_k)
+    inverse, logs = 1 / at_k[order], np.log(ohms[order])
+    wanted = 1 / kelvin
+    piece = np.clip(np.searchsorted(inverse, wanted) - 1, 0, len(inverse) - 2)
+    slope = np.diff(logs) / np.diff(inverse)
+    return np.exp(logs[piece] + slope[piece] * (wanted - inverse[piece]))
+
+
+def platinum_ohm(sensor: Rtd, celsius: Array) -> Array:
+    """Return a platinum sensor's resistance by the Callendar–Van Dusen equation (IEC 60751)."""
+    zero_ohm = {"pt100": 100.0, "pt1000": 1000.0}[sensor.element]
+    cubic = np.where(celsius < 0, -4.183e-12 * (celsius - 100) * celsius, 0.0)
+    return zero_ohm * (1 + celsius * (3.9083e-3 + celsius * (-5.775e-7 + cubic)))

@@ -1,0 +1,108 @@
+"""Voltage at an ADC's pin: the sensing element, its circuit, and what breaks in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from heatwright.sim.circuits.elements import Array, element_ohm
+from heatwright.spec import Amplifier, Analog, Board, Divider, Rtd, Thermistor
+
+SUPPLY_V = 5.0
+"""Of the board."""
+
+INTERNAL_REFERENCE_V = {
+    "atmega328p": 1.1,
+    "atmega32u4": 2.56,
+    "atmega1284p": 2.56,
+    "atmega2560": 2.56,
+}
+"""With REFS1 and REFS0 both set (data sheets, ADC, "ADMUX")."""
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """What is wrong between element and pin; with nothing given, nothing.
+
+    opened -- a wire to the element is broken; shorted -- the element's two wires touch;
+    series_ohm -- a contact that corrodes; parallel_ohm -- a leak across the element; pin -- the
+    pin's own wire touches ground ("low") or the supply ("high").
+    """
+
+    opened: bool = False
+    shorted: bool = False
+    series_ohm: float = 0.0
+    parallel_ohm: float = np.inf
+    pin: Literal["low", "high"] | None = None
+
+    def ohm(self, of_element: Array) -> Array:
+        """Return what the circuit sees of an element's resistance; infinite when opened."""
+        if self.opened:
+            return np.full_like(of_element, np.inf)
+        if self.shorted:
+            return np.zeros_like(of_element)
+        return 1 / (1 / of_element + 1 / self.parallel_ohm) + self.series_ohm
+
+
+SOUND = Wiring()
+
+
+def pin_v(sensor: Thermistor | Rtd | Analog, celsius: ArrayLike, wiring: Wiring = SOUND) -> Array:
+    """Return the voltage at the pin for temperatures at the element, °C."""
+    temperature_c = np.asarray(celsius, dtype=float)
+    if wiring.pin is not None:
+        return np.full_like(temperature_c, 0.0 if wiring.pin == "low" else SUPPLY_V)
+    if isinstance(sensor, Analog):
+        return _given_v(sensor, temperature_c, wiring)
+    seen_ohm = wiring.ohm(element_ohm(sensor, temperature_c))
+    if isinstance(sensor, Rtd) and sensor.amplifier is not None:
+        return _amplified_v(sensor.element, sensor.amplifier, seen_ohm)
+    assert sensor.divider is not None  # noqa: S101 - what has no amplifier has a divider
+    return _divided_v(sensor.divider, seen_ohm)
+
+
+def reference_v(sensor: Thermistor | Rtd | Analog, board: Board) -> float:
+    """Return the ADC's full scale, V."""
+    if isinstance(sensor.reference, float):
+        return sensor.reference
+    return SUPPLY_V if sensor.reference == "supply" else INTERNAL_REFERENCE_V[board.mcu]
+
+
+def shares(sensor: Thermistor | Rtd | Analog, board: Board, celsius: ArrayLike) -> Array:
+    """Return the voltage of a sound circuit as a share of the ADC's full scale."""
+    return pin_v(sensor, celsius) / reference_v(sensor, board)
+
+
+def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
+    """Return the voltage where two resistors meet: the mean of their ends' by conductance.
+
+    J. Millman, "A useful network theorem", Proc. IRE 28 (1940).
+    """
+    supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
+    with np.errstate(divide="ignore"):
+        element_s = 1 / seen_ohm
+    resistor_ohm = divider.pull_up_ohm or divider.pull_down_ohm
+    resistor_s = np.full_like(seen_ohm, 1 / float(resistor_ohm or np.nan))
+    pulled_up = divider.pull_up_ohm is not None
+    upper_s, lower_s = (resistor_s, element_s) if pulled_up else (element_s, resistor_s)
+    with np.errstate(invalid="ignore"):
+        node_v = supply_v * upper_s / (upper_s + lower_s)
+    return np.where(np.isinf(upper_s), supply_v, np.where(np.isinf(lower_s), 0.0, node_v))
+
+
+def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
+    """Return gain · excitation · (R − R₀) / series, between ground and the amplifier's supply."""
+    current_a = amplifier.excitation_v / amplifier.series_ohm
+    above_ohm = seen_ohm - {"pt100": 100.0, "pt1000": 1000.0}[element]
+    return np.clip(amplifier.gain * current_a * above_ohm, 0.0, amplifier.excitation_v)
+
+
+def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:
+    """Return what a sensor with a voltage of its own gives; unplugged, what its line falls to."""
+    open_v = SUPPLY_V if sensor.open_reads == "high" else 0.0
+    if wiring.opened or wiring.shorted:
+        return np.full_like(temperature_c, open_v if wiring.opened else SUPPLY_V - open_v)
+    return np.clip(sensor.offset_v + sensor.scale_v_per_k * temperature_c, 0.0, SUPPLY_V)

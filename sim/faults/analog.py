@@ -1,0 +1,171 @@
+"""Faults of a sensor on the ADC: its wires, its contacts, the converter itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import cast
+
+import numpy as np
+
+from heatwright.sim.circuits import Wiring, shares
+from heatwright.sim.circuits.elements import element_ohm
+from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults.bounds import answer_s, reading_s, steps
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import sensor_step_k
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.sensors.adc_sensor import AdcSensor
+from heatwright.spec import Analog, Rtd, Thermistor
+
+WATCH_S = 60.0
+CODES = 1024
+SOUND_PER_BROKEN = 4
+"""An intermittent wire is sound for so many times as long as it is broken: the machine holds."""
+COLDEST_C, HOTTEST_C = -200.0, 800.0
+"""No sensor is asked to be beyond these."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop's sensor."""
+    yield from _broken(site)
+    yield from _beyond_the_table(site)
+    yield from _converter(site)
+    yield from _contacts(site)
+
+
+def _sensor(site: Site) -> Thermistor | Rtd | Analog:
+    return cast("Thermistor | Rtd | Analog", site.controller.sensors[site.loop.sensor])
+
+
+def _wire(wiring: Wiring) -> Act:
+    def act(world: World) -> None:
+        tip = cast("AdcSensor", world.device.sensors[world.site.loop.sensor])
+        tip.wiring = wiring
+
+    return act
+
+
+def _invalid(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
+    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
+    trip = Trip((rule,), answer_s(site.loop))
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        cure,
+        trip=trip,
+        off_within_s=reading_s(site.loop),
+        again=trip,
+    )
+
+
+def _broken(site: Site) -> Iterator[Fault]:
+    """A wire is broken, or the two touch: the circuit goes to its own limits."""
+    sound = _wire(Wiring())
+    yield _invalid(site, "open", "sensor_open", _wire(Wiring(opened=True)), sound)
+    yield _invalid(site, "shorted", "sensor_short", _wire(Wiring(shorted=True)), sound)
+
+
+def _beyond_the_table(site: Site) -> Iterator[Fault]:
+    """The tip is a little beyond an end of the range: no table goes on there."""
+    coldest_c, hottest_c = _sensor(site).range_c
+    for name, end_c, away_c in (
+        ("beyond_the_cold_end", coldest_c, COLDEST_C),
+        ("beyond_the_hot_end", hottest_c, HOTTEST_C),
+    ):
+        beyond_c = _next_codes_c(site, end_c, away_c)
+        yield _invalid(site, name, "sensor_range", _feel(site, beyond_c), _feel_again(site))
+
+
+def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
+    """Return a temperature whose code is the second one beyond that of the range's end."""
+    sensor, board = _sensor(site), site.controller.board
+    away = np.linspace(end_c, away_c, 100_000)
+    codes = np.floor(CODES * shares(sensor, board, away))
+    return float(away[np.argmax(np.abs(codes - codes[0]) >= 2)])
+
+
+def _feel(site: Site, tip_c: float) -> Act:
+    def cause(world: World) -> None:
+        world.wiring.feel[site.loop.sensor] = lambda _: tip_c
+
+    return cause
+
+
+def _feel_again(site: Site) -> Act:
+    def cure(world: World) -> None:
+        world.wiring.feel.pop(site.loop.sensor)
+
+    return cure
+
+
+def _converter(site: Site) -> Iterator[Fault]:
+    """The ADC no longer ends its conversions, or ends them all with one code."""
+    yield _invalid(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
+    trip = trips.no_rise(site)
+    if trip is not None:
+        yield Fault(
+            "adc_stuck",
+            lambda: starts.heating(site),
+            _fail(stuck=True),
+            _fail(),
+            trip=trip,
+            again=trip,
+        )
+
+
+def _fail(*, hung: bool = False, stuck: bool = False) -> Act:
+    return lambda world: world.device.avr.adc.fail(hung=hung, stuck=stuck)
+
+
+def _contacts(site: Site) -> Iterator[Fault]:
+    """A wire that is broken now and then; contacts and insulation that spoil the resistance."""
+    most = steps(site.loop.protection.stale_after_s, site.loop) - 2
+    if most > 0:
+        yield Fault(
+            "intermittent_wire",
+            lambda: starts.heating(site),
+            _now_and_then(site, most, SOUND_PER_BROKEN * most),
+            watch_s=WATCH_S,
+        )
+    sensor = _sensor(site)
+    if not isinstance(sensor, Analog):
+        jump = partial(_jump, site, sensor)
+        yield jump("contact_corrodes", lambda _, more: Wiring(series_ohm=more))
+        yield jump("insulation_leaks", lambda ohm, more: Wiring(parallel_ohm=ohm**2 / more))
+
+
+def _jump(
+    site: Site, sensor: Thermistor | Rtd, name: str, wiring: Callable[[float, float], Wiring]
+) -> Fault:
+    """Change what the circuit sees of the element by what it would in twice the allowed rate.
+
+    wiring -- from the element's resistance and that change. After an acknowledgement nothing
+    changes any more, and no rule can tell.
+    """
+
+    def cause(world: World) -> None:
+        limit_k = site.loop.protection.rise_rate_k_per_s * site.loop.period_s
+        around_c = np.array([0.0, 2 * limit_k + 2 * sensor_step_k(site)]) + world.tip_c
+        here_ohm, there_ohm = (float(ohm) for ohm in element_ohm(sensor, around_c))
+        _wire(wiring(here_ohm, abs(there_ohm - here_ohm)))(world)
+
+    trip = Trip(("rise_rate",), reading_s(site.loop))
+    return Fault(name, lambda: starts.heating(site), cause, _wire(Wiring()), trip=trip)
+
+
+def _now_and_then(site: Site, broken: int, sound: int) -> Act:
+    """Break the wire for so many periods, again and again."""
+
+    def cause(world: World) -> None:
+        began_s = world.now_s
+
+        def feel(felt_c: float) -> float:
+            turn = (world.now_s - began_s) / site.loop.period_s % (broken + sound)
+            _wire(Wiring(opened=turn < broken))(world)
+            return felt_c
+
+        world.wiring.feel[site.loop.sensor] = feel
+
+    return cause

@@ -1,0 +1,5 @@
+"""Faults of a sensor of kind `rtd`: see heatwright.sim.faults.analog."""
+
+from heatwright.sim.faults.analog import faults
+
+__all__ = ["faults"]

@@ -1,0 +1,5 @@
+"""Faults of a sensor of kind `thermistor`: see heatwright.sim.faults.analog."""
+
+from heatwright.sim.faults.analog import faults
+
+__all__ = ["faults"]

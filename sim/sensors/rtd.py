@@ -1,0 +1,5 @@
+"""A platinum sensor in its divider or behind its amplifier, at a pin of the ADC."""
+
+from heatwright.sim.sensors.adc_sensor import AdcSensor, attach
+
+__all__ = ["AdcSensor", "attach"]
