@@ -9,7 +9,7 @@ enum {
     FAULT_NONE = 0,
     READING_OK = FAULT_NONE, /* of a reading: no rule is broken */
     FAULT_SENSOR_NO_ANSWER = 1, /* The sensor does not answer. */
-    FAULT_SENSOR_SHORT = 2, /* The sensor's line is held low. */
+    FAULT_SENSOR_SHORT = 2, /* The sensor's line is held at one end, as by a short circuit. */
     FAULT_SENSOR_CRC = 3, /* The sensor's answers arrive damaged. */
     FAULT_SENSOR_STALE = 4, /* No reading has come for too long. */
     FAULT_SENSOR_RESET = 5, /* The sensor has lost its settings: its supply broke down. */

@@ -2,8 +2,7 @@
 /* The five keys of the LCD keypad shield: a resistor ladder on one analog pin (chamber.yaml:36 interfaces[0]). */
 #include "keypad.h"
 
-#include <avr/io.h> /* ADC registers */
-
+#include "adc.h"  /* adc_is_fresh */
 #include "pins.h" /* pin_keypad_pull_up */
 
 /* Upper end of each key's range. Nominal ten-bit codes of the ladder: right 0, up 131, down 307,
@@ -25,8 +24,6 @@ static uint8_t held = KEY_UNKNOWN; /* key that has been reported */
 void keypad_start(void)
 {
     pin_keypad_pull_up(); /* without the shield no key is down */
-    ADMUX = (1u << REFS0) | (1u << ADLAR); /* supply as reference, upper eight bits */
-    ADCSRA = (1u << ADEN) | (1u << ADSC) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0);
 }
 
 static uint8_t key_of(uint8_t level)
@@ -48,13 +45,12 @@ static uint8_t key_of(uint8_t level)
 
 uint8_t keypad_tick(void)
 {
-    if (ADCSRA & (1u << ADSC)) {
-        return KEY_NONE; /* the conversion started a tick ago takes 0.1 ms */
+    if (!adc_is_fresh()) {
+        return KEY_NONE;
     }
-    const uint8_t key = key_of(ADCH);
+    const uint8_t key = key_of(adc_upper_bits());
     const uint8_t before = sampled;
 
-    ADCSRA |= (1u << ADSC);
     sampled = key;
     if (key != before || key == held || (held == KEY_UNKNOWN && key != KEY_NONE)) {
         return KEY_NONE; /* bouncing, or nothing new */

@@ -3,6 +3,7 @@
 #include <avr/interrupt.h> /* sei */
 #include <avr/wdt.h>       /* wdt_enable, wdt_reset */
 
+#include "adc.h" /* adc_start, adc_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "gate.h" /* gate_renew_main */
 #include "guard_air.h" /* guard_air_reset */
@@ -25,6 +26,7 @@ static void start(void)
     output_fan_start();
     guard_air_reset();
     keypad_start();
+    adc_start();
     loop_air_start();
     lcd_start();
     panel_refresh();
@@ -40,6 +42,7 @@ static void run_tick(void)
     sensor_air_tick();
     panel_tick();
     loop_air_tick();
+    adc_tick();
     lcd_tick();
     plotter_tick();
     settings_tick();
