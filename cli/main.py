@@ -21,6 +21,7 @@ COMMANDS = (
     "verify",
     "compare",
     "identify",
+    "tune",
 )
 """In the order in which a user meets them; each is a module of `commands`."""
 

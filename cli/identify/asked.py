@@ -19,7 +19,6 @@ from heatwright.sim.identify import (
     record_of,
 )
 from heatwright.sim.identify.columns import Column
-from heatwright.sim.plants import powers_of
 from heatwright.sim.tuning.delays import reading_age_s
 from heatwright.spec import Controller, Loop, SerialPlotter, load
 from heatwright.spec.simulation import AMBIENT
@@ -79,7 +78,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
         able = ", ".join(controller.loops)
         raise Refused(f"{loaded.file_name}: has no loop {name}; there are {able}.")
     chosen = controller.loops[name]
-    power_w = power_w or powers_of(controller)[chosen.heater] or None
+    power_w = power_w or controller.outputs[chosen.heater].power_w
     return Asked(
         columns,
         Scales(power_w, full, period_s or chosen.period_s),

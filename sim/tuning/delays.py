@@ -11,7 +11,7 @@ def reading_age_s(controller: Controller, sensor: str) -> float:
     """Return how old a reading is at its control step, s."""
     spec = controller.sensors[sensor]
     module = import_module(f"heatwright.sim.reference.{spec.kind}")
-    return float(module.IdealSensor(spec).sampled_before_step_s)
+    return float(module.IdealSensor(spec, controller.board).sampled_before_step_s)
 
 
 def output_delay_s(controller: Controller, output: str, period_s: float) -> float:

@@ -97,12 +97,11 @@ def process_of(controller: Controller, loop: str) -> Process:
         message = "A process needs a machine: the specification has no `simulation`"
         raise ValueError(message)
     spec, network = controller.loops[loop], controller.simulation.plant
-    powers_w = powers_of(controller)
-    power_w = powers_w[spec.heater]
+    power_w = controller.outputs[spec.heater].power_w
     if not power_w:
         message = f"The heater {spec.heater} has no power"
         raise ValueError(message)
-    plant = Plant(network, powers_w, ambient_c=0.0, step_s=spec.period_s)
+    plant = Plant(network, powers_of(controller), ambient_c=0.0, step_s=spec.period_s)
     equations = plant.rates(tuple(float(_runs(controller, fan)) for fan in network.fans))
     size = len(equations)
     sensed = plant.state_of(spec.sensor)

@@ -1,0 +1,1 @@
+"""Methods of tuning side by side: run, tabled, drawn, written as YAML."""

@@ -1,0 +1,75 @@
+"""The methods in one picture: Bode diagram of the open loop, and the trial on the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from heatwright.cli.tune.methods import Judged, Task, Tried
+from heatwright.sim.plot import PANEL_IN, dress
+from heatwright.sim.plot_data import SETPOINT, time_axis, with_reading
+from heatwright.sim.tuning.margins import open_loop
+
+COLOURS = ("#7f7f7f", "#0050a0", "#e69f00", "#009e73")
+WIDTH_IN = 12.0
+ROOM_K = 2.0
+"""Least height about the setpoint that the closer look shows to either side."""
+
+
+def tuned_figure(task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Figure:
+    """Draw the open loops on the left, temperature and duty on the right."""
+    figure = Figure(figsize=(WIDTH_IN, 3 * PANEL_IN), layout="constrained")
+    panels = figure.subplots(2, 2, sharex="col")
+    for colour, row in zip(cycle(COLOURS), rows, strict=False):
+        _bode(panels[0][0], panels[1][0], task, row, colour)
+        if row.method in tried:
+            _course(panels[0][1], panels[1][1], tried[row.method], row.method, colour)
+    _finish_bode(panels[0][0], panels[1][0])
+    _finish_course(panels[0][1], panels[1][1], task)
+    for panel in panels.flatten().tolist():
+        dress(panel)
+    title = task.controller.identity.title or task.controller.identity.name
+    figure.suptitle(f"{title}: {task.loop}", x=0.01, ha="left", fontweight="bold")
+    return figure
+
+
+def _bode(size: Axes, angle: Axes, task: Task, row: Judged, colour: str) -> None:
+    loop = open_loop(task.process, row.gains, task.period_s)
+    size.loglog(loop.omega, np.abs(loop.response), color=colour, lw=1.4, label=row.method)
+    phase = np.degrees(np.unwrap(np.angle(loop.response)))
+    angle.semilogx(loop.omega, phase, color=colour, lw=1.4)
+    found = row.margins
+    if found.crossover:
+        at = float(np.interp(found.crossover, loop.omega, phase))
+        angle.plot([found.crossover], [at], "o", color=colour, ms=5)
+
+
+def _finish_bode(size: Axes, angle: Axes) -> None:
+    size.axhline(1.0, color=SETPOINT, lw=0.8, ls="--")
+    angle.axhline(-180.0, color=SETPOINT, lw=0.8, ls="--")
+    angle.set_ylim(-360, 0)
+    angle.set_yticks(range(-360, 1, 90))
+    size.set_ylabel("open loop, size")
+    angle.set_ylabel("phase [°], dots: crossover")
+    angle.set_xlabel("frequency [rad/s]")
+    size.legend(loc="lower left", frameon=False)
+
+
+def _course(above: Axes, below: Axes, tried: Tried, method: str, colour: str) -> None:
+    seen = with_reading(tried.trace.steps[next(iter(tried.trace.steps))])
+    time = time_axis(tried.trace.duration_s)
+    times = time(seen["time_s"])
+    above.plot(times, seen["temperature_c"], color=colour, lw=1.2, label=method)
+    below.plot(times, seen["duty_percent"], color=colour, lw=0.9)
+    below.set_xlabel(f"time [{time.unit}]")
+
+
+def _finish_course(above: Axes, below: Axes, task: Task) -> None:
+    above.axhline(task.target_c, color=SETPOINT, lw=0.8, ls="--")
+    above.set_ylabel("reading [°C]")
+    below.set_ylabel("duty [%]")
+    below.set_ylim(0, 105)

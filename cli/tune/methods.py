@@ -1,0 +1,159 @@
+"""The methods of tuning, each judged by its margins and tried on the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from heatwright.cli.ends import Refused
+from heatwright.cli.talk import Job, Talk
+from heatwright.sim.metrics import Metrics, metrics
+from heatwright.sim.plot_data import Tripped, faults
+from heatwright.sim.trace import Trace
+from heatwright.sim.tuning.disturbed import Load, load_answer, step_kick
+from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.margins import Margins, margins
+from heatwright.sim.tuning.process import Process
+from heatwright.sim.tuning.reduced import Reduced
+from heatwright.sim.tuning.relay import TuningFailed, relay
+from heatwright.sim.tuning.rules import lambda_rule, model_for, simc
+from heatwright.sim.tuning.trial import try_gains
+from heatwright.spec import Controller, Pid
+
+OWN = "as it is"
+"""The row of the spec's own gains."""
+
+SETTLING = 5.0
+"""Integral times that a trial goes on after it has become warm."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is tuned, and how."""
+
+    controller: Controller
+    loop: str
+    target_c: float
+    process: Process
+    warm_s: float
+    """Time from cold to the target at full power, s."""
+    filter_s: float
+    lambda_s: float | None = None
+    tauc_s: float | None = None
+
+    @property
+    def period_s(self) -> float:
+        """Time between control steps, s."""
+        return self.controller.loops[self.loop].period_s
+
+    @property
+    def model(self) -> Reduced:
+        """What the rules see of the machine."""
+        return model_for(self.process, self.period_s, self.filter_s)
+
+    @property
+    def step_k(self) -> float:
+        """One step of the sensor, K."""
+        return self.controller.sensors[self.controller.loops[self.loop].sensor].step_k
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One method's gains, and what they are worth."""
+
+    method: str
+    gains: Gains
+    margins: Margins
+    load: Load | None
+    """None where the loop is not stable."""
+    kick_percent: float
+    """By how much one step of the sensor moves the duty."""
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A method that came to no gains."""
+
+    method: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Gains on the bench."""
+
+    trace: Trace
+    figures: Metrics
+    faults: tuple[Tripped, ...]
+
+
+def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Failed]:
+    """Do every method, and judge the spec's own gains beside them."""
+    spec = task.controller.loops[task.loop].algorithm
+    rows: list[Judged | Failed] = []
+    if isinstance(spec, Pid):
+        own = Gains(spec.kp, spec.ki, spec.kd, spec.derivative_filter_s)
+        rows.append(_judged(task, OWN, own))
+    for method in methods:
+        job = shown.begin(f"Tuning by {method}")
+        try:
+            gains = _FINDERS[method](task, job)
+        except TuningFailed as error:
+            job.end(str(error))
+            rows.append(Failed(method, str(error)))
+            continue
+        rows.append(_judged(task, method, gains))
+        job.end()
+    return rows
+
+
+def _judged(task: Task, method: str, gains: Gains) -> Judged:
+    found = margins(task.process, gains, task.period_s)
+    load = load_answer(task.process, gains, task.period_s) if found.stable else None
+    return Judged(method, gains, found, load, step_kick(gains, task.step_k, task.period_s))
+
+
+def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]:
+    """Heat with each row's gains, all for the same time; empty where the bench has no such loop."""
+    if len(task.controller.loops) > 1:
+        return {}
+    slow_s = max((each.gains.kp / each.gains.ki for each in rows if each.gains.ki), default=0.0)
+    length_s = task.warm_s + SETTLING * max(slow_s, task.warm_s)
+    return {each.method: _tried(task, each, length_s, shown) for each in rows}
+
+
+def _tried(task: Task, row: Judged, length_s: float, shown: Talk) -> Tried:
+    job = shown.begin(f"Trying {row.method}")
+    trace = try_gains(
+        task.controller,
+        task.loop,
+        row.gains,
+        target_c=task.target_c,
+        length_s=float(round(length_s)),
+        progress=job,
+    )
+    job.end()
+    try:
+        figures = metrics(trace, task.controller, task.loop)
+    except ValueError as error:
+        raise Refused(f"{error}.") from None
+    return Tried(trace, figures, faults(trace.steps[task.loop]))
+
+
+def _relay(task: Task, job: Job) -> Gains:
+    return relay(task.controller, task.loop, task.target_c, job)
+
+
+def _simc(task: Task, _: Job) -> Gains:
+    return simc(task.model, task.filter_s, task.tauc_s)
+
+
+def _lambda(task: Task, _: Job) -> Gains:
+    return lambda_rule(task.model, task.filter_s, task.lambda_s)
+
+
+_FINDERS: dict[str, Callable[[Task, Job], Gains]] = {
+    "relay": _relay,
+    "simc": _simc,
+    "lambda": _lambda,
+}

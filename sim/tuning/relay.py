@@ -1,0 +1,53 @@
+"""The firmware's autotune, done by the reference model on the machine of the specification."""
+
+from __future__ import annotations
+
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.plot_data import fault_label, faults
+from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.trial import Progress, asking, ending
+from heatwright.spec import Controller, Pid
+
+DONE = 2
+RESULTS = {
+    1: "it has not come to an end",
+    3: "it took longer than its time-out",
+    4: "it was stopped",
+    5: "the machine became too hot",
+    6: "what it found is no use",
+}
+"""Codes of autotune.result (docs/control.md, "Autotune")."""
+
+AFTERWARDS_S = 10.0
+"""Time after the time-out in which the result must be there."""
+
+
+class TuningFailed(Exception):
+    """The experiment came to no gains; the text says why."""
+
+
+def relay(
+    controller: Controller, loop: str, target_c: float, progress: Progress | None = None
+) -> Gains:
+    """Run the relay experiment from cold, as `M303` does, and return what it found.
+
+    Raises:
+        TuningFailed: a protection tripped, or the experiment found nothing.
+
+    """
+    spec = controller.loops[loop]
+    assert spec.autotune is not None  # noqa: S101 - the caller has looked
+    assert isinstance(spec.algorithm, Pid)  # noqa: S101 - as the language has it
+    line = f"M303 {{}} S{target_c:g} C{spec.autotune.cycles}"
+    length_s = spec.autotune.timeout_s + AFTERWARDS_S
+    scenario = (*asking(controller, loop, line), ending(length_s))
+    trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)
+    log = trace.steps[loop]
+    for _, code in faults(log):
+        raise TuningFailed(f"{fault_label(code)} tripped")
+    last = log[-1]
+    result = int(last["autotune.result"])
+    if result != DONE:
+        raise TuningFailed(RESULTS.get(result, "it did not start"))
+    found = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
+    return Gains(*found, spec.algorithm.derivative_filter_s)
