@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.elf import Elf
+from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
 from heatwright.sim.native.hw import Hw, Range
@@ -72,6 +73,7 @@ class Avr:
     def _power_on(self, mcu: str, supply_v: float) -> Hw:
         shim = load()
         install(shim.ffi)
+        spi.install(shim.ffi)
         hw = shim.lib.hw_new(mcu.encode(), self.clock_hz, round(1000 * supply_v))
         part = self.part
         shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
@@ -108,7 +110,7 @@ class Avr:
     def run_to(self, cycle: int) -> None:
         """Run to a cycle: exactly when asleep, else to the end of the instruction that reaches it.
 
-        Raises AvrError, whatever a chip on a 1-Wire line has raised, and KeyboardInterrupt within
+        Raises AvrError, whatever a chip on a bus has raised, and KeyboardInterrupt within
         a tenth of a second.
         """
         run, hw = self._lib.hw_run, self._hw
@@ -199,6 +201,19 @@ class Avr:
         self.pins.pull(pin, "high")
         number = self.pins.watch(pin, logged=False)
         return attach(self._owner, number, slave, timing or Timing(), self._slave_errors)
+
+    def spi(
+        self,
+        select: str,
+        clock: str,
+        data: str,
+        slave: spi.Slave,
+        timing: spi.Timing | None = None,
+    ) -> spi.Port:
+        """Put an SPI chip that only sends on three pins."""
+        watch = self.pins.watch
+        pins = watch(select, logged=False), watch(clock, logged=False), watch(data, logged=False)
+        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
 
     def snapshots(self, counter: Range, ram: Range) -> Snapshots:
         """Record a run of RAM whenever the counter has changed as the processor falls asleep.

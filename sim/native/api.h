@@ -112,6 +112,28 @@ uint64_t hw_onewire_violations(hw_onewire *w, int check);
 uint64_t hw_onewire_resets(hw_onewire *w);
 uint64_t hw_onewire_seen(hw_onewire *w, int check, int end);
 
+/* SPI: one slave that only sends, on three pins. Least times in cycles. */
+typedef struct {
+    uint64_t setup, high, low, period, hold, idle;  /* master */
+    uint64_t output, enable;                        /* slave: a bit is there after its fall */
+} hw_spi_timing;
+
+/* What is judged: the master's phases. */
+enum {
+    HW_SPI_SETUP = 0, HW_SPI_HIGH, HW_SPI_LOW, HW_SPI_PERIOD, HW_SPI_READ, HW_SPI_HOLD,
+    HW_SPI_IDLE, HW_SPI_CHECKS
+};
+enum { HW_SPI_LEAST = 0, HW_SPI_MOST = 1 };
+
+typedef struct hw_spi hw_spi;
+hw_spi *hw_spi_new(hw *h, int select, int clock, int data, void *handle,
+                   const hw_spi_timing *timing);
+void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing);
+void hw_spi_connect(hw_spi *s, int connected);
+void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 8 bytes, highest bit first */
+uint64_t hw_spi_violations(hw_spi *s, int check);
+uint64_t hw_spi_seen(hw_spi *s, int check, int end);
+
 /* Profile: one instruction at a time. function: of each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
                      int functions);

@@ -2,4 +2,6 @@
 extern "Python+C" {
     void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits,
                              uint64_t cycle);
+    void hw_spi_selected(void *handle, uint64_t cycle);
+    void hw_spi_released(void *handle, uint64_t cycle);
 }

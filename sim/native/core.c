@@ -117,6 +117,7 @@ void hw_free(hw *h) {
         return;
     uart_free(h);
     onewire_free(h);
+    spi_free(h);
     profile_free(h);
     fast_free(h);
     while (h->compares) {

@@ -21,11 +21,14 @@
 #define HW_CHANNELS 16
 #define HW_SNAPSHOTS 8
 #define HW_WIRES 8              /* 1-Wire slaves */
+#define HW_SPIS 8               /* SPI slaves */
 #define HW_TIMERS 40
 #define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
 
 /* In Python, see callbacks.h. */
 void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
+void hw_spi_selected(void *handle, uint64_t cycle);
+void hw_spi_released(void *handle, uint64_t cycle);
 
 /* A growing array of records. */
 struct log {
@@ -67,9 +70,9 @@ struct wire_listener {
 struct pin {
     uint8_t watched, logged;
     uint8_t drive, pull;        /* HW_NONE, HW_LOW, HW_HIGH from outside */
-    uint8_t held_low;           /* 1-Wire slaves that hold it low now */
+    uint8_t held[2];            /* chips that hold it low now, and high */
     uint8_t state;              /* level | source << 1 */
-    uint8_t line_low;           /* low by anyone but a 1-Wire slave */
+    uint8_t line_low;           /* low by anyone but a chip */
     uint8_t compare, compare_level;     /* a timer's output has taken the pin */
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles;
@@ -165,6 +168,8 @@ struct hw {
     int snapshot_count;
     hw_onewire *wires[HW_WIRES];
     int wire_count;
+    hw_spi *spis[HW_SPIS];
+    int spi_count;
     struct profile *profile;
 };
 
@@ -176,7 +181,7 @@ void crash(hw *h, const char *why);
 int pins_init(hw *h);
 void pins_reset(hw *h);
 void pin_update(hw *h, int pin);
-void pin_hold(hw *h, int pin, int low);
+void pin_hold(hw *h, int pin, int high, int held);
 int pin_listen(hw *h, int pin, struct wire_listener listener);
 void compare_init(hw *h);
 void compare_reset(hw *h);
@@ -190,6 +195,7 @@ void watchdog_init(hw *h);
 void snapshots_take(hw *h);
 void snapshots_reset(hw *h);
 void onewire_free(hw *h);
+void spi_free(hw *h);
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);

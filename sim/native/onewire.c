@@ -40,7 +40,7 @@ static void hold(hw_onewire *w, int low) {
     if (w->holding == low)
         return;
     w->holding = low;
-    pin_hold(w->h, w->pin, low);
+    pin_hold(w->h, w->pin, 0, low);
     if (!low)
         w->line_rose = w->h->avr->cycle;
 }

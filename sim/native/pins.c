@@ -12,8 +12,8 @@ static uint8_t resolve(struct port *p, struct pin *pin, int bit) {
     int output = p->ddr >> bit & 1, high = p->port >> bit & 1;
     if (pin->drive)
         return (uint8_t)(level_of(pin->drive) | HW_BY_OTHERS << 1);
-    if (pin->held_low)
-        return HW_BY_OTHERS << 1;
+    if (pin->held[0] || pin->held[1])
+        return (uint8_t)(!pin->held[0] | HW_BY_OTHERS << 1);
     if (output)
         return (uint8_t)((pin->compare ? pin->compare_level : high) | HW_BY_MCU << 1);
     if (pin->pull)
@@ -59,7 +59,7 @@ static void record(hw *h, int number, struct pin *pin) {
     e->state = pin->state;
 }
 
-/* 1-Wire slaves hear what others do to the line, not themselves. */
+/* Chips hear what others do to the line, not themselves. */
 static void tell(struct port *p, struct pin *pin, int bit) {
     int driven_low = (p->ddr >> bit & 1) && !(p->port >> bit & 1);
     uint8_t low = pin->drive ? pin->drive == HW_LOW : driven_low;
@@ -74,7 +74,7 @@ static int contends(struct port *p, struct pin *pin, int bit) {
     int output = p->ddr >> bit & 1, high = p->port >> bit & 1;
     if (!output)
         return 0;
-    return (pin->drive && level_of(pin->drive) != high) || (pin->held_low && high);
+    return (pin->drive && level_of(pin->drive) != high) || pin->held[!high];
 }
 
 void pin_update(hw *h, int number) {
@@ -210,8 +210,8 @@ int hw_pin_pull(hw *h, int pin, int level) {
     return 0;
 }
 
-void pin_hold(hw *h, int pin, int low) {
-    h->pins[pin].held_low = (uint8_t)(h->pins[pin].held_low + (low ? 1 : -1));
+void pin_hold(hw *h, int pin, int high, int held) {
+    h->pins[pin].held[high] = (uint8_t)(h->pins[pin].held[high] + (held ? 1 : -1));
     pin_update(h, pin);
 }
 

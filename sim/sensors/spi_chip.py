@@ -1,0 +1,155 @@
+"""What the thermocouple converters on three wires have in common."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from dataclasses import dataclass
+from typing import Literal
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.spi import Port, Timing
+from heatwright.spec import Board, Max6675, Max31855
+
+REMEMBERED_S = 2.0
+"""Conversions sample the past: so much of it is kept, beyond any slow one."""
+
+Wire = Literal["ground", "supply"]
+
+
+@dataclass(frozen=True)
+class Wires:
+    """Pins of the processor, by port and bit, at select, clock and data."""
+
+    select: str
+    clock: str
+    data: str
+
+
+@dataclass
+class Faults:
+    """Ways to fail, set at any time.
+
+    open -- the thermocouple is broken; frozen -- conversions do not change the reading; slow --
+    they take this times the data sheet's longest; dumb -- it answers with zeros, as one does that
+    has no clock or is burnt; corrupt_next, corrupt_rate -- so many answers, or this share of them
+    (0..1, seeded), have one of `corruptible` bits inverted.
+    """
+
+    open: bool = False
+    frozen: bool = False
+    slow: float = 1.0
+    dumb: bool = False
+    corrupt_next: int = 0
+    corrupt_rate: float = 0.0
+
+
+class SpiChip:
+    """A converter on its wires; what it sends is its kind's.
+
+    temperature_c -- what the thermocouple's tip feels, °C; faults -- see Faults; port -- its end of
+    the wires; reads -- answers begun.
+    """
+
+    longest_s: float
+    """Longest conversion, s."""
+    bits: int
+    driven: int
+    """Bits it drives; after them it lets the data line go."""
+    corruptible: tuple[int, ...]
+    """Bits, 0 the last, that a disturbance may invert."""
+
+    def __init__(self, avr: Avr, wires: Wires, *, timing: Timing, seed: int = 1) -> None:
+        self.temperature_c = 20.0
+        self.faults = Faults()
+        self.reads = 0
+        self._avr = avr
+        self._wires = wires
+        self._random = random.Random(seed)  # noqa: S311 - noise, not a secret
+        self._past: deque[tuple[int, float]] = deque([(0, self.temperature_c)])
+        self._power_on(avr.cycle)
+        self.port: Port = avr.spi(wires.select, wires.clock, wires.data, self, timing)
+
+    def sense(self, temperature_c: float) -> None:
+        """Give the thermocouple's tip this temperature from now on, °C."""
+        self.temperature_c = temperature_c
+        now = self._avr.cycle
+        self._past.append((now, temperature_c))
+        while len(self._past) > 1 and self._past[1][0] < now - self._cycles(REMEMBERED_S):
+            self._past.popleft()
+
+    # -- faults --------------------------------------------------------------------------------
+
+    def unplug(self) -> None:
+        """Take the chip off its wires and off its supply."""
+        self.port.connect(False)
+
+    def plug(self) -> None:
+        """Put it back: it starts anew."""
+        self.brown_out()
+        self.port.connect(True)
+
+    def short(self, level: Literal["low", "high"] | None) -> None:
+        """Short the data line to ground ("low") or to supply ("high"); None ends it."""
+        self._avr.pins.drive(self._wires.data, level)
+
+    def brown_out(self) -> None:
+        """Interrupt the chip's supply: it forgets what it has measured."""
+        self._power_on(self._avr.cycle)
+
+    # -- the wires -----------------------------------------------------------------------------
+
+    def selected(self, cycle: int) -> None:
+        """Load the answer."""
+        self.reads += 1
+        self._go_on(cycle)
+        word = 0 if self.faults.dumb else self._maybe_corrupt(self._word())
+        self.port.load(word, self.bits, self.bits if self.faults.dumb else self.driven)
+
+    def released(self, cycle: int) -> None:
+        """Take note of the end of an answer."""
+        raise NotImplementedError
+
+    def _maybe_corrupt(self, word: int) -> int:
+        faults = self.faults
+        if faults.corrupt_next:
+            faults.corrupt_next -= 1
+        elif not (faults.corrupt_rate and self._random.random() < faults.corrupt_rate):
+            return word
+        return word ^ 1 << self._random.choice(self.corruptible)
+
+    # -- measuring -----------------------------------------------------------------------------
+
+    def _power_on(self, cycle: int) -> None:
+        """Begin anew at a cycle."""
+        raise NotImplementedError
+
+    def _go_on(self, cycle: int) -> None:
+        """Do the conversions that have ended up to a cycle."""
+        raise NotImplementedError
+
+    def _word(self) -> int:
+        """Return what is to be sent."""
+        raise NotImplementedError
+
+    def _cycles(self, seconds: float) -> int:
+        return round(seconds * self._avr.clock_hz)
+
+    @property
+    def _conversion_cycles(self) -> int:
+        return self._cycles(self.longest_s * self.faults.slow)
+
+    def _felt_c(self, cycle: int) -> float:
+        """Return what the tip felt at a cycle."""
+        felt_c = self._past[0][1]
+        for since, temperature_c in self._past:
+            if since > cycle:
+                break
+            felt_c = temperature_c
+        return felt_c
+
+
+def wires_of(board: Board, sensor: Max6675 | Max31855) -> Wires:
+    """Return the wires of a specified sensor."""
+    names = sensor.chip_select, sensor.clock, sensor.data_out
+    return Wires(*(board.pins[name].port_name for name in names))
