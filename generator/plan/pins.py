@@ -74,6 +74,18 @@ def pulled_up(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     return _pin(source, name, pin, purpose, _change(pin, "pull_up", _set("PORT", pin)))
 
 
+def lifted(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """An input that others drive, and our pull-up lifts while nobody does."""
+    return _pin(
+        source,
+        name,
+        pin,
+        purpose,
+        _change(pin, "pull_up", _set("PORT", pin)),
+        _test(pin, "is_high", "!="),
+    )
+
+
 def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
     return _pin(

@@ -1,0 +1,97 @@
+"""What thermocouple converters on three wires have in common: pins, a reader, when it reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import driven, label, lifted
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Max6675, Max31855
+from heatwright.spec.boards import Pin
+
+
+@dataclass(frozen=True, slots=True)
+class Chip:
+    """What the data sheet says of a converter."""
+
+    name: str
+    power_up_s: float
+    """From its supply to its first conversion, s."""
+
+
+def plan_converter(
+    source: Source, name: str, sensor: Max6675 | Max31855, use: UseOfSensor, chip: Chip
+) -> Part:
+    """Plan a converter and the reader of its wires."""
+    pins = source.controller.board.pins
+    select, clock, data = (
+        pins[each] for each in (sensor.chip_select, sensor.clock, sensor.data_out)
+    )
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "chip": chip.name,
+        "select": label(select),
+        "clock": label(clock),
+        "data": label(data),
+        "where": source.where,
+        "step": quantity(sensor.step_k, "K"),
+    }
+    of_sensor = f"of sensor {name}"
+    return Part(
+        files=(
+            File(f"src/spi_{name}.h", "src/spi.h.j2", context),
+            File(f"src/spi_{name}.c", "src/spi.c.j2", context),
+            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
+            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
+        ),
+        groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use, chip)),),
+        pins=(
+            driven(source.at("chip_select"), f"sensor_{name}_select", select, f"CS {of_sensor}"),
+            driven(source.at("clock"), f"sensor_{name}_clock", clock, f"SCK {of_sensor}"),
+            lifted(source.at("data_out"), f"sensor_{name}_data", data, f"SO {of_sensor}"),
+        ),
+        start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
+        tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
+        wiring=_wiring(name, chip.name, select, clock, data),
+    )
+
+
+def _wiring(name: str, chip: str, select: Pin, clock: Pin, data: Pin) -> tuple[Wiring, ...]:
+    what = f"sensor `{name}`: {chip}"
+    return (
+        Wiring(label(select), what, "CS; 10 kΩ pull it up while the chip is in reset"),
+        Wiring(label(clock), what, "SCK"),
+        Wiring(label(data), what, "SO; nothing else may drive or pull this line"),
+    )
+
+
+def _constants(
+    source: Source,
+    sensor: Max6675 | Max31855,
+    name: str,
+    use: UseOfSensor,
+    chip: Chip,
+) -> tuple[Constant, ...]:
+    prefix = f"SENSOR_{name.upper()}"
+    first_s = chip.power_up_s + sensor.conversion_s
+    return (
+        Constant(
+            f"{prefix}_STEP_C", f"{sensor.step_k:g}f", f"{source.where}: one step of the reading"
+        ),
+        Constant(
+            f"{prefix}_PERIOD_TICKS",
+            f"{ticks(use.period_s)}u",
+            f"it is read once every {quantity(use.period_s, 's')}, in the tick of the step",
+        ),
+        Constant(
+            f"{prefix}_POWER_UP_TICKS",
+            f"{math.ceil(round(first_s * 1000) / TICK_MS)}u",
+            f"its first conversion has ended {quantity(first_s * 1000, 'ms')} after power-up "
+            "at the latest",
+        ),
+    )

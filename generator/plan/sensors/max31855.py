@@ -1,0 +1,18 @@
+"""MAX31855: a thermocouple of the type it is made for, 14 bit, with faults of the thermocouple."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.converter import Chip, plan_converter
+from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Max31855
+
+POWER_UP_S = 0.2
+"""Conversion power-up time (data sheet)."""
+
+
+def plan(source: Source, name: str, sensor: Max31855, use: UseOfSensor) -> Part:
+    """Plan the sensor and the reader of its wires."""
+    chip = Chip(f"MAX31855{sensor.thermocouple}", POWER_UP_S)
+    return plan_converter(source, name, sensor, use, chip)

@@ -1,0 +1,17 @@
+"""MAX6675: a thermocouple of type K, 12 bit, no negative temperatures."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.converter import Chip, plan_converter
+from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Max6675
+
+POWER_UP_S = 0.0
+"""The data sheet gives none: it converts as soon as it is not selected."""
+
+
+def plan(source: Source, name: str, sensor: Max6675, use: UseOfSensor) -> Part:
+    """Plan the sensor and the reader of its wires."""
+    return plan_converter(source, name, sensor, use, Chip("MAX6675", POWER_UP_S))
