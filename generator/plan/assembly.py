@@ -16,8 +16,8 @@ from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
-from heatwright.spec.base import Model
-from heatwright.spec.timers import allocate
+from heatwright.spec.commands import gcode_of
+from heatwright.spec.timers import TimerUse, allocate
 
 MCU_MACROS = {
     "atmega328p": "__AVR_ATmega328P__",
@@ -33,11 +33,11 @@ def plan_firmware(spec: Spec) -> Plan:
     root = Source(spec, ())
     controller = spec.controller
     use = allocate(controller)
-    loops = [summary(root.at("loops", name), name, loop) for name, loop in controller.loops.items()]
-    clock, gate = core.clock(root, use.tick), core.gate(loops)
+    loops = [summary(root.at("loops", name), name) for name in controller.loops]
+    clock, gate = core.clock(root, use.tick), core.gate(loops, list(use.steppers))
     settings = core.settings(root, loops)
     sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
-    outputs = [_output(root, name) for name in controller.outputs]
+    outputs = [_output(root, name, use) for name in controller.outputs]
     interfaces = [
         import_module(f"heatwright.generator.plan.interfaces.{interface.kind}").plan(
             root.at("interfaces", index), interface
@@ -55,8 +55,8 @@ def plan_firmware(spec: Spec) -> Plan:
         for name, loop in controller.loops.items()
     ]
     parts = [
-        core.start(root), clock, gate, core.fault(loops), *outputs, *sensors, *control,
-        *interfaces, settings,
+        core.start(root, _each("reset_lines", outputs)), clock, gate, core.fault(root, loops),
+        *outputs, *sensors, *control, *interfaces, settings,
     ]  # fmt: skip
     files = (
         *project_files(spec, [*sensors, *outputs, *interfaces]),
@@ -71,7 +71,7 @@ def plan_firmware(spec: Spec) -> Plan:
     )
 
 
-def _serves(controller: Controller, kind: type[Model], loop: str) -> bool:
+def _serves(controller: Controller, kind: type[LcdKeypad | SerialPlotter], loop: str) -> bool:
     return any(isinstance(each, kind) and each.loop == loop for each in controller.interfaces)
 
 
@@ -144,11 +144,16 @@ def _sensor(root: Source, name: str, timer: int | None) -> Part:
     return part
 
 
-def _output(root: Source, name: str) -> Part:
+def _output(root: Source, name: str, timers: TimerUse) -> Part:
     output = root.controller.outputs[name]
     heats = any(loop.heater == name for loop in root.controller.loops.values())
-    fans = [getattr(each, "fans", {}) for each in root.controller.interfaces]
-    use = UseOfOutput(heats, commanded=any(name in each.values() for each in fans))
+    host = gcode_of(root.controller)
+    use = UseOfOutput(
+        heats,
+        commanded=host is not None and name in host.fans.values(),
+        channel=timers.pwm.get(name),
+        timer=timers.steppers.get(name),
+    )
     module = import_module(f"heatwright.generator.plan.outputs.{output.kind}")
     part: Part = module.plan(root.at("outputs", name), name, output, use)
     return part

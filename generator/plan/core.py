@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, steps, ticks
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, vector
-from heatwright.spec import Loop
+from heatwright.spec import Controller, Loop
+from heatwright.spec.algorithms import LARGEST_GAIN
+from heatwright.spec.commands import gcode_of
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.timers import tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
 SETTINGS_DELAY_S = 10.0
-MOST_SETTINGS_SLOTS = 64
-"""The start reads every slot, 0.1 ms each: far within the shortest watchdog period of 30 ms."""
+MOST_SETTINGS_SLOTS = 16
+"""The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
+watchdog period of 30 ms."""
+
+SETTINGS_SLOT_BYTES = 64
+"""Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
+RECORD_BYTES = 2 + 1 + 4 + 2 + 10
+"""CRC, size, digest, sequence number and fault."""
 
 EEPROM_CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
+
+
+LAST_RULE = 16
+"""Of those that every controller has."""
+LAST_RULE_OF_SENSORS = 18
+"""17 and 18 are for sensors with an open circuit or a range; beyond is the host's stop."""
 
 
 def rule_macro(rule: Rule) -> str:
@@ -24,8 +38,16 @@ def rule_macro(rule: Rule) -> str:
     return f"FAULT_{rule.id.upper()}"
 
 
-def rules() -> list[dict[str, object]]:
-    """Name every rule as fault.h and the display need it, in the order of the codes."""
+def rules(controller: Controller) -> list[dict[str, object]]:
+    """Name the rules as fault.h and the display need them, in the order of the codes.
+
+    They end with the last one that this controller can break; there are no gaps.
+    """
+    last = LAST_RULE
+    if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
+        last = LAST_RULE_OF_SENSORS
+    if gcode_of(controller):
+        last = max(RULES)
     return [
         {
             "macro": rule_macro(rule),
@@ -36,6 +58,7 @@ def rules() -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
+        if rule.code <= last
     ]
 
 
@@ -45,10 +68,9 @@ WATCHDOG_NAMES = {
 }  # fmt: skip
 
 
-def start(root: Source) -> Part:
+def start(root: Source, reset_lines: list[str]) -> Part:
     """Plan what main does first and last, and the first instructions after a reset."""
     controller = root.controller
-    heaters = dict.fromkeys(loop.heater for loop in controller.loops.values())
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
     return Part(
@@ -58,7 +80,7 @@ def start(root: Source) -> Part:
                 "src/reset.c",
                 "src/reset.c.j2",
                 {
-                    "heaters": [{"name": name} for name in heaters],
+                    "reset_lines": reset_lines,
                     "has_usb": controller.board.mcu == "atmega32u4",
                 },
             ),
@@ -102,9 +124,9 @@ def clock(root: Source, timer: int) -> Part:
     )
 
 
-def gate(loops: list[dict[str, object]]) -> Part:
-    """The gate to the heaters, and its permits."""
-    context = {"loops": loops}
+def gate(loops: list[dict[str, object]], steppers: list[str]) -> Part:
+    """The gate to the heaters, and its permits; it stops the steppers too."""
+    context = {"loops": loops, "steppers": steppers}
     return Part(
         files=(
             File("src/gate.h", "src/gate.h.j2", context),
@@ -147,16 +169,24 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     """Settings and the latched fault in EEPROM."""
     stored = any(loop["stored"] for loop in loops)
-    record_bytes = 2 + 10 + (4 * len(loops) if stored else 0) + 2
-    slots = min(MOST_SETTINGS_SLOTS, root.controller.board.eeprom_bytes // record_bytes)
+    tunable = any(loop["tunable"] for loop in loops)
+    kept_bytes = sum(4 * bool(loop["stored"]) + 12 * bool(loop["tunable"]) for loop in loops)
+    record_bytes = RECORD_BYTES + kept_bytes
+    slot_bytes = -(-record_bytes // SETTINGS_SLOT_BYTES) * SETTINGS_SLOT_BYTES
+    eeprom_bytes = root.controller.board.eeprom_bytes
+    slots = min(MOST_SETTINGS_SLOTS, eeprom_bytes // slot_bytes)
     constants = [
+        Constant(
+            "SETTINGS_SLOT_BYTES",
+            f"{slot_bytes}u",
+            f"the record takes {record_bytes}; slots are alike in every firmware",
+        ),
         Constant(
             "SETTINGS_SLOTS",
             f"{slots}u",
-            f"of {record_bytes} bytes, {slots * record_bytes} of the "
-            f"{root.controller.board.eeprom_bytes} bytes of EEPROM: "
+            f"{slots * slot_bytes} of the {eeprom_bytes} bytes of EEPROM: "
             f"{slots * EEPROM_CELL_WRITES / 1e6:.1f} million saves",
-        )
+        ),
     ]
     if stored:
         constants.append(
@@ -166,7 +196,17 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
                 "a setpoint is saved when it has rested 10 s",
             )
         )
-    context = {"loops": loops, "any_stored": stored, "save_delay": quantity(SETTINGS_DELAY_S, "s")}
+    if tunable:
+        constants.append(
+            Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "no gain is larger, whoever sets it")
+        )
+    context = {
+        "loops": loops,
+        "any_stored": stored,
+        "any_tunable": tunable,
+        "any_kept": stored or tunable,
+        "save_delay": quantity(SETTINGS_DELAY_S, "s"),
+    }
     return Part(
         files=(
             File("src/settings.h", "src/settings.h.j2", context),
@@ -178,9 +218,9 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     )
 
 
-def fault(loops: list[dict[str, object]]) -> Part:
+def fault(root: Source, loops: list[dict[str, object]]) -> Part:
     """The latched fault and its codes."""
-    context = {"loops": loops, "rules": rules()}
+    context = {"loops": loops, "rules": rules(root.controller)}
     return Part(
         files=(
             File("src/fault.h", "src/fault.h.j2", context),

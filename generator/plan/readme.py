@@ -23,7 +23,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "board": identity.board,
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "loops": _loops(spec),
-        "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules()],
+        "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)

@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from heatwright.spec import Controller, Loop
+from heatwright.spec.commands import commanded, tunable
 
 HERE = Path(__file__).parent
 INSTALL = "sudo apt install gcc libc6-dev"
+
+TABLED = ("thermistor", "rtd", "analog")
 
 PORTS = "ABCDEFGHJKL"
 """In the order of include/avr/io.h."""
@@ -41,7 +44,13 @@ class Parts(NamedTuple):
     sensor: str
     heater: str
     fan: str | None
+    stepper: str | None
     has_output_state: bool
+    table: bool
+    """The sensor's readings are made temperatures by a table in a file of its own."""
+    commanded: bool
+    tunable: bool
+    autotune: bool
 
 
 @dataclass(frozen=True)
@@ -109,13 +118,31 @@ def _parts(controller: Controller) -> Parts:
         message = "The host build has one loop"
         raise ValueError(message)
     ((name, loop),) = controller.loops.items()
-    has_state = controller.outputs[loop.heater].kind != "digital"
-    return Parts(name, loop.sensor, loop.heater, loop.fan, has_state)
+    by_gain = tunable(controller, name)
+    steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
+    return Parts(
+        loop=name,
+        sensor=loop.sensor,
+        heater=loop.heater,
+        fan=loop.fan,
+        stepper=next(iter(steppers), None),
+        has_output_state=controller.outputs[loop.heater].kind != "digital",
+        table=controller.sensors[loop.sensor].kind in TABLED,
+        commanded=commanded(controller, name),
+        tunable=by_gain,
+        autotune=by_gain and loop.autotune is not None,
+    )
+
+
+def control_files(parts: Parts) -> list[str]:
+    """Stems of what decides in a loop."""
+    return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
 
 
 def _names(parts: Parts) -> list[str]:
     outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan) if name]
-    control = [f"{kind}_{parts.loop}.c" for kind in ("loop", "guard", "algorithm")]
+    control = [f"{kind}_{parts.loop}.c" for kind in control_files(parts)]
+    control += [f"celsius_{parts.sensor}.c"] * parts.table
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 
@@ -170,7 +197,11 @@ def _names_for_world(build: HostBuild) -> list[str]:
     control: Loop = build.controller.loops[parts.loop]
     flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
-    headers = [f"{kind}_{parts.loop}.h" for kind in ("loop", "guard", "algorithm")]
+    flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
+    flags += ["-DCOMMANDED"] * parts.commanded + ["-DTUNABLE"] * parts.tunable
+    flags += ["-DAUTOTUNE"] * parts.autotune
+    headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
+    headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
     pins = build.controller.board.pins

@@ -11,8 +11,11 @@ from heatwright.sim.host.build import HostBuild
 from heatwright.sim.host.layout import declarations, state_type
 
 INPUT = np.dtype(
-    [("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i2"), ("setpoint_c", "f4")]
-)
+    [
+        ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i2"),
+        ("setpoint_c", "f4"), ("command", "u1"), ("value", "f4"), ("gains", "f4", 3),
+    ]
+)  # fmt: skip
 """What goes into one control step: `struct host_input`."""
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from cffi import FFI
 
-from heatwright.sim.host.build import HERE, Parts
+from heatwright.sim.host.build import HERE, Parts, control_files
 
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
@@ -23,7 +23,8 @@ def declarations(project: Path, parts: Parts) -> Any:
     """Read the headers of the files under test; structures are packed."""
     source = project / "src"
     names = ["fault", "settings", "gate", "reset"]
-    names += [f"{kind}_{parts.loop}" for kind in ("loop", "guard", "algorithm")]
+    names += ["mode"] * parts.tunable
+    names += [f"{kind}_{parts.loop}" for kind in control_files(parts)]
     names.append(f"output_{parts.heater}")
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
@@ -46,6 +47,8 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
     }
     if parts.has_output_state:
         structures["output."] = f"output_{parts.heater}_state"
+    if parts.autotune:
+        structures["autotune."] = f"autotune_{parts.loop}_state"
     fields = [
         (f"{prefix}{name}", _width(field.type))
         for prefix, structure in structures.items()

@@ -1,8 +1,9 @@
 /* The world around the firmware's own files in the host build.
  *
  * Linked first, so that its data begin the memory that a reset restores. The names of the loop
- * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN and HAS_STATE; the
- * firmware's headers are included there, too.
+ * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, STEPPER, HAS_STATE,
+ * and what a host can command: COMMANDED, TUNABLE, AUTOTUNE; the firmware's headers are included
+ * there, too.
  */
 #include "world.h"
 
@@ -15,10 +16,12 @@
 #define JOINED(a, b, c) a##b##c
 #define JOIN(a, b, c) JOINED(a, b, c)
 
+#define SETTING(name) settings.JOIN(, LOOP, name)
 #define CONTROL JOIN(loop_, LOOP, )
 #define GUARD JOIN(guard_, LOOP, )
 #define ALGORITHM JOIN(algorithm_, LOOP, )
 #define OUTPUT JOIN(output_, HEATER, )
+#define EXPERIMENT JOIN(autotune_, LOOP, )
 
 extern char _end[] __attribute__((visibility("hidden")));
 
@@ -70,6 +73,12 @@ void panel_refresh(void);
 void panel_refresh(void)
 {
 }
+
+#ifdef STEPPER
+void JOIN(output_, STEPPER, _halt)(void)
+{
+}
+#endif
 
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
@@ -188,13 +197,58 @@ void host_tick(void)
     settings_tick();
 }
 
+/* False if the firmware refuses it. */
+static bool command(const struct host_input *asked)
+{
+    switch (asked->command) {
+#ifdef COMMANDED
+    case HOST_SET:
+        return JOIN(loop_, LOOP, _set)(asked->value);
+    case HOST_EMERGENCY:
+        fault_trip(FAULT_EMERGENCY_STOP, 0.0f);
+        break;
+#endif
+#ifdef TUNABLE
+    case HOST_MANUAL:
+        return JOIN(loop_, LOOP, _set_manual)(asked->value);
+    case HOST_GAINS:
+        SETTING(_kp) = asked->gains[0];
+        SETTING(_ki) = asked->gains[1];
+        SETTING(_kd) = asked->gains[2];
+        break;
+    case HOST_KEEP:
+        settings_keep();
+        break;
+    case HOST_RELOAD:
+        settings_reload();
+        break;
+    case HOST_DEFAULTS:
+        settings_defaults();
+        break;
+#endif
+#ifdef AUTOTUNE
+    case HOST_TUNE:
+        return JOIN(loop_, LOOP, _tune)(asked->value, (uint8_t)asked->gains[0]);
+    case HOST_STOP_TUNING:
+        JOIN(loop_, LOOP, _stop_tuning)();
+        break;
+#endif
+    default:
+        break;
+    }
+    return true;
+}
+
 void host_set(const struct host_input *next)
 {
     input = *next;
-    settings.JOIN(, LOOP, _setpoint_c) = input.setpoint_c;
+#ifndef COMMANDED
+    SETTING(_setpoint_c) = input.setpoint_c;
+#endif
     if (input.acknowledge) {
         fault_acknowledge();
     }
+    world->refused = !command(&input);
 }
 
 static uint8_t *put(uint8_t *to, const void *from, size_t size)
@@ -212,6 +266,9 @@ uint32_t host_state(uint8_t *to)
     end = put(end, &fault, sizeof fault);
 #ifdef HAS_STATE
     end = put(end, &OUTPUT, sizeof OUTPUT);
+#endif
+#ifdef AUTOTUNE
+    end = put(end, &EXPERIMENT, sizeof EXPERIMENT);
 #endif
     return (uint32_t)(end - to);
 }

@@ -4,12 +4,29 @@
 
 #include <stdint.h> /* uint8_t, int16_t, uint32_t */
 
-/* What goes into one control step. */
+/* What is done before one control step, and what the sensor says in it. */
 struct host_input {
     uint8_t reading_status;
-    uint8_t acknowledge;
+    uint8_t acknowledge; /* acts before the command */
     int16_t reading_raw;
-    float setpoint_c;
+    float setpoint_c; /* of a loop that no host commands; else see HOST_SET */
+    uint8_t command;
+    float value;
+    float gains[3]; /* kp, ki, kd */
+};
+
+/* Commands to a loop that a host commands. */
+enum {
+    HOST_NOTHING = 0,
+    HOST_SET = 1,    /* a setpoint of `value` */
+    HOST_MANUAL = 2, /* a duty of `value` */
+    HOST_TUNE = 3,   /* about `value`, in gains[0] cycles */
+    HOST_STOP_TUNING = 4,
+    HOST_GAINS = 5,
+    HOST_KEEP = 6,
+    HOST_RELOAD = 7,
+    HOST_DEFAULTS = 8,
+    HOST_EMERGENCY = 9
 };
 
 /* Survives a reset of the firmware. */
@@ -24,6 +41,7 @@ struct host_world {
     uint32_t eeprom_outside;  /* accesses beyond them */
     uint32_t eeprom_writes;
     int32_t writes_left;      /* until the power fails; below 0: it does not */
+    uint8_t refused;          /* the last command was */
     int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
 };
 
@@ -41,7 +59,7 @@ uint32_t host_heater(void);
 /* Put the inputs at the next step's disposal. */
 void host_set(const struct host_input *input);
 
-/* The state structures, one behind the other: loop, guard, algorithm, fault, output. */
+/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune. */
 uint32_t host_state(uint8_t *to);
 
 /* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's

@@ -4,13 +4,14 @@ import struct
 
 from heatwright.spec import Controller, digest
 
-SIZE = 14
-SLOTS = 64
+SIZE = 19
+STRIDE = 64
+SLOTS = 16
 
 
-def crc16(data: bytes, start: int) -> int:
-    """Modbus's CRC, from another start."""
-    crc = start
+def crc16(data: bytes) -> int:
+    """Modbus's CRC."""
+    crc = 0xFFFF
     for byte in data:
         crc ^= byte
         for _ in range(8):
@@ -22,18 +23,18 @@ def record(
     controller: Controller, sequence: int, code: int, temperature_c: float = 0.0, time_s: int = 0
 ) -> bytes:
     """A record without settings: what the chamber keeps."""
-    body = struct.pack("<HBBfI", sequence & 0xFFFF, code, 0, temperature_c, time_s)
-    start = int(digest(controller), 16) & 0xFFFF
-    return body + struct.pack("<H", crc16(body, start))
+    own = int(digest(controller), 16)
+    body = struct.pack("<BIHBBfI", SIZE - 2, own, sequence & 0xFFFF, code, 0, temperature_c, time_s)
+    return struct.pack("<H", crc16(body)) + body
 
 
 def decoded(controller: Controller, image: bytes) -> dict[int, tuple[int, int]]:
     """The valid records: slot to sequence and code."""
     found = {}
     for slot in range(SLOTS):
-        raw = image[slot * SIZE : (slot + 1) * SIZE]
-        sequence, code, *_ = struct.unpack("<HBBfI", raw[:-2])
-        start = int(digest(controller), 16) & 0xFFFF
-        if raw[-2:] == struct.pack("<H", crc16(raw[:-2], start)):
+        raw = image[slot * STRIDE : slot * STRIDE + SIZE]
+        _, own, sequence, code, *_ = struct.unpack("<BIHBBfI", raw[2:])
+        ours = own == int(digest(controller), 16)
+        if ours and raw[:2] == struct.pack("<H", crc16(raw[2:])):
             found[slot] = (sequence, code)
     return found

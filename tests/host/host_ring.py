@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from heatwright.sim.host import HostBuild
 from heatwright.spec import digest
+from heatwright.spec.commands import tunable
 
 BLANK = 0xFF
 
@@ -17,31 +18,35 @@ class Stored(NamedTuple):
     temperature_c: float = 0.0
     time_s: int = 0
     setpoint_c: float = 0.0
+    gains: tuple[float, ...] = ()
 
 
 class Ring:
     def __init__(self, build: HostBuild) -> None:
         controller = build.controller
-        ((_, self.loop),) = controller.loops.items()
+        ((name, self.loop),) = controller.loops.items()
+        self.keeps_gains = tunable(controller, name)
         self.stores_setpoint = self.loop.setpoint.stored
-        self._format = "<HBBfI" + "f" * self.stores_setpoint
-        self.size = struct.calcsize(self._format) + 2
+        self._format = "<BIHBBfI" + "f" * (self.stores_setpoint + 3 * self.keeps_gains)
+        self.size = 2 + struct.calcsize(self._format)
+        self.stride = -(-self.size // 64) * 64
         self.bytes = controller.board.eeprom_bytes
         config = (build.project / "src" / "config.h").read_text(encoding="utf-8")
         self.slots = int(re.findall(r"SETTINGS_SLOTS (\d+)u", config)[0])
-        assert 2 <= self.slots <= self.bytes // self.size
-        self._seed = int(digest(controller), 16) & 0xFFFF
+        assert 2 <= self.slots <= self.bytes // self.stride
+        self.digest = int(digest(controller), 16)
 
     def record(self, sequence: int, stored: Stored, acknowledgements: int = 0) -> bytes:
-        values = [sequence & 0xFFFF, stored.code, acknowledgements]
+        values = [self.size - 2, self.digest, sequence & 0xFFFF, stored.code, acknowledgements]
         values += [stored.temperature_c, stored.time_s]
         values += [stored.setpoint_c] * self.stores_setpoint
+        values += stored.gains * self.keeps_gains
         body = struct.pack(self._format, *values)
-        return body + struct.pack("<H", self.crc(body))
+        return struct.pack("<H", self.crc(body)) + body
 
     def crc(self, body: bytes) -> int:
-        """CRC-16 as Modbus has it, begun with the specification's digest."""
-        crc = self._seed
+        """CRC-16 as Modbus has it."""
+        crc = 0xFFFF
         for byte in body:
             crc ^= byte
             for _ in range(8):
@@ -52,11 +57,11 @@ class Ring:
         """An EEPROM with these records by their slots, and blank elsewhere."""
         image = bytearray([BLANK]) * self.bytes
         for slot, record in records.items():
-            image[slot * self.size : slot * self.size + len(record)] = record
+            image[slot * self.stride : slot * self.stride + len(record)] = record
         return bytes(image)
 
     def is_valid(self, record: bytes) -> bool:
-        return struct.pack("<H", self.crc(record[:-2])) == record[-2:]
+        return struct.pack("<H", self.crc(record[2:])) == record[:2]
 
     def at(self, image: bytes, slot: int) -> bytes:
-        return image[slot * self.size : (slot + 1) * self.size]
+        return image[slot * self.stride : slot * self.stride + self.size]

@@ -1,71 +1,121 @@
-"""PID control: terms with a zero gain are left out."""
+"""PID control: terms with a zero gain are left out, unless the host may set the gains."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
 
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan, filter_weight, per_period
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
+from heatwright.spec.algorithms import IntegralLimits, OutputLimits
+from heatwright.spec.commands import tunable
 
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`."""
-    del name
-    algorithm = loop.algorithm
-    assert isinstance(algorithm, Pid)  # noqa: S101 - found by its kind
-    constants = [
-        source.at("kp").number(f"{prefix}_KP", algorithm.kp, quantity(algorithm.kp, "%/K"))
-    ]
-    if algorithm.ki > 0:
-        constants += _integral(source, algorithm, prefix, loop.period_s)
-    if algorithm.kd > 0:
-        constants += [
-            source.at("kd").number(f"{prefix}_KD", algorithm.kd, quantity(algorithm.kd, "%*s/K")),
-            filter_weight(
-                source.at("derivative_filter"),
-                f"{prefix}_SLOPE_WEIGHT",
-                algorithm.derivative_filter_s,
-                loop.period_s,
-            ),
-            per_period(Source(source.spec, source.path[:-1]), prefix, loop.period_s),
-        ]
-    output = source.at("output")
-    maximum = algorithm.output.maximum_percent
-    constants += [
-        output.at(key).number(f"{prefix}_OUTPUT_{key.upper()}", value, quantity(value, "%"))
-        for key, value in (("minimum", algorithm.output.minimum_percent), ("maximum", maximum))
-    ]
+    assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
+    terms = _Terms(source, loop.algorithm, prefix, loop.period_s, tunable(source.controller, name))
+    maximum = loop.algorithm.output.maximum_percent
     return AlgorithmPlan(
         template="algorithms/pid",
-        context={
-            "where": source.where,
-            "where_of": {"kd": source.at("kd").where},
-            "integral": algorithm.ki > 0,
-            "hold": algorithm.integral.while_limited == "hold",
-            "derivative": algorithm.kd > 0,
-            "of_error": algorithm.derivative_of == "error",
-        },
-        constants=tuple(constants),
-        full_duty=output.at("maximum").number(
+        context=terms.context(f"algorithm_{name}"),
+        constants=tuple(terms.constants()),
+        full_duty=source.at("output", "maximum").number(
             f"{prefix}_FULL_DUTY_PERCENT", maximum, quantity(maximum, "%")
         ),
     )
 
 
-def _integral(source: Source, algorithm: Pid, prefix: str, period_s: float) -> list[Constant]:
-    limits = source.at("integral")
-    return [
-        source.at("ki").number(
-            f"{prefix}_KI_PER_STEP",
-            algorithm.ki * period_s,
-            f"{quantity(algorithm.ki, '%/(K*s)')} x {quantity(period_s, 's')}",
-        ),
-        *(
-            limits.at(key).number(f"{prefix}_INTEGRAL_{key.upper()}", value, quantity(value, "%"))
-            for key, value in (
-                ("minimum", algorithm.integral.minimum_percent),
-                ("maximum", algorithm.integral.maximum_percent),
+@dataclass(frozen=True, slots=True)
+class _Terms:
+    source: Source
+    pid: Pid
+    prefix: str
+    period_s: float
+    tunable: bool
+
+    @property
+    def integral(self) -> bool:
+        return self.tunable or self.pid.ki > 0
+
+    @property
+    def derivative(self) -> bool:
+        return self.tunable or self.pid.kd > 0
+
+    def context(self, state: str) -> dict[str, Any]:
+        """What the template asks; gains that may change are members of `state`."""
+        keys = ("kd", "integral", "band", "dead_band")
+        return {
+            "where": self.source.where,
+            "where_of": {key: self.source.at(key).where for key in keys},
+            "integral": self.integral,
+            "hold": self.pid.integral.while_limited == "hold",
+            "derivative": self.derivative,
+            "of_error": self.pid.derivative_of == "error",
+            "band": self.pid.band_k is not None,
+            "dead_band": self.pid.dead_band_k > 0,
+            "kp": f"{state}.kp" if self.tunable else f"{self.prefix}_KP",
+            "kd": f"{state}.kd" if self.tunable else f"{self.prefix}_KD",
+            "ki_per_step": f"{state}.ki * {self.prefix}_PERIOD_S"
+            if self.tunable
+            else f"{self.prefix}_KI_PER_STEP",
+        }
+
+    def constants(self) -> list[Constant]:
+        """In the order in which the terms are added up."""
+        constants = [self._number("kp", "KP", self.pid.kp, "%/K")]
+        if self.integral:
+            constants += [*self._ki(), *self._limits("integral", self.pid.integral)]
+        if self.derivative:
+            constants += self._kd()
+        constants += self._limits("output", self.pid.output)
+        if self.pid.band_k is not None:
+            constants.append(self._number("band", "BAND_K", self.pid.band_k, "K"))
+        if self.pid.dead_band_k > 0:
+            constants.append(self._number("dead_band", "DEAD_BAND_K", self.pid.dead_band_k, "K"))
+        return constants
+
+    def _number(self, key: str, name: str, value: float, unit: str) -> Constant:
+        return self.source.at(key).number(f"{self.prefix}_{name}", value, quantity(value, unit))
+
+    def _ki(self) -> list[Constant]:
+        ki, period = quantity(self.pid.ki, "%/(K*s)"), quantity(self.period_s, "s")
+        if self.tunable:
+            return [
+                self._number("ki", "KI", self.pid.ki, "%/(K*s)"),
+                self._loop().at("period").number(f"{self.prefix}_PERIOD_S", self.period_s, period),
+            ]
+        return [
+            self.source.at("ki").number(
+                f"{self.prefix}_KI_PER_STEP", self.pid.ki * self.period_s, f"{ki} x {period}"
             )
-        ),
-    ]
+        ]
+
+    def _kd(self) -> list[Constant]:
+        return [
+            self._number("kd", "KD", self.pid.kd, "%*s/K"),
+            filter_weight(
+                self.source.at("derivative_filter"),
+                f"{self.prefix}_SLOPE_WEIGHT",
+                self.pid.derivative_filter_s,
+                self.period_s,
+            ),
+            per_period(self._loop(), self.prefix, self.period_s),
+        ]
+
+    def _limits(self, section: str, limits: IntegralLimits | OutputLimits) -> list[Constant]:
+        return [
+            self.source.at(section, key).number(
+                f"{self.prefix}_{section.upper()}_{key.upper()}", value, quantity(value, "%")
+            )
+            for key, value in (
+                ("minimum", limits.minimum_percent),
+                ("maximum", limits.maximum_percent),
+            )
+        ]
+
+    def _loop(self) -> Source:
+        return Source(self.source.spec, self.source.path[:-1])

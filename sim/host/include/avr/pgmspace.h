@@ -8,6 +8,7 @@
 #define PSTR(text) (text)
 #define pgm_read_byte(place) (*(const uint8_t *)(place))
 #define pgm_read_word(place) (*(const uint16_t *)(place))
+#define pgm_read_float(place) (*(const float *)(place))
 #define pgm_read_dword(place) (*(const uint32_t *)(place))
 
 #endif

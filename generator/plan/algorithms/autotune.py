@@ -1,0 +1,67 @@
+"""Finding the gains on the machine: files and numbers of the relay experiment."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Autotune, Loop, Pid
+
+MOST_STEPS = 65535
+"""What the counter of the experiment's steps holds."""
+
+FILTERS_AND_PERIODS = 1.75
+"""The closed loop's time constant is at least so many times the derivative filter's and a period
+(docs/control.md, "The rule")."""
+
+
+def constants(loop: Source, spec: Loop, prefix: str) -> list[Constant]:
+    """The numbers of a loop's experiment."""
+    pid, experiment = spec.algorithm, spec.autotune
+    assert isinstance(pid, Pid)  # noqa: S101 - a loop that can be tuned
+    assert experiment is not None  # noqa: S101 - and is
+    return [
+        *_experiment(loop.at("autotune"), experiment, pid, prefix, spec.period_s),
+        *_rule(loop.at("algorithm"), pid, prefix, spec.period_s),
+    ]
+
+
+def swing_percent(experiment: Autotune, pid: Pid) -> float:
+    """Duty while the relay is on, %."""
+    return pid.output.maximum_percent * experiment.swing_percent / 100
+
+
+def _experiment(
+    source: Source, experiment: Autotune, pid: Pid, prefix: str, period_s: float
+) -> list[Constant]:
+    swing, timeout = quantity(experiment.swing_percent, "%"), quantity(experiment.timeout_s, "s")
+    return [
+        source.at("swing").number(
+            f"{prefix}_TUNING_SWING_PERCENT",
+            swing_percent(experiment, pid),
+            f"{swing} of {quantity(pid.output.maximum_percent, '%')}",
+        ),
+        source.at("timeout").count(
+            f"{prefix}_TUNING_TIMEOUT_STEPS",
+            min(MOST_STEPS, steps(experiment.timeout_s, period_s)),
+            f"{timeout} in periods of {quantity(period_s, 's')}",
+        ),
+    ]
+
+
+def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Constant]:
+    filter_s, limits = pid.derivative_filter_s, pid.integral
+    shown = quantity(filter_s, "s")
+    return [
+        source.at("derivative_filter").number(f"{prefix}_TUNING_FILTER_S", filter_s, shown),
+        source.at("derivative_filter").number(
+            f"{prefix}_TUNING_LEAST_S",
+            FILTERS_AND_PERIODS * (filter_s + period_s),
+            f"{FILTERS_AND_PERIODS:g} x ({shown} + {quantity(period_s, 's')})",
+        ),
+        source.at("integral").number(
+            f"{prefix}_TUNING_START_PERCENT",
+            min(max(0.0, limits.minimum_percent), limits.maximum_percent),
+            "what the integral begins with: 0 within its limits",
+        ),
+    ]
