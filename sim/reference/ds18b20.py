@@ -1,9 +1,10 @@
 """DS18B20: raw codes of 1/16 K (data sheet, "Temperature register format")."""
 
 import math
+from collections.abc import Callable
 
 from heatwright.sim.reference.numbers import Single
-from heatwright.spec import Ds18b20
+from heatwright.spec import Board, Ds18b20
 
 SCALE = Single(0.0625)
 """K per code at every resolution: a coarser one leaves the lowest bits zero."""
@@ -14,20 +15,20 @@ READ_MARGIN_S = 0.030
 LOWEST_C, HIGHEST_C = -55.0, 125.0
 
 
-def temperature(raw: int) -> Single:
-    """Convert a raw code to °C."""
-    return Single(raw) * SCALE
+def converter(_sensor: Ds18b20, _board: Board) -> Callable[[int], Single]:
+    """Return what makes °C of a raw code."""
+    return lambda raw: Single(raw) * SCALE
 
 
 class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
-    def __init__(self, sensor: Ds18b20) -> None:
+    def __init__(self, sensor: Ds18b20, _board: Board) -> None:
         """Prepare the conversion for the sensor's resolution."""
         self._step = 1 << (12 - sensor.resolution_bits)
         self.sampled_before_step_s = sensor.conversion_s + READ_MARGIN_S
 
-    def code(self, temperature_c: float) -> int:
-        """Return the code nearest to a temperature, within the chip's range."""
+    def read(self, temperature_c: float) -> tuple[int, int]:
+        """Return 0 for a valid reading, and the code nearest to a temperature."""
         limited_c = min(max(temperature_c, LOWEST_C), HIGHEST_C)
-        return math.floor(limited_c * 16 / self._step + 0.5) * self._step
+        return 0, math.floor(limited_c * 16 / self._step + 0.5) * self._step

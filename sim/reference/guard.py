@@ -20,14 +20,14 @@ MOST_MISSING = 255
 class Guard:
     """Watches a loop and names the first rule that is broken."""
 
-    def __init__(self, loop: Loop, output_maximum: Single) -> None:
-        """Derive the limits of a loop whose algorithm ends at `output_maximum` percent."""
+    def __init__(self, loop: Loop) -> None:
+        """Derive the limits of a loop."""
         protection = loop.protection
         self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop.period_s))
         self._maximum_c = Single(protection.maximum_c)
         self._minimum_c = Single(protection.minimum_c)
         self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
-        self._rules: tuple[GuardRule, ...] = rules_of(loop, output_maximum)
+        self._rules: tuple[GuardRule, ...] = rules_of(loop)
         self.fresh = 1
         self.members: tuple[Member, ...] = (
             *(member for rule in self._rules for member in rule.members),

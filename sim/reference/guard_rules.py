@@ -30,6 +30,12 @@ class Look(NamedTuple):
     """What the step before asked for."""
     asked_percent: Single
     """What the last step with a reading asked for."""
+    full_percent: Single
+    """What the loop asks for at most."""
+    bandless: bool = False
+    """No band about the setpoint is to be held: off, by hand, or heating up for a tuning."""
+    by_hand: bool = False
+    """The operator asks for a duty, not for a temperature."""
 
 
 class GuardRule(Protocol):
@@ -50,14 +56,14 @@ class GuardRule(Protocol):
         """Return the values of `members`."""
 
 
-def rules_of(loop: Loop, output_maximum: Single) -> tuple[GuardRule, ...]:
+def rules_of(loop: Loop) -> tuple[GuardRule, ...]:
     """Return the loop's rules in the order in which they are asked."""
     protection, period_s = loop.protection, loop.period_s
     rules: list[GuardRule] = []
     if protection.runaway is not None:
         rules.append(RunawayRule(protection.runaway, period_s))
     if protection.heating is not None:
-        rules.append(HeatingRule(protection.heating, period_s, output_maximum))
+        rules.append(HeatingRule(protection.heating, period_s))
     if protection.frozen is not None:
         rules.append(FrozenRule(protection.frozen, period_s))
     if protection.rising_while_off is not None:
@@ -101,6 +107,9 @@ class RunawayRule:
         """Return 11 or 12 after too long outside the band."""
         if look.setpoint_c != self._setpoint_last_c:
             self.start(look)
+        if look.bandless:
+            self.reset()
+            return 0
         above = self._is_above(look)
         below = self._is_below(look)
         self._steps = counted(self._steps) if above or below else 0
@@ -132,11 +141,10 @@ class HeatingRule:
 
     members: tuple[Member, ...] = (("heating_steps", "u2"), ("heating_from_c", "f4"))
 
-    def __init__(self, heating: Heating, period_s: float, full_percent: Single) -> None:
+    def __init__(self, heating: Heating, period_s: float) -> None:
         """Derive the limits."""
         self._rise = Single(heating.rise_k)
         self._limit = steps(heating.within_s, period_s)
-        self._full_percent = full_percent
         self._from_c = ZERO
         self.reset()
 
@@ -151,7 +159,7 @@ class HeatingRule:
     def check(self, look: Look) -> int:
         """Return 10 after too many steps at full power without the rise."""
         if (
-            look.asked_percent < self._full_percent
+            look.asked_percent < look.full_percent
             or look.temperature_c >= self._from_c + self._rise
         ):
             self._steps = 0
@@ -190,6 +198,7 @@ class FrozenRule:
             look.raw != self._raw
             or look.asked_percent == ZERO
             or look.temperature_c >= look.setpoint_c
+            or look.by_hand
         ):
             self._steps = 0
             self._raw = look.raw

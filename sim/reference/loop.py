@@ -1,10 +1,11 @@
 """One control step of a loop, from the reading to the heater (docs/control.md, "The step")."""
 
 from importlib import import_module
-from typing import Protocol
 
+from heatwright.sim.reference.control import Steering
 from heatwright.sim.reference.guard import MOST_MISSING, Guard
 from heatwright.sim.reference.guard_rules import Look
+from heatwright.sim.reference.inputs import NO_ORDERS, Orders
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.output import HeaterOutput, heater_of
@@ -12,6 +13,8 @@ from heatwright.spec import Controller
 
 Record = dict[str, Value]
 """Every member of the state after a step, by the names of docs/control.md."""
+
+EMERGENCY_STOP = 19
 
 LOOP_MEMBERS: tuple[Member, ...] = (
     ("steps", "u2"),
@@ -31,22 +34,6 @@ FAULT_MEMBERS: tuple[Member, ...] = (
 )
 
 
-class Control(Protocol):
-    """An algorithm: temperature in, duty out."""
-
-    members: tuple[Member, ...]
-    full_percent: Single
-
-    def reset(self) -> None:
-        """Start anew after a fault."""
-
-    def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
-        """Return the duty in percent."""
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-
-
 class Reference:
     """The reference model of one loop and the controller's fault latch."""
 
@@ -54,10 +41,10 @@ class Reference:
         """Build the model from the specification alone."""
         spec = controller.loops[loop]
         sensor = controller.sensors[spec.sensor]
-        self._convert = import_module(f"heatwright.sim.reference.{sensor.kind}").temperature
-        algorithm = import_module(f"heatwright.sim.reference.{spec.algorithm.kind}")
-        self._control: Control = algorithm.Control(spec.algorithm, spec.period_s)
-        self._guard = Guard(spec, self._control.full_percent)
+        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
+        self._convert = kind.converter(sensor, controller.board)
+        self._guard = Guard(spec)
+        self.steering = Steering(controller, loop)
         self.output: HeaterOutput = heater_of(controller, spec.heater)
         self.members = self._members()
         self._names = tuple(name for name, _ in self.members)
@@ -71,12 +58,37 @@ class Reference:
         self.fault_temperature_c = ZERO
         self._acknowledgements = 0
 
+    @property
+    def duty_percent(self) -> Single:
+        """What the last step asked for."""
+        return self._duty_percent
+
     def restore(self, fault_code: int, temperature_c: Single) -> None:
         """Take over a fault that outlived a reset."""
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 
-    def step(self, status: int, raw: int, setpoint: Single, *, acknowledge: bool = False) -> Record:
+    def stop(self) -> None:
+        """Stop at the operator's command, unless a fault is latched already."""
+        if not self.fault_code:
+            self.restore(EMERGENCY_STOP, ZERO)
+
+    def acknowledge(self) -> None:
+        """Let the operator acknowledge the fault, if there is one."""
+        if self.fault_code:
+            self.fault_code = 0
+            self._acknowledgements = (self._acknowledgements + 1) & 0xFF
+            self._guard.reset()
+
+    def step(
+        self,
+        status: int,
+        raw: int,
+        setpoint: Single,
+        *,
+        acknowledge: bool = False,
+        orders: Orders = NO_ORDERS,
+    ) -> Record:
         """Do one control step.
 
         Args:
@@ -84,26 +96,28 @@ class Reference:
             raw: the sensor's code.
             setpoint: what the operator wants, °C.
             acknowledge: whether the operator acknowledged the fault since the last step.
+            orders: what else a host wants of a commanded loop.
 
         Returns:
             The state after the step.
 
         """
-        if acknowledge and self.fault_code:
-            self.fault_code = 0
-            self._acknowledgements = (self._acknowledgements + 1) & 0xFF
-            self._guard.reset()
+        if acknowledge:
+            self.acknowledge()
         self._steps = (self._steps + 1) & 0xFFFF
-        look = self._take(status, raw, setpoint)
+        look = self._take(status, raw, setpoint, orders)
         if not self.fault_code:
             self._protect(status, look)
-        self._duty_percent = self._decide(status, look)
+        self._duty_percent = self.steering.duty(
+            look, orders, fault=bool(self.fault_code), valid=not status
+        )
         if self.fault_code or not status:
             self._asked_percent = self._duty_percent
         self.output.apply(self._duty_percent)
-        return dict(zip(self._names, self._values(status, raw, setpoint), strict=True))
+        values = self._values(status, raw, setpoint, orders)
+        return dict(zip(self._names, values, strict=True))
 
-    def _take(self, status: int, raw: int, setpoint: Single) -> Look:
+    def _take(self, status: int, raw: int, setpoint: Single, orders: Orders) -> Look:
         gap = self._missing + 1 if self._has_reading else 1
         last_c = self._temperature_c
         if status:
@@ -115,7 +129,14 @@ class Reference:
             self._missing = 0
             self._has_reading = 1
         return Look(
-            self._temperature_c, last_c, gap, raw, setpoint, self._duty_percent, self._asked_percent
+            self._temperature_c,
+            last_c,
+            gap,
+            raw,
+            setpoint,
+            self._duty_percent,
+            self._asked_percent,
+            *self.steering.exemptions(setpoint, orders.mode),
         )
 
     def _protect(self, status: int, look: Look) -> None:
@@ -127,24 +148,17 @@ class Reference:
             self.fault_code = code
             self.fault_temperature_c = self._temperature_c
 
-    def _decide(self, status: int, look: Look) -> Single:
-        if self.fault_code:
-            self._control.reset()
-            return ZERO
-        if status:
-            return ZERO
-        return self._control.step(look.temperature_c, look.last_c, look.gap, look.setpoint_c)
-
     def _members(self) -> tuple[Member, ...]:
         return (
             *LOOP_MEMBERS,
+            *self.steering.inputs,
             *prefixed("guard", self._guard.members),
-            *prefixed("algorithm", self._control.members),
+            *self.steering.members,
             *prefixed("fault", FAULT_MEMBERS),
             *prefixed("output", self.output.members),
         )
 
-    def _values(self, status: int, raw: int, setpoint: Single) -> tuple[Value, ...]:
+    def _values(self, status: int, raw: int, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
         return (
             self._steps,
             status,
@@ -155,8 +169,9 @@ class Reference:
             self._asked_percent,
             self._missing,
             self._has_reading,
+            *((orders.mode, orders.manual_percent) if self.steering.inputs else ()),
             *self._guard.values(),
-            *self._control.values(),
+            *self.steering.values(),
             self.fault_code,
             self._acknowledgements,
             self.fault_temperature_c,

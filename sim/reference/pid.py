@@ -24,6 +24,8 @@ class PidControl:
         self._share = filter_share(period_s, algorithm.derivative_filter_s)
         self._per_period = Single(1 / period_s)
         self._minimum = Single(algorithm.output.minimum_percent)
+        self._band = None if algorithm.band_k is None else Single(algorithm.band_k)
+        self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self.full_percent = Single(algorithm.output.maximum_percent)
         self.members: tuple[Member, ...] = self._members()
         self._last = ZERO
@@ -36,25 +38,10 @@ class PidControl:
 
     def step(self, temperature_c: Single, _last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""
-        error = setpoint_c - temperature_c
-        if not self._started:
-            self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO
-        if self._differentiates and gap == 1:
-            slope = self._slope(temperature_c, error)
-            self._derivative = self._derivative + self._share * (slope - self._derivative)
-        self._proportional = self._kp * error
-        candidate = self._integral
-        if self._integrates:
-            candidate = clamp(self._integral + self._ki_step * error, *self._integral_limits)
-        total = self._sum(candidate)
-        if self._integrates:
-            if self._holds and self._pushes_into_limit(total, error):
-                total = self._sum(self._integral)
-            else:
-                self._integral = candidate
-        self._last = error if self._of_error else temperature_c
-        self._started = 1
-        return clamp(total, self._minimum, self.full_percent)
+        error = self._begin(temperature_c, gap, setpoint_c)
+        duty_percent = self._decide(error)
+        self._end(temperature_c, error)
+        return duty_percent
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
@@ -66,6 +53,48 @@ class PidControl:
         if self._integrates or self._differentiates:
             found += (self._started,)
         return found
+
+    def _begin(self, temperature_c: Single, gap: int, setpoint_c: Single) -> Single:
+        """Bring the terms up to date and return the error."""
+        error = setpoint_c - temperature_c
+        if not self._started:
+            self._restart_integral()
+        if self._differentiates and gap == 1:
+            slope = self._slope(temperature_c, error)
+            self._derivative = self._derivative + self._share * (slope - self._derivative)
+        self._balance(error)
+        self._proportional = self._kp * error
+        return error
+
+    def _decide(self, error: Single) -> Single:
+        if self._band is not None and (error > self._band or error < -self._band):
+            self._restart_integral()
+            return self.full_percent if error > self._band else ZERO
+        if self._dead_band is not None and -self._dead_band <= error <= self._dead_band:
+            self._proportional = ZERO
+            return self._limited(self._sum(self._integral))
+        return self._limited(self._integrated(error))
+
+    def _end(self, temperature_c: Single, error: Single) -> None:
+        self._last = error if self._of_error else temperature_c
+        self._started = 1
+
+    def _restart_integral(self) -> None:
+        self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO
+
+    def _balance(self, error: Single) -> None:
+        """Keep the sum when the gains have just changed; constant ones do not."""
+
+    def _integrated(self, error: Single) -> Single:
+        """Integrate, unless that pushes further into a limit, and return the sum."""
+        if not self._integrates:
+            return self._sum(ZERO)
+        candidate = clamp(self._integral + self._ki_step * error, *self._integral_limits)
+        total = self._sum(candidate)
+        if self._holds and self._pushes_into_limit(total, error):
+            return self._sum(self._integral)
+        self._integral = candidate
+        return total
 
     def _slope(self, temperature_c: Single, error: Single) -> Single:
         if not self._started:
@@ -81,6 +110,9 @@ class PidControl:
         if self._differentiates:
             total = total + self._kd * self._derivative
         return total
+
+    def _limited(self, total: Single) -> Single:
+        return clamp(total, self._minimum, self.full_percent)
 
     def _pushes_into_limit(self, total: Single, error: Single) -> bool:
         if total > self.full_percent:

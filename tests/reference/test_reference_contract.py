@@ -7,8 +7,29 @@ import pytest
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.course import course_of
 from heatwright.sim.reference.numbers import Single
-from heatwright.spec import Algorithm, Output, Sensor, kinds
+from heatwright.spec import BOARDS, Algorithm, Sensor, Switch, kinds
 
+MEGA = BOARDS["mega2560"]
+SPI = {"chip_select": "D49", "clock": "D52", "data_out": "D50"}
+SENSORS = {
+    "analog": {"pin": "A13", "scale": "10 mV/K", "range": "2 °C .. 150 °C"},
+    "ds18b20": {"pin": "A1"},
+    "max31855": SPI,
+    "max6675": SPI,
+    "rtd": {
+        "pin": "A13",
+        "element": "pt1000",
+        "divider": {"pull_up": "1 kΩ"},
+        "range": "0 °C .. 300 °C",
+    },
+    "thermistor": {
+        "pin": "A13",
+        "divider": {"pull_up": "4.7 kΩ"},
+        "curve": {"resistance": "100 kΩ", "at": "25 °C", "beta": "4267 K"},
+        "range": "0 °C .. 300 °C",
+        "oversample": 4,
+    },
+}
 HEATERS = {
     "digital": {},
     "pwm": {"frequency": "490 Hz"},
@@ -18,20 +39,22 @@ ALGORITHMS = {"on_off": {}, "pid": {"kp": 50}}
 
 
 @pytest.mark.parametrize("kind", kinds(Sensor))
-def test_every_sensor_can_be_read(chamber, kind):
+def test_every_sensor_can_be_read(kind):
     module = import_module(f"heatwright.sim.reference.{kind}")
-    sensor = module.IdealSensor(chamber.sensors["air"])
-    assert module.temperature(sensor.code(50.0)) == 50.0
+    sensor = kinds(Sensor)[kind].model_validate({"kind": kind, **SENSORS[kind]})
+    status, raw = module.IdealSensor(sensor, MEGA).read(50.0)
+    assert status == 0
+    assert abs(module.converter(sensor, MEGA)(raw) - 50.0) <= sensor.step_k
 
 
-@pytest.mark.parametrize("output", kinds(Output))
+@pytest.mark.parametrize("output", kinds(Switch))
 @pytest.mark.parametrize("algorithm", kinds(Algorithm))
 def test_every_algorithm_drives_every_output(vary, algorithm, output):
     controller = vary(
         algorithm=kinds(Algorithm)[algorithm].model_validate(
             {"kind": algorithm, **ALGORITHMS[algorithm]}
         ),
-        output=kinds(Output)[output].model_validate(
+        output=kinds(Switch)[output].model_validate(
             {"kind": output, "pin": "D3", "power": "240 W", **HEATERS[output]}
         ),
     )
@@ -52,10 +75,10 @@ def test_ds18b20_rounds_to_its_resolution(resolution, code):
     sensor = module.Ds18b20.model_validate(
         {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
     )
-    assert module.IdealSensor(sensor).code(50.32) == code
+    assert module.IdealSensor(sensor, MEGA).read(50.32) == (0, code)
 
 
 def test_ds18b20_ends_at_its_range(chamber):
     module = import_module("heatwright.sim.reference.ds18b20")
-    sensor = module.IdealSensor(chamber.sensors["air"])
-    assert (sensor.code(-60.0), sensor.code(200.0)) == (-880, 2000)
+    sensor = module.IdealSensor(chamber.sensors["air"], chamber.board)
+    assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))

@@ -1,0 +1,116 @@
+"""Who decides the duty: the algorithm, the operator, or a tuning (docs/control.md, "Modes")."""
+
+from importlib import import_module
+from typing import NamedTuple, Protocol
+
+from heatwright.sim.reference.autotune import SLOPE, Moment, Tuner
+from heatwright.sim.reference.guard_rules import Look
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Orders
+from heatwright.sim.reference.members import Member, Value, prefixed
+from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.tunable_pid import TunablePid
+from heatwright.spec import Controller, Loop, Pid, commanded, tunable
+
+INPUTS: tuple[Member, ...] = (("mode", "u1"), ("manual_percent", "f4"))
+"""Of a tunable loop."""
+
+
+class Control(Protocol):
+    """An algorithm: temperature in, duty out."""
+
+    members: tuple[Member, ...]
+    full_percent: Single
+
+    def reset(self) -> None:
+        """Start anew after a fault."""
+
+    def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
+        """Return the duty in percent."""
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+
+
+class Exemptions(NamedTuple):
+    """What the protections make of the mode; see `Look`."""
+
+    full_percent: Single
+    bandless: bool
+    by_hand: bool
+
+
+class Steering:
+    """The algorithm of a loop, and what a host may put in its place."""
+
+    def __init__(self, controller: Controller, loop: str) -> None:
+        """Find the loop's algorithm, and what is commanded of it."""
+        spec = controller.loops[loop]
+        self._commanded = commanded(controller, loop)
+        self._pid = _tunable_pid(spec) if tunable(controller, loop) else None
+        self._control: Control = self._pid or _constant(spec)
+        self.tuner = _tuner(spec) if self._pid else None
+        self.inputs: tuple[Member, ...] = INPUTS if self._pid else ()
+        self.members: tuple[Member, ...] = prefixed("algorithm", self._control.members)
+        if self.tuner:
+            self.members += prefixed("autotune", self.tuner.members)
+
+    def exemptions(self, setpoint_c: Single, mode: int) -> Exemptions:
+        """Return what the protections must know of the mode."""
+        full_percent = self._control.full_percent
+        bandless = mode == MANUAL or self._is_off(setpoint_c, mode)
+        if self.tuner and mode == TUNING:
+            full_percent = self.tuner.swing_percent
+            bandless = self.tuner.phase <= SLOPE
+        return Exemptions(full_percent, bandless, mode == MANUAL)
+
+    def duty(self, look: Look, orders: Orders, *, fault: bool, valid: bool) -> Single:
+        """Return the duty in percent."""
+        if self.tuner:
+            self.tuner.stop_unless(orders.mode, fault=fault)
+            moment = Moment(look.temperature_c, look.last_c, look.setpoint_c)
+            tuning_percent = self.tuner.step(moment if valid else None)
+        if fault or (valid and self._is_reset(look.setpoint_c, orders.mode)):
+            self._control.reset()
+        if fault or not valid or self._is_off(look.setpoint_c, orders.mode):
+            return ZERO
+        if orders.mode == TUNING:
+            return tuning_percent if self.tuner else ZERO
+        return self._steered(look, orders)
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*self._control.values(), *(self.tuner.values() if self.tuner else ()))
+
+    def _steered(self, look: Look, orders: Orders) -> Single:
+        if self._pid:
+            if orders.gains is None:
+                message = "A tunable loop needs its gains"
+                raise ValueError(message)
+            self._pid.take(orders.gains)
+            if orders.mode == MANUAL:
+                return self._pid.follow(
+                    look.temperature_c, look.gap, look.setpoint_c, orders.manual_percent
+                )
+        return self._control.step(look.temperature_c, look.last_c, look.gap, look.setpoint_c)
+
+    def _is_off(self, setpoint_c: Single, mode: int) -> bool:
+        return self._commanded and mode == AUTOMATIC and bool(setpoint_c == ZERO)
+
+    def _is_reset(self, setpoint_c: Single, mode: int) -> bool:
+        return mode == TUNING or self._is_off(setpoint_c, mode)
+
+
+def _constant(spec: Loop) -> Control:
+    module = import_module(f"heatwright.sim.reference.{spec.algorithm.kind}")
+    control: Control = module.Control(spec.algorithm, spec.period_s)
+    return control
+
+
+def _tunable_pid(spec: Loop) -> TunablePid | None:
+    return TunablePid(spec.algorithm, spec.period_s) if isinstance(spec.algorithm, Pid) else None
+
+
+def _tuner(spec: Loop) -> Tuner | None:
+    if spec.autotune is None or not isinstance(spec.algorithm, Pid):
+        return None
+    return Tuner(spec, spec.autotune, spec.algorithm)

@@ -1,0 +1,64 @@
+"""A stepper that feeds, without its ramps: for the reference device."""
+
+from collections import deque
+
+from heatwright.spec import Stepper
+
+SECOND_US = 1_000_000
+
+
+class Feed:
+    """Moves one after the other, each at its speed, while it may run."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        """Stand still."""
+        self._fastest = stepper.maximum_mm_per_s
+        self._moves: deque[list[float]] = deque()
+        self._place_mm = self._end_mm = self._asked_mm = 0.0
+        self._speed = stepper.maximum_mm_per_s
+        self._absolute = True
+        self._now_us = 0
+        self.may_run = False
+
+    def command(self, command: str, to_mm: float | None, mm_per_min: float | None) -> None:
+        """Do G1, G92, M82, M83 or M410."""
+        if command in ("M82", "M83"):
+            self._absolute = command == "M82"
+        elif command == "M410":
+            self.forget()
+        elif command == "G92" and to_mm is not None:
+            self._end_mm = to_mm
+        elif command in ("G0", "G1"):
+            self._speed = self._speed if mm_per_min is None else mm_per_min / 60
+            if to_mm is not None:
+                self._move(to_mm - self._end_mm if self._absolute else to_mm)
+
+    def forget(self) -> None:
+        """Forget all moves."""
+        self._moves.clear()
+
+    def advance(self, to_us: int) -> None:
+        """Go on to a time."""
+        left_s = (to_us - self._now_us) / SECOND_US if self.may_run else 0.0
+        self._now_us = to_us
+        while self._moves and left_s > 0:
+            move = self._moves[0]
+            length_mm, speed = move
+            share = min(1.0, left_s * speed / abs(length_mm)) if length_mm else 1.0
+            self._place_mm += share * length_mm
+            left_s -= share * abs(length_mm) / speed
+            move[0] -= share * length_mm
+            if share == 1.0:
+                self._moves.popleft()
+
+    def travel_mm(self) -> float:
+        """Return the feed since the last call, mm; backwards it is negative."""
+        travel_mm = self._place_mm - self._asked_mm
+        self._asked_mm = self._place_mm
+        return travel_mm
+
+    def _move(self, length_mm: float) -> None:
+        self._end_mm += length_mm
+        speed = min(self._speed, self._fastest)
+        if length_mm and speed > 0:
+            self._moves.append([length_mm, speed])

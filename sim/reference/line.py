@@ -1,0 +1,39 @@
+"""A line of G-code, taken apart."""
+
+import re
+from typing import NamedTuple
+
+_WORD = re.compile(r"([A-Z])(-?\d+\.?\d*|-?\.\d+)?")
+
+
+class Line(NamedTuple):
+    """A command and its words."""
+
+    command: str
+    """As in `M104`."""
+    words: dict[str, float | None]
+    """Letter to number; None where there is none."""
+
+    def number(self, letter: str) -> float | None:
+        """Return the number behind a letter, None if it is not there."""
+        return self.words.get(letter)
+
+
+def parsed(text: str) -> Line:
+    """Take a line apart; its number and checksum are left out.
+
+    Raises:
+        ValueError: it has no command.
+
+    """
+    plain = text.split(";", maxsplit=1)[0].split("*", maxsplit=1)[0].upper()
+    words = [(letter, number) for letter, number in _WORD.findall(plain) if letter != "N"]
+    if not words or words[0][0] not in "GM" or not words[0][1]:
+        message = f"{text!r} has no command"
+        raise ValueError(message)
+    (letter, code), *rest = words
+    return Line(f"{letter}{int(float(code))}", {word: _value(number) for word, number in rest})
+
+
+def _value(number: str) -> float | None:
+    return float(number) if number else None

@@ -1,0 +1,57 @@
+"""PID control whose gains a host may change, and whose duty (docs/control.md, "pid").
+
+All terms exist, whatever the gains of the specification are.
+"""
+
+from heatwright.sim.reference.inputs import Gains
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import ZERO, Single, clamp
+from heatwright.sim.reference.pid import PidControl
+from heatwright.spec import Pid
+
+
+class TunablePid(PidControl):
+    """PID control that takes its gains over at every step."""
+
+    def __init__(self, algorithm: Pid, period_s: float) -> None:
+        """Begin without gains: the first step takes them over."""
+        super().__init__(algorithm, period_s)
+        self._integrates = self._differentiates = True
+        self._period_s = Single(period_s)
+        self._kp = self._ki = self._kd = ZERO
+        self._lost = (ZERO, ZERO)
+        self.members: tuple[Member, ...] = (
+            *self._members(),
+            ("kp", "f4"),
+            ("ki", "f4"),
+            ("kd", "f4"),
+        )
+
+    def take(self, gains: Gains) -> None:
+        """Take over the gains for the step that comes next."""
+        self._lost = (self._kp - gains.kp, self._kd - gains.kd)
+        self._kp, self._ki, self._kd = gains
+        self._ki_step = self._ki * self._period_s
+
+    def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
+        """Let the operator decide, and be ready to go on from there."""
+        error = self._begin(temperature_c, gap, setpoint_c)
+        duty_percent = self._limited(manual)
+        self._integral = clamp(
+            duty_percent - self._proportional - self._kd * self._derivative, *self._integral_limits
+        )
+        self._end(temperature_c, error)
+        return duty_percent
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*super().values(), self._kp, self._ki, self._kd)
+
+    def _balance(self, error: Single) -> None:
+        """Give the integral what the other terms lose by new gains."""
+        lost_kp, lost_kd = self._lost
+        if not self._started or (lost_kp == ZERO and lost_kd == ZERO):
+            return
+        self._integral = clamp(
+            self._integral + lost_kp * error + lost_kd * self._derivative, *self._integral_limits
+        )

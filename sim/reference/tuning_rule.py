@@ -1,0 +1,100 @@
+"""From the swings of a relay experiment to gains (docs/control.md, "The rule")."""
+
+from typing import NamedTuple
+
+from heatwright.sim.reference.numbers import ZERO, Single, clamp
+from heatwright.spec import Autotune, Pid
+
+PER_LATE, PER_DEAD = Single(0.4), Single(2)
+LEAST_RATIO, MOST_RATIO = Single(8), Single(30)
+THREE, FOUR, SIX = Single(3), Single(4), Single(6)
+
+
+class Constants(NamedTuple):
+    """What the specification says of the loop."""
+
+    period_s: Single
+    swing_percent: Single
+    filter_s: Single
+    least_s: Single
+    start_percent: Single
+    band_k: Single | None
+
+    @classmethod
+    def of(cls, algorithm: Pid, autotune: Autotune, period_s: float) -> "Constants":
+        """Derive them."""
+        limits = algorithm.integral
+        return cls(
+            Single(period_s),
+            Single(algorithm.output.maximum_percent * autotune.swing_percent / 100),
+            Single(algorithm.derivative_filter_s),
+            Single(1.75 * (algorithm.derivative_filter_s + period_s)),
+            clamp(ZERO, Single(limits.minimum_percent), Single(limits.maximum_percent)),
+            None if algorithm.band_k is None else Single(algorithm.band_k),
+        )
+
+
+class Swings(NamedTuple):
+    """What was measured: sums over the swings that count, and the slope."""
+
+    number: Single
+    on_sum: Single
+    """Steps."""
+    off_sum: Single
+    """Steps."""
+    swing_sum: Single
+    """K."""
+    peak_sum: Single
+    """K."""
+    rise: Single
+    """K/s."""
+
+
+class Found(NamedTuple):
+    """What follows, in the order of the members."""
+
+    hold_percent: Single
+    lag_s: Single
+    dead_s: Single
+    kp: Single
+    ki: Single
+    kd: Single
+
+
+def found_by(swings: Swings, constants: Constants) -> Found:
+    """Work the rule out, line by line."""
+    rise = swings.rise
+    on_s = swings.on_sum * constants.period_s / swings.number
+    off_s = swings.off_sum * constants.period_s / swings.number
+    swing_k = swings.swing_sum / swings.number
+    peak_k = swings.peak_sum / swings.number
+    fall = rise * on_s / off_s
+    both = rise + fall
+    hold_percent = constants.swing_percent * on_s / (on_s + off_s)
+    late_s = max(ZERO, (rise * on_s - swing_k) / both)
+    share = THREE * rise / (FOUR * rise + SIX * fall)
+    dead_s = clamp((peak_k - share * rise * late_s) / (rise - share * rise), ZERO, late_s)
+    lag_s = late_s - dead_s
+    quick_s = _quick(late_s, dead_s, constants)
+    gain = constants.swing_percent / (both * quick_s)
+    kd = gain * lag_s
+    slow_s = _ratio(rise, hold_percent, gain, kd, constants) * quick_s
+    return Found(hold_percent, lag_s, dead_s, gain + kd / slow_s, gain / slow_s, kd)
+
+
+def _quick(late_s: Single, dead_s: Single, constants: Constants) -> Single:
+    quick_s = max(PER_LATE * late_s, PER_DEAD * dead_s + constants.filter_s)
+    return max(quick_s, constants.least_s)
+
+
+def _ratio(
+    rise: Single, hold_percent: Single, gain: Single, kd: Single, constants: Constants
+) -> Single:
+    """Return the integral time, in time constants of the closed loop."""
+    way = constants.swing_percent - constants.start_percent + kd * rise
+    if constants.band_k is not None:
+        way = min(way, gain * constants.band_k)
+    lack = hold_percent - constants.start_percent
+    if lack > ZERO and way < lack * MOST_RATIO:
+        return max(LEAST_RATIO, way / lack)
+    return MOST_RATIO
