@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import cast
 
@@ -11,7 +12,7 @@ import numpy as np
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, reading_s, steps
+from heatwright.sim.faults.bounds import answer_s, lasting_s, reading_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k
 from heatwright.sim.faults.world import Site, World
@@ -24,6 +25,20 @@ SOUND_PER_BROKEN = 4
 """An intermittent wire is sound for so many times as long as it is broken: the machine holds."""
 COLDEST_C, HOTTEST_C = -200.0, 800.0
 """No sensor is asked to be beyond these."""
+
+
+CUT_RULE = "sensor_short"
+"""What sees that the element is cut off."""
+
+
+def cut(world: World) -> None:
+    """Short the element."""
+    _wire(Wiring(shorted=True))(world)
+
+
+def mend(world: World) -> None:
+    """Let its wires be as they were."""
+    _wire(Wiring())(world)
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -101,9 +116,13 @@ def _feel_again(site: Site) -> Act:
 
 
 def _converter(site: Site) -> Iterator[Fault]:
-    """The ADC no longer ends its conversions, or ends them all with one code."""
-    yield _invalid(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
-    trip = trips.no_rise(site)
+    """The ADC no longer ends its conversions, or ends each with the channel's last code.
+
+    Keys are on the same ADC: whoever has them cannot acknowledge until it is well again.
+    """
+    hangs = _invalid(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
+    yield replace(hangs, again=None if site.has_keys else hangs.trip)
+    trip = _stands_still(site)
     if trip is not None:
         yield Fault(
             "adc_stuck",
@@ -111,8 +130,17 @@ def _converter(site: Site) -> Iterator[Fault]:
             _fail(stuck=True),
             _fail(),
             trip=trip,
-            again=trip,
+            again=None if site.has_keys else trip,
         )
+
+
+def _stands_still(site: Site) -> Trip | None:
+    """Any reading that stands still below the setpoint: 9, unless full power lets 10 be sooner."""
+    frozen = site.loop.protection.frozen
+    if frozen is None:
+        return trips.no_rise(site)
+    rules = ("sensor_frozen", "heating_failed")
+    return Trip(rules, lasting_s(frozen.for_s, site.loop) + site.loop.period_s)
 
 
 def _fail(*, hung: bool = False, stuck: bool = False) -> Act:

@@ -1,29 +1,32 @@
-"""When the condition of a rule is met, told from the machine rather than from the firmware."""
+"""When the condition of a rule is met, told from the machine rather than from the firmware.
+
+Each looks at the sensor's tip, with what the sensor's steps may make of it.
+"""
 
 from __future__ import annotations
 
-from heatwright.sim.faults.machine import sensor_step_k
+from heatwright.sim.faults.machine import blur_k, late_k
 from heatwright.sim.faults.world import Condition, World
 
 
 def reaches(limit_c: float) -> Condition:
-    """At the sensor's tip, as its nearest step has it."""
-    return lambda world: world.tip_c >= limit_c - sensor_step_k(world.site) / 2
+    """At a limit, coming from below."""
+    return lambda world: world.tip_c >= limit_c + late_k(world.site, limit_c)
 
 
 def exceeds(limit_c: float) -> Condition:
-    """At the sensor's tip, as its nearest step has it."""
-    return lambda world: world.tip_c > limit_c + sensor_step_k(world.site) / 2
+    """Above a limit, also by its nearest step."""
+    return lambda world: world.tip_c > limit_c + abs(late_k(world.site, limit_c))
 
 
 def falls_to(limit_c: float) -> Condition:
-    """At the sensor's tip, as its nearest step has it."""
-    return lambda world: world.tip_c <= limit_c + sensor_step_k(world.site) / 2
+    """At a limit, coming from above."""
+    return lambda world: world.tip_c <= limit_c - late_k(world.site, limit_c)
 
 
 def falls_below(limit_c: float) -> Condition:
-    """At the sensor's tip, as its nearest step has it."""
-    return lambda world: world.tip_c < limit_c - sensor_step_k(world.site) / 2
+    """Below a limit, also by its nearest step."""
+    return lambda world: world.tip_c < limit_c - abs(late_k(world.site, limit_c))
 
 
 def at_full_power(full_percent: float) -> Condition:
@@ -44,6 +47,8 @@ class Risen:
         """Look."""
         if self._began_s is None:
             self._began_s = world.now_s
-        if world.now_s >= self._began_s + self._settle_s:
-            self._lowest_c = min(self._lowest_c, world.tip_c)
-        return reaches(self._lowest_c + self._rise_k)(world)
+        if world.now_s < self._began_s + self._settle_s:
+            return False
+        self._lowest_c = min(self._lowest_c, world.tip_c)
+        risen_c = self._lowest_c + self._rise_k
+        return reaches(risen_c + blur_k(world.site, self._lowest_c))(world)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from heatwright.sim.faults.world import Site
 from heatwright.sim.plants import plant_of
 from heatwright.spec import ThermalNetwork
+from heatwright.spec.analog_sensors import AnalogSensor
 
 FOREVER_S = 1e7
 """Longer than any machine takes to settle: four months."""
@@ -82,6 +83,24 @@ def _rising_until(
 def sensor_step_k(site: Site) -> float:
     """Return one step of the loop's sensor, K."""
     return float(site.controller.sensors[site.loop.sensor].step_k)
+
+
+def late_k(site: Site, limit_c: float) -> float:
+    """Return how far past a limit the tip is, at most, when its reading is past it too, K.
+
+    A chip gives its nearest step, and so is half of one early. An analog chain is exact to one step
+    of the ADC.
+    """
+    late = blur_k(site, limit_c)
+    return late if late else -sensor_step_k(site) / 2
+
+
+def blur_k(site: Site, temperature_c: float) -> float:
+    """Return how far from the tip an analog chain may read, K; 0 for a chip of its own."""
+    sensor = site.controller.sensors[site.loop.sensor]
+    if not isinstance(sensor, AnalogSensor):
+        return 0.0
+    return float(sensor.step_at_k(temperature_c, site.controller.board.mcu))
 
 
 def _powered(site: Site, share: float) -> dict[str, float]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.world import STEP_S, Site, World
-from heatwright.spec.uses import pins_of
 
 SEED = 1
 WATCH_S = 30.0
@@ -32,7 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
             "record_cut_short",
             lambda: latched(site),
             cut_short,
-            may=("sensor_short",),
+            may=(cut_rule(site),),
             watch_s=WATCH_S,
         )
 
@@ -55,19 +56,23 @@ def latched(site: Site) -> World:
 
 
 def cut_line(world: World) -> None:
-    """Force the line of the loop's sensor low."""
-    world.device.avr.pins.drive(_line(world), "low")
+    """Take the loop's sensor from the controller, in the way of its kind."""
+    _of_sensor(world.site).cut(world)
 
 
 def mend_line(world: World) -> None:
-    """Let it go."""
-    world.device.avr.pins.drive(_line(world), None)
+    """Give it back."""
+    _of_sensor(world.site).mend(world)
 
 
-def _line(world: World) -> str:
-    site = world.site
-    first = next(iter(pins_of(site.controller.sensors[site.loop.sensor]).values()))
-    return site.controller.board.pins[first].port_name
+def cut_rule(site: Site) -> str:
+    """Return the id of the rule that sees it."""
+    return str(_of_sensor(site).CUT_RULE)
+
+
+def _of_sensor(site: Site) -> ModuleType:
+    kind = site.controller.sensors[site.loop.sensor].kind
+    return import_module(f"heatwright.sim.faults.sensors.{kind}")
 
 
 def cut_short(world: World) -> None:

@@ -42,7 +42,7 @@ def _keys(site: Site) -> Iterator[Fault]:
         "key_stuck", lambda: starts.heating(site), hold("down"), watch_s=WATCH_S, judge=_one_step
     )
     yield Fault("keys_at_random", lambda: starts.heating(site), _play, watch_s=WATCH_S)
-    trip = Trip(("sensor_short",), answer_s(site.loop))
+    trip = Trip((memory.cut_rule(site),), answer_s(site.loop))
 
     def cause(world: World) -> None:
         hold("select")(world)

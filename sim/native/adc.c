@@ -1,7 +1,8 @@
 /* ADC: the part's own rule, code = floor(1024 V / Vref), taken when the conversion starts.
 
    simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. It can hang (no
-   conversion ends) and stick (each ends with the code of the one before the fault). */
+   conversion ends) and stick (each ends with the code its
+   channel had last). */
 #include "hw.h"
 
 static double reference(hw *h) {
@@ -14,25 +15,35 @@ static double reference(hw *h) {
     }
 }
 
-/* Channels 8 to 15, chosen by MUX5, and 0 to 7; simavr is asked for the other inputs. */
-static double input(hw *h, avr_adc_mux_t mux) {
+/* The channel: 0 to 7, and with MUX5 8 to 15; HW_CHANNELS for other inputs. */
+static uint8_t selected(hw *h) {
     uint8_t code = h->avr->data[h->adc->r_admux] & 0x1F;
     uint8_t far = h->avr->data[h->adc->r_adcsrb] & h->adc_mux5;
-    if (code < 8)
-        return h->channels[far ? code + 8 : code];
-    if (!far && mux.kind == ADC_MUX_REF)
+    return code >= 8 ? HW_CHANNELS : (uint8_t)(far ? code + 8 : code);
+}
+
+/* In mV; simavr is asked for what is no channel. */
+static double input(hw *h, avr_adc_mux_t mux) {
+    uint8_t channel = selected(h);
+    if (channel < HW_CHANNELS)
+        return h->channels[channel];
+    if (mux.kind == ADC_MUX_REF)
         return mux.src;
-    limit(h, "ADC input %d is not simulated", far ? code + 32 : code);
+    limit(h, "ADC input %02x is not simulated", h->avr->data[h->adc->r_admux] & 0x1F);
     return 0;
 }
 
 static void on_start(struct avr_irq_t *irq, uint32_t value, void *param) {
     hw *h = param;
     union { uint32_t v; avr_adc_mux_t mux; } e = {.v = value};
+    uint8_t channel = selected(h);
     double code = input(h, e.mux) * 1024 / reference(h);
     (void)irq;
-    if (!h->adc_stuck)
-        h->adc_pending = code < 0 ? 0 : code > 1023 ? 1023 : (uint16_t)code;
+    h->adc_pending = code < 0 ? 0 : code > 1023 ? 1023 : (uint16_t)code;
+    if (channel < HW_CHANNELS && h->adc_stuck)
+        h->adc_pending = h->adc_codes[channel];
+    else if (channel < HW_CHANNELS)
+        h->adc_codes[channel] = h->adc_pending;
     h->adc_conversions++;
 }
 

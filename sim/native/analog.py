@@ -29,7 +29,7 @@ class Adc:
     def fail(self, *, hung: bool = False, stuck: bool = False) -> None:
         """Fail from the next conversion on, or no longer.
 
-        hung -- none ends; stuck -- each ends with the code of the last one before the fault.
+        hung -- none ends; stuck -- each ends with the code its channel had last.
         """
         self._lib.hw_adc_fail(self._hw, hung, stuck)
 

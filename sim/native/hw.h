@@ -149,6 +149,7 @@ struct hw {
     double channels[HW_CHANNELS], aref_mv, avcc_mv;
     uint16_t adc_pending, adc_result;
     int adc_locked, adc_hung, adc_stuck;
+    uint16_t adc_codes[HW_CHANNELS];    /* last of each */
     uint8_t adc_mux5;           /* its bit in ADCSRB; 0: no channels 8 to 15 */
     uint64_t adc_conversions;
 

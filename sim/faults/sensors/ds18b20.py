@@ -16,6 +16,20 @@ READ_MARGIN_S = 0.030
 """So long before a step is due its conversion has ended (docs/control.md)."""
 
 
+CUT_RULE = "sensor_short"
+"""What sees that its line is cut."""
+
+
+def cut(world: World) -> None:
+    """Short the line to ground."""
+    _chip(world).short("low")
+
+
+def mend(world: World) -> None:
+    """Let it go."""
+    _chip(world).short(None)
+
+
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to the loop's sensor."""
     yield from _answers(site)

@@ -1,5 +1,5 @@
 """Faults of a sensor of kind `thermistor`: see heatwright.sim.faults.analog."""
 
-from heatwright.sim.faults.analog import faults
+from heatwright.sim.faults.analog import CUT_RULE, cut, faults, mend
 
-__all__ = ["faults"]
+__all__ = ["CUT_RULE", "cut", "faults", "mend"]
