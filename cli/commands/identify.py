@@ -50,7 +50,7 @@ PICTURES = (".png", ".svg")
     type=click.IntRange(1, 2),
     default=1,
     show_default=True,
-    help="One body, or one with a case around it.",
+    help="One body, or one with a shell around it.",
 )
 @click.option("-o", "--output", type=File, metavar="OUT", help="Write the YAML to this file.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw record and fit: .png or .svg.")

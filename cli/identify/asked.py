@@ -89,14 +89,14 @@ def asked_of(  # noqa: PLR0913 - one for each option
 
 
 def _names(controller: Controller, loop: Loop) -> Names:
-    body = case = None
+    body = shell = None
     if controller.simulation is not None:
         plant = controller.simulation.plant
         body = plant.sense[loop.sensor].node
         outer = {node for link in plant.links if AMBIENT in link.between for node in link.between}
-        case = next((node for node in plant.nodes if node in outer - {body}), None)
+        shell = next((node for node in plant.nodes if node in outer - {body}), None)
     names = Names(heater=loop.heater, sensor=loop.sensor)
-    return Names(body or names.body, case or names.case, loop.heater, loop.sensor)
+    return Names(body or names.body, shell or names.shell, loop.heater, loop.sensor)
 
 
 def _plotter(controller: Controller, name: str, loop: Loop) -> tuple[int, int] | None:

@@ -130,8 +130,11 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     been at rest then, or not.
     """
     first_w = float(setting.record.powers_w[0])
+    moves = bool(setting.record.steps)
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
+            if before_w > 0 and rest and not moves:
+                continue  # it would rest for ever
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start

@@ -73,14 +73,14 @@ class Beginning(NamedTuple):
 
 
 def beginnings(setting: Setting) -> list[Beginning]:
-    """Return the best shapes, best first."""
+    """Return the best shapes, best first; none if a heater that cools would fit better."""
     search = Search(setting)
-    found = [
-        beginning
-        for shape in _shapes(setting.record, setting.structure)
-        if (beginning := search.linear(shape)) is not None
-    ]
-    return sorted(found, key=lambda each: each.cost)[:KEPT]
+    found = sorted(
+        (search.linear(shape) for shape in _shapes(setting.record, setting.structure)),
+        key=lambda each: each.cost,
+    )
+    heating = [each for each in found if each.values[0] > 0]
+    return heating[:KEPT] if heating and heating[0] is found[0] else []
 
 
 class Search:
@@ -94,8 +94,11 @@ class Search:
         self._heated = Answer(record, setting.before_w, rows)
         self._quiet = Answer(off, 0.0, rows)
 
-    def linear(self, shape: Series) -> Beginning | None:
-        """Find gain, ambient and start for the time constants of a shape; None if it is absurd."""
+    def linear(self, shape: Series) -> Beginning:
+        """Find gain, ambient and start for the time constants of a shape.
+
+        The capacity is negative if the machine would have to become colder when heated.
+        """
         setting = self._setting
         columns, surroundings = self._columns(shape)
         target_c = self._readings_c
@@ -105,9 +108,7 @@ class Search:
             target_c = target_c - surroundings * setting.ambient_c
         matrix = np.column_stack(columns)
         weights, *_ = np.linalg.lstsq(matrix, target_c, rcond=None)
-        gain = float(weights[0])
-        if gain <= 0:
-            return None
+        gain = float(weights[0]) or -np.finfo(float).tiny
         values, size = shape.copy(), 2 * setting.structure.bodies
         values[0:size:2] /= gain
         values[1:size:2] *= gain

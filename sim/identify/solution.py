@@ -11,8 +11,11 @@ from scipy.optimize import OptimizeResult, least_squares
 from heatwright.sim.identify.answer import LEAST_LAG_S, Answer, modes
 from heatwright.sim.identify.search import Beginning, Search, Setting
 from heatwright.sim.trace import Series
+from heatwright.spec.units import CAPACITY, DURATION, THERMAL_RESISTANCE
 
 MOST_EVALUATIONS = 200
+LEAST_CAPACITY, LEAST_RESISTANCE = 1e-3, 1e-6
+"""J/K, K/W: the least that the language takes."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def ordered(solution: Solution) -> Solution:
     if setting.structure.bodies > 1 or lag_s <= cooling_s:
         return solution
     swapped = Search(setting).linear(np.array([lag_s, 1.0, cooling_s, values[-2], 0.0]))
-    return solution if swapped is None else solve(setting, swapped)
+    return solution if swapped.values[0] < 0 else solve(setting, swapped)
 
 
 class _Model:
@@ -141,4 +144,9 @@ class _Vector:
         lag, delay = self._count - 3, self._count - 2
         low[lag], low[delay] = LEAST_LAG_S, 0.0
         high[delay] = self._longest_s
+        # What the language can say: 1 mJ/K and 1 µK/W up to the largest of each dimension.
+        bodies = (self._count - 3) // 2
+        low[: 2 * bodies] = np.log(np.tile([LEAST_CAPACITY, LEAST_RESISTANCE], bodies))
+        high[: 2 * bodies] = np.log(np.tile([CAPACITY.largest, THERMAL_RESISTANCE.largest], bodies))
+        high[lag] = DURATION.largest
         return low[self.free], high[self.free]

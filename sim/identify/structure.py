@@ -29,7 +29,7 @@ class Names:
     """What the parts are called in the plant."""
 
     body: str = "body"
-    case: str = "case"
+    shell: str = "shell"
     heater: str = "heater"
     sensor: str = "sensor"
 
@@ -38,7 +38,7 @@ class Names:
 class Structure:
     """One body that is heated and measured, with or without a second one around it.
 
-    With two, the heat flows body – case – ambient. The sensor follows the body with its lag and a
+    With two, the heat flows body – shell – ambient. The sensor follows the body with its lag and a
     dead time.
     """
 
@@ -48,7 +48,7 @@ class Structure:
     @property
     def nodes(self) -> tuple[str, ...]:
         """Names of the bodies, from the inside out."""
-        return (self.names.body, self.names.case)[: self.bodies]
+        return (self.names.body, self.names.shell)[: self.bodies]
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
