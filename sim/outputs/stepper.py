@@ -85,6 +85,7 @@ class Stepper(Switch):
         self._step, self._direction = _Line(step, False), _Line(direction, False)
         self._enable = _Line(self._number, self._inactive == "high")
         self._steps: list[NDArray[Any]] = [np.zeros(0, STEP)]
+        self._last = np.zeros(0, np.int64)
         self._position = 0
         self._told = 0
         self.violations = 0
@@ -106,6 +107,14 @@ class Stepper(Switch):
         least = np.where(levels[:-1], self._timing.high_s, self._timing.low_s)
         self.violations += int((widths < least).sum())
 
+    def _judge_hold(self, rising: NDArray[np.int64]) -> None:
+        rising = np.concatenate((self._last, rising))
+        self._last = rising[-1:]
+        turned = self._direction.edges[0][1:]
+        before = np.searchsorted(rising, turned, side="right") - 1
+        held = turned[before >= 0] - rising[before[before >= 0]]
+        self.violations += int((held < self._timing.hold_s * self._clock_hz).sum())
+
     def _take(self, rising: NDArray[np.int64]) -> None:
         forward, since = self._direction.at(rising)
         enabled_level, enabled_since = self._enable.at(rising)
@@ -113,10 +122,7 @@ class Stepper(Switch):
         setup = self._timing.setup_s * self._clock_hz
         early = (rising - since < setup) | (on & (rising - enabled_since < setup))
         self.violations += int((early & (rising >= setup)).sum())
-        turned, _ = self._direction.edges
-        before = np.searchsorted(rising, turned, side="right") - 1
-        held = turned[before >= 0] - rising[before[before >= 0]]
-        self.violations += int((held < self._timing.hold_s * self._clock_hz).sum())
+        self._judge_hold(rising)
         steps = np.zeros(len(rising), STEP)
         steps["cycle"] = rising
         steps["way"] = np.where(on, np.where(forward, 1, -1), 0)

@@ -31,7 +31,7 @@ def windows(**settings):
             8333,
             13,
         ),  # by interrupts; of clock / 8 they were 66667
-        ("D4", "490 Hz", 4082, 100),
+        ("D4", "490 Hz", 32653, 800),
         ("D4", "500 Hz", 32000, 800),
     ],
 )

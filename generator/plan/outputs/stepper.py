@@ -106,7 +106,7 @@ def _constants(
         acceleration.number(
             f"{prefix}_PER_TWICE_ACCELERATION", 1 / (2 * per_s2), f"1 / (2 x {shown})"
         ),
-        Constant(f"{prefix}_TICK_S", f"{TICK_S}f", f"{TICK_MS} ms"),
+        Constant(f"{prefix}_HALF_TICK_S", f"{TICK_S / 2}f", f"half of {TICK_MS} ms"),
         Constant(
             f"{prefix}_COUNTS_256_PER_S",
             f"{256 * counts_per_s:.1f}f",

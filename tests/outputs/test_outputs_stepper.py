@@ -1,0 +1,226 @@
+"""The feed at its driver's pins: every step, its speed, and what stops it."""
+
+import math
+
+import numpy as np
+import pytest
+from stepper_firmware import Feed
+
+FEEDER = "steps: 200, microsteps: 16, lead: 25 mm, maximum: 20 mm/s, acceleration: 50 mm/s²"
+STEPS_PER_MM = 128
+FASTEST = "steps: 200, microsteps: 16, lead: 25 mm, maximum: 78 mm/s, acceleration: 800 mm/s²"
+TICK_S = 0.01
+BOARDS = {
+    "nano": "step: D4, direction: D5, enable: D6",  # timer 0, 8 bits
+    "leonardo": "step: D4, direction: D5, enable: D6",
+    "mega2560": "step: D6, direction: A8, enable: A9",  # ports beyond sbi and cbi
+    "atmega1284p": "step: PC0, direction: PC1, enable: PC6, enable_active: high",
+}
+
+
+def feed_on(board: str, settings: str = FEEDER) -> Feed:
+    return Feed(board, f"{BOARDS[board]}, {settings}")
+
+
+def in_order(feed: Feed) -> None:
+    """The driver has seen every step, each as its data sheet wants it."""
+    assert (feed.driver.violations, feed.driver.missed) == (0, 0)
+    assert feed.driver.position == feed.get("position")
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("settings", [FEEDER, FASTEST], ids=["feeder", "fastest"])
+def test_every_step_is_made(board: str, settings: str) -> None:
+    feed = feed_on(board, settings)
+    assert not feed.driver.on
+    place = 0
+    for steps, mm_per_s in ((1, 5), (-3, 20), (5120, 100), (-700, 3), (2, 0.5), (-4420, 12.3)):
+        feed.move(steps, mm_per_s)
+        assert feed.driver.on
+        feed.finish(20.0)
+        place += steps
+        assert feed.driver.position == place
+        in_order(feed)
+    assert place == 0
+
+
+def trapezoid(time_s: float, length: float, speed: float, acceleration: float) -> float:
+    """Where a move is that speeds up, runs and slows down as it may."""
+    ramp_s = speed / acceleration
+    end_s = length / speed + ramp_s
+    if time_s < ramp_s:
+        return acceleration * max(0.0, time_s) ** 2 / 2
+    if time_s > end_s - ramp_s:
+        return length - acceleration * max(0.0, end_s - time_s) ** 2 / 2
+    return speed * (time_s - ramp_s / 2)
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_it_goes_along_a_trapezoid(board: str) -> None:
+    feed = feed_on(board)
+    began_s = feed.avr.time_s
+    feed.move(40 * STEPS_PER_MM, 20.0)
+    feed.finish(4.0)
+    times_s = feed.times_s
+    places = np.arange(1, len(times_s) + 1) / STEPS_PER_MM
+    # Speed is set once a tick: what it is ahead or behind is a tick at most, and a step.
+    allowed = 20.0 * TICK_S + 1 / STEPS_PER_MM
+    off = min(
+        max(
+            abs(trapezoid(at - start, 40.0, 20.0, 50.0) - place)
+            for at, place in zip(times_s, places, strict=True)
+        )
+        for start in np.arange(began_s - TICK_S, began_s + 3 * TICK_S, TICK_S / 5)
+    )
+    assert off < allowed
+    run = times_s[(places > 10) & (places < 30)]
+    assert (len(run) - 1) / (run[-1] - run[0]) == pytest.approx(20 * STEPS_PER_MM, rel=1e-5)
+
+
+def test_speed_changes_by_no_more_than_the_acceleration() -> None:
+    feed = feed_on("nano")
+    feed.move(40 * STEPS_PER_MM, 20.0)
+    speeds = []
+    while feed.get("busy"):
+        speeds.append(float(feed.get("output_feed.c:steps_per_s")))
+        feed.run(TICK_S)
+    per_tick = 50 * STEPS_PER_MM * TICK_S
+    start = max(per_tick, math.sqrt(50 * STEPS_PER_MM))
+    assert speeds[0] <= start + per_tick
+    assert np.abs(np.diff(speeds)).max() <= per_tick * 1.00001
+    assert max(speeds) == 20 * STEPS_PER_MM
+    assert speeds[-1] <= start + 2 * per_tick  # and so it stops within two ticks' change
+
+
+@pytest.mark.parametrize("board", ["nano", "mega2560"])
+@pytest.mark.parametrize("mm_per_s", [0.0079, 0.05, 0.5, 3.0, 17.77])
+def test_any_speed_is_right_in_the_mean(board: str, mm_per_s: float) -> None:
+    feed = feed_on(board)
+    steps = max(8, round(mm_per_s * STEPS_PER_MM * 4))
+    feed.move(steps, mm_per_s)
+    feed.finish(30.0)
+    times_s = feed.times_s
+    a, b = len(times_s) // 4, 3 * len(times_s) // 4
+    found = (b - a) / (times_s[b] - times_s[a]) / STEPS_PER_MM
+    # A period is a whole number of 1/256 counts; an edge is a count and an interrupt's latency off.
+    assert found == pytest.approx(max(mm_per_s, 1 / STEPS_PER_MM), rel=3e-4)
+    in_order(feed)
+
+
+def test_it_waits_for_the_heat_and_goes_on() -> None:
+    feed = feed_on("nano")
+    feed.put("ready", 0)
+    feed.move(30 * STEPS_PER_MM, 20.0)
+    feed.run(0.5)
+    assert (feed.driver.position, feed.get("busy")) == (0, 1)
+    feed.put("ready", 1)
+    feed.run(1.0)
+    before = feed.driver.position
+    feed.put("ready", 0)
+    feed.run(20.0 / 50.0 + 3 * TICK_S)
+    stopped = feed.driver.position
+    # v²/2a more, and a tick of delay and one of coarseness.
+    assert stopped - before <= (20.0**2 / 100 + 2 * 20.0 * TICK_S) * STEPS_PER_MM
+    feed.run(1.0)
+    assert feed.driver.position == stopped < 30 * STEPS_PER_MM
+    feed.put("ready", 1)
+    feed.finish(4.0)
+    assert feed.driver.position == 30 * STEPS_PER_MM
+    in_order(feed)
+
+
+def test_a_stop_slows_down_and_forgets() -> None:
+    feed = feed_on("nano")
+    feed.move(30 * STEPS_PER_MM, 20.0)
+    feed.run(1.0)
+    before = feed.driver.position
+    feed.put("stop", 1)
+    feed.finish(0.6)
+    stopped = feed.driver.position
+    # v²/2a, less half a tick's way: the speed is set at the beginning of each tick.
+    least = (20.0**2 / 100 - 20.0 * TICK_S / 2) * STEPS_PER_MM - 1
+    assert least <= stopped - before <= least + 3 * 20.0 * TICK_S * STEPS_PER_MM
+    feed.run(1.0)
+    assert feed.driver.position == stopped
+    feed.move(-stopped, 20.0)
+    feed.finish(4.0)
+    assert feed.driver.position == 0
+    in_order(feed)
+
+
+def test_a_fault_stops_it_at_once() -> None:
+    feed = feed_on("nano")
+    feed.move(30 * STEPS_PER_MM, 20.0)
+    feed.run(1.0)
+    before = feed.driver.position
+    feed.put("healthy", 0)
+    feed.run(1.0)
+    stopped = feed.driver.position
+    assert stopped - before <= math.ceil(20 * STEPS_PER_MM * TICK_S)
+    assert not feed.driver.on
+    assert (feed.get("busy"), feed.get("position")) == (0, stopped)
+    feed.put("healthy", 1)
+    feed.run(1.0)
+    assert feed.driver.position == stopped  # the rest is forgotten
+    feed.move(128, 20.0)
+    feed.finish(1.0)
+    assert feed.driver.position == stopped + 128
+    in_order(feed)
+
+
+def test_no_step_with_a_fault_latched() -> None:
+    feed = feed_on("nano")
+    feed.put("fault.code", 6)
+    feed.move(128, 20.0)
+    feed.run(0.5)
+    assert feed.driver.position == 0
+
+
+def test_the_motor_is_let_go() -> None:
+    feed = feed_on("nano")
+    feed.move(128, 20.0)
+    feed.finish(1.0)
+    assert feed.driver.on
+    feed.put("disable", 1)
+    feed.run(0.05)
+    assert not feed.driver.on
+    in_order(feed)
+
+
+def test_moves_the_same_way_are_one() -> None:
+    feed = feed_on("nano")
+    for _ in range(10):
+        feed.move(256, 20.0)
+    feed.move(-100, 20.0)  # the other way: not while it runs
+    feed.finish(4.0)
+    assert feed.driver.position == 2560
+    gaps_s = np.diff(feed.times_s)
+    middle = gaps_s[(np.arange(len(gaps_s)) > 800) & (np.arange(len(gaps_s)) < 1700)]
+    assert middle.max() < 1.1 / (20 * STEPS_PER_MM)  # it does not stop in between
+    in_order(feed)
+
+
+@pytest.mark.parametrize("board", ["nano", "mega2560"])
+@pytest.mark.parametrize("deaf_us", [60, 150, 900])
+def test_late_interrupts_lose_no_step(board: str, deaf_us: int) -> None:
+    """Interrupts off for longer than an interval: steps come later, not fewer."""
+    feed = feed_on(board, FASTEST)
+    feed.put("deaf_us", deaf_us)
+    feed.move(20_000, 78.0)
+    feed.finish(20.0)
+    assert feed.driver.position == 20_000
+    in_order(feed)
+    assert len(feed.driver.steps) == 20_000
+
+
+def test_an_interrupt_is_short() -> None:
+    """20 us at most with interrupts off, the step's own 2 us in it."""
+    for board in BOARDS:
+        feed = feed_on(board, FASTEST)
+        profile = feed.avr.profile(feed.program)
+        feed.move(400, 78.0)
+        feed.run(0.1)
+        longest = max(
+            found.longest for name, found in profile.functions.items() if "vector" in name
+        )
+        assert longest / feed.avr.clock_hz < 20e-6
