@@ -1,0 +1,152 @@
+"""Faults of a thermocouple converter on three wires: wires, supply, thermocouple, conversions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import cast
+
+from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults.bounds import answer_s, reading_s, steps
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.native.pins import Level
+from heatwright.sim.sensors.spi_chip import Faults, SpiChip
+
+WATCH_S = 120.0
+SOUND_PER_DAMAGED = 4
+"""In bursts so many answers are sound for each that is not: the machine holds its setpoint."""
+
+CUT_RULE = "sensor_open"
+"""What sees that the thermocouple is cut off."""
+
+
+def cut(world: World) -> None:
+    """Break the thermocouple."""
+    chip_of(world).faults.open = True
+
+
+def mend(world: World) -> None:
+    """Weld it again."""
+    chip_of(world).faults.open = False
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to any of them."""
+    yield from _answers(site)
+    yield from _frozen(site)
+    yield from _harmless(site)
+
+
+def on_chip(act: Callable[[SpiChip], None]) -> Act:
+    """Do something to the chip of the loop's sensor."""
+    return lambda world: act(chip_of(world))
+
+
+def chip_of(world: World) -> SpiChip:
+    """Return the chip of the loop's sensor."""
+    return cast("SpiChip", world.device.sensors[world.site.loop.sensor])
+
+
+def no_reading(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
+    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
+    trip = Trip((rule,), answer_s(site.loop))
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        cure,
+        trip=trip,
+        off_within_s=reading_s(site.loop),
+        again=trip,
+    )
+
+
+def _fail(faults: Faults) -> Act:
+    """Give the chip these faults and no others."""
+    return on_chip(lambda chip: setattr(chip, "faults", replace(faults)))
+
+
+def _answers(site: Site) -> Iterator[Fault]:
+    """The chip no longer answers, or badly, or that its thermocouple is broken."""
+    sound = _fail(Faults())
+    yield no_reading(
+        site, "unplugged", "sensor_no_answer", on_chip(SpiChip.unplug), on_chip(SpiChip.plug)
+    )
+    yield no_reading(site, "data_shorted_to_ground", "sensor_short", _short("low"), _short(None))
+    yield no_reading(
+        site, "data_shorted_to_supply", "sensor_no_answer", _short("high"), _short(None)
+    )
+    yield no_reading(site, "no_clock", "sensor_no_answer", _fail(Faults(dumb=True)), sound)
+    yield no_reading(site, "damaged_answers", "sensor_crc", _fail(Faults(corrupt_rate=1.0)), sound)
+    yield no_reading(site, "thermocouple_broken", "sensor_open", _fail(Faults(open=True)), sound)
+    yield no_reading(site, "failing_supply", "sensor_no_answer", _failing_supply, _leave_alone)
+
+
+def _short(level: Level | None) -> Act:
+    return on_chip(lambda chip: chip.short(level))
+
+
+def _failing_supply(world: World) -> None:
+    """Break the chip's supply down in every step of time, sooner than a conversion ends."""
+
+    def feel(felt_c: float) -> float:
+        chip_of(world).brown_out()
+        return felt_c
+
+    world.wiring.feel[world.site.loop.sensor] = feel
+
+
+def _bursts(world: World) -> None:
+    """Damage one answer fewer in a row than the controller is patient with, over and over."""
+    loop = world.site.loop
+    most = steps(loop.protection.stale_after_s, loop) - 1
+    every_s = (1 + SOUND_PER_DAMAGED) * most * loop.period_s
+    turn = int(world.now_s / every_s)
+
+    def feel(felt_c: float) -> float:
+        nonlocal turn
+        now = int(world.now_s / every_s)
+        if now != turn:
+            chip_of(world).faults.corrupt_next = most
+        turn = now
+        return felt_c
+
+    world.wiring.feel[loop.sensor] = feel
+
+
+def _leave_alone(world: World) -> None:
+    world.wiring.feel.pop(world.site.loop.sensor)
+
+
+def _frozen(site: Site) -> Iterator[Fault]:
+    """Conversions that return the reading of this moment for ever, while the machine heats."""
+    trip = trips.no_rise(site)
+    if trip is not None:
+        yield Fault(
+            "frozen",
+            lambda: starts.heating(site),
+            _fail(Faults(frozen=True)),
+            _fail(Faults()),
+            trip=trip,
+            again=trip,
+        )
+
+
+def _harmless(site: Site) -> Iterator[Fault]:
+    """What happens beside a heater's wires, and must not stop a machine."""
+    yield Fault("answers_damaged_in_bursts", lambda: starts.heating(site), _bursts, watch_s=WATCH_S)
+    yield Fault(
+        "supply_interrupted_once",
+        lambda: starts.heating(site),
+        on_chip(SpiChip.brown_out),
+        watch_s=WATCH_S,
+        judge=_zeros_not_believed,
+    )
+
+
+def _zeros_not_believed(world: World) -> str:
+    """See that what the chip answers before its first conversion was no temperature."""
+    log = world.device.steps(world.site.loop_name)
+    lowest_c = float(log["temperature_c"][log["has_reading"] == 1].min())
+    return f"{lowest_c:.1f} °C was taken for a temperature" if lowest_c == 0.0 else ""

@@ -1,0 +1,38 @@
+"""A MAX31855's faults: it also tells what its thermocouple touches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import cast
+
+from heatwright.sim.faults import converter, starts
+from heatwright.sim.faults.converter import CUT_RULE, chip_of, cut, mend, no_reading
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.sensors.max31855 import Max31855
+from heatwright.sim.sensors.spi_chip import Wire
+
+__all__ = ["CUT_RULE", "cut", "faults", "mend"]
+
+SLOW = 1.5
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop's sensor."""
+    yield from converter.faults(site)
+    wires: tuple[Wire, ...] = ("ground", "supply")
+    for wire in wires:
+        name = f"thermocouple_touches_{wire}"
+        yield no_reading(site, name, "sensor_short", _touch(wire), _touch(None))
+    yield Fault("slow_conversions", lambda: starts.heating(site), _slow, watch_s=converter.WATCH_S)
+
+
+def _touch(wire: Wire | None) -> Act:
+    def act(world: World) -> None:
+        cast("Max31855", chip_of(world)).shorted_to = wire
+
+    return act
+
+
+def _slow(world: World) -> None:
+    chip_of(world).faults.slow = SLOW

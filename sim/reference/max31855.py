@@ -1,0 +1,28 @@
+"""MAX31855: signed raw codes of 0.25 K (data sheet, "Thermocouple Temperature Data Format")."""
+
+import math
+from collections.abc import Callable
+
+from heatwright.sim.reference.numbers import Single
+from heatwright.spec import Board, Max31855
+
+SCALE = Single(0.25)
+VALID = 0
+LEAST_C, MOST_C = -270.0, 1800.0
+
+
+def converter(_sensor: Max31855, _board: Board) -> Callable[[int], Single]:
+    """Return what makes °C of a raw code."""
+    return lambda raw: Single(raw) * SCALE
+
+
+class IdealSensor:
+    """A sensor that always answers, with the quantisation of the chip."""
+
+    def __init__(self, sensor: Max31855, _board: Board) -> None:
+        """Prepare: the conversion that is read began at least its own length before the step."""
+        self.sampled_before_step_s = sensor.conversion_s
+
+    def read(self, temperature_c: float) -> tuple[int, int]:
+        """Return 0 for a valid reading, and the nearest code."""
+        return VALID, math.floor(4 * min(max(temperature_c, LEAST_C), MOST_C) + 0.5)

@@ -1,0 +1,30 @@
+"""MAX6675: raw codes of 0.25 K from 0 °C (data sheet, "Serial Interface")."""
+
+import math
+from collections.abc import Callable
+
+from heatwright.sim.reference.numbers import Single
+from heatwright.spec import Board, Max6675
+
+SCALE = Single(0.25)
+MOST_CODE = 4095
+VALID, NO_ANSWER = 0, 1
+"""Codes of a reading's status."""
+
+
+def converter(_sensor: Max6675, _board: Board) -> Callable[[int], Single]:
+    """Return what makes °C of a raw code."""
+    return lambda raw: Single(raw) * SCALE
+
+
+class IdealSensor:
+    """A sensor that always answers, with the quantisation of the chip."""
+
+    def __init__(self, sensor: Max6675, _board: Board) -> None:
+        """Prepare: the conversion that is read began at least its own length before the step."""
+        self.sampled_before_step_s = sensor.conversion_s
+
+    def read(self, temperature_c: float) -> tuple[int, int]:
+        """Return the reading's status and the nearest code; 0 °C and less is no answer."""
+        code = min(max(math.floor(4 * temperature_c + 0.5), 0), MOST_CODE)
+        return (VALID if code else NO_ANSWER), code
