@@ -160,15 +160,15 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
     band = trips.runaway_above(site, lowest_c)
     hold_c = lowest_c + _above_k(site) + MARGIN_K
 
-    def held(to_c: float) -> Act:
-        share = 2 * share_for(site, to_c, ambient_c=lowest_c)
+    def held(to_c: float, ambient_c: float) -> Act:
+        share = 2 * share_for(site, to_c, ambient_c=ambient_c)
         return _wire(site, lambda world: effects.held_hot(world, to_c, share))
 
     if band and hold_c + MARGIN_K < maximum_c:
         yield Fault(
             "heat_from_elsewhere",
             lambda: starts.at_rest(site, above_k=0.0),
-            held(hold_c),
+            held(hold_c, lowest_c),
             _mend(site),
             trip=band,
         )
@@ -176,7 +176,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
     yield Fault(
         "fire",
         lambda: starts.hot(site),
-        held(maximum_c + MARGIN_K),
+        held(maximum_c + MARGIN_K, starts.ambient_c(site)),
         _mend(site),
         trip=hot,
         again=Trip(hot.rules, hot.allowed_s),
