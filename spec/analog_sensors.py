@@ -59,6 +59,16 @@ class AnalogSensor(Model):
         return self.oversample * TICK_S
 
     @property
+    def read_s(self) -> float:
+        """Time of the reading after that: the last tick's own."""
+        return 0.0
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it begins with the first period."""
+        return 0.0
+
+    @property
     def step_k(self) -> float:
         """Widest step of the ADC within the range."""
         return largest_step_k(self)

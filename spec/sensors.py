@@ -47,6 +47,20 @@ class Ds18b20(Model):
         return float(0.09375 * 2 ** (self.resolution_bits - 9))
 
     @property
+    def read_s(self) -> float:
+        """From the end of a conversion to the reading, with what comes before the conversion.
+
+        Settings, command, nine bytes. Each is started by a tick and takes less than one (72 slots
+        of 64 µs are 4.6 ms); one tick is to spare.
+        """
+        return 0.05
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it begins with the first period."""
+        return 0.0
+
+    @property
     def step_k(self) -> float:
         """Smallest difference the sensor resolves."""
         return float(0.5 / 2 ** (self.resolution_bits - 9))

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from heatwright.spec.base import Model, PinName
+from heatwright.spec.conversion import TICK_S
 
 _STEP_K = 0.25
 
@@ -57,6 +58,16 @@ class Max6675(_Converter):
         """Longest time of one conversion (data sheet)."""
         return 0.22
 
+    @property
+    def read_s(self) -> float:
+        """Time of the reading: the tick that it takes place in, for it stops the conversion."""
+        return TICK_S
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it begins with the first period."""
+        return 0.0
+
 
 class Max31855(_Converter):
     """A thermocouple behind the MAX31855 that is made for its type."""
@@ -83,3 +94,13 @@ class Max31855(_Converter):
     def conversion_s(self) -> float:
         """Longest time of one conversion (data sheet)."""
         return 0.1
+
+    @property
+    def read_s(self) -> float:
+        """Time for another conversion: it converts all the time, and knows no step."""
+        return 0.1
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
+        return 0.3

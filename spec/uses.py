@@ -26,6 +26,9 @@ LCD_KEYPAD_PINS = {
 }
 
 
+SERIAL_PORT = "the serial port"
+
+
 class PinUse(NamedTuple):
     """One use of one pin."""
 
@@ -63,4 +66,4 @@ def interface_pins(board: Board, interface: object) -> dict[str, str]:
     if isinstance(interface, LcdKeypad):
         return LCD_KEYPAD_PINS
     uart = board.uarts[0]
-    return {uart.tx: "the serial port", uart.rx: "the serial port"}
+    return {uart.tx: SERIAL_PORT, uart.rx: SERIAL_PORT}

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from heatwright.spec.checks import (
     algorithms,
+    analog,
+    gains,
+    host,
     interfaces,
     limits,
     pins,
     plant,
     references,
     scenario,
+    supply,
     timers,
     timing,
     windows,
@@ -24,6 +28,7 @@ CHECKS: tuple[Check, ...] = (
     references.interface_loops,
     references.one_loop_per_output,
     references.fans_run,
+    references.heaters_can_heat,
     references.heaters_do_not_always_run,
     references.everything_used,
     references.names_apart_in_c,
@@ -32,6 +37,10 @@ CHECKS: tuple[Check, ...] = (
     pins.analog_pins,
     pins.pins_used_once,
     pins.shields_fit,
+    analog.scales_are_not_zero,
+    analog.ranges_have_curves,
+    analog.ranges_can_be_shown,
+    analog.one_reference,
     pins.heater_pins_stay_off,
     pins.jtag_pins_are_free,
     timers.clock_ticks,
@@ -40,6 +49,7 @@ CHECKS: tuple[Check, ...] = (
     timing.conversion_fits,
     timing.time_outs_fit,
     timing.stale_after,
+    timing.first_reading_in_time,
     timing.watchdog_slow_enough,
     timing.watchdog_fast_enough,
     windows.resolution_is_ticks,
@@ -53,13 +63,26 @@ CHECKS: tuple[Check, ...] = (
     limits.rise_rate_above_steps,
     algorithms.duty_can_be_made,
     algorithms.limits_in_order,
+    algorithms.integral_leaves_room,
     algorithms.something_acts,
     algorithms.rest_is_not_frozen,
+    gains.bands_in_order,
+    gains.ready_can_last,
+    gains.autotune_has_a_use,
+    supply.supply_suffices,
     interfaces.step_fits_range,
     interfaces.baud_can_be_made,
+    host.one_interface_per_port,
+    host.host_names_once,
+    host.host_fans,
+    host.host_steppers,
+    host.steppers_wait,
+    host.ready_is_asked_for,
+    host.lines_have_a_host,
     plant.heaters_have_power,
     scenario.scenario_in_order,
     scenario.keys_exist,
+    scenario.extrusion_takes_heat,
     scenario.comparison_has_plant,
 )
 
@@ -81,16 +104,16 @@ def check(controller: Controller) -> list[Finding]:
     found += _check_one(controller, whole)
     own = {finding[:3] for finding in found}
     for index, row in enumerate(controller.comparison):
-        for finding in _check_one(row_controller(controller, row), whole):
+        for finding in _check_one(row_controller(controller, row), whole, any_setpoint=False):
             if finding[:3] not in own:
                 path = row_path(controller, index, finding.path)
                 found.append(finding._replace(path=path))
     return found
 
 
-def _check_one(controller: Controller, whole: bool) -> list[Finding]:
+def _check_one(controller: Controller, whole: bool, *, any_setpoint: bool = True) -> list[Finding]:
     """Run the checks of one controller; physics only if the parts of its machine are all there."""
     found = [finding for each in CHECKS for finding in each(controller)]
     if whole:
-        found += thermal(controller)
+        found += thermal(controller, any_setpoint=any_setpoint)
     return found

@@ -40,6 +40,23 @@ def limits_in_order(controller: Controller) -> Findings:
                 )
 
 
+def integral_leaves_room(controller: Controller) -> Findings:
+    """Find integrals whose least contribution is all the output there is."""
+    for name, loop in controller.loops.items():
+        algorithm = loop.algorithm
+        if not isinstance(algorithm, Pid) or algorithm.ki == 0:
+            continue
+        least, most = algorithm.integral.minimum_percent, algorithm.output.maximum_percent
+        if most <= least < algorithm.integral.maximum_percent:
+            yield Finding(
+                ("loops", name, "algorithm", "integral", "minimum"),
+                f"{number(least)} % is not below the output's maximum of {number(most)} %, so the "
+                "integral alone would be full power",
+                f"Use less than {number(most)} %",
+                (("loops", name, "algorithm", "output"),),
+            )
+
+
 def something_acts(controller: Controller) -> Findings:
     """Find controllers whose every gain is 0."""
     for name, loop in controller.loops.items():

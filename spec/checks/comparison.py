@@ -14,7 +14,10 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     """
     name, loop = next(iter(controller.loops.items()))
     setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
-    changed = loop.model_copy(update={"algorithm": row.algorithm, "setpoint": setpoint})
+    tuned = loop.autotune if row.algorithm.kind == "pid" else None
+    changed = loop.model_copy(
+        update={"algorithm": row.algorithm, "setpoint": setpoint, "autotune": tuned}
+    )
     outputs = dict(controller.outputs)
     if row.output is not None:
         outputs[loop.heater] = row.output

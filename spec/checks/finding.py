@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
+from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.controller import Controller
+from heatwright.spec.conversion import Limits, limits
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
@@ -27,11 +29,27 @@ Check: TypeAlias = Callable[[Controller], Findings]
 
 
 def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Sensor]]:
-    """List the loops whose sensor exists."""
+    """List the loops whose sensor exists and shows its range: others have no steps to judge."""
     for name, loop in controller.loops.items():
         sensor = controller.sensors.get(loop.sensor)
-        if sensor is not None:
+        if sensor is not None and shows_its_range(sensor, controller.board.mcu):
             yield name, loop, sensor
+
+
+def shows_its_range(sensor: Sensor, mcu: str) -> bool:
+    """Tell whether a sensor's readings can be computed all over its range."""
+    if not isinstance(sensor, AnalogSensor):
+        return True
+    found = limits_of(sensor, mcu)
+    return found is not None and found.shown
+
+
+def limits_of(sensor: AnalogSensor, mcu: str) -> Limits | None:
+    """Find what the ADC's codes mean; None where there is no reading at an end of the range."""
+    try:
+        return limits(sensor, mcu)
+    except (ArithmeticError, ValueError):
+        return None
 
 
 def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Switch]]:

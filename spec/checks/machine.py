@@ -47,7 +47,8 @@ class Machine:
 
     def step_k(self, above_ambient_k: float) -> float:
         """Step of the sensor's readings about a temperature."""
-        return self._sensor.step_at_k(self.ambient_c + above_ambient_k, self._mcu)
+        step_k: float = self._sensor.step_at_k(self.ambient_c + above_ambient_k, self._mcu)
+        return step_k
 
     @property
     def full_power_w(self) -> float:

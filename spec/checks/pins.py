@@ -9,7 +9,7 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
-from heatwright.spec.uses import PinUse, pin_uses, pins_of
+from heatwright.spec.uses import SERIAL_PORT, PinUse, pin_uses, pins_of
 
 _BOARD: Path = ("controller", "board")
 
@@ -85,6 +85,8 @@ def pins_used_once(controller: Controller) -> Findings:
     reported = set()
     for use in pin_uses(controller):
         other = first.setdefault(use.pin, use)
+        if SERIAL_PORT == use.purpose == other.purpose:
+            continue  # one_interface_per_port tells it better
         # A shield and a serial port have several pins; one problem for each pair is enough.
         if other is not use and (use.path, other.path) not in reported:
             reported.add((use.path, other.path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import Switch
+from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
@@ -27,6 +27,8 @@ def plant_names(controller: Controller) -> Findings:
     for sensor, sense in plant.sense.items():
         yield from unknown((*_PLANT, "sense", sensor), sensor, "sensors", controller.sensors)
         yield from unknown((*_PLANT, "sense", sensor, "node"), sense.node, "nodes", nodes)
+    if plant.filament is not None:
+        yield from unknown((*_PLANT, "filament", "node"), plant.filament.node, "nodes", nodes)
     for fan in plant.fans:
         yield from unknown((*_PLANT, "fans", fan), fan, "outputs", controller.outputs)
     for index, link in enumerate(plant.links):
@@ -149,7 +151,14 @@ def heaters_have_power(controller: Controller) -> Findings:
         return
     for name in controller.simulation.plant.heat:
         output = controller.outputs.get(name)
-        if isinstance(output, Switch) and output.power_w is None:
+        if isinstance(output, Stepper):
+            yield Finding(
+                (*_PLANT, "heat", name),
+                f"{name} is a stepper, which feeds and does not heat",
+                "Delete it",
+                (("outputs", name),),
+            )
+        elif output is not None and output.power_w is None:
             yield Finding(
                 ("outputs", name),
                 "the plant needs the power of this heater",

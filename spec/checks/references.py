@@ -8,7 +8,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
-from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.outputs import DigitalOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.suggest import advice
@@ -79,6 +79,18 @@ def fans_run(controller: Controller) -> Findings:
                 ("outputs", loop.fan, "runs"),
                 f"a fan that runs with its loop {NOT_BUILT}",
                 "Write runs: always",
+            )
+
+
+def heaters_can_heat(controller: Controller) -> Findings:
+    """Refuse a heater that is a motor."""
+    for name, loop in controller.loops.items():
+        if isinstance(controller.outputs.get(loop.heater), Stepper):
+            yield Finding(
+                ("loops", name, "heater"),
+                f"{loop.heater} is a stepper, which feeds and does not heat",
+                "Name the heater's output",
+                (("outputs", loop.heater),),
             )
 
 

@@ -44,9 +44,23 @@ def scenario_in_order(controller: Controller) -> Findings:
             yield Finding(
                 (*path, index, "at"),
                 f"{duration(at_s)} is not before the end of the scenario, at {duration(length_s)}",
-                "Lengthen `for`, or press earlier",
+                "Lengthen `for`, or make it earlier",
             )
         before_s = max(before_s, at_s)
+
+
+def extrusion_takes_heat(controller: Controller) -> Findings:
+    """Find events that feed filament through a machine that has none."""
+    if controller.simulation is None or controller.simulation.plant.filament is not None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.extrude_mm_per_s is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "extrude"),
+                "the plant does not say what filament takes heat from",
+                "Add filament: {node: …, heat: 0.0056 J/K/mm} to the plant, or delete the event",
+                (("simulation", "plant"),),
+            )
 
 
 def keys_exist(controller: Controller) -> Findings:

@@ -10,24 +10,29 @@ from __future__ import annotations
 from itertools import pairwise
 
 from heatwright.spec.algorithms import OnOff, Pid
-from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
 
-def thermal(controller: Controller) -> Findings:
-    """Run the checks of this file on every loop that has a plant."""
+def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
+    """Run the checks of this file on every loop that has a plant.
+
+    any_setpoint -- whether somebody may choose another setpoint than the first.
+    """
     if controller.simulation is None:
         return
+    readable = {name for name, _, _ in loop_sensors(controller)}
     for name, _, heater in loop_heaters(controller):
-        if heater.power_w is None:
+        if heater.power_w is None or name not in readable:
             continue
         machine = Machine(controller, name, heater, controller.simulation)
         for check in (
             heater_suffices,
             least_duty_cools,
+            autotune_has_time,
             heating_rule_holds,
             rise_rate_holds,
             overshoot_stays_below_maximum,
@@ -35,6 +40,8 @@ def thermal(controller: Controller) -> Findings:
             window_is_smoothed,
         ):
             yield from check(machine)
+        if any_setpoint:
+            yield from integral_suffices(machine)
 
 
 def heater_suffices(machine: Machine) -> Findings:
@@ -50,6 +57,39 @@ def heater_suffices(machine: Machine) -> Findings:
         f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
         machine.because_of,
     )
+
+
+def integral_suffices(machine: Machine) -> Findings:
+    """Hold the integral's maximum to the losses at the highest setpoint: it alone supplies them."""
+    algorithm = machine.loop.algorithm
+    if not isinstance(algorithm, Pid) or algorithm.ki == 0 or not machine.reaches:
+        return
+    most = algorithm.integral.maximum_percent
+    ends_k = machine.plant.steady_k(machine.power_w * most / 100)
+    if 0 < ends_k < machine.target_k:
+        yield Finding(
+            (*machine.path, "algorithm", "integral", "maximum"),
+            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
+            f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+            f"Use at least {rounded_up(most * machine.target_k / ends_k)} %",
+            machine.because_of,
+        )
+
+
+def autotune_has_time(machine: Machine) -> Findings:
+    """Find experiments that are given up before the machine is warm."""
+    autotune = machine.loop.autotune
+    if autotune is None or not machine.course:
+        return
+    warm_s = machine.course[-1][0]
+    if warm_s > autotune.timeout_s:
+        yield Finding(
+            (*machine.path, "autotune", "timeout"),
+            f"at full power this plant alone needs {duration(round(warm_s))} to the highest "
+            "setpoint",
+            f"Use several times {duration(round(warm_s))}",
+            machine.because_of,
+        )
 
 
 def least_duty_cools(machine: Machine) -> Findings:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
-from heatwright.spec.sensors import Sensor
+from heatwright.spec.sensors import Ds18b20, Sensor
+from heatwright.spec.thermocouples import Max31855
 from heatwright.spec.timers import TICK_S
 
 MOST_STEPS = 65535
@@ -18,11 +20,6 @@ MOST_STEPS = 65535
 
 MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""
-
-READ_S = 0.05
-"""From the end of a conversion to the reading, with what comes before the conversion: settings,
-command, nine bytes. Each is started by a tick and takes less than one (72 slots of 64 µs are
-4.6 ms); one tick is to spare."""
 
 WATCHDOG_TOLERANCE = 0.1
 """The watchdog's own oscillator, 128 kHz nominal, varies so much with supply and temperature
@@ -63,25 +60,40 @@ def conversion_fits(controller: Controller) -> Findings:
     for name, loop, sensor in loop_sensors(controller):
         needed_s = shortest_period_s(sensor)
         if loop.period_s < needed_s:
-            fitting = [
-                bits
-                for bits in (9, 10, 11)
-                if shortest_period_s(sensor.model_copy(update={"resolution_bits": bits}))
-                <= loop.period_s
-            ]
-            coarser = f", or a resolution of {fitting[-1]} bit" if fitting else ""
             yield Finding(
                 ("loops", name, "period"),
-                f"{duration(loop.period_s)} is shorter than a conversion of "
-                f"{duration(sensor.conversion_s)} and its reading of {duration(READ_S)}",
-                f"Use at least {duration(needed_s)}{coarser}",
+                f"{duration(loop.period_s)} is shorter than {_what_takes_so_long(sensor)}",
+                f"Use at least {duration(needed_s)}{_or_less(sensor, loop.period_s)}",
                 (("sensors", loop.sensor),),
             )
 
 
 def shortest_period_s(sensor: Sensor) -> float:
     """Whole ticks for a conversion, and the reading."""
-    return round(math.ceil(sensor.conversion_s / TICK_S) * TICK_S + READ_S, 2)
+    return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)
+
+
+def _what_takes_so_long(sensor: Sensor) -> str:
+    took = duration(sensor.conversion_s)
+    if isinstance(sensor, AnalogSensor):
+        return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
+    if isinstance(sensor, Max31855):
+        return f"two conversions of {took}, of which the first may have begun before the step"
+    return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+
+
+def _or_less(sensor: Sensor, period_s: float) -> str:
+    """Tell what else would fit into a period."""
+    if isinstance(sensor, AnalogSensor) and period_s >= TICK_S:
+        return f", or oversample at most {math.floor(round(period_s / TICK_S, 6))}"
+    if not isinstance(sensor, Ds18b20):
+        return ""
+    fitting = [
+        bits
+        for bits in (9, 10, 11)
+        if shortest_period_s(sensor.model_copy(update={"resolution_bits": bits})) <= period_s
+    ]
+    return f", or a resolution of {fitting[-1]} bit" if fitting else ""
 
 
 def time_outs(loop: Loop) -> dict[Path, float]:
@@ -96,6 +108,8 @@ def time_outs(loop: Loop) -> dict[Path, float]:
         found["protection", "frozen", "for"] = protection.frozen.for_s
     if protection.rising_while_off is not None:
         found["protection", "rising_while_off", "settle"] = protection.rising_while_off.settle_s
+    if loop.autotune is not None:
+        found["autotune", "timeout"] = loop.autotune.timeout_s
     return found
 
 
@@ -143,6 +157,20 @@ def stale_after(controller: Controller) -> Findings:
                 f"{duration(seconds)} is more than {MOST_MISSING} periods",
                 f"Use at most {duration(MOST_MISSING * loop.period_s)}",
                 because_of,
+            )
+
+
+def first_reading_in_time(controller: Controller) -> Findings:
+    """Hold `stale_after` to the time that a sensor needs after the power-up."""
+    for name, loop, sensor in loop_sensors(controller):
+        needed_s = round(sensor.first_s + loop.period_s, 2)
+        if sensor.first_s and loop.protection.stale_after_s < needed_s:
+            yield Finding(
+                ("loops", name, "protection", "stale_after"),
+                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} has its "
+                f"first reading, {duration(sensor.first_s)} after the power-up, and a step sees it",
+                f"Use at least {duration(needed_s)}",
+                (("sensors", loop.sensor), ("loops", name, "period")),
             )
 
 

@@ -1,0 +1,139 @@
+"""Sensors on the ADC: ranges that their circuits can show, and one reference for all of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from heatwright.spec.analog_sensors import AnalogSensor, PointsCurve
+from heatwright.spec.checks.finding import Finding, Findings, limits_of
+from heatwright.spec.circuits import circuit
+from heatwright.spec.controller import Controller
+from heatwright.spec.conversion import CODES, LEAST_MARGIN_STEPS, Limits
+from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import celsius, number
+from heatwright.spec.sensors import Analog, Rtd, Thermistor
+
+PLATINUM_C = (-200.0, 850.0)
+"""IEC 60751 gives the curve so far."""
+
+
+def analog_sensors(controller: Controller) -> Iterator[tuple[str, AnalogSensor]]:
+    """List the sensors on the ADC."""
+    for name, sensor in controller.sensors.items():
+        if isinstance(sensor, AnalogSensor):
+            yield name, sensor
+
+
+def scales_are_not_zero(controller: Controller) -> Findings:
+    """Find sensors whose voltage does not change."""
+    for name, sensor in analog_sensors(controller):
+        if isinstance(sensor, Analog) and sensor.scale_v_per_k == 0:
+            yield Finding(
+                ("sensors", name, "scale"),
+                "a voltage that does not change shows no temperature",
+                "Use the scale of the sensor, such as 10 mV/K",
+            )
+
+
+def ranges_have_curves(controller: Controller) -> Findings:
+    """Find ranges beyond what the sensing element's curve is known for."""
+    for name, sensor in analog_sensors(controller):
+        known = _known(sensor)
+        if known is None:
+            continue
+        (low_c, high_c), whose = known
+        if sensor.range_c[0] < low_c or sensor.range_c[1] > high_c:
+            yield Finding(
+                ("sensors", name, "range"),
+                f"{whose} from {celsius(low_c)} to {celsius(high_c)}",
+                f"Use a range within {celsius(low_c)} .. {celsius(high_c)}",
+                (("sensors", name),),
+            )
+
+
+def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str] | None:
+    """Give the ends of an element's curve, and whose they are."""
+    if isinstance(sensor, Rtd):
+        return PLATINUM_C, "IEC 60751 gives the resistance of platinum"
+    if isinstance(sensor, Thermistor) and isinstance(sensor.curve, PointsCurve):
+        temperatures_c = [point[0] for point in sensor.curve.points]
+        return (min(temperatures_c), max(temperatures_c)), "the curve's points go"
+    return None
+
+
+def ranges_can_be_shown(controller: Controller) -> Findings:
+    """Find ranges whose ends the circuit cannot tell from an open or a shorted sensor."""
+    for name, sensor in analog_sensors(controller):
+        found = limits_of(sensor, controller.board.mcu)
+        if (found is None or not found.shown) and not _already_wrong(sensor):
+            yield Finding(
+                ("sensors", name, "range"),
+                *_reason(sensor, controller.board.mcu, found),
+                (("sensors", name), ("controller", "board")),
+            )
+
+
+def _already_wrong(sensor: AnalogSensor) -> bool:
+    """Tell whether another check of this file has spoken."""
+    return isinstance(sensor, Analog) and sensor.scale_v_per_k == 0
+
+
+def _reason(sensor: AnalogSensor, mcu: str, found: Limits | None) -> tuple[str, str]:
+    if found is None:
+        return "no such sensor works at an end of this range", "Use the range that is needed"
+    shown_c = _widest_c(sensor, mcu, found)
+    if shown_c is None or shown_c[0] >= shown_c[1]:
+        return "the circuit shows no temperature that could be told", "Check the circuit's values"
+    low_c, high_c = (celsius(end_c) for end_c in shown_c)
+    if found.high - found.low < LEAST_MARGIN_STEPS <= _margin(found):
+        return (
+            f"from end to end this range is {found.high - found.low} steps of the ADC",
+            f"Use a range of {low_c} .. {high_c}, or a circuit that shows more of it",
+        )
+    return (
+        f"the circuit shows {low_c} to {high_c}, with {LEAST_MARGIN_STEPS} steps of the ADC left "
+        "at each end to tell an open or a shorted sensor",
+        f"Use a range within {low_c} .. {high_c}, or a circuit that shows more",
+    )
+
+
+def _margin(found: Limits) -> int:
+    return min(found.low - found.low_limit, found.high_limit - found.high)
+
+
+def _widest_c(sensor: AnalogSensor, mcu: str, found: Limits) -> tuple[float, float] | None:
+    """Find the widest range that the circuit shows, in whole degrees."""
+    chain = circuit(sensor, mcu)
+    first, last = found.low_limit + LEAST_MARGIN_STEPS, found.high_limit - LEAST_MARGIN_STEPS
+    try:
+        low_c, high_c = sorted((chain.celsius(first / CODES), chain.celsius(last / CODES)))
+    except (ArithmeticError, ValueError):
+        return None
+    return float(math.ceil(low_c)), float(math.floor(high_c))
+
+
+def one_reference(controller: Controller) -> Findings:
+    """Find sensors that want another reference of the ADC than those before them, or the keys."""
+    first: tuple[Path, str, str] | None = None
+    for index, interface in enumerate(controller.interfaces):
+        if isinstance(interface, LcdKeypad):
+            first = ("interfaces", index), "the keys of the shield", "supply"
+    for name, sensor in analog_sensors(controller):
+        path = ("sensors", name, "reference")
+        wanted = _shown(sensor.reference)
+        if first is None:
+            first = path[:2], name, wanted
+        elif first[2] != wanted:
+            yield Finding(
+                path,
+                f"the ADC has one reference for all, and {first[1]} "
+                f"{'need' if first[0][0] == 'interfaces' else 'needs'} {first[2]}",
+                f"Use {first[2]} here too",
+                (first[0], ("interfaces",)),
+            )
+
+
+def _shown(reference: float | str) -> str:
+    return reference if isinstance(reference, str) else f"{number(reference)} V"

@@ -1,0 +1,143 @@
+"""G-code hosts: what they serve and command, and the one port they come by."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import driven_by_loops, unknown
+from heatwright.spec.commands import commanded, gcode_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Gcode, SerialPlotter
+from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
+from heatwright.spec.problems import Path
+
+
+def one_interface_per_port(controller: Controller) -> Findings:
+    """Find interfaces that would talk on the serial port at the same time."""
+    first: int | None = None
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Gcode | SerialPlotter):
+            continue
+        if first is None:
+            first = index
+        else:
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"interfaces[{first}] already talks on the serial port",
+                "Keep one of them",
+                (("interfaces", first),),
+            )
+
+
+def host_names_once(controller: Controller) -> Findings:
+    """Find loops and fans that a host would call by two names."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Gcode):
+            continue
+        for section in ("loops", "fans"):
+            first: dict[str, str] = {}
+            for address, name in getattr(interface, section).items():
+                if first.setdefault(name, address) != address:
+                    yield Finding(
+                        ("interfaces", index, section, address),
+                        f"the host already calls {name} {first[name]}",
+                        "Delete one of them",
+                        (("interfaces", index, section, first[name]),),
+                    )
+
+
+def host_fans(controller: Controller) -> Findings:
+    """Find fans of a host that are no outputs, or that something else switches."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Gcode):
+            continue
+        for address, name in interface.fans.items():
+            path = ("interfaces", index, "fans", address)
+            yield from unknown(path, name, "outputs", controller.outputs)
+            yield from _fan(controller, path, name)
+
+
+def _fan(controller: Controller, path: Path, name: str) -> Findings:
+    output = controller.outputs.get(name)
+    because_of: tuple[Path, ...] = (("outputs", name), ("loops",))
+    if output is None:
+        return
+    if not isinstance(output, DigitalOutput | PwmOutput):
+        yield Finding(
+            path,
+            f"{name} is of the kind {output.kind}, and a host switches fans on and off or sets "
+            "their speed",
+            "Name a digital or a pwm output",
+            because_of,
+        )
+    elif name in driven_by_loops(controller):
+        yield Finding(
+            path, f"a loop already switches {name}, or relies on it", "Name another", because_of
+        )
+    elif isinstance(output, DigitalOutput) and output.runs == "always":
+        yield Finding(
+            ("outputs", name, "runs"),
+            "a fan that always runs cannot be switched by a host",
+            "Delete runs, or take the fan from the interface",
+            (path,),
+        )
+
+
+def host_steppers(controller: Controller) -> Findings:
+    """Find steppers of a host that are none."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Gcode):
+            continue
+        for address, name in interface.steppers.items():
+            path = ("interfaces", index, "steppers", address)
+            yield from unknown(path, name, "outputs", controller.outputs)
+            output = controller.outputs.get(name)
+            if output is not None and not isinstance(output, Stepper):
+                yield Finding(
+                    path,
+                    f"{name} is of the kind {output.kind}, which feeds nothing",
+                    "Name a stepper",
+                    (("outputs", name),),
+                )
+
+
+def steppers_wait(controller: Controller) -> Findings:
+    """Find steppers that no loop holds back: cold material must not be fed."""
+    waits = any(
+        loop.ready_within_k is not None and commanded(controller, name)
+        for name, loop in controller.loops.items()
+    )
+    for name, output in controller.outputs.items():
+        if isinstance(output, Stepper) and not waits:
+            yield Finding(
+                ("outputs", name),
+                "nothing says when it may feed: no loop that a gcode interface serves has "
+                "ready_within",
+                "Add ready_within: to the loop that melts what it feeds, such as 2 K",
+                (("loops",), ("interfaces",)),
+            )
+
+
+def ready_is_asked_for(controller: Controller) -> Findings:
+    """Find loops that say when they are ready, and nobody who waits for it."""
+    for name, loop in controller.loops.items():
+        if loop.ready_within_k is not None and not commanded(controller, name):
+            yield Finding(
+                ("loops", name, "ready_within"),
+                "nobody waits for this loop: no gcode interface serves it",
+                "Delete it, or name the loop in a gcode interface",
+                (("interfaces",),),
+            )
+
+
+def lines_have_a_host(controller: Controller) -> Findings:
+    """Find lines of the scenario that nothing would read."""
+    if controller.simulation is None or gcode_of(controller) is not None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.send is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "send"),
+                "no interface reads lines of a host",
+                "Add {kind: gcode, loops: {T0: …}} to interfaces, or delete the event",
+                (("interfaces",),),
+            )

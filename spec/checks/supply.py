@@ -1,0 +1,28 @@
+"""The voltage that drives a load, and the one it is rated for."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import PwmOutput
+from heatwright.spec.quantity import number
+
+
+def supply_suffices(controller: Controller) -> Findings:
+    """Hold the rated voltage to the supply's: pulses make less of it, never more."""
+    for name, output in controller.outputs.items():
+        if not isinstance(output, PwmOutput) or output.rated_v is None:
+            continue
+        path = ("outputs", name, "rated")
+        if output.supply_v is None:
+            yield Finding(
+                path, "it takes a supply to make something of it", "Add supply: with its voltage"
+            )
+        elif output.rated_v > output.supply_v:
+            yield Finding(
+                path,
+                f"{number(output.rated_v)} V is more than the supply of "
+                f"{number(output.supply_v)} V, so the load never has its power",
+                "Write the power that it has at the supply, and leave rated out",
+                (("outputs", name, "supply"),),
+            )
