@@ -5,17 +5,20 @@ from typing import Protocol
 
 import numpy as np
 
+from heatwright.sim.coupling import Coupling
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Controller, Event, ThermalNetwork
 
-__all__ = ["STEP_S", "Device", "ReferenceDevice", "bench"]
+__all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
 
 STEP_S = 0.2
-"""Default time step: a fifth of the usual control period. The plants integrate exactly within it;
+"""Usual time step: a fifth of the usual control period. The plants integrate exactly within it;
 it only bounds how finely the heater's power and the sensor's temperature are told apart."""
+STEPS_PER_PERIOD = 2
+"""Of a loop that is so quick that there would be fewer."""
 
 PROGRESS_REPORTS = 200
 
@@ -35,11 +38,23 @@ class Device(Protocol):
     def advance(self, until_s: float) -> None:
         """Run to a time since power-up, s. What is due at that very time is done after it."""
 
+    def send(self, line: str) -> None:
+        """Let the host send a line of G-code."""
+
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction (0..1) of an output since the last call."""
 
+    def travel_mm(self, output: str) -> float:
+        """Return what a stepper has fed since the last call, mm."""
+
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far."""
+
+
+def step_of(controller: Controller) -> float:
+    """Return the time step of the machine that suits a controller's loops, s."""
+    quickest_s = min(loop.period_s for loop in controller.loops.values())
+    return min(STEP_S, quickest_s / STEPS_PER_PERIOD)
 
 
 def bench(  # noqa: PLR0913 – all but two have defaults and names
@@ -48,7 +63,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
     scenario: Iterable[Event] | None = None,
     *,
     plant: ThermalNetwork | None = None,
-    step_s: float = STEP_S,
+    step_s: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Trace:
@@ -62,7 +77,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
         device: what is tested.
         scenario: the operator's events; the specification's if None.
         plant: the machine; the specification's if None.
-        step_s: time step of the machine, s.
+        step_s: time step of the machine, s; what suits the loops if None.
         seed: of the sensor noise.
         progress: told of the simulated time now and then.
 
@@ -76,6 +91,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
     if controller.simulation is None:
         message = "A bench needs a machine: the specification has no `simulation`"
         raise ValueError(message)
+    step_s = step_s or step_of(controller)
     simulation = controller.simulation
     events = tuple(simulation.scenario if scenario is None else scenario)
     machine = plant_of(
@@ -85,36 +101,39 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
         step_s=step_s,
         seed=seed,
     )
-    run = _Run(controller, device, machine, actions(events), round(end_s(events) / step_s) + 1)
-    run.go(step_s, progress)
-    return run.trace(step_s)
+    run = _Run(controller, device, machine, actions(events), step_s, end_s(events))
+    run.go(progress)
+    return run.trace()
 
 
 class _Run:
     """One run, row by row."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 – each is another part of the world
         self,
         controller: Controller,
         device: Device,
         plant: Plant,
         hand: tuple[Action, ...],
-        count: int,
+        step_s: float,
+        end_s: float,
     ) -> None:
         self._device = device
         self._plant = plant
+        self._coupling = Coupling(controller, device, step_s)
         self._hand = hand
         self._done = 0
-        self._count = count
-        self._outputs = tuple(controller.outputs)
+        self._step_s = step_s
+        self._count = count = round(end_s / step_s) + 1
         self._loops = tuple(controller.loops)
         self._sensors = tuple(plant.sensed_c())
         self._temperatures = np.empty((count + 1, len(plant.nodes)))
         self._sensed = np.empty((count + 1, len(self._sensors)))
-        self._active = np.zeros((count + 1, len(self._outputs)))
+        self._active = np.zeros((count + 1, len(self._coupling.loads)))
+        self._fed = np.zeros(count + 1)
 
-    def go(self, step_s: float, progress: Progress | None) -> None:
-        device, plant, outputs = self._device, self._plant, self._outputs
+    def go(self, progress: Progress | None) -> None:
+        device, plant, coupling, step_s = self._device, self._plant, self._coupling, self._step_s
         report_every = max(1, self._count // PROGRESS_REPORTS)
         felt = plant.sensed_c()
         self._note(0, felt)
@@ -125,22 +144,24 @@ class _Run:
             if self._done < len(self._hand):
                 self._act(until_s)
             device.advance(until_s)
-            active = {name: device.on_fraction(name) for name in outputs}
-            plant.step(active)
+            active, fed_mm_per_s = coupling.active(), coupling.feed_mm_per_s()
+            plant.step(active, fed_mm_per_s)
             felt = plant.sensed_c()
             self._note(row, felt)
             self._active[row] = tuple(active.values())
+            self._fed[row] = fed_mm_per_s
             if progress is not None and row % report_every == 0:
                 progress(until_s, self._count * step_s)
 
-    def trace(self, step_s: float) -> Trace:
+    def trace(self) -> Trace:
         return Trace(
-            times_s=np.arange(self._count + 1, dtype=np.float64) * step_s,
+            times_s=np.arange(self._count + 1, dtype=np.float64) * self._step_s,
             temperatures_c=_columns(self._plant.nodes, self._temperatures),
             sensed_c=_columns(self._sensors, self._sensed),
-            on_fraction=_columns(self._outputs, self._active),
+            on_fraction=_columns(self._coupling.loads, self._active),
+            fed_mm_per_s=self._fed,
             steps={loop: self._device.steps(loop) for loop in self._loops},
-            events=tuple(TraceEvent(time_s, key) for time_s, key in self._hand if key),
+            events=tuple(TraceEvent(a.time_s, a.text) for a in self._hand if a.text),
         )
 
     def _note(self, row: int, felt: Mapping[str, float]) -> None:
@@ -148,12 +169,20 @@ class _Run:
         self._sensed[row] = tuple(felt.values())
 
     def _act(self, until_s: float) -> None:
-        """Move the operator's hand at the times that come before the next row."""
+        """Do what comes before the next row."""
         while self._done < len(self._hand) and self._hand[self._done].time_s < until_s:
             action = self._hand[self._done]
             self._device.advance(action.time_s)
-            self._device.press(action.key)
+            self._do(action)
             self._done += 1
+
+    def _do(self, action: Action) -> None:
+        if action.line is not None:
+            self._device.send(action.line)
+        elif action.extrude_mm_per_s is not None:
+            self._coupling.extruded_mm_per_s = action.extrude_mm_per_s
+        else:
+            self._device.press(action.key)
 
 
 def _columns(names: tuple[str, ...], table: Series) -> dict[str, Series]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
+from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, row_controller
 
@@ -27,7 +27,7 @@ def run_row(
     row: ComparisonRow,
     *,
     plant: ThermalNetwork | None = None,
-    step_s: float = STEP_S,
+    step_s: float | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Trace:
     """Run a row with the reference model."""

@@ -1,4 +1,4 @@
-"""What the operator does, from the events of a scenario."""
+"""What the operator, the host and the machine's other parts do, from the events of a scenario."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -10,28 +10,41 @@ PRESS_S = 0.1
 
 
 class Action(NamedTuple):
-    """The operator's hand from a time on."""
+    """One thing that is done: a line is sent, the feed changes, or else the hand moves."""
 
     time_s: float
-    key: str | None
-    """The key that is held, None for none."""
+    key: str | None = None
+    """The key that is held from now on, None for none."""
+    line: str | None = None
+    """What the host sends."""
+    extrude_mm_per_s: float | None = None
+    """How fast filament is fed from now on."""
+
+    @property
+    def text(self) -> str | None:
+        """What the legend of a plot says of it; nothing when a key is let go."""
+        if self.extrude_mm_per_s is not None:
+            return f"extrude {self.extrude_mm_per_s:g} mm/s"
+        return self.line or self.key
 
 
 def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
-    """Return the key presses of a scenario, in order.
+    """Return all that is done in a scenario, in the order of time.
 
     Each press is 100 ms down and 100 ms up; an event whose time comes while the one before is
     still being done waits for its end.
     """
     found: list[Action] = []
     free_s = 0.0
-    for event in sorted((e for e in scenario if e.press is not None), key=_begin_s):
-        start_s = max(_begin_s(event), free_s)
-        for number in range(event.times):
-            down_s = start_s + number * 2 * PRESS_S
-            found += [Action(down_s, event.press), Action(down_s + PRESS_S, None)]
-        free_s = start_s + event.times * 2 * PRESS_S
-    return tuple(found)
+    for event in sorted((e for e in scenario if e.for_s is None), key=_begin_s):
+        start_s = _begin_s(event)
+        if event.press is not None:
+            start_s = max(start_s, free_s)
+            found += _presses(event, start_s)
+            free_s = start_s + event.times * 2 * PRESS_S
+        else:
+            found.append(Action(start_s, line=event.send, extrude_mm_per_s=event.extrude_mm_per_s))
+    return tuple(sorted(found, key=lambda action: action.time_s))
 
 
 def end_s(scenario: Iterable[Event]) -> float:
@@ -46,6 +59,14 @@ def end_s(scenario: Iterable[Event]) -> float:
             return event.for_s
     message = "A scenario needs its end: - {for: 30 min}"
     raise ValueError(message)
+
+
+def _presses(event: Event, start_s: float) -> list[Action]:
+    found: list[Action] = []
+    for number in range(event.times):
+        down_s = start_s + number * 2 * PRESS_S
+        found += [Action(down_s, event.press), Action(down_s + PRESS_S)]
+    return found
 
 
 def _begin_s(event: Event) -> float:

@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,8 @@ class Trace:
     steps: Mapping[str, StepLog]
     """By loop."""
     events: tuple[TraceEvent, ...] = ()
+    fed_mm_per_s: Series = field(default_factory=lambda: np.zeros(0))
+    """Mean speed of the filament since the row before; empty if nobody looked."""
 
     @property
     def duration_s(self) -> float:

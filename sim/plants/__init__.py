@@ -29,8 +29,14 @@ class Plant(Protocol):
     def sensed_c(self) -> dict[str, float]:
         """Return what every sensor's tip feels now, °C."""
 
-    def step(self, active: Mapping[str, float]) -> None:
-        """Go on by one step, given each output's mean active fraction (0..1) over it."""
+    def step(self, active: Mapping[str, float], feed_mm_per_s: float = 0.0) -> None:
+        """Go on by one step.
+
+        Args:
+            active: each output's mean active fraction over it, 0..1.
+            feed_mm_per_s: the filament's mean speed over it.
+
+        """
 
 
 def plant_module(kind: str) -> ModuleType:
@@ -59,7 +65,11 @@ def plant_of(
 
 
 def powers_of(controller: Controller) -> dict[str, float]:
-    """Return the power of each output while it is on, W; 0 for what heats nothing."""
+    """Return the power of each output while it is on, W; 0 for what heats nothing.
+
+    A heater that is rated for less than its supply takes more than its power while it is on.
+    """
     return {
-        name: getattr(output, "power_w", None) or 0.0 for name, output in controller.outputs.items()
+        name: (getattr(output, "power_w", None) or 0.0) / getattr(output, "full_share", 1.0)
+        for name, output in controller.outputs.items()
     }

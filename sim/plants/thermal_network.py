@@ -6,7 +6,8 @@ Of every node i with capacity C_i:
 
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
 τ · dy/dt = T − y, a dead time and Gaussian noise. A fan multiplies the conductance of a link by a
-factor; at an active fraction f by 1 + (factor − 1)·f.
+factor; at an active fraction f by 1 + (factor − 1)·f. Filament that is fed at v mm/s takes
+heat · (T − T_ambient) · v along from its node: a conductance to ambient of heat · v.
 
 The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
 the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, chapter 2).
@@ -25,7 +26,7 @@ Matrix = NDArray[np.float64]
 
 AMBIENT = "ambient"
 MOST_STEP_MATRICES = 1024
-"""One is kept for every active fraction of the fans that occurred: a PWM fan has a few hundred."""
+"""One is kept for every state of the fans and the feed that occurred: a few hundred at most."""
 
 
 class Plant:
@@ -75,25 +76,32 @@ class Plant:
         """Return what every sensor's tip feels now, °C."""
         return {name: feeler.felt_c for name, feeler in self._feelers.items()}
 
-    def step(self, active: Mapping[str, float]) -> None:
-        """Go on by one step, given each output's mean active fraction (0..1) over it."""
+    def step(self, active: Mapping[str, float], feed_mm_per_s: float = 0.0) -> None:
+        """Go on by one step.
+
+        Args:
+            active: each output's mean active fraction over it, 0..1.
+            feed_mm_per_s: the filament's mean speed over it.
+
+        """
         vector, states = self._vector, self._states
         for place, (name, power_w) in enumerate(self._heaters, states):
             vector[place] = active[name] * power_w
         fans = tuple(active[name] for name in self._network.fans)
-        matrix = self._matrices.get(fans)
+        matrix = self._matrices.get((feed_mm_per_s, *fans))
         if matrix is None:
-            matrix = self._remember(fans)
+            matrix = self._remember(fans, feed_mm_per_s)
         np.dot(matrix, vector, out=self._next)
         vector[:states] = self._next
         for feeler in self._feelers.values():
             feeler.feel(vector)
 
-    def _remember(self, fans: tuple[float, ...]) -> Matrix:
+    def _remember(self, fans: tuple[float, ...], feed_mm_per_s: float) -> Matrix:
         if len(self._matrices) >= MOST_STEP_MATRICES:
             self._matrices.clear()
-        self._matrices[fans] = step_matrix(self.rates(fans), self._states, self._step_s)
-        return self._matrices[fans]
+        matrix = step_matrix(self.rates(fans, feed_mm_per_s), self._states, self._step_s)
+        self._matrices[feed_mm_per_s, *fans] = matrix
+        return matrix
 
     def state_of(self, sensor: str) -> int:
         """Return the place of what a sensor follows, before its dead time, among the states."""
@@ -101,13 +109,17 @@ class Plant:
             return len(self.nodes) + self._lagging.index(sensor)
         return self.nodes.index(self._network.sense[sensor].node)
 
-    def rates(self, fans: tuple[float, ...]) -> Matrix:
+    def rates(self, fans: tuple[float, ...], feed_mm_per_s: float = 0.0) -> Matrix:
         """Return the derivatives of the states by states and inputs, 1/s."""
         rates = np.zeros((self._states, len(self._vector)))
         for link in self._network.links:
             self._join(
                 rates, link.between, self._gain(link.between, fans) / link.resistance_k_per_w
             )
+        filament = self._network.filament
+        if filament is not None:
+            conductance_w_per_k = filament.heat_j_per_k_mm * feed_mm_per_s
+            self._join(rates, (filament.node, AMBIENT), conductance_w_per_k)
         for place, node in enumerate(self._network.heat.values(), self._states):
             number = self.nodes.index(node)
             rates[number, place] = 1 / self._network.nodes[node]

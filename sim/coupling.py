@@ -1,0 +1,41 @@
+"""What goes from a device to its machine: heat, moving air, fed material."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from heatwright.spec import Controller, Stepper
+
+
+class Driver(Protocol):
+    """The outputs of a device."""
+
+    def on_fraction(self, output: str) -> float:
+        """Return the mean active fraction (0..1) of an output since the last call."""
+
+    def travel_mm(self, output: str) -> float:
+        """Return what a stepper has fed since the last call, mm."""
+
+
+class Coupling:
+    """Reads a device's outputs once in each time step of the machine."""
+
+    def __init__(self, controller: Controller, device: Driver, step_s: float) -> None:
+        """Tell motors from loads."""
+        outputs = controller.outputs
+        self._steppers = tuple(name for name in outputs if isinstance(outputs[name], Stepper))
+        self.loads = tuple(name for name in outputs if name not in self._steppers)
+        self._device = device
+        self._step_s = step_s
+        self.extruded_mm_per_s = 0.0
+        """What somebody else feeds, beside the device's own motors."""
+
+    def active(self) -> Mapping[str, float]:
+        """Return the mean active fraction of each load since the last call, 0..1."""
+        return {name: self._device.on_fraction(name) for name in self.loads}
+
+    def feed_mm_per_s(self) -> float:
+        """Return the mean speed of the feed since the last call; drawn back it takes no heat."""
+        if not self._steppers:
+            return self.extruded_mm_per_s
+        travel_mm = sum(self._device.travel_mm(name) for name in self._steppers)
+        return max(0.0, self.extruded_mm_per_s + travel_mm / self._step_s)
