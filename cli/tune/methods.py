@@ -53,8 +53,9 @@ class Task:
 
     @property
     def step_k(self) -> float:
-        """One step of the sensor, K."""
-        return self.controller.sensors[self.controller.loops[self.loop].sensor].step_k
+        """One step of the sensor at the target, K."""
+        sensor = self.controller.sensors[self.controller.loops[self.loop].sensor]
+        return sensor.step_at_k(self.target_c, self.controller.board.mcu)
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,8 @@ class Beginning(NamedTuple):
     values: Series
     start_c: Series
     cost: float
+    heats: bool = True
+    """False: the machine would have to become colder when heated, and the rest means nothing."""
 
 
 def beginnings(setting: Setting) -> list[Beginning]:
@@ -79,8 +81,7 @@ def beginnings(setting: Setting) -> list[Beginning]:
         (search.linear(shape) for shape in _shapes(setting.record, setting.structure)),
         key=lambda each: each.cost,
     )
-    heating = [each for each in found if each.values[0] > 0]
-    return heating[:KEPT] if heating and heating[0] is found[0] else []
+    return [each for each in found if each.heats][:KEPT] if found[0].heats else []
 
 
 class Search:
@@ -95,10 +96,7 @@ class Search:
         self._quiet = Answer(off, 0.0, rows)
 
     def linear(self, shape: Series) -> Beginning:
-        """Find gain, ambient and start for the time constants of a shape.
-
-        The capacity is negative if the machine would have to become colder when heated.
-        """
+        """Find gain, ambient and start for the time constants of a shape."""
         setting = self._setting
         columns, surroundings = self._columns(shape)
         target_c = self._readings_c
@@ -108,14 +106,17 @@ class Search:
             target_c = target_c - surroundings * setting.ambient_c
         matrix = np.column_stack(columns)
         weights, *_ = np.linalg.lstsq(matrix, target_c, rcond=None)
-        gain = float(weights[0]) or -np.finfo(float).tiny
+        cost = float(((matrix @ weights - target_c) ** 2).sum())
+        gain = float(weights[0])
+        if gain <= 0:
+            return Beginning(shape, shape, cost, heats=False)
         values, size = shape.copy(), 2 * setting.structure.bodies
         values[0:size:2] /= gain
         values[1:size:2] *= gain
         values[-1] = weights[1] if setting.ambient_c is None else setting.ambient_c
         states = setting.structure.states
         start_c = np.full(states, values[-1]) if setting.rest else weights[-states:].copy()
-        return Beginning(values, start_c, float(((matrix @ weights - target_c) ** 2).sum()))
+        return Beginning(values, np.asarray(start_c, dtype=np.float64), cost)
 
     def _columns(self, shape: Series) -> tuple[list[Series], Series]:
         """Return the answers to the power and to each start, and that to the ambient."""

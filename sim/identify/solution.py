@@ -98,7 +98,7 @@ def ordered(solution: Solution) -> Solution:
     if setting.structure.bodies > 1 or lag_s <= cooling_s:
         return solution
     swapped = Search(setting).linear(np.array([lag_s, 1.0, cooling_s, values[-2], 0.0]))
-    return solution if swapped.values[0] < 0 else solve(setting, swapped)
+    return solve(setting, swapped) if swapped.heats else solution
 
 
 class _Model:

@@ -1,9 +1,9 @@
 """Gains by rule, from a reduced model.
 
-Both rules place a closed loop that answers a setpoint with one time constant: they cancel the
-model's lags. SIMC (Skogestad 2003) shortens the integral time where the first lag is long, so that
-a disturbance does not linger; lambda tuning does not (Dahlin 1968; Rivera, Morari & Skogestad,
-Industrial & Engineering Chemistry Process Design and Development 25, 1986, table 1).
+Both rules place a closed loop that answers a setpoint with one time constant, and cancel the
+model's lags. SIMC (Skogestad 2003) shortens integral and derivative times where the lags are long,
+so that a disturbance does not linger; lambda tuning does not (Dahlin 1968; Rivera, Morari &
+Skogestad, Industrial & Engineering Chemistry Process Design and Development 25, 1986, table 1).
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from __future__ import annotations
 from heatwright.sim.tuning.gains import Gains, Series
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.reduced import Reduced, reduce
+
+SLOWER = 3.0
 
 
 def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
@@ -25,16 +27,20 @@ def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gain
     closed_s = model.dead_s if closed_s is None else closed_s
     slow_s = closed_s + model.dead_s
     gain = model.lag_s / (model.gain * slow_s)
-    return Series(gain, min(model.lag_s, 4 * slow_s), model.second_s).parallel(filter_s)
+    integral_s, derivative_s = min(model.lag_s, 4 * slow_s), min(model.second_s, 4 * slow_s)
+    if derivative_s < model.second_s:  # towards a double integrator (Skogestad, table 1)
+        gain *= model.second_s / derivative_s
+    return Series(gain, integral_s, derivative_s).parallel(filter_s)
 
 
 def lambda_rule(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
-    """Tune by lambda: the closed loop as fast as the machine itself, or as asked.
+    """Tune by lambda: as fast as asked.
 
-    Åström & Hägglund (Advanced PID Control, 2006, section 6.5) call a lambda of one lag the
-    aggressive choice, and of three the robust one.
+    Without a wish the closed loop's time constant is three dead times. With both lags cancelled the
+    open loop is exp(−θs)/((λ + θ)s), whose gain margin then is 2π = 6.3, its phase margin
+    90° − 57.3°/4 = 76° (Skogestad 2003, section 5.1).
     """
-    closed_s = model.lag_s if closed_s is None else closed_s
+    closed_s = SLOWER * model.dead_s if closed_s is None else closed_s
     gain = model.lag_s / (model.gain * (closed_s + model.dead_s))
     return Series(gain, model.lag_s, model.second_s).parallel(filter_s)
 

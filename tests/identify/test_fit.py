@@ -104,7 +104,7 @@ def test_two_bodies() -> None:
 
 
 def test_a_record_too_short_for_the_losses_says_so() -> None:
-    record = recorded(machine(noise=0.3), steps(34, (20, 1.0)))
+    record = recorded(machine(noise=0.3), steps(40, (20, 1.0)))
     found = fit(record, Structure())
     told = {each.parameter.key: each.told for each in found.found}
     assert told["capacity_body"]
