@@ -1,0 +1,71 @@
+"""Machines with a thermocouple, and the binaries of their firmware."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from heatwright.generator import plan_firmware, render, write
+from heatwright.generator.toolchain import build
+from heatwright.sim.elf import Elf
+from heatwright.spec import Spec, load_text
+
+PINS = {
+    "uno": ("D10", "D8", "D12", "D9"),
+    "leonardo": ("D5", "A5", "D8", "D9"),
+    "mega2560": ("D49", "A8", "D17", "D5"),  # ports L, K and H: beyond the reach of SBI
+    "atmega1284p": ("PC0", "PA7", "PB1", "PD5"),
+}
+"""By board: CS, SCK, SO, heater."""
+
+MINIMUM = {"max6675": "6 °C", "max31855": "-30 °C"}
+KINDS = tuple(MINIMUM)
+
+
+def spec_of(
+    kind: str, board: str = "uno", *, period: str = "300 ms", clock: str = "", extra: str = ""
+) -> Spec:
+    """A crucible under PID with this converter."""
+    select, sck, so, heater = PINS[board]
+    wires = f"chip_select: {select}, clock: {sck}, data_out: {so}"
+    text = f"""
+heatwright: 1
+controller: {{name: crucible, board: {board}{clock}}}
+sensors:
+  tip: {{kind: {kind}, {wires}{extra}}}
+outputs:
+  heater: {{kind: pwm, pin: {heater}, frequency: 122 Hz, power: 40 W}}
+loops:
+  crucible:
+    sensor: tip
+    heater: heater
+    period: {period}
+    setpoint: {{initial: 200 °C, minimum: 20 °C, maximum: 250 °C}}
+    algorithm: {{kind: pid, kp: 25, ki: 0.4, kd: 60, derivative_filter: 1 s}}
+    protection:
+      maximum: 285 °C
+      minimum: {MINIMUM[kind]}
+      rise_rate: 20 K/s
+      heating: {{rise: 2 K, within: 20 s}}
+      runaway: {{above: 15 K, below: 15 K, for: 20 s}}
+      stale_after: 2 s
+safety: {{watchdog: 1 s}}
+simulation:
+  ambient: 20 °C
+  plant:
+    kind: thermal_network
+    nodes: {{crucible: 20 J/K}}
+    links: [{{between: [crucible, ambient], resistance: 11 K/W}}]
+    heat: {{heater: crucible}}
+    sense: {{tip: {{node: crucible, lag: 3 s}}}}
+  scenario:
+    - {{for: 600 s}}
+"""
+    return load_text(text, "crucible.yaml")
+
+
+@cache
+def program(kind: str, board: str = "uno", *, clock: str = "") -> Elf:
+    """Its binary, as PlatformIO builds it."""
+    folder = Path(mkdtemp(prefix="crucible-"))
+    write(render(plan_firmware(spec_of(kind, board, clock=clock))), folder)
+    return Elf(build(folder).elf)
