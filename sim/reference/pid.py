@@ -91,9 +91,8 @@ class PidControl:
             return self._sum(ZERO)
         candidate = clamp(self._integral + self._ki_step * error, *self._integral_limits)
         total = self._sum(candidate)
-        if self._holds and self._pushes_into_limit(total, error):
-            return self._sum(self._integral)
-        self._integral = candidate
+        if not (self._holds and self._pushes_into_limit(total, error)):
+            self._integral = candidate
         return total
 
     def _slope(self, temperature_c: Single, error: Single) -> Single:

@@ -86,7 +86,7 @@ def test_a_held_integral_leaves_through_the_other_side(vary):
     player = pid(vary, kp=1, ki=1, output={"maximum": "10 %"})
     records = player.feed_all([46.0, 46.0, 46.0, 51.0])
     assert [float(r["algorithm.integral"]) for r in records] == [4, 4, 4, 3]
-    assert duties(records) == [8, 8, 8, 2]
+    assert duties(records) == [8, 10, 10, 2]
 
 
 def test_held_below_zero(vary):
