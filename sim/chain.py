@@ -26,6 +26,8 @@ LOOKS_PER_STEP = 200
 """Temperatures looked at, on average, within each step of the ADC."""
 SHOWN = 7
 """Temperatures of the printed table."""
+NEAR_STEPS = 1.0
+"""What a row calls near: one step to either side, so that it meets both ends of a step."""
 
 POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
 """One point as the firmware has it in its flash."""
@@ -33,7 +35,7 @@ POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
 
 @dataclass(frozen=True)
 class ChainRow:
-    """The chain around one temperature: one step of the ADC, and the largest error nearby, K."""
+    """The chain at one temperature: how much one step of the ADC is, the largest error near, K."""
 
     celsius: float
     step_k: float
@@ -45,7 +47,7 @@ class ChainError:
     """What was found of one sensor.
 
     points -- of its table; table_steps -- the table's largest error, in steps of the ADC;
-    chain_steps, chain_k -- the whole chain's; rows -- the same over the range.
+    chain_steps, chain_k -- the whole chain's; rows -- how it is over the range.
     """
 
     sensor: str
@@ -120,10 +122,10 @@ class _Chain:
         return float(np.abs(self._steps(convert(self._table, raw).astype(float)) - meant).max())
 
     def _rows(self, celsius: Array, exact: Array, error_k: Array) -> Iterator[ChainRow]:
-        """Yield a row for each of some even temperatures, with the errors nearest to it."""
+        """Yield a row for each of some even temperatures."""
         slope = np.abs(np.gradient(exact, celsius))
-        for part in np.array_split(np.arange(len(celsius)), SHOWN):
-            middle = part[len(part) // 2]
+        for place in np.linspace(0, len(celsius) - 1, SHOWN).astype(int):
+            near = np.abs(exact - exact[place]) <= NEAR_STEPS
             yield ChainRow(
-                float(celsius[middle]), float(1 / slope[middle]), float(error_k[part].max())
+                float(celsius[place]), float(1 / slope[place]), float(error_k[near].max())
             )

@@ -1,0 +1,109 @@
+"""Analog sensors of every kind and circuit, and a machine to put them on."""
+
+from functools import cache
+from pathlib import Path
+
+import yaml
+from pydantic import TypeAdapter
+
+from heatwright.generator import plan_firmware, render, write
+from heatwright.generator.toolchain import build
+from heatwright.spec import Analog, Rtd, Sensor, Spec, Thermistor, load_text
+
+AnalogSensor = Thermistor | Rtd | Analog
+
+NTC = "curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}"
+
+CIRCUITS = {
+    "hotend": f"kind: thermistor, pin: A1, divider: {{pull_up: 4.7 kΩ}}, {NTC}, "
+    "range: 0 °C .. 300 °C, oversample: 4",
+    "single": f"kind: thermistor, pin: A1, divider: {{pull_up: 4.7 kΩ}}, {NTC}, "
+    "range: 0 °C .. 300 °C, oversample: 1",
+    "down": f"kind: thermistor, pin: A1, divider: {{pull_down: 1 kΩ}}, {NTC}, "
+    "range: 40 °C .. 280 °C, oversample: 32",
+    "low_supply": f"kind: thermistor, pin: A1, divider: {{pull_up: 2.2 kΩ, supply: 3.3 V}}, {NTC}, "
+    "range: 30 °C .. 250 °C, oversample: 8",
+    "steinhart": "kind: thermistor, pin: A1, divider: {pull_up: 10 kΩ}, "
+    "curve: {a: 1.032e-3, b: 2.387e-4, c: 1.58e-7}, range: -30 °C .. 120 °C, oversample: 4",
+    "points": "kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, curve: {points: "
+    "[[0 °C, 327 kΩ], [25 °C, 100 kΩ], [100 °C, 6.7 kΩ], [200 °C, 560 Ω], [300 °C, 115 Ω]]}, "
+    "range: 5 °C .. 280 °C, oversample: 16",
+    "ptc": "kind: thermistor, pin: A1, divider: {pull_up: 2.2 kΩ}, curve: {points: "
+    "[[-40 °C, 567 Ω], [0 °C, 815 Ω], [25 °C, 1 kΩ], [100 °C, 1.696 kΩ], [150 °C, 2.26 kΩ]]}, "
+    "range: -30 °C .. 140 °C, oversample: 4",
+    "feeder": "kind: rtd, pin: A1, element: pt100, reference: 3.3 V, "
+    "amplifier: {gain: 33.33, excitation: 3.3 V, series: 3.3 kΩ}, "
+    "range: 2 °C .. 262 °C, oversample: 16",
+    "frost": "kind: rtd, pin: A1, element: pt1000, divider: {pull_up: 1 kΩ}, "
+    "range: -150 °C .. 150 °C, oversample: 4",
+    "pt100_down": "kind: rtd, pin: A1, element: pt100, divider: {pull_down: 100 Ω}, "
+    "range: 0 °C .. 600 °C, oversample: 8",
+    "lm35": "kind: analog, pin: A1, scale: 10 mV/K, reference: internal, "
+    "range: 2 °C .. 100 °C, oversample: 8",
+    "tmp36": "kind: analog, pin: A1, scale: 10 mV/K, offset: 500 mV, reference: 3.3 V, "
+    "open_reads: high, range: -40 °C .. 125 °C, oversample: 4",
+    "falling": "kind: analog, pin: A1, scale: -10 mV/K, offset: 4 V, "
+    "range: 0 °C .. 150 °C, oversample: 2",
+}
+"""By a name of the tests; what a spec says of the sensor."""
+
+BED = """
+heatwright: 1
+controller: {name: bed, board: BOARD}
+sensors:
+  bed: {SENSOR}
+outputs:
+  heater: {kind: pwm, pin: D3, frequency: 490 Hz, power: 120 W}
+loops:
+  bed:
+    sensor: bed
+    heater: heater
+    period: 200 ms
+    setpoint: {initial: 50 °C, minimum: 45 °C, maximum: 70 °C}
+    algorithm: {kind: pid, kp: 12, ki: 0.1, kd: 60, derivative_filter: 2 s}
+    protection:
+      maximum: 85 °C
+      minimum: 10 °C
+      rise_rate: 15 K/s
+      heating: {rise: 2 K, within: 60 s}
+      runaway: {above: 10 K, below: 10 K, for: 60 s}
+      stale_after: 1 s
+safety: {watchdog: 1 s}
+interfaces:
+  - {INTERFACE}
+simulation:
+  ambient: 20 °C
+  plant:
+    kind: thermal_network
+    nodes: {plate: 300 J/K}
+    links:
+      - {between: [plate, ambient], resistance: 1.1 K/W}
+    heat: {heater: plate}
+    sense: {bed: {node: plate, lag: 4 s}}
+  scenario:
+    - {for: 300 s}
+"""
+KEYS = "kind: lcd_keypad, loop: bed, step: 5 K"
+PLOTTER = "kind: serial_plotter, loop: bed, baud: 115200"
+ON_THE_BED = {"thermistor": "hotend", "rtd": "frost", "analog": "tmp36"}
+"""A circuit of each kind that can stand on this machine."""
+
+
+@cache
+def sensor(name: str) -> AnalogSensor:
+    """The sensor of a circuit."""
+    written = yaml.safe_load(f"{{{CIRCUITS[name]}}}")
+    made: AnalogSensor = TypeAdapter(Sensor).validate_python(written)
+    return made
+
+
+def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> Spec:
+    """The machine with one of the circuits."""
+    text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
+    return load_text(text.replace("INTERFACE", interface), "bed.yaml")
+
+
+def built(spec: Spec, folder: Path) -> Path:
+    """The binary, as PlatformIO builds it; the sources stay in the folder."""
+    write(render(plan_firmware(spec)), folder)
+    return build(folder).elf

@@ -1,0 +1,165 @@
+"""The ADC's scan in the binary: channels, times, and codes that are missing or bad."""
+
+import numpy as np
+import pytest
+from analog_specs import sensor
+
+from heatwright.sim.circuits import Wiring
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.reference.adc import converter
+from heatwright.spec import BOARDS
+from heatwright.spec.conversion import limits
+
+TICK_S = 0.010
+OPEN, SHORT, RANGE, STALE = 17, 2, 18, 4
+OVERSAMPLE = 4
+FASTEST_ADC_HZ = 200_000
+LONGEST_MASKED_S = 20e-6
+
+
+def hold(device: AvrDevice, code: int) -> None:
+    """Put the middle of a code on the sensor's pin."""
+    device.avr.adc.set(1, (code + 0.5) * 5000 / 1024)
+
+
+def test_each_channel_once_a_tick(plate: AvrDevice, keyed: AvrDevice) -> None:
+    for device, channels in ((plate, 1), (keyed, 2)):
+        device.advance(1.0)
+        before = device.avr.adc.conversions
+        device.advance(2.0)
+        assert device.avr.adc.conversions - before == channels * round(1.0 / TICK_S)
+
+
+@pytest.mark.parametrize("board", ["uno", "mega2560"])
+def test_the_adcs_clock_gives_all_ten_bits(board: str, plate: AvrDevice) -> None:
+    plate.advance(0.1)
+    prescaler = 1 << (plate.read("ADCSRA") & 7)
+    clock_hz = BOARDS[board].clock_hz / prescaler
+    assert FASTEST_ADC_HZ / 2 < clock_hz <= FASTEST_ADC_HZ
+
+
+def test_its_interrupt_is_short(keyed: AvrDevice, keyed_program: Elf) -> None:
+    profile = keyed.avr.profile(keyed_program)
+    keyed.advance(2.0)
+    interrupt = profile.functions["__vector_21"]
+    assert interrupt.calls == 2 * 200
+    assert interrupt.longest / keyed.avr.clock_hz < LONGEST_MASKED_S
+
+
+def test_a_reading_is_the_sum_of_its_codes(plate: AvrDevice) -> None:
+    hold(plate, 700)
+    plate.advance(1.0)
+    assert plate.steps("bed")["reading_raw"][-1] == OVERSAMPLE * 700
+
+
+def test_it_is_of_the_last_codes_before_the_step(plate: AvrDevice) -> None:
+    """One code may be missed, so they are those of the last five ticks but the last one."""
+    hold(plate, 700)
+    plate.advance(2.05)
+    step_s = float(plate.steps("bed")["time_s"][-1]) + 0.2
+    for late in range(1, 8):
+        plate.advance(step_s - (late - 0.5) * TICK_S)
+        hold(plate, 700 + 1)
+        plate.advance(step_s + TICK_S / 2)
+        took = int(plate.steps("bed")["reading_raw"][-1]) - OVERSAMPLE * 700
+        # Begun after `late` - 1 ticks before the step: the last looks at what began a tick before.
+        assert took == min(max(late - 2, 0), OVERSAMPLE), late
+        hold(plate, 700)
+        plate.advance(step_s + 0.25)
+        step_s = float(plate.steps("bed")["time_s"][-1]) + 0.2
+
+
+def test_every_code_and_what_it_means(plate: AvrDevice) -> None:
+    """All 1024, each for as long as a step: status, raw number and temperature to the last bit."""
+    part = sensor("hotend")
+    bounds, convert = limits(part, "atmega328p"), converter(part, BOARDS["uno"])
+    for code in range(1024):
+        hold(plate, code)
+        plate.advance(0.2 * (code + 1) + 0.1)
+    log = plate.steps("bed")[-1023:]
+    codes = np.arange(1, 1024)
+    expected = np.select(
+        [codes < bounds.far_low, codes < bounds.low, codes > bounds.far_high, codes > bounds.high],
+        [SHORT, RANGE, OPEN, RANGE],
+        0,
+    )
+    np.testing.assert_array_equal(log["reading_status"], expected)
+    valid = expected == 0
+    np.testing.assert_array_equal(log["reading_raw"][valid], OVERSAMPLE * codes[valid])
+    meant = np.array([convert(OVERSAMPLE * int(code)) for code in codes[valid]], np.float32)
+    np.testing.assert_array_equal(log["temperature_c"][valid].view("u4"), meant.view("u4"))
+
+
+@pytest.mark.parametrize(("code", "status"), [(0, SHORT), (15, RANGE), (1015, RANGE), (1023, OPEN)])
+def test_one_bad_code_spoils_the_reading(plate: AvrDevice, code: int, status: int) -> None:
+    hold(plate, 700)
+    plate.advance(2.05)
+    step_s = float(plate.steps("bed")["time_s"][-1]) + 0.2
+    plate.advance(step_s - 3.5 * TICK_S)
+    hold(plate, code)
+    plate.advance(step_s - 2.5 * TICK_S)
+    hold(plate, 700)
+    plate.advance(step_s + 0.3)
+    *_, spoiled, sound = plate.steps("bed")
+    assert (spoiled["reading_status"], sound["reading_status"]) == (status, 0)
+    assert spoiled["reading_raw"] == sound["reading_raw"] == OVERSAMPLE * 700
+    assert spoiled["duty_percent"] == 0
+
+
+def test_a_scan_that_does_not_end_leaves_no_old_reading(plate: AvrDevice) -> None:
+    plate.advance(1.0)
+    plate.avr.adc.fail(hung=True)
+    plate.advance(1.5)
+    assert set(plate.steps("bed")["reading_status"][-2:]) == {STALE}
+    plate.avr.adc.fail()
+    hold(plate, 650)
+    plate.advance(2.0)
+    last = plate.steps("bed")[-1]
+    assert (last["reading_status"], last["reading_raw"]) == (0, OVERSAMPLE * 650)
+
+
+def test_one_scan_may_be_lost(plate: AvrDevice) -> None:
+    """There is a tick to spare in each period."""
+    plate.advance(1.05)
+    for _ in range(5):
+        step_s = float(plate.steps("bed")["time_s"][-1]) + 0.2
+        plate.advance(step_s - 2.5 * TICK_S)
+        plate.avr.adc.fail(hung=True)
+        plate.advance(step_s - 1.5 * TICK_S)
+        plate.avr.adc.fail()
+        plate.advance(step_s + 0.1)
+    assert not plate.steps("bed")["reading_status"].any()
+
+
+def test_keys_are_heard_beside_a_sensor(keyed: AvrDevice) -> None:
+    keyed.advance(1.0)
+    for press in range(3):
+        keyed.press("up")
+        keyed.advance(1.2 + 0.4 * press)
+        keyed.press(None)
+        keyed.advance(1.4 + 0.4 * press)
+    assert keyed.read("settings.bed_setpoint_c") == 65.0
+    assert not keyed.steps("bed")["reading_status"].any()
+
+
+def test_channels_from_eight_up_beside_lower_ones(two: AvrDevice) -> None:
+    two.sense("bed", 60.0)
+    two.sense("far", 40.0)
+    two.advance(1.0)
+    for loop, tip_c in (("bed", 60.0), ("far", 40.0)):
+        last = two.steps(loop)[-1]
+        assert last["reading_status"] == 0
+        assert last["temperature_c"] == pytest.approx(tip_c, abs=0.2)
+
+
+def test_no_temperature_while_the_wire_is_broken(plate: AvrDevice) -> None:
+    tip = plate.sensors["bed"]
+    plate.advance(1.0)
+    for wiring, status in ((Wiring(opened=True), OPEN), (Wiring(shorted=True), SHORT)):
+        tip.wiring = wiring
+        plate.advance(plate.time_s + 0.5)
+        assert plate.steps("bed")["reading_status"][-1] == status
+        tip.wiring = Wiring()
+        plate.advance(plate.time_s + 0.5)
+        assert plate.steps("bed")["reading_status"][-1] == 0

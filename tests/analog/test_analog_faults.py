@@ -1,0 +1,55 @@
+"""Each fault of each kind of analog sensor, on the binary that PlatformIO built."""
+
+from collections.abc import Callable
+
+import pytest
+from analog_specs import KEYS, bed
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults import try_fault
+from heatwright.sim.faults.analog import faults
+from heatwright.sim.faults.world import Site
+from heatwright.spec import Spec
+
+RULES = {
+    "open": "sensor_open",
+    "shorted": "sensor_short",
+    "beyond_the_cold_end": "sensor_range",
+    "beyond_the_hot_end": "sensor_range",
+    "adc_hangs": "sensor_stale",
+    "adc_stuck": "sensor_frozen",
+    "intermittent_wire": None,
+    "contact_corrodes": "rise_rate",
+    "insulation_leaks": "rise_rate",
+}
+RESISTORS_ONLY = {"contact_corrodes", "insulation_leaks"}
+
+PLACES = {
+    "thermistor": ("hotend", KEYS),
+    "rtd": ("frost", KEYS),
+    "analog": ("falling", KEYS),
+}
+
+
+@pytest.fixture(scope="module", params=PLACES)
+def site(request: pytest.FixtureRequest, made: Callable[[Spec], Elf]) -> Site:
+    circuit, interface = PLACES[request.param]
+    spec = bed(circuit, interface=interface)
+    return Site(spec.controller, made(spec), "bed")
+
+
+def test_its_faults_are_these(site: Site) -> None:
+    own = [fault.id for fault in faults(site)]
+    kind = site.controller.sensors["bed"].kind
+    assert own == [name for name in RULES if kind != "analog" or name not in RESISTORS_ONLY]
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_the_fault(site: Site, name: str) -> None:
+    found = {fault.id: fault for fault in faults(site)}.get(name)
+    if found is None:
+        assert name in RESISTORS_ONLY
+        return
+    result = try_fault(found)
+    assert result.detail == ""
+    assert result.rule in {RULES[name], "heating_failed" if name == "adc_stuck" else RULES[name]}
