@@ -126,9 +126,15 @@ class BetaCurve(Model):
 class SteinhartHartCurve(Model):
     """A thermistor by three coefficients: 1/T = a + b · ln R + c · (ln R)³, in K and Ω."""
 
-    a: Annotated[float, BareNumber(-0.1, 0.1, "1.03e-3")] = Field(description="1/K.")
-    b: Annotated[float, BareNumber(0.0, 0.1, "2.39e-4")] = Field(description="1/K.")
-    c: Annotated[float, BareNumber(0.0, 0.1, "1.56e-7", closed=True)] = Field(description="1/K.")
+    a: Annotated[float, BareNumber(-0.1, 0.1, "1.03e-3")] = Field(
+        description="First coefficient, 1/K."
+    )
+    b: Annotated[float, BareNumber(0.0, 0.1, "2.39e-4")] = Field(
+        description="Second coefficient, 1/K."
+    )
+    c: Annotated[float, BareNumber(0.0, 0.1, "1.56e-7", closed=True)] = Field(
+        description="Third coefficient, 1/K."
+    )
 
 
 _Point = tuple[Temperature, Ohm]
@@ -163,7 +169,9 @@ class PointsCurve(Model):
 
 def _form(value: Any) -> str:
     """Tell a curve's form by its keys."""
-    keys = set(value) if isinstance(value, dict) else set(type(value).model_fields)
+    if isinstance(value, Model):
+        return type(value).__name__
+    keys = set(value) if isinstance(value, dict) else set()
     if "points" in keys:
         return "PointsCurve"
     return "SteinhartHartCurve" if keys & {"a", "b", "c"} else "BetaCurve"

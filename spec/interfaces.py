@@ -11,9 +11,12 @@ from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DIFFERENCE
 
+FASTEST_HOST = 250_000
+"""Baud, as hosts of 3D printers use. A byte comes every 40 us, and its interrupt takes some 5."""
+
 
 class Baud(Checked):
-    """Marks a baud rate; the port's receiver must leave the processor free."""
+    """Marks a baud rate."""
 
     def __init__(self, most: int) -> None:
         """Bound it."""
@@ -68,7 +71,7 @@ class Gcode(Model):
     """A host program of 3D printers, or a person, over the serial line."""
 
     kind: Literal["gcode"]
-    baud: Annotated[int, Baud(250_000)] = Field(115_200, description="Speed of the line.")
+    baud: Annotated[int, Baud(FASTEST_HOST)] = Field(115_200, description="Speed of the line.")
     loops: Annotated[
         Mapping[Annotated[str, Address("T[0-9]", "a loop", "T0 to T9")], Reference], Filled
     ] = Field(description="Loops by what the host calls them, T0 to T9.")

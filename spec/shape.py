@@ -49,6 +49,8 @@ def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
     place = Place((), root, None)
     tag_read = False
     for step in location:
+        if step == "[key]":  # of a mapping, which the step before has entered
+            continue
         models = alternatives(place.annotation)
         if not tag_read and models and _tagged(place):
             chosen = _chosen(place, str(step))

@@ -96,7 +96,7 @@ VOLTAGE_PER_KELVIN = Dimension(
 )
 LENGTH = Dimension("length", "mm", "8 mm", "mm", 1e6, _prefixed("mm"))
 SPEED = Dimension("speed", "mm/s", "20 mm/s", "mm/s", 1e6, _prefixed("mm/s"))
-ACCELERATION = Dimension("acceleration", "mm/s²", "50 mm/s²", "mm/s²", 1e7, _prefixed("mm/s2"))
+ACCELERATION = Dimension("rate of speed", "mm/s²", "50 mm/s²", "mm/s²", 1e7, _prefixed("mm/s2"))
 FEED_HEAT = Dimension(
     "heat of the filament",
     "J/(K·mm)",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from heatwright.spec.analog_sensors import AnalogSensor, PointsCurve
+from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.checks.finding import Finding, Findings, limits_of
 from heatwright.spec.circuits import circuit
 from heatwright.spec.controller import Controller
@@ -40,11 +41,8 @@ def scales_are_not_zero(controller: Controller) -> Findings:
 def ranges_have_curves(controller: Controller) -> Findings:
     """Find ranges beyond what the sensing element's curve is known for."""
     for name, sensor in analog_sensors(controller):
-        known = _known(sensor)
-        if known is None:
-            continue
-        (low_c, high_c), whose = known
-        if sensor.range_c[0] < low_c or sensor.range_c[1] > high_c:
+        (low_c, high_c), whose = _known(sensor)
+        if _beyond(sensor):
             yield Finding(
                 ("sensors", name, "range"),
                 f"{whose} from {celsius(low_c)} to {celsius(high_c)}",
@@ -53,14 +51,19 @@ def ranges_have_curves(controller: Controller) -> Findings:
             )
 
 
-def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str] | None:
+def _beyond(sensor: AnalogSensor) -> bool:
+    (low_c, high_c), _ = _known(sensor)
+    return sensor.range_c[0] < low_c or sensor.range_c[1] > high_c
+
+
+def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str]:
     """Give the ends of an element's curve, and whose they are."""
     if isinstance(sensor, Rtd):
         return PLATINUM_C, "IEC 60751 gives the resistance of platinum"
     if isinstance(sensor, Thermistor) and isinstance(sensor.curve, PointsCurve):
         temperatures_c = [point[0] for point in sensor.curve.points]
         return (min(temperatures_c), max(temperatures_c)), "the curve's points go"
-    return None
+    return (ABSOLUTE_ZERO_C, math.inf), ""
 
 
 def ranges_can_be_shown(controller: Controller) -> Findings:
@@ -77,7 +80,7 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
 
 def _already_wrong(sensor: AnalogSensor) -> bool:
     """Tell whether another check of this file has spoken."""
-    return isinstance(sensor, Analog) and sensor.scale_v_per_k == 0
+    return (isinstance(sensor, Analog) and sensor.scale_v_per_k == 0) or _beyond(sensor)
 
 
 def _reason(sensor: AnalogSensor, mcu: str, found: Limits | None) -> tuple[str, str]:
@@ -89,7 +92,7 @@ def _reason(sensor: AnalogSensor, mcu: str, found: Limits | None) -> tuple[str, 
     low_c, high_c = (celsius(end_c) for end_c in shown_c)
     if found.high - found.low < LEAST_MARGIN_STEPS <= _margin(found):
         return (
-            f"from end to end this range is {found.high - found.low} steps of the ADC",
+            f"from end to end this range is less than {LEAST_MARGIN_STEPS} steps of the ADC",
             f"Use a range of {low_c} .. {high_c}, or a circuit that shows more of it",
         )
     return (
@@ -111,7 +114,7 @@ def _widest_c(sensor: AnalogSensor, mcu: str, found: Limits) -> tuple[float, flo
         low_c, high_c = sorted((chain.celsius(first / CODES), chain.celsius(last / CODES)))
     except (ArithmeticError, ValueError):
         return None
-    return float(math.ceil(low_c)), float(math.floor(high_c))
+    return float(max(math.ceil(low_c), math.ceil(ABSOLUTE_ZERO_C))), float(math.floor(high_c))
 
 
 def one_reference(controller: Controller) -> Findings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, LcdKeypad, SerialPlotter
+from heatwright.spec.interfaces import FASTEST_HOST, Gcode, LcdKeypad, SerialPlotter
 from heatwright.spec.quantity import about, hertz, number
 from heatwright.spec.suggest import listed
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
@@ -49,6 +49,7 @@ def baud_can_be_made(controller: Controller) -> Findings:
                 str(baud)
                 for baud in USUAL_BAUDS
                 if abs(baud_setting(clock_hz, baud).error) <= BAUD_TOLERANCE
+                and (baud <= FASTEST_HOST or isinstance(interface, SerialPlotter))
             ]
             yield Finding(
                 ("interfaces", index, "baud"),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from heatwright.spec.algorithms import OnOff
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, celsius, number, rounded_up
@@ -29,7 +32,7 @@ def setpoints_in_order(controller: Controller) -> Findings:
                 (*path, "initial"),
                 f"{celsius(setpoint.initial_c)} is not one of the setpoints that may be chosen",
                 f"Use {celsius(setpoint.minimum_c)} to {celsius(setpoint.maximum_c)}",
-                ((*path, "minimum"), (*path, "maximum")),
+                ((*path, "minimum"), (*path, "maximum"), ("interfaces",)),
             )
 
 
@@ -49,9 +52,10 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
                 ("loops", name, "protection", "maximum"),
                 f"{celsius(loop.protection.maximum_c)} is too near to the highest setpoint of "
                 f"{celsius(highest_c)}: the sensor may be wrong by "
-                f"{number(sensor.error_k(highest_c))} K"
+                f"{about(sensor.error_k(highest_c))} K"
                 + (f" and the loop swings by {number(swing_k)} K" if swing_k else ""),
-                f"Use more than {celsius(least_c)}; 10 to 15 K above the setpoint is usual",
+                f"Use more than {celsius(math.ceil(least_c * 10) / 10)}; 10 to 15 K above the "
+                "setpoint is usual",
                 (("loops", name, "setpoint"), ("loops", name, "algorithm"), ("sensors",)),
             )
 
@@ -61,6 +65,8 @@ def minimum_below_setpoints(controller: Controller) -> Findings:
 
     Where a host commands the loop, 0 °C is off, and the lowest that is held what comes above.
     """
+    if any(True for _ in interface_loops(controller)):
+        return  # nobody knows which loop is meant to be commanded
     for name, loop in controller.loops.items():
         protection = loop.protection
         if loop.setpoint.minimum_c == 0 and commanded(controller, name):
@@ -71,7 +77,7 @@ def minimum_below_setpoints(controller: Controller) -> Findings:
                 f"{celsius(protection.minimum_c)} is not below the lowest setpoint of "
                 f"{celsius(loop.setpoint.minimum_c)}",
                 f"Use less than {celsius(loop.setpoint.minimum_c)}",
-                (("loops", name, "setpoint", "minimum"),),
+                (("loops", name, "setpoint", "minimum"), ("interfaces",)),
             )
 
 
@@ -107,8 +113,8 @@ def protections_in_range(controller: Controller) -> Findings:
                 (*path, "maximum"),
                 f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
                 f"ends at {celsius(highest_c)} and may be "
-                f"{number(sensor.error_k(highest_c))} K too low there",
-                f"Use at most {celsius(reaches_c)}",
+                f"{about(sensor.error_k(highest_c))} K too low there",
+                f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
         reaches_c = lowest_c + sensor.error_k(lowest_c)
@@ -116,9 +122,9 @@ def protections_in_range(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "minimum"),
                 f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} ends at "
-                f"{celsius(lowest_c)} and may be {number(sensor.error_k(lowest_c))} K too high "
+                f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
                 "there",
-                f"Use at least {celsius(reaches_c)}",
+                f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}",
                 (("sensors", loop.sensor),),
             )
 

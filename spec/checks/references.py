@@ -127,7 +127,7 @@ def everything_used(controller: Controller) -> Findings:
                 "no loop uses this output",
                 "Delete it, or name it in a loop or a gcode interface"
                 + ("; or write runs: always" if isinstance(output, DigitalOutput) else ""),
-                (("loops",),),
+                (("loops",), ("interfaces",)),
             )
 
 

@@ -12,6 +12,12 @@ from itertools import pairwise
 from heatwright.spec.algorithms import OnOff, Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.machine import Machine
+from heatwright.spec.checks.power import (
+    autotune_has_time,
+    heater_suffices,
+    integral_suffices,
+    least_duty_cools,
+)
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
@@ -42,72 +48,6 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             yield from check(machine)
         if any_setpoint:
             yield from integral_suffices(machine)
-
-
-def heater_suffices(machine: Machine) -> Findings:
-    """Hold the heater's power to the losses at the highest setpoint."""
-    if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
-        return
-    highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
-    needed_w = machine.target_k / machine.plant.steady_k(machine.full_power_w / machine.power_w)
-    yield Finding(
-        ("outputs", machine.loop.heater, "power"),
-        f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
-        f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-        f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
-        machine.because_of,
-    )
-
-
-def integral_suffices(machine: Machine) -> Findings:
-    """Hold the integral's maximum to the losses at the highest setpoint: it alone supplies them."""
-    algorithm = machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or algorithm.ki == 0 or not machine.reaches:
-        return
-    most = algorithm.integral.maximum_percent
-    ends_k = machine.plant.steady_k(machine.power_w * most / 100)
-    if 0 < ends_k < machine.target_k:
-        yield Finding(
-            (*machine.path, "algorithm", "integral", "maximum"),
-            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
-            f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-            f"Use at least {rounded_up(most * machine.target_k / ends_k)} %",
-            machine.because_of,
-        )
-
-
-def autotune_has_time(machine: Machine) -> Findings:
-    """Find experiments that are given up before the machine is warm."""
-    autotune = machine.loop.autotune
-    if autotune is None or not machine.course:
-        return
-    warm_s = machine.course[-1][0]
-    if warm_s > autotune.timeout_s:
-        yield Finding(
-            (*machine.path, "autotune", "timeout"),
-            f"at full power this plant alone needs {duration(round(warm_s))} to the highest "
-            "setpoint",
-            f"Use several times {duration(round(warm_s))}",
-            machine.because_of,
-        )
-
-
-def least_duty_cools(machine: Machine) -> Findings:
-    """Find a least duty that alone heats above the lowest setpoint."""
-    algorithm = machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or algorithm.output.minimum_percent == 0:
-        return
-    least_w = machine.power_w * algorithm.output.minimum_percent / 100
-    ends_c = machine.ambient_c + machine.plant.steady_k(least_w)
-    lowest_c = machine.loop.setpoint.minimum_c
-    if ends_c > lowest_c:
-        yield Finding(
-            (*machine.path, "algorithm", "output", "minimum"),
-            f"{number(algorithm.output.minimum_percent)} % alone heats to {about(ends_c)} °C, "
-            f"above the lowest setpoint of {celsius(lowest_c)}",
-            "Use a smaller minimum, or raise the lowest setpoint",
-            machine.because_of,
-        )
 
 
 def heating_rule_holds(machine: Machine) -> Findings:
@@ -142,7 +82,10 @@ def rise_rate_holds(machine: Machine) -> Findings:
     period_s = machine.loop.period_s
     limit = machine.loop.protection.rise_rate_k_per_s
     rates = (
-        ((after_k - before_k) / (after_s - before_s), machine.step_k(after_k))
+        (
+            (after_k - before_k) / (after_s - before_s),
+            machine.step_k(min(after_k, machine.target_k)),
+        )
         for (before_s, before_k), (after_s, after_k) in pairwise(machine.course)
     )
     needed, steepest, step_k = max(

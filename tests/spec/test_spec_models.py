@@ -21,7 +21,7 @@ from heatwright.spec import (
     load_text,
     planned,
 )
-from heatwright.spec.checks.timing import shortest_period_s
+from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
 

@@ -1,0 +1,68 @@
+"""Sensors in time: a period holds a conversion and its reading, and the first one is soon."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.analog_sensors import AnalogSensor
+from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.controller import Controller
+from heatwright.spec.quantity import duration
+from heatwright.spec.sensors import Ds18b20, Sensor
+from heatwright.spec.thermocouples import Max31855
+from heatwright.spec.timers import TICK_S
+
+
+def conversion_fits(controller: Controller) -> Findings:
+    """Hold the period to the sensor's longest conversion (data sheet) and its reading."""
+    for name, loop, sensor in loop_sensors(controller):
+        needed_s = shortest_period_s(sensor)
+        if loop.period_s < needed_s:
+            yield Finding(
+                ("loops", name, "period"),
+                f"{duration(loop.period_s)} is shorter than {_what_takes_so_long(sensor)}",
+                f"Use at least {duration(needed_s)}{_or_less(sensor, loop.period_s)}",
+                (("sensors", loop.sensor),),
+            )
+
+
+def shortest_period_s(sensor: Sensor) -> float:
+    """Whole ticks for a conversion, and the reading."""
+    return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)
+
+
+def _what_takes_so_long(sensor: Sensor) -> str:
+    took = duration(sensor.conversion_s)
+    if isinstance(sensor, AnalogSensor):
+        return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
+    if isinstance(sensor, Max31855):
+        return f"two conversions of {took}, of which the first may have begun before the step"
+    return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+
+
+def _or_less(sensor: Sensor, period_s: float) -> str:
+    """Tell what else would fit into a period."""
+    if isinstance(sensor, AnalogSensor) and period_s >= TICK_S:
+        return f", or oversample at most {math.floor(round(period_s / TICK_S, 6))}"
+    if not isinstance(sensor, Ds18b20):
+        return ""
+    fitting = [
+        bits
+        for bits in (9, 10, 11)
+        if shortest_period_s(sensor.model_copy(update={"resolution_bits": bits})) <= period_s
+    ]
+    return f", or a resolution of {fitting[-1]} bit" if fitting else ""
+
+
+def first_reading_in_time(controller: Controller) -> Findings:
+    """Hold `stale_after` to the time that a sensor needs after the power-up."""
+    for name, loop, sensor in loop_sensors(controller):
+        needed_s = round(sensor.first_s + loop.period_s, 2)
+        if sensor.first_s and loop.protection.stale_after_s < needed_s:
+            yield Finding(
+                ("loops", name, "protection", "stale_after"),
+                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} has its "
+                f"first reading, {duration(sensor.first_s)} after the power-up, and a step sees it",
+                f"Use at least {duration(needed_s)}",
+                (("sensors", loop.sensor), ("loops", name, "period")),
+            )
