@@ -137,11 +137,13 @@ static bool is_renumbering(int32_t number)
 
 static uint8_t judge_number(int32_t number)
 {
+    const bool is_first = !numbering;
+
     numbering = true;
     if (is_renumbering(number)) {
         return LINE_COMMAND;
     }
-    if (number == line_last + 1) {
+    if (number == line_last + 1 || is_first) {
         line_last = number;
         if (repeats_left != 0) {
             repeats_left--;

@@ -13,7 +13,8 @@ static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 10
 /* Further decimals are read, and left out. */
 enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
 
-enum { LARGEST_COMMAND = 9999 };
+/* One more digit, and a command has four. */
+enum { MOST_BEFORE_DIGIT = 999 };
 
 static bool is_digit(char character)
 {
@@ -76,12 +77,14 @@ bool words_take(char *text)
         words_command = 0;
     }
     for (; is_digit(*rest); rest++) {
-        if (words_command <= LARGEST_COMMAND) {
+        if (words_command <= MOST_BEFORE_DIGIT) {
             words_command = (uint16_t)(10u * words_command + (uint16_t)(*rest - '0'));
+        } else {
+            words_command = WORDS_NO_COMMAND;
         }
     }
-    if (words_command > LARGEST_COMMAND || *rest == '.') {
-        words_command = WORDS_NO_COMMAND; /* too large, or a variant that is not known here */
+    if (*rest == '.') {
+        words_command = WORDS_NO_COMMAND; /* a variant, such as M105.5, that is not known here */
     }
     parameters = rest;
     return true;
@@ -140,11 +143,11 @@ uint8_t words_find(char letter, float *number)
         if (*text != letter) {
             continue;
         }
-        text = skip_blanks(text + 1);
-        if (*text == '\0' || is_letter(*text)) {
+        const char *behind = skip_blanks(text + 1);
+        if (*behind == '\0' || (is_letter(*behind) && behind != text + 1)) {
             return WORD_ALONE;
         }
-        return read_number(text, number);
+        return read_number(behind, number);
     }
     return WORD_NONE;
 }

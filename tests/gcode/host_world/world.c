@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define REGISTER /* here they are */
 #include <avr/io.h>
 
 #include "autotune_nozzle.h"
@@ -19,9 +20,6 @@
 #include "loop_nozzle.h"
 #include "output_part_fan.h"
 #include "settings.h"
-
-volatile uint8_t UCSR0A, UCSR0B, UCSR0C, UDR0, PORTE;
-volatile uint16_t UBRR0;
 
 void USART0_RX_vect(void);
 void USART0_UDRE_vect(void);

@@ -1,0 +1,218 @@
+"""What each command does and answers."""
+
+from pathlib import Path
+
+import pytest
+from gcode_world import Said, celsius, fault, received, run, talk, ticks, tuning_ends
+
+COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
+
+
+def test_it_greets(world: Path) -> None:
+    said = run(world, ticks(10))
+    assert said.lines[0] == "start"
+    assert said.lines[1].startswith("echo:heatwright extruder, spec ")
+
+
+@pytest.mark.parametrize(
+    "line", ["M105", "m105", " M105", "M 105", "M0105", "M105 ; how warm", "(now) M105", "M105\r"]
+)
+def test_however_it_is_written(world: Path, line: str) -> None:
+    assert talk(world, line).answers == [f"ok {COLD}"]
+
+
+@pytest.mark.parametrize("line", ["", "   ", "; nothing", "(nothing)", "\r\n"])
+def test_nothing_is_no_command(world: Path, line: str) -> None:
+    assert talk(world, line).answers == []
+
+
+@pytest.mark.parametrize(
+    ("line", "setpoint"),
+    [
+        ("M104 S200", 200), ("M104S200.5", 200.5), ("M104 T0 S+60", 60), ("m104 s0260", 260),
+        ("M104 S 60", 60), ("M104 S0", 0), ("M109 S0", 0), ("M104 S1.0000000000000000001", 1),
+        ("M104 E0 S99.95", 99.95),
+    ],
+)  # fmt: skip
+def test_targets(world: Path, line: str, setpoint: float) -> None:
+    said = talk(world, line)
+    assert said.answers == ["ok"]
+    assert float(said.state["setpoint"]) == pytest.approx(setpoint, rel=2**-24)
+
+
+NO_NUMBER = "needs a number; nothing was changed"
+NOT_WITHIN = "is outside its limits; nothing was changed"
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("M104 S260.001", NOT_WITHIN), ("M104 S-1", NOT_WITHIN), ("M104 S9999999", NOT_WITHIN),
+        ("M109 S300", NOT_WITHIN), ("M104 S99999999", NO_NUMBER), ("M104", NO_NUMBER),
+        ("M104 S", NO_NUMBER), ("M104 Sx", NO_NUMBER), ("M155 S1E1", NO_NUMBER),
+        ("M104 S2 00", NO_NUMBER), ("M104 S2,5", NO_NUMBER), ("M104 S2.0.0", NO_NUMBER),
+        ("M104 S--2", NO_NUMBER), ("M104 S.", NO_NUMBER), ("M104 T S200", NO_NUMBER),
+        ("M104 T0.5 S200", NO_NUMBER), ("M104 T256 S200", NO_NUMBER),
+        ("M104 S" + "9" * 60, NO_NUMBER),
+        ("M104 D101", NOT_WITHIN), ("M104 D-1", NOT_WITHIN), ("M104 Dx", NO_NUMBER),
+        ("M301 P-1", NOT_WITHIN), ("M301 P1000001", NOT_WITHIN), ("M301 P1 I1E-5", NO_NUMBER),
+        ("M301 P1 I2 Dx", NO_NUMBER), ("M303 S261", NOT_WITHIN), ("M303", NO_NUMBER),
+        ("M303 S200 C-1", NO_NUMBER), ("M303 S0", NOT_WITHIN), ("M106 S-1", NOT_WITHIN),
+        ("M106 Sx", NO_NUMBER), ("M106 Px", NO_NUMBER), ("M155 S-1", NO_NUMBER),
+    ],
+)  # fmt: skip
+def test_what_is_refused_changes_nothing(world: Path, line: str, reason: str) -> None:
+    before = talk(world, "M104 S100", "M301 P1 I2 D3", "M106 S51").state
+    said = talk(world, "M104 S100", "M301 P1 I2 D3", "M106 S51", line)
+    assert said.answers[4:] == [f"Error:{line[:4]} {reason}", "ok"]
+    assert said.state == before
+
+
+def test_other_tools_and_fans_are_not_there(world: Path) -> None:
+    said = talk(world, "M104 T1 S100", "T1", "M106 P1", "M107 P7", "T0")
+    assert said.answers == [
+        "echo:M104 Invalid extruder 1", "ok", 'echo:Unknown command: "T1"', "ok",
+        "echo:M106 Invalid fan 1", "ok", "echo:M107 Invalid fan 7", "ok", "ok",
+    ]  # fmt: skip
+    assert float(said.state["setpoint"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "percent"), [("M106", 100), ("M106 S51", 20), ("M106 P0 S1000", 100), ("M107", 0)]
+)
+def test_fans(world: Path, line: str, percent: float) -> None:
+    said = talk(world, "M106 S128", line)
+    assert said.answers == ["ok", "ok"]
+    assert float(said.state["fan"]) == pytest.approx(percent)
+
+
+@pytest.mark.parametrize("line", ["M140 S60", "M190 S60", "M141 S40", "M191 S40"])
+def test_there_is_no_bed(world: Path, line: str) -> None:
+    refusal = f"echo:{line[:4]} refused: there is no heated bed or chamber"
+    assert talk(world, line).answers == [refusal, "ok"]
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("G28", "G28"), ("G1 E5", "G1"), ("M9999", "M9999"), ("M99999", "M"), ("M105.5", "M"),
+        ("M", "M"), ("X5", "X5"), ("?", "?"), ("~", "~"), ("°", "?"), ("AT+GMM", "A"),
+        ("M410", "M410"),
+    ],
+)  # fmt: skip
+def test_what_it_does_not_know(world: Path, line: str, shown: str) -> None:
+    assert talk(world, line).answers == [f'echo:Unknown command: "{shown}"', "ok"]
+
+
+def test_gains(world: Path) -> None:
+    said = talk(world, "M301 P9.41 I0.345 D31.4", "M301 I0.00005", "M301 E0 P12345.67", "M503")
+    shown = "echo:  M301 E0 P12345.67 I0.00005 D31.40000"
+    assert said.answers[-2:] == [shown, "ok"]
+    assert said.state["gains"] == "12345.6699 4.99999987e-05 31.3999996"
+
+
+def test_settings(world: Path) -> None:
+    said = talk(world, "M500", "M501", "M501", "M502", "M502", "M502")
+    assert said.state["stored"] == "1 2 3"
+    assert said.answers[0] == "echo:Settings Stored"
+
+
+def test_by_hand(world: Path) -> None:
+    said = talk(world, "M104 D30.5")
+    assert (said.answers, said.state["mode"], said.state["manual"]) == (["ok"], "1", "30.5")
+
+
+def test_reports_without_asking(world: Path) -> None:
+    assert run(world, received(b"M155 S2\n"), ticks(650)).answers.count(COLD) == 3
+    assert run(world, received(b"M155 S2\nM155 S0\n"), ticks(650)).answers == ["ok", "ok"]
+
+
+def heated(said: Said) -> bool:
+    return said.answers[-1:] == ["ok"]
+
+
+def test_m109_waits_and_tells(world: Path) -> None:
+    """A report a second, a sign of life every two, and ok 10 s after the temperature is there."""
+    begin = [celsius(20), received(b"M109 S200\n")]
+    said = run(world, *begin, ticks(1000))
+    assert said.answers.count("T:20.0 /200.0 B:0.0 /0.0 @:0 W:?") == 9
+    assert said.answers.count("echo:busy: processing") == 4
+    assert not heated(said)
+    assert not heated(run(world, *begin, ticks(500), celsius(200), ticks(995)))
+    assert heated(run(world, *begin, ticks(500), celsius(200), ticks(1015)))
+    interrupted = (celsius(200), ticks(600), celsius(190), ticks(20), celsius(200), ticks(900))
+    assert not heated(run(world, *begin, *interrupted))
+
+
+@pytest.mark.parametrize(("line", "waits"), [("M109 S200", False), ("M109 R200", True)])
+def test_m109_waits_for_cooling_only_when_told(world: Path, line: str, waits: bool) -> None:
+    said = run(world, celsius(250), received(line.encode() + b"\n"), ticks(50))
+    assert heated(said) is not waits
+
+
+def test_nothing_else_is_done_while_it_waits(world: Path) -> None:
+    said = run(world, celsius(20), received(b"M109 S200\nM104 S100\n"), ticks(300))
+    assert said.state["setpoint"] == "200"
+    assert not heated(said)
+
+
+@pytest.mark.parametrize("urgent", [b"M108\n", b"N7 M108*99\n", b"m108 ;\n"])
+def test_m108_ends_the_wait(world: Path, urgent: bytes) -> None:
+    said = run(world, celsius(20), received(b"M109 S200\n"), ticks(90), received(urgent), ticks(10))
+    assert said.answers[0] == "ok"
+    assert said.state["setpoint"] == "200"
+
+
+def test_a_fault_ends_the_wait_and_is_told(world: Path) -> None:
+    said = run(world, celsius(20), received(b"M109 S200\n"), ticks(50), fault(10), ticks(20))
+    assert said.answers == [
+        "Error:E10 NO HEATING (at 20.0 C): heaters are off until M999", "ok"
+    ]  # fmt: skip
+
+
+def test_a_latched_fault_refuses_heat_until_acknowledged(world: Path) -> None:
+    lines = "M104 S200", "M109 S200", "M303 S200", "M104 D10", "M104 S0", "M999", "M104 S100"
+    script = [part for line in lines for part in (received(line.encode() + b"\n"), ticks(12))]
+    said = run(world, fault(6), ticks(20), *script)
+    refusal = "refused: acknowledge the fault with M999"
+    assert said.answers[1:] == [
+        f"Error:M104 {refusal}", "ok", f"Error:M109 {refusal}", "ok", f"Error:M303 {refusal}", "ok",
+        f"Error:M104 {refusal}", "ok", "ok", "ok", "ok",
+    ]  # fmt: skip
+    assert said.state["setpoint"] == "100"
+
+
+def test_m303_tells_how_it_goes(world: Path) -> None:
+    begin = [received(b"M303 E0 S200 C5\n"), ticks(250)]
+    running = run(world, *begin)
+    assert running.answers[0] == "PID Autotune start"
+    assert running.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
+    done = run(world, *begin, tuning_ends(2), ticks(10)).answers
+    assert done[-3:] == [
+        "Kp: 0.00000 Ki: 0.00000 Kd: 0.00000",
+        "PID Autotune finished! The gains are in use and stored.",
+        "ok",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("result", "why"),
+    [(3, "timeout"), (4, "Stopped"), (5, "Temperature too high"),
+     (6, "The gains found are of no use")],
+)  # fmt: skip
+def test_m303_tells_why_it_failed(world: Path, result: int, why: str) -> None:
+    said = run(world, received(b"M303 S200\n"), ticks(50), tuning_ends(result), ticks(10))
+    assert said.answers[-2:] == [f"PID Autotune failed! {why}", "ok"]
+
+
+def test_m108_stops_a_tuning(world: Path) -> None:
+    said = run(world, received(b"M303 S200\n"), ticks(50), received(b"M108\n"), ticks(20))
+    assert said.answers[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
+    assert said.state["setpoint"] == "0"
+
+
+def test_what_it_is(world: Path) -> None:
+    answers = talk(world, "M115").answers
+    assert answers[0].startswith("FIRMWARE_NAME:heatwright spec ")
+    assert "MACHINE_TYPE:extruder EXTRUDER_COUNT:1" in answers[0]
+    assert answers[1:] == ["Cap:EEPROM:1", "Cap:AUTOREPORT_TEMP:1", "Cap:EMERGENCY_PARSER:1", "ok"]

@@ -1,0 +1,216 @@
+"""Numbers, checksums, damage, floods: what arrives is done once, in order, or not at all."""
+
+import random
+from pathlib import Path
+
+import pytest
+from gcode_world import Said, celsius, fault, numbered, received, run, talk, ticks, tuning_ends
+from hypothesis import given
+from hypothesis import strategies as st
+
+WARM = "ok T:0.0 /0.0 B:0.0 /0.0 @:0"
+
+
+def asked_again(problem: str, last: int) -> list[str]:
+    return [f"Error:{problem}, Last Line: {last}", f"Resend: {last + 1}", "ok"]
+
+
+def test_numbered_lines(world: Path) -> None:
+    said = talk(world, numbered(-1, "M110 N-1"), *(numbered(n, "M105") for n in range(5)))
+    assert said.answers == ["ok"] + 5 * [WARM]
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        (b"N4 M105*0\n", "checksum mismatch"),
+        (b"N4 M105*\n", "checksum mismatch"),
+        (b"N4 M105*x\n", "checksum mismatch"),
+        (b"N4 M105*99999999999\n", "checksum mismatch"),
+        (b"N4 M105\n", "No Checksum with line number"),
+        (b"M105*37\n", "No Line Number with checksum"),
+        (numbered(6, "M105"), "Line Number is not Last Line Number+1"),
+        (numbered(3, "M105"), "Line Number is not Last Line Number+1"),
+        (numbered(99999999999, "M105"), "Line Number is not Last Line Number+1"),
+        (numbered(-5, "M105"), "Line Number is not Last Line Number+1"),
+        (b"N4 M1\x0005*37\n", "Line damaged"),
+        (b"\x01\n", "Line damaged"),
+    ],
+)
+def test_what_is_wrong_is_asked_for_again(world: Path, line: bytes, problem: str) -> None:
+    said = talk(world, numbered(3, "M110"), line, numbered(4, "M104 S50"))
+    assert said.answers == ["ok", *asked_again(problem, 3), "ok"]
+    assert said.state["setpoint"] == "50"
+
+
+def test_what_follows_a_gap_is_forgotten(world: Path) -> None:
+    """To the end of the line that is coming in."""
+    bad, late = numbered(5, "M104 S50"), numbered(6, "M104 S60")
+    half = len(late) // 2
+    said = run(
+        world, received(numbered(4, "M110")), ticks(9),
+        received(bad.replace(b"5", b"6", 1) + late[:half]), ticks(9), received(late[half:]),
+        ticks(9), received(numbered(5, "M105")), ticks(9),
+    )  # fmt: skip
+    assert said.answers == ["ok", *asked_again("checksum mismatch", 4), WARM]
+
+
+def test_a_line_that_was_asked_for_twice_is_done_once(world: Path) -> None:
+    said = talk(
+        world, numbered(0, "M110"), b"N1 M105*1\n", numbered(1, "M104 S50"), numbered(2, "M104 S60"),
+        numbered(1, "M104 S50"), numbered(2, "M104 S60"), numbered(3, "M105"),
+    )  # fmt: skip
+    assert said.answers[4:] == ["ok", "ok", "ok", "ok", WARM.replace("/0.0 B", "/60.0 B")]
+    assert said.state["setpoint"] == "60"
+
+
+def test_a_number_is_taken_as_it_is_when_it_is_the_first(world: Path) -> None:
+    assert talk(world, numbered(17, "M105"), numbered(18, "M105")).answers == [WARM, WARM]
+
+
+def test_a_long_line_that_is_intact_does_not_stop_a_print(world: Path) -> None:
+    long = numbered(1, "M117 " + 200 * "x")
+    said = talk(world, numbered(0, "M110"), long, numbered(2, "M105"))
+    assert said.answers == ["ok", "echo:Line too long, ignored", "ok", WARM]
+    damaged = long.replace(b"xx", b"xy", 1)
+    said = talk(world, numbered(0, "M110"), damaged, numbered(1, "M105"))
+    assert said.answers == ["ok", *asked_again("checksum mismatch", 0), WARM]
+
+
+def test_text_in_other_letters_is_no_damage(world: Path) -> None:
+    said = talk(world, numbered(0, "M110"), numbered(1, "M117 größer °C"), numbered(2, "M105"))
+    assert said.answers == ["ok", 'echo:Unknown command: "M117"', "ok", WARM]
+
+
+def test_a_host_that_missed_an_ok_gets_another(world: Path) -> None:
+    """Five, three seconds apart, and no more until it speaks again."""
+    begin = [received(numbered(1, "M105")), ticks(20)]
+    assert run(world, *begin, ticks(295)).answers == [WARM, "ok"]
+    assert run(world, *begin, ticks(270)).answers == [WARM]
+    assert run(world, *begin, ticks(6000)).answers == [WARM] + 5 * ["ok"]
+    again = (received(numbered(2, "M105")), ticks(400))
+    assert run(world, *begin, ticks(6000), *again).answers == [WARM] + 5 * ["ok"] + [WARM, "ok"]
+
+
+def test_who_does_not_number_is_not_reminded(world: Path) -> None:
+    assert run(world, received(b"M105\n"), ticks(2000)).answers == [WARM]
+
+
+def test_a_lost_line_end_does_not_stop_a_print(world: Path) -> None:
+    """The host gets an ok in the end, sends the next line, and is asked for both."""
+    joined = [received(numbered(1, "M104 S50")[:-1]), ticks(320), received(numbered(2, "M105"))]
+    said = run(world, received(numbered(0, "M110")), ticks(20), *joined, ticks(20))
+    assert said.answers == ["ok", "ok", *asked_again("checksum mismatch", 0)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"M112\n", b"m112\r", b"N5 M112*33\n", b"N-7M112\n", b"  M112 ;now\n", b"M112(now)\n",
+        b"M0112\n", b"M112 S1\n",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("before", [b"", b"M109 S200\n", b"M109 S200\n" + 500 * b"M105\n"])
+def test_m112_stops_at_once(world: Path, line: bytes, before: bytes) -> None:
+    """Whatever is waited for, however much waits before it."""
+    said = run(world, celsius(20), received(before), ticks(20), received(line), ticks(1))
+    assert said.state["fault"] == "19"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"M1120\n", b"M11\n", b"M12\n", b"XM112\n", b"; M112\n", b"M117 M112\n", b"M112.5\n",
+        b"N5 N6 M112\n", b"GM112\n", b"M1 12\n", b"N5;M112\n", b"M65648\n", b"M112",
+        b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n",
+    ],
+)  # fmt: skip
+def test_what_only_looks_like_m112_does_not(world: Path, line: bytes) -> None:
+    said = run(world, received(line), ticks(1))
+    assert said.state["fault"] == "0"
+
+
+def test_m112_in_a_flood_that_overflows(world: Path) -> None:
+    said = run(world, received(5000 * b"M105 " + b"\nM112\n"), ticks(1))
+    assert said.state["fault"] == "19"
+
+
+def test_what_did_not_fit_is_not_done_by_halves(world: Path) -> None:
+    """The lines of a flood are done whole, or not: no S2 from the beginning of S200."""
+    for length in range(200, 270):
+        flood = b";" * (length - 1) + b"\n" + 3 * b"M104 S200\n"
+        said = run(world, received(flood), ticks(40), received(b"\nM105\n"), ticks(20))
+        assert said.state["setpoint"] in {"0", "200"}
+        assert said.answers[-1].startswith("ok T:")
+
+
+def session(seed: int) -> list[bytes]:
+    """Anything a line can bring: noise, near misses, commands, numbers out of any bounds."""
+    chance = random.Random(seed)
+    script = [celsius(20)]
+    for _ in range(200):
+        script.append(received(something(chance)))
+        if chance.random() < 0.5:
+            script.append(ticks(chance.randrange(30)))
+        if chance.random() < 0.05:
+            script.append(celsius(chance.randrange(-100, 400)))
+        if chance.random() < 0.02:
+            script.append(fault(chance.randrange(1, 20)))
+    return script
+
+
+COMMANDS = (
+    "M104 S{}", "M104 D{}", "M109 S{}", "M109 R{}", "M105", "M106 S{} P{}", "M107", "M108",
+    "M110 N{}", "M112", "M115", "M155 S{}", "M301 P{} I{} D{}", "M303 S{} C{}", "M410", "M500",
+    "M501", "M502", "M503", "M999", "G1 E{} F{}", "T{}", "M{}", "G{}", "M114", "M140 S{}",
+)  # fmt: skip
+LETTERS = b"NMGTSPIDECRF0123456789.-+*;() \t\n\r"
+
+
+def something(chance: random.Random) -> bytes:
+    kind = chance.random()
+    if kind < 0.3:
+        return chance.randbytes(chance.randrange(300))
+    if kind < 0.5:
+        return bytes(chance.choice(LETTERS) for _ in range(chance.randrange(140)))
+    line = chance.choice(COMMANDS).format(number(chance), number(chance), number(chance))
+    if kind < 0.75:
+        return numbered(chance.randrange(-5, 50), line)
+    return line.encode() + chance.choice((b"\n", b"\r\n", b"\r"))
+
+
+def number(chance: random.Random) -> str:
+    return chance.choice(
+        (
+            str(chance.randrange(-300, 300)), f"{chance.uniform(-1e9, 1e9):.3f}",
+            chance.randrange(50) * "9", chance.randrange(50) * "0" + "7.5", "1e5", "-", "+.",
+            5 * ".", "",
+        )
+    )  # fmt: skip
+
+
+WAKE_UP = [
+    received(b"\n"), ticks(50), received(b"M108\n"), ticks(500), tuning_ends(4), ticks(500),
+    received(b"\n"), ticks(50), received(b"M999\n"), ticks(50), received(b"M105\n"), ticks(50),
+]  # fmt: skip
+
+
+def allowed(said: Said) -> bool:
+    setpoint, fan = float(said.state["setpoint"]), float(said.state["fan"])
+    gains = [float(gain) for gain in said.state["gains"].split()]
+    return 0 <= setpoint <= 260 and 0 <= fan <= 100 and all(0 <= gain <= 1e6 for gain in gains)
+
+
+@given(st.integers(min_value=0, max_value=2**32))
+def test_whatever_comes_a_good_line_is_answered_afterwards(world: Path, seed: int) -> None:
+    """Nothing undefined is done (the sanitizers end the program), and no limit is passed."""
+    said = run(world, *session(seed), *WAKE_UP)
+    assert said.answers[-1].startswith("ok T:")
+    assert allowed(said)
+
+
+@given(st.binary(max_size=3000))
+def test_bytes_of_any_kind(world: Path, data: bytes) -> None:
+    said = run(world, received(data), ticks(2000), *WAKE_UP)
+    assert said.answers[-1].startswith("ok T:")
+    assert allowed(said)
