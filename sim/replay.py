@@ -1,11 +1,12 @@
 """The binary's control steps, done again by the reference model and compared bit for bit.
 
 What went into each step is fed to the reference: the reading, the setpoint, the operator's
-acknowledgement. Every other member of the state must come out equal, to the last bit.
+acknowledgement; of a commanded loop also its mode, the duty by hand and the gains, an emergency
+stop and the start of a tuning. Every other member must come out equal, to the last bit.
 
-Two inputs are not in the log as such. An acknowledgement shows in its count. A fault that outlived
-a reset, or caused it, shows in the first step after the reset; those are listed in
-`ReplayResult.restored`, for whoever knows whether there was one.
+Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop in
+the fault's code. A fault that outlived a reset, or caused it, shows in the first step after the
+reset; those are listed in `ReplayResult.restored`, for whoever knows whether there was one.
 """
 
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.reference import Reference
+from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
+from heatwright.sim.reference.loop import EMERGENCY_STOP
 from heatwright.sim.reference.members import Member
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.trace import StepLog
@@ -22,6 +25,7 @@ from heatwright.spec import Controller
 MOST_SHOWN = 10
 
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
+STARTS = "autotune.starts"
 
 
 class ReplayError(ValueError):
@@ -139,9 +143,12 @@ class _Player:
     def play(self, number: int, row: np.void) -> tuple[object, ...]:
         if self._last is None or self._is_reset(row, self._last):
             return self._first_of_segment(number, row)
-        acknowledged = bool(row[ACKNOWLEDGEMENTS] != self._last[ACKNOWLEDGEMENTS])
+        for _ in range(_counted(ACKNOWLEDGEMENTS, self._last, row)):
+            self._reference.stop()  # unless there is a fault already, it came since the last step
+            self._reference.acknowledge()
+        starts = _counted(STARTS, self._last, row)
         self._last = row
-        return _fed(self._reference, row, acknowledge=acknowledged)
+        return self._fed(row, starts)
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1
@@ -157,21 +164,39 @@ class _Player:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
         self._reference.restore(code, Single(row["fault.temperature_c"]))
-        return _fed(self._reference, row, acknowledge=False)
+        return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0)
+
+    def _fed(self, row: np.void, starts: int) -> tuple[object, ...]:
+        if row["fault.code"] == EMERGENCY_STOP:
+            self._reference.stop()
+        if tuner := self._reference.steering.tuner:
+            for _ in range(starts):
+                tuner.start(int(row["autotune.cycles"]))
+        record = self._reference.step(
+            int(row["reading_status"]),
+            int(row["reading_raw"]),
+            Single(row["setpoint_c"]),
+            orders=_orders(row) if self._reference.steering.inputs else NO_ORDERS,
+        )
+        return tuple(record.values())
 
     @staticmethod
     def _is_reset(row: np.void, last: np.void) -> bool:
         return bool(row["steps"] == 1 and last["steps"] != 0)
 
 
-def _fed(reference: Reference, row: np.void, *, acknowledge: bool) -> tuple[object, ...]:
-    record = reference.step(
-        int(row["reading_status"]),
-        int(row["reading_raw"]),
-        Single(row["setpoint_c"]),
-        acknowledge=acknowledge,
-    )
-    return tuple(record.values())
+def _orders(row: np.void) -> Orders:
+    gains = Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields))
+    return Orders(int(row["mode"]), Single(row["manual_percent"]), gains)
+
+
+def _counted(member: str, last: np.void, row: np.void) -> int:
+    """Return by how much a count of 8 bits went on; 0 if the log does not have it."""
+    return (int(row[member]) - int(last[member])) & 0xFF if member in _names(row) else 0
+
+
+def _names(row: np.void) -> tuple[str, ...]:
+    return row.dtype.names or ()
 
 
 def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -18,7 +18,7 @@ class StateLog:
     """The steps of one loop: images of the whole static RAM, decoded when asked for.
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
-    others behind ``guard.``, ``algorithm.``, ``fault.`` and ``output.``.
+    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``fault.`` and ``output.``.
     """
 
     def __init__(
@@ -68,6 +68,7 @@ def _columns(variables: Variables, loop: Loop, name: str) -> dict[str, str]:
         "": f"loop_{name}",
         "guard.": f"guard_{name}",
         "algorithm.": f"algorithm_{name}",
+        "autotune.": f"autotune_{name}",
         "fault.": "fault",
         "output.": f"output_{loop.heater}",
     }

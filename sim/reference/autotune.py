@@ -136,7 +136,7 @@ class Tuner:
     def _look(self, moment: Moment) -> None:
         temperature_c, last_c, target_c = moment
         middle_c = (temperature_c + last_c) * HALF
-        if temperature_c >= target_c + TOO_HOT_K:
+        if self.phase != COOL and temperature_c >= target_c + TOO_HOT_K:
             self.result = TOO_HOT
         elif self.phase in (COOL, HEAT, SLOPE):
             self._heat_up(temperature_c, middle_c, target_c)
