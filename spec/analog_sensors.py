@@ -126,13 +126,13 @@ class BetaCurve(Model):
 class SteinhartHartCurve(Model):
     """A thermistor by three coefficients: 1/T = a + b · ln R + c · (ln R)³, in K and Ω."""
 
-    a: Annotated[float, BareNumber(-0.1, 0.1, "1.03e-3")] = Field(
+    a: Annotated[float, BareNumber(-0.1, 0.1, "8.11e-4")] = Field(
         description="First coefficient, 1/K."
     )
-    b: Annotated[float, BareNumber(0.0, 0.1, "2.39e-4")] = Field(
+    b: Annotated[float, BareNumber(0.0, 0.1, "2.115e-4")] = Field(
         description="Second coefficient, 1/K."
     )
-    c: Annotated[float, BareNumber(0.0, 0.1, "1.56e-7", closed=True)] = Field(
+    c: Annotated[float, BareNumber(0.0, 0.1, "7.07e-8", closed=True)] = Field(
         description="Third coefficient, 1/K."
     )
 

@@ -92,7 +92,7 @@ FILM = Dimension(
 )
 BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
 VOLTAGE_PER_KELVIN = Dimension(
-    "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m μ")
+    "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m")
 )
 LENGTH = Dimension("length", "mm", "8 mm", "mm", 1e6, _prefixed("mm"))
 SPEED = Dimension("speed", "mm/s", "20 mm/s", "mm/s", 1e6, _prefixed("mm/s"))
