@@ -64,8 +64,8 @@ simulation:
 
 
 @cache
-def program(kind: str, board: str = "uno", *, clock: str = "") -> Elf:
+def program(kind: str, board: str = "uno", *, period: str = "300 ms", clock: str = "") -> Elf:
     """Its binary, as PlatformIO builds it."""
     folder = Path(mkdtemp(prefix="crucible-"))
-    write(render(plan_firmware(spec_of(kind, board, clock=clock))), folder)
+    write(render(plan_firmware(spec_of(kind, board, period=period, clock=clock))), folder)
     return Elf(build(folder).elf)
