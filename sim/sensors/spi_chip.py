@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Port, Timing
 from heatwright.spec import Board, Max6675, Max31855
 
@@ -89,7 +90,7 @@ class SpiChip:
         self.brown_out()
         self.port.connect(True)
 
-    def short(self, level: Literal["low", "high"] | None) -> None:
+    def short(self, level: Level | None) -> None:
         """Short the data line to ground ("low") or to supply ("high"); None ends it."""
         self._avr.pins.drive(self._wires.data, level)
 
