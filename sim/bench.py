@@ -161,7 +161,7 @@ class _Run:
             on_fraction=_columns(self._coupling.loads, self._active),
             fed_mm_per_s=self._fed,
             steps={loop: self._device.steps(loop) for loop in self._loops},
-            events=tuple(TraceEvent(a.time_s, a.text) for a in self._hand if a.text),
+            events=_events(self._hand),
         )
 
     def _note(self, row: int, felt: Mapping[str, float]) -> None:
@@ -183,6 +183,12 @@ class _Run:
             self._coupling.extruded_mm_per_s = action.extrude_mm_per_s
         else:
             self._device.press(action.key)
+
+
+def _events(hand: tuple[Action, ...]) -> tuple[TraceEvent, ...]:
+    return tuple(
+        TraceEvent(action.time_s, action.text, action.disturbs) for action in hand if action.text
+    )
 
 
 def _columns(names: tuple[str, ...], table: Series) -> dict[str, Series]:

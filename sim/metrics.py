@@ -1,13 +1,16 @@
 """Figures of merit of a run, as the operator sees it: from the readings of the control steps.
 
 All of them look at the response to the last change of the setpoint (or to power-up, if it never
-changed). The *step* of the response is the setpoint minus the reading at its start.
+changed), until something happens to the machine; what happens is in `Metrics.disturbances`. The
+*step* of the response is the setpoint minus the reading at its start.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from heatwright.sim.disturbances import Disturbance, disturbances, undisturbed
+from heatwright.sim.plants import powers_of
 from heatwright.sim.trace import Series, StepLog, Trace
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
 
@@ -50,6 +53,8 @@ class Metrics:
     """Whether the heater is switched at a frequency that can be heard."""
     energy_j: float
     """Heat from the heater in the whole run."""
+    disturbances: tuple[Disturbance, ...]
+    """What happened to the machine after the last change of the setpoint, and what it did."""
 
 
 def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Metrics:
@@ -72,19 +77,20 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     if not len(response):
         message = f"Loop {name} had no reading in this run"
         raise ValueError(message)
+    disturbed = disturbances(trace, response)
+    response = undisturbed(trace, response)
     times_s = response["time_s"] - response["time_s"][0]
     readings_c = response["temperature_c"].astype(float)
     setpoint_c = float(response["setpoint_c"][-1])
     errors_k = readings_c - setpoint_c
+    resolution_k = controller.sensors[spec.sensor].step_at_k(setpoint_c, controller.board.mcu)
     steady_c = readings_c[times_s >= times_s[-1] * (1 - STEADY_SHARE)]
     return Metrics(
         setpoint_c=setpoint_c,
         maximum_c=float(readings_c.max()),
         overshoot_k=overshoot(readings_c, setpoint_c),
         rise_time_s=rise_time(times_s, readings_c, setpoint_c),
-        settling_s=settling(
-            times_s, readings_c, setpoint_c, controller.sensors[spec.sensor].step_k
-        ),
+        settling_s=settling(times_s, readings_c, setpoint_c, resolution_k),
         steady_minimum_c=float(steady_c.min()),
         steady_maximum_c=float(steady_c.max()),
         steady_error_k=float(np.abs(steady_c - setpoint_c).max()),
@@ -92,6 +98,7 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
         switchings=switchings(log, controller, name),
         audible=audible(log, controller, name),
         energy_j=energy(trace, controller, spec.heater),
+        disturbances=disturbed,
     )
 
 
@@ -166,6 +173,6 @@ def switching_frequency(controller: Controller, output: str) -> float:
 
 def energy(trace: Trace, controller: Controller, output: str) -> float:
     """Return the heat that an output gave in the whole run, J."""
-    power_w = controller.outputs[output].power_w or 0.0
+    power_w = powers_of(controller)[output]
     steps_s = np.diff(trace.times_s, prepend=trace.times_s[0])
     return float((trace.on_fraction[output] * steps_s).sum() * power_w)

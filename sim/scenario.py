@@ -8,6 +8,9 @@ from heatwright.spec import Event
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
 
+DISTURBING = {"G0", "G1", "M106", "M107"}
+"""Commands that change what heat the machine loses."""
+
 
 class Action(NamedTuple):
     """One thing that is done: a line is sent, the feed changes, or else the hand moves."""
@@ -19,6 +22,12 @@ class Action(NamedTuple):
     """What the host sends."""
     extrude_mm_per_s: float | None = None
     """How fast filament is fed from now on."""
+
+    @property
+    def disturbs(self) -> bool:
+        """Tell whether it happens to the machine: a feed, a fan."""
+        command = (self.line or "").split(" ", maxsplit=1)[0].upper()
+        return self.extrude_mm_per_s is not None or command in DISTURBING
 
     @property
     def text(self) -> str | None:

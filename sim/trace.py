@@ -28,6 +28,8 @@ class TraceEvent:
 
     time_s: float
     text: str
+    disturbs: bool = False
+    """Whether it happens to the machine, not to the controller."""
 
 
 @dataclass(frozen=True)
