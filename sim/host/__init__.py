@@ -6,6 +6,6 @@ Structures are packed, as on the AVR, and the headers of avr-libc are our own fe
 """
 
 from heatwright.sim.host.build import HostBuild, HostBuildFailed, build_host
-from heatwright.sim.host.firmware import Host
+from heatwright.sim.host.firmware import Command, Host
 
-__all__ = ["Host", "HostBuild", "HostBuildFailed", "build_host"]
+__all__ = ["Command", "Host", "HostBuild", "HostBuildFailed", "build_host"]

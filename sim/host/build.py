@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from heatwright.spec import Controller, Loop
 from heatwright.spec.commands import commanded, tunable
+from heatwright.spec.timers import allocate
 
 HERE = Path(__file__).parent
 INSTALL = "sudo apt install gcc libc6-dev"
@@ -215,14 +216,25 @@ def _names_for_world(build: HostBuild) -> list[str]:
         headers.append(f"output_{parts.fan}.h")
     if parts.has_output_state:
         flags.append("-DHAS_STATE")
-    heater = build.controller.outputs[parts.heater]
-    place = pins[heater.pin].pwm
-    if heater.kind == "pwm" and place is not None:
-        timer, channel = place
-        flags += [
-            f"-DPWM_CONTROL=TCCR{timer}A",
-            f"-DPWM_COMPARE=OCR{timer}{channel}",
-            f"-DPWM_BITS=(1u<<COM{timer}{channel}1)",
-            f"-DPWM_WHOLE=OUTPUT_{parts.heater.upper()}_PERIOD_COUNTS",
-        ]
+    flags += _pwm_flags(build.controller, parts.heater)
     return [*flags, *(part for header in headers for part in ("-include", header))]
+
+
+def _pwm_flags(controller: Controller, heater: str) -> list[str]:
+    """Say which registers tell for how long a pulse-width output is on."""
+    pwm = allocate(controller).pwm.get(heater)
+    if pwm is None:
+        return []
+    timer, channel = pwm.timer, pwm.channel
+    flags = [
+        f"-DPWM_COMPARE=OCR{timer}{channel}",
+        f"-DPWM_WHOLE=OUTPUT_{heater.upper()}_PERIOD_COUNTS",
+    ]
+    if pwm.by_interrupts:
+        return [
+            *flags,
+            f"-DPWM_COUNT=TCNT{timer}",
+            f"-DPWM_ENABLED=(TIMSK{timer}&(1u<<OCIE{timer}{channel}))",
+            f"-DPWM_INTERRUPT=TIMER{timer}_COMP{channel}_vect",
+        ]
+    return [*flags, f"-DPWM_CONTROL=TCCR{timer}A", f"-DPWM_BITS=(1u<<COM{timer}{channel}1)"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,25 @@ INPUT = np.dtype(
     ]
 )  # fmt: skip
 """What goes into one control step: `struct host_input`."""
+
+
+READY = "ready"
+"""The last member of a commanded loop's state: what `loop_X_is_ready` says after the step."""
+
+
+class Command(IntEnum):
+    """What a host asks of a commanded loop: `HOST_*` of world.h, where `value` and `gains` are."""
+
+    NOTHING = 0
+    SET = 1
+    MANUAL = 2
+    TUNE = 3
+    STOP_TUNING = 4
+    GAINS = 5
+    KEEP = 6
+    RELOAD = 7
+    DEFAULTS = 8
+    EMERGENCY = 9
 
 
 class HostHangs(RuntimeError):
@@ -72,6 +92,14 @@ class Host:
     def set_setpoint(self, setpoint_c: float) -> None:
         """Ask for this temperature from now on, °C."""
         self._input["setpoint_c"] = setpoint_c
+        if self.build.parts.commanded:
+            self.command(Command.SET, setpoint_c)
+
+    def command(
+        self, command: Command, value: float = 0.0, gains: tuple[float, ...] = (0.0, 0.0, 0.0)
+    ) -> None:
+        """Give a command before the next step."""
+        self._input["command"], self._input["value"], self._input["gains"] = command, value, gains
 
     def acknowledge(self) -> None:
         """Acknowledge a fault before the next step."""
@@ -86,6 +114,7 @@ class Host:
         """
         run = self.run(self._input)
         self._input["acknowledge"] = 0
+        self._input["command"] = Command.NOTHING
         row = run.states[0]
         return {name: row[name] for name in self.type.names or ()}
 

@@ -54,7 +54,7 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         for prefix, structure in structures.items()
         for name, field in ffi.typeof(f"struct {structure}").fields
     ]
-    return np.dtype(fields)
+    return np.dtype([*fields, *([("ready", "u1")] if parts.commanded else [])])
 
 
 def _width(kind: Any) -> str:

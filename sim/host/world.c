@@ -146,11 +146,44 @@ uint8_t host_level(uint8_t port)
     return host_port[port];
 }
 
+#ifdef PWM_INTERRUPT
+void PWM_INTERRUPT(void);
+
+/* Counts of one period by which the pin is on: the timer counts, and where it matches, its
+ * interrupt comes. */
+static uint32_t one_period(void)
+{
+    uint16_t left = PWM_WHOLE;
+    uint32_t on = 0;
+
+    while (left != 0) {
+        if (PWM_COUNT == PWM_COMPARE) {
+            PWM_INTERRUPT();
+        }
+        uint16_t run = (uint16_t)(PWM_COMPARE - PWM_COUNT);
+        if (run > left) {
+            run = left;
+        }
+        if (JOIN(pin_output_, HEATER, _is_on)()) {
+            on += run;
+        }
+        PWM_COUNT = (uint16_t)(PWM_COUNT + run);
+        left = (uint16_t)(left - run);
+    }
+    return on;
+}
+#endif
+
 uint32_t host_heater(void)
 {
     const bool on = JOIN(pin_output_, HEATER, _is_on)();
 
-#ifdef PWM_BITS
+#ifdef PWM_INTERRUPT
+    if (PWM_ENABLED) {
+        return one_period();
+    }
+    return on ? PWM_WHOLE : 0;
+#elif defined(PWM_BITS)
     if (PWM_CONTROL & PWM_BITS) {
         return PWM_COMPARE + 1u;
     }
@@ -175,7 +208,7 @@ void host_power_up(void)
 #ifdef FAN
     JOIN(output_, FAN, _start)();
 #endif
-#ifdef PWM_BITS
+#ifdef PWM_WHOLE
     JOIN(output_, HEATER, _start)();
 #endif
     JOIN(guard_, LOOP, _reset)();
@@ -269,6 +302,9 @@ uint32_t host_state(uint8_t *to)
 #endif
 #ifdef AUTOTUNE
     end = put(end, &EXPERIMENT, sizeof EXPERIMENT);
+#endif
+#ifdef COMMANDED
+    *end++ = JOIN(loop_, LOOP, _is_ready)();
 #endif
     return (uint32_t)(end - to);
 }

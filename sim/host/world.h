@@ -59,7 +59,8 @@ uint32_t host_heater(void);
 /* Put the inputs at the next step's disposal. */
 void host_set(const struct host_input *input);
 
-/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune. */
+/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune;
+ * of a commanded loop whether it is ready, too. */
 uint32_t host_state(uint8_t *to);
 
 /* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's

@@ -6,7 +6,7 @@ from typing import Any
 
 import host_specs
 import numpy as np
-from host_courses import LONG_SILENCE, LOWERED, inputs_of, random_course
+from host_courses import COMMAND_KINDS, KINDS, LONG_SILENCE, LOWERED, inputs_of, random_course
 from host_reference import Expected, expected, first_difference
 from numpy.typing import NDArray
 
@@ -21,9 +21,10 @@ STRETCHES = 14
 def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]]:
     controller = host_specs.spec_of(name).controller
     found = []
-    drawn = (random_course(Random(seed), STRETCHES) for seed in range(COURSES))  # noqa: S311
+    kinds = KINDS + COMMAND_KINDS * (2 * (name in host_specs.COMMANDED))
+    drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(COURSES))  # noqa: S311
     for course in (LONG_SILENCE, LOWERED, *drawn):
-        inputs = inputs_of(controller.loops["air"], course)
+        inputs = inputs_of(controller, course)
         found.append((inputs, expected(controller, inputs, kind)))
     return found
 

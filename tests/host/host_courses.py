@@ -1,19 +1,21 @@
-"""Courses of readings, setpoints and acknowledgements, made of a few kinds of stretches."""
+"""Courses of readings, setpoints, commands and acknowledgements, of a few kinds of stretches."""
 
 from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
+from host_scale import scale_of
 from numpy.typing import NDArray
 
-from heatwright.sim.host.firmware import INPUT
-from heatwright.spec import Loop
+from heatwright.sim.host.firmware import INPUT, Command
+from heatwright.spec import Controller, Loop, commanded
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
     "zigzag", "leave", "swing",
 )  # fmt: skip
-LOWEST_RAW, HIGHEST_RAW = -55 * 16, 125 * 16
+COMMAND_KINDS = ("setpoint", "order", "manual", "gains", "tune", "tune_in_part")
+"""What else a course of a commanded loop is made of; on others they hold."""
 
 
 class Stretch(NamedTuple):
@@ -26,6 +28,21 @@ class Stretch(NamedTuple):
     """Codes beside the place where a rule begins to hold."""
     acknowledge: bool = False
 
+
+LONGEST = 2000
+"""Steps of a course."""
+
+NO_GAINS = (0.0, 0.0, 0.0)
+NO_COMMAND = (Command.NOTHING, 0.0, NO_GAINS)
+ORDERS: tuple[tuple[Any, ...], ...] = (
+    *((Command.SET, value, NO_GAINS) for value in (0.0, -0.0, -1.0, 1e4, float("nan"), 30.0)),
+    *((Command.MANUAL, value, NO_GAINS) for value in (0.0, 100.0, 100.5, -0.5, float("nan"))),
+    *((Command.TUNE, value, (cycles, 0, 0)) for value, cycles in ((50, 0), (60, 255), (0, 5))),
+    *((Command.TUNE, value, (5, 0, 0)) for value in (float("nan"), 1e4)),
+    *((each, 0.0, NO_GAINS) for each in (
+        Command.STOP_TUNING, Command.KEEP, Command.RELOAD, Command.DEFAULTS, Command.EMERGENCY,
+    )),
+)  # fmt: skip
 
 LONG_SILENCE = [
     Stretch("setpoint", 1, 3),
@@ -46,10 +63,10 @@ LOWERED = [
 maximum although the error is negative."""
 
 
-def random_course(random: Random, stretches: int) -> list[Stretch]:
+def random_course(random: Random, stretches: int, kinds: tuple[str, ...] = KINDS) -> list[Stretch]:
     return [
         Stretch(
-            random.choice(KINDS),
+            random.choice(kinds),
             random.randint(1, 14),
             random.randint(-200, 200),
             random.choice((-1, 0, 0, 1)),
@@ -59,50 +76,55 @@ def random_course(random: Random, stretches: int) -> list[Stretch]:
     ]
 
 
-def inputs_of(loop: Loop, course: list[Stretch]) -> NDArray[Any]:
+def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
-    return _Walk(loop).inputs(course)
+    return _Walk(controller).inputs(course)
 
 
 class _Walk:
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, controller: Controller) -> None:
+        ((name, loop),) = controller.loops.items()
         protection = loop.protection
-        self._raw = 0
+        self._scale = scale_of(controller)
+        self._commanded = commanded(controller, name)
+        self._raw = self._scale.first
         self._setpoint_c = loop.setpoint.initial_c
         self._setpoints_c = (
             loop.setpoint.minimum_c, loop.setpoint.maximum_c, 20.0, 35.5, 50.0, 0.1 + 0.2 + 40,
         )  # fmt: skip
-        self._fastest = int(protection.rise_rate_k_per_s * loop.period_s * 16)
+        self._fastest_k = protection.rise_rate_k_per_s * loop.period_s
         self._fixed_c = (protection.maximum_c, protection.minimum_c)
-        runaway = protection.runaway
-        self._offsets_k = [0.0, getattr(loop.algorithm, "hysteresis_k", 0.0)]
-        if runaway is not None:
-            self._offsets_k += [runaway.above_k, -(runaway.below_k or 0.0)]
-        self._offsets_k.append(-self._offsets_k[1])
+        self._offsets_k = _offsets_k(loop)
         self._rises_k = [
             rule.rise_k for rule in (protection.heating, protection.rising_while_off) if rule
         ] or [1.0]
         self._missing = 0
-        self._last_good = 0
-        self._rows: list[tuple[int, int, int, float]] = []
+        self._last_good = self._scale.first
+        self._taken = 0  # what the firmware has, which begins with 0
+        self._rows: list[tuple[Any, ...]] = []
+        self._command: tuple[Any, ...] = NO_COMMAND
 
     def inputs(self, course: list[Stretch]) -> NDArray[Any]:
         for stretch in course:
             begin = len(self._rows)
             getattr(self, f"_{stretch.kind}")(stretch)
             if stretch.acknowledge:
-                status, _, raw, setpoint_c = self._rows[begin]
-                self._rows[begin] = (status, 1, raw, setpoint_c)
+                status, _, *others = self._rows[begin]
+                self._rows[begin] = (status, 1, *others)
         return np.array(self._rows, INPUT)
 
     def _good(self, raw: int) -> None:
-        self._raw = max(-(2**15), min(2**15 - 1, raw))
-        self._rows.append((0, 0, self._raw, self._setpoint_c))
-        self._last_good, self._missing = self._raw, 0
+        self._raw = max(self._scale.lowest, min(self._scale.highest, raw))
+        self._append(0, self._raw)
+        self._last_good, self._taken, self._missing = self._raw, self._raw, 0
 
     def _missed(self, status: int) -> None:
         self._missing += 1
-        self._rows.append((status, 0, self._last_good, self._setpoint_c))
+        self._append(status, self._taken)
+
+    def _append(self, status: int, raw: int) -> None:
+        self._rows.append((status, 0, raw, self._setpoint_c, *self._command))
+        self._command = NO_COMMAND
 
     def _hold(self, stretch: Stretch) -> None:
         for _ in range(stretch.steps):
@@ -121,39 +143,46 @@ class _Walk:
         places_c = [self._setpoint_c + each for each in self._offsets_k]
         if stretch.value % 7 == 0:
             places_c = list(self._fixed_c)
-        self._ramp(round(places_c[stretch.value % len(places_c)] * 16) + stretch.nudge)
+        self._ramp_to(places_c[stretch.value % len(places_c)], stretch.nudge)
         self._hold(stretch)
 
     def _leave(self, stretch: Stretch) -> None:
         """Be at the setpoint, then leave the band about it for a while."""
-        self._ramp(round(self._setpoint_c * 16))
+        self._ramp_to(self._setpoint_c)
         self._reach(stretch._replace(value=stretch.value | 1))
 
     def _swing(self, stretch: Stretch) -> None:
         """Let an integral grow a little below the setpoint, then pass it upwards and downwards."""
-        goal = round(self._setpoint_c * 16)
-        self._ramp(goal - abs(stretch.value) // 2)
+        goal_c, height_k = self._setpoint_c, abs(stretch.value) / 16
+        self._ramp_to(goal_c - abs(stretch.value) // 2 / 16)
         for number in range(3 * stretch.steps):
             self._good(self._raw + (-1) ** number)
-        self._ramp(goal + abs(stretch.value))
-        self._ramp(goal - abs(stretch.value))
+        self._ramp_to(goal_c + height_k)
+        self._ramp_to(goal_c - height_k)
 
     def _rise_by(self, stretch: Stretch) -> None:
         """Rise from here by what a rule waits for, in steps of a drift."""
         rise_k = self._rises_k[stretch.value % len(self._rises_k)]
         self._hold(stretch)
-        self._ramp(self._raw + round(rise_k * 16) + stretch.nudge)
+        self._ramp_to(self._scale.celsius(self._raw) + rise_k, stretch.nudge)
 
-    def _ramp(self, goal: int) -> None:
+    def _ramp_to(self, goal_c: float, nudge: int = 0, slower: float = 1.0) -> None:
+        goal, fastest_k = self._scale.code(goal_c) + nudge, self._fastest_k / slower
         self._good(self._last_good)
-        while self._raw != goal and len(self._rows) < 2000:
-            step = max(-self._fastest, min(self._fastest, goal - self._raw))
-            self._good(self._raw + step)
+        while self._raw != goal and len(self._rows) < LONGEST:
+            left_k = self._scale.celsius(goal) - self._scale.celsius(self._raw)
+            far = self._scale.moved(self._raw, fastest_k if left_k > 0 else -fastest_k)
+            before = self._raw
+            self._good(goal if abs(left_k) <= fastest_k or far == before else far)
+            if self._raw == before:
+                return  # as far as codes go
 
     def _jump(self, stretch: Stretch) -> None:
         """Change by just what is allowed since the last good reading."""
-        change = self._fastest * (min(self._missing, 255) + 1) + stretch.nudge
-        self._good(self._last_good + (change if stretch.value > 0 else -change))
+        change_k = self._fastest_k * (min(self._missing, 255) + 1)
+        up = stretch.value > 0
+        place = self._scale.moved(self._last_good, change_k if up else -change_k)
+        self._good(place + (stretch.nudge if place >= self._last_good else -stretch.nudge))
 
     def _miss(self, stretch: Stretch) -> None:
         for number in range(stretch.steps):
@@ -168,7 +197,7 @@ class _Walk:
     def _noise(self, stretch: Stretch) -> None:
         random = Random(stretch.value)  # noqa: S311
         for _ in range(stretch.steps):
-            self._good(random.randint(LOWEST_RAW, HIGHEST_RAW))
+            self._good(random.randint(*self._scale.noise))
 
     def _wild(self, stretch: Stretch) -> None:
         random = Random(stretch.value)  # noqa: S311
@@ -176,8 +205,64 @@ class _Walk:
             if random.random() < 0.5:
                 self._missed(random.randint(1, 5))
             else:
-                self._good(random.randint(-(2**15), 2**15 - 1))
+                self._good(random.randint(self._scale.lowest, self._scale.highest))
 
     def _setpoint(self, stretch: Stretch) -> None:
-        self._setpoint_c = self._setpoints_c[stretch.value % len(self._setpoints_c)]
+        self._set(self._setpoints_c[stretch.value % len(self._setpoints_c)])
         self._hold(stretch)
+
+    def _set(self, setpoint_c: float) -> None:
+        if not self._commanded or setpoint_c != 0:
+            self._setpoint_c = setpoint_c
+        self._command = (Command.SET, setpoint_c, NO_GAINS)
+
+    def _order(self, stretch: Stretch) -> None:
+        """Any command, also one that must be refused."""
+        self._command = ORDERS[stretch.value % len(ORDERS)]
+        self._hold(stretch)
+
+    def _manual(self, stretch: Stretch) -> None:
+        self._command = (Command.MANUAL, abs(stretch.value) / 2, NO_GAINS)
+        self._zigzag(stretch)
+        self._set(self._setpoint_c)
+        self._hold(stretch)
+
+    def _gains(self, stretch: Stretch) -> None:
+        random = Random(stretch.value)  # noqa: S311
+        gains = tuple(random.choice((0.0, 1e6, *(random.uniform(0, 30),) * 4)) for _ in range(3))
+        self._command = (Command.GAINS, 0.0, gains)
+        self._drift(stretch)
+
+    def _tune(self, stretch: Stretch) -> None:
+        """A machine that a relay makes swing, whatever the relay does."""
+        random = Random(stretch.value)  # noqa: S311
+        cycles = 3 + stretch.value % 2
+        self._set(self._setpoints_c[stretch.steps % len(self._setpoints_c)])
+        self._hold(stretch._replace(steps=1))
+        goal_c = self._setpoint_c
+        self._command = (Command.TUNE, goal_c, (cycles, 0.0, 0.0))
+        self._ramp_to(goal_c - random.uniform(0, 30))
+        if stretch.value % 3:
+            self._ramp_to(goal_c - 21)
+        for _ in range(cycles + 3 if stretch.kind == "tune" else stretch.steps % cycles):
+            self._ramp_to(goal_c + random.uniform(1, 6), 0, random.uniform(1, 3))
+            if stretch.value % 5:
+                self._good(self._last_good)
+            self._ramp_to(goal_c - random.uniform(1, 7), 0, random.uniform(1, 5))
+
+    _tune_in_part = _tune
+
+
+def _offsets_k(loop: Loop) -> list[float]:
+    """Where rules and algorithm change their mind, from the setpoint."""
+    algorithm, runaway = loop.algorithm, loop.protection.runaway
+    offsets_k = [0.0, getattr(algorithm, "hysteresis_k", 0.0)]
+    if runaway is not None:
+        offsets_k += [runaway.above_k, -(runaway.below_k or 0.0)]
+    offsets_k.append(-offsets_k[1])
+    for band_k in (getattr(algorithm, "band_k", None), getattr(algorithm, "dead_band_k", None)):
+        if band_k:
+            offsets_k += [band_k, -band_k]
+    if loop.ready_within_k:
+        offsets_k += [loop.ready_within_k, -loop.ready_within_k]
+    return offsets_k

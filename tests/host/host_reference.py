@@ -3,12 +3,12 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from host_commands import Commands
 from numpy.typing import NDArray
 
-from heatwright.sim.host.firmware import Run
+from heatwright.sim.host.firmware import READY, Run
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.course import course_of
-from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import pwm_period
 from heatwright.spec import Controller
 
@@ -25,33 +25,65 @@ class Expected(NamedTuple):
 
 def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
     """What `Host.run` should give: the state after each step and the heater's counts before it."""
-    ((name, loop),) = controller.loops.items()
-    reference = Reference(controller, name)
-    course = course_of(controller, loop.heater)
-    output = controller.outputs[loop.heater]
-    whole = pwm_period(controller, loop.heater).counts if output.kind == "pwm" else 1
-    period_us = round(loop.period_s * 1e6)
-    rows: list[tuple[Any, ...]] = []
-    counts, total, time_s, code = [], 0.0, 0, 0
-    for number, row in enumerate(inputs):
-        total += course.advance(number * period_us) * whole / TICK_US
-        counts.append(total)
+    return _Way(controller).expected(inputs, kind)
+
+
+class _Way:
+    def __init__(self, controller: Controller) -> None:
+        ((name, self._loop),) = controller.loops.items()
+        self._reference = Reference(controller, name)
+        self._commands = Commands(controller, name, self._reference)
+        self._course = course_of(controller, self._loop.heater)
+        output = controller.outputs[self._loop.heater]
+        pwm = output.kind == "pwm"
+        self._whole = pwm_period(controller, self._loop.heater).counts if pwm else 1
+        self._period_us = round(self._loop.period_s * 1e6)
+        self._time_s = 0
+
+    def expected(self, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
+        rows: list[tuple[Any, ...]] = []
+        counts, total = [], 0.0
+        for number, row in enumerate(inputs):
+            self._give(number, row)
+            on_us = self._course.advance(number * self._period_us)
+            total += on_us * self._whole / TICK_US
+            counts.append(total)
+            rows.append(self._step(number, row))
+        states = np.zeros(len(rows), kind)
+        for member, column in zip(self._members, zip(*rows, strict=True), strict=True):
+            states[member] = column
+        return Expected(states, np.array(counts), len(inputs) * self._period_us // TICK_US)
+
+    @property
+    def _members(self) -> list[str]:
+        ready = [READY] if self._commands.commanded else []
+        return [*(name for name, _ in self._reference.members), "fault.time_s", *ready]
+
+    def _give(self, number: int, row: Any) -> None:
+        """Acknowledge and command, at once after the last step; a stop does not wait for one."""
+        if row["acknowledge"]:
+            self._commands.acknowledge()
+        code = self._reference.fault_code
+        self._commands.give(row)
+        if self._reference.fault_code != code:
+            self._time_s = number * self._period_us // 1_000_000
+            self._course.apply(0)
+
+    def _step(self, number: int, row: Any) -> tuple[Any, ...]:
+        reference, commands = self._reference, self._commands
+        code = reference.fault_code
         record = reference.step(
             int(row["reading_status"]),
             int(row["reading_raw"]),
-            Single(row["setpoint_c"]),
-            acknowledge=bool(row["acknowledge"]),
+            commands.setpoint_c(row),
+            orders=commands.orders,
         )
-        course.apply(reference.output.counts)
-        if record["fault.code"] not in (0, code) or (row["acknowledge"] and record["fault.code"]):
-            time_s = (number + 1) * period_us // 1_000_000
-        code = record["fault.code"]
-        rows.append((*record.values(), time_s))
-    members = [*reference.members, ("fault.time_s", "u4")]
-    states = np.zeros(len(rows), kind)
-    for member, column in zip(members, zip(*rows, strict=True), strict=True):
-        states[member[0]] = column
-    return Expected(states, np.array(counts), len(inputs) * period_us // TICK_US)
+        commands.after_step()
+        self._course.apply(reference.output.counts)
+        if record["fault.code"] != code:
+            self._time_s = (number + 1) * self._period_us // 1_000_000
+        ready = [commands.is_ready(record)] if commands.commanded else []
+        return (*record.values(), self._time_s, *ready)
 
 
 def first_difference(found: Run, wanted: Expected) -> str:

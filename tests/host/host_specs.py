@@ -3,6 +3,8 @@
 from functools import cache
 from random import Random
 
+import host_commanded
+
 from heatwright.spec import Spec, load_text
 
 _TEMPLATE = """\
@@ -154,8 +156,9 @@ def _texts() -> dict[str, str]:
     }
 
 
-TEXTS = _texts()
+TEXTS = _texts() | host_commanded.texts()
 NAMES = tuple(TEXTS)
+COMMANDED = tuple(host_commanded.texts())
 
 
 @cache

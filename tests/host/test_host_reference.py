@@ -4,7 +4,7 @@ import host_specs
 import numpy as np
 import pytest
 from host_control import run_problem
-from host_courses import KINDS, Stretch, inputs_of
+from host_courses import COMMAND_KINDS, KINDS, Stretch, inputs_of
 from host_reference import expected
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -12,38 +12,49 @@ from hypothesis import strategies as st
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
 
-STRETCH = st.builds(
-    Stretch,
-    st.sampled_from(KINDS),
-    st.integers(1, 14),
-    st.integers(-200, 200),
-    st.integers(-1, 1),
-    st.booleans(),
-)
+
+def stretch(kinds):
+    return st.builds(
+        Stretch,
+        st.sampled_from(kinds),
+        st.integers(1, 14),
+        st.integers(-200, 200),
+        st.integers(-1, 1),
+        st.booleans(),
+    )
 
 
 @pytest.mark.parametrize("name", host_specs.NAMES)
 def test_names_and_widths_are_those_of_the_reference(hosts, name):
-    members = dict(Reference(host_specs.spec_of(name).controller, "air").members)
+    controller = host_specs.spec_of(name).controller
+    members = dict(Reference(controller, next(iter(controller.loops))).members)
     state = hosts(name).type
     found = {member: state[member].str.lstrip("<|") for member in state.names}
     assert found.pop("fault.time_s") == "u4"  # for the log, of no effect
+    assert ("ready" in found) == (name in host_specs.COMMANDED)
+    found.pop("ready", None)
     assert found == members
 
 
 @pytest.mark.parametrize("name", host_specs.NAMES)
-@given(course=st.lists(STRETCH, min_size=1, max_size=14))
+@given(data=st.data())
 @settings(max_examples=150)
-def test_equal_to_the_reference_bit_for_bit(hosts, name, course):
+def test_equal_to_the_reference_bit_for_bit(hosts, name, data):
+    kinds = KINDS + COMMAND_KINDS * (name in host_specs.COMMANDED)
+    course = data.draw(st.lists(stretch(kinds), min_size=1, max_size=14))
     controller = host_specs.spec_of(name).controller
     host = hosts(name)
-    inputs = inputs_of(controller.loops["air"], course)
+    inputs = inputs_of(controller, course)
     assert run_problem(host, inputs, expected(controller, inputs, host.type)) == ""
 
 
 def test_one_step_at_a_time_is_the_same_as_many(hosts):
     host = hosts("pid_hold")
-    inputs = np.array([(0, 0, 300, 40), (2, 0, 300, 40), (0, 0, 340, 40), (0, 1, 2000, 41)], INPUT)
+    inputs = np.zeros(4, INPUT)
+    inputs["reading_status"] = 0, 2, 0, 0
+    inputs["acknowledge"] = 0, 0, 0, 1
+    inputs["reading_raw"] = 300, 300, 340, 2000
+    inputs["setpoint_c"] = 40, 40, 40, 41
     host.erase()
     host.power_up()
     together = host.run(inputs).states

@@ -48,7 +48,7 @@ static bool save_wanted;
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
-    return (uint8_t *)(of_slot * SETTINGS_SLOT_BYTES + offset);
+    return (uint8_t *)(of_slot * sizeof(union slot) + offset);
 }
 
 /* CRC-16 with polynomial x^16 + x^15 + x^2 + 1, as Modbus uses it. */

@@ -9,6 +9,8 @@ enum { HOST_PORTS = 11, HOST_TIMERS = 6 };
 struct host_timer {
     uint8_t control_a;
     uint8_t control_b;
+    uint8_t interrupts;
+    uint16_t count;
     uint16_t top;
     uint16_t compare[3];
 };
@@ -56,6 +58,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR0A host_timer[0].control_a
 #define TCCR0B host_timer[0].control_b
+#define TIMSK0 host_timer[0].interrupts
+#define OCIE0A 1
+#define OCIE0B 2
+#define OCIE0C 3
+#define TCNT0 host_timer[0].count
 #define ICR0 host_timer[0].top
 #define OCR0A host_timer[0].compare[0]
 #define COM0A1 7
@@ -76,6 +83,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR1A host_timer[1].control_a
 #define TCCR1B host_timer[1].control_b
+#define TIMSK1 host_timer[1].interrupts
+#define OCIE1A 1
+#define OCIE1B 2
+#define OCIE1C 3
+#define TCNT1 host_timer[1].count
 #define ICR1 host_timer[1].top
 #define OCR1A host_timer[1].compare[0]
 #define COM1A1 7
@@ -96,6 +108,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR2A host_timer[2].control_a
 #define TCCR2B host_timer[2].control_b
+#define TIMSK2 host_timer[2].interrupts
+#define OCIE2A 1
+#define OCIE2B 2
+#define OCIE2C 3
+#define TCNT2 host_timer[2].count
 #define ICR2 host_timer[2].top
 #define OCR2A host_timer[2].compare[0]
 #define COM2A1 7
@@ -116,6 +133,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR3A host_timer[3].control_a
 #define TCCR3B host_timer[3].control_b
+#define TIMSK3 host_timer[3].interrupts
+#define OCIE3A 1
+#define OCIE3B 2
+#define OCIE3C 3
+#define TCNT3 host_timer[3].count
 #define ICR3 host_timer[3].top
 #define OCR3A host_timer[3].compare[0]
 #define COM3A1 7
@@ -136,6 +158,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR4A host_timer[4].control_a
 #define TCCR4B host_timer[4].control_b
+#define TIMSK4 host_timer[4].interrupts
+#define OCIE4A 1
+#define OCIE4B 2
+#define OCIE4C 3
+#define TCNT4 host_timer[4].count
 #define ICR4 host_timer[4].top
 #define OCR4A host_timer[4].compare[0]
 #define COM4A1 7
@@ -156,6 +183,11 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 
 #define TCCR5A host_timer[5].control_a
 #define TCCR5B host_timer[5].control_b
+#define TIMSK5 host_timer[5].interrupts
+#define OCIE5A 1
+#define OCIE5B 2
+#define OCIE5C 3
+#define TCNT5 host_timer[5].count
 #define ICR5 host_timer[5].top
 #define OCR5A host_timer[5].compare[0]
 #define COM5A1 7
