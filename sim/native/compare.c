@@ -55,14 +55,24 @@ static void renew_top(struct compare *c) {
         avr_ioctl(c->h->avr, AVR_IOCTL_TIMER_SET_TRACE(t->name), &t->trace);
 }
 
+/* Two timers may lead to one pin (OC0A and OC1C of an ATmega2560); simavr's ATmega32U4 has OC3B
+   on the pin of OC3A, where the part has none. */
+static int taken(hw *h, int pin) {
+    for (struct compare *c = h->compares; c; c = c->next)
+        if (c->pin == pin && mode(c) != avr_timer_com_normal)
+            return 1;
+    return 0;
+}
+
 static void refresh(struct compare *c) {
     struct pin *pin = &c->h->pins[c->pin];
+    int mine = mode(c) != avr_timer_com_normal;
     if (!pin->watched)
         return;
-    pin->compare = mode(c) != avr_timer_com_normal;
-    if (pin->compare && c->timer->cs_div_value && !simulated(c))
+    pin->compare = (uint8_t)taken(c->h, c->pin);
+    if (mine && c->timer->cs_div_value && !simulated(c))
         limit(c->h, "phase-correct PWM on timer %c: simavr gives it no edges", c->timer->name);
-    if (pin->compare && constant(c))
+    if (mine && constant(c))
         pin->compare_level = mode(c) == avr_timer_com_clear;
     pin_update(c->h, c->pin);
 }

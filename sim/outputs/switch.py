@@ -20,13 +20,13 @@ class Switch:
         self.active = active
         self._inactive: Level = "low" if active == "high" else "high"
         avr.pins.pull(self.pin, self._inactive)
-        self._number = avr.pins.watch(self.pin)
+        self.number = avr.pins.watch(self.pin)
         self._cycle = avr.cycle
-        self._high = avr.pins.high_cycles(self._number)
+        self._high = avr.pins.high_cycles(self.number)
 
     def on_fraction(self) -> float:
         """Return the share of time it was on since the last call, 0..1; 0 if no time has passed."""
-        cycle, high = self._avr.cycle, self._avr.pins.high_cycles(self._number)
+        cycle, high = self._avr.cycle, self._avr.pins.high_cycles(self.number)
         elapsed, on = cycle - self._cycle, high - self._high
         self._cycle, self._high = cycle, high
         if not elapsed:

@@ -17,10 +17,9 @@ from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller, load_text
 
-FLAGS = (
-    "-Os -g -gdwarf-2 -std=c11 -fpack-struct=1 -ffunction-sections -Wl,--gc-sections "
-    "-Wall -Wextra -Wconversion -Wshadow -Wpedantic -Werror"
-).split()
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"]
+FLAGS = ["-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections"]
+FLAGS += ["-Wl,--gc-sections", *WARNINGS]
 
 SPEC = """
 heatwright: 1

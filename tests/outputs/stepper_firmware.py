@@ -60,8 +60,8 @@ int main(void)
         position = output_feed_position();
         busy = output_feed_is_busy();
         cli();
-        for (uint16_t i = 0; i < deaf_us; i++) {
-            __builtin_avr_delay_cycles(11); /* and the loop's own */
+        for (uint16_t left = deaf_us; left != 0; left--) {
+            __builtin_avr_delay_cycles(9); /* and the loop's own: 1 us at 16 MHz */
         }
         sei();
     }

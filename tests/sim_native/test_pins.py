@@ -249,3 +249,30 @@ def test_phase_correct_pwm_is_refused() -> None:
     avr.pins.watch("PD3")
     with pytest.raises(RuntimeError, match="phase-correct PWM on timer 2"):
         avr.run(0.1)
+
+
+TWO_ON_A_PIN = {
+    # Timer 1, whose channel C is on PB7 too, is set up after timer 0 has taken the pin.
+    "OC0A and OC1C": (
+        "atmega2560", "PB7",
+        "DDRB = 0x80; TCCR0A = 0x83; OCR0A = 63; TCCR0B = 2;"
+        "ICR1 = 999; TCCR1A = 0x82; TCCR1B = 0x19; OCR1A = 500;",
+    ),
+    # simavr's timer 3 has its channel B on the same pin as A; the part's has no pin.
+    "OC3A alone": (
+        "atmega32u4", "PC6",
+        "DDRC = 0x40; ICR3 = 255; TCCR3A = 0x82; TCCR3B = 0x1A; OCR3A = 63; OCR3B = 7;",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("timers", TWO_ON_A_PIN)
+def test_a_pin_to_which_two_channels_lead(timers: str) -> None:
+    """It belongs to the one that is connected."""
+    mcu, pin, setup = TWO_ON_A_PIN[timers]
+    avr = running(f"int main(void) {{ {setup} for (;;) {{}} }}", mcu=mcu)
+    number = avr.pins.watch(pin)
+    avr.run(0.001)
+    before = avr.pins.high_cycles(number)
+    avr.run(256 * 8 * 10 / CLOCK_HZ)
+    assert avr.pins.high_cycles(number) - before == pytest.approx(64 * 8 * 10, abs=4)

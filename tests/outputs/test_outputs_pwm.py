@@ -1,0 +1,181 @@
+"""Pulse width at the pins: every compare output of every chip, and any pin by interrupts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from pwm_firmware import PwmBoard
+
+from heatwright.spec import BOARDS
+from heatwright.spec.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
+
+CLOCK_HZ = 16_000_000
+CHIPS = ("uno", "mega2560", "leonardo", "atmega1284p")
+LATENCY = 200
+"""Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
+INSTRUCTION = 12
+"""Cycles: the simulator moves a timer's pin after an instruction, or after the 8 cycles in which
+the processor wakes and enters an interrupt."""
+
+
+def timers() -> Iterator[tuple[str, int, tuple[str, ...]]]:
+    """Every timer with compare outputs of each chip, and their pins."""
+    for board in CHIPS:
+        pins = {pin.port_name: pin for pin in BOARDS[board].pins.values() if pin.pwm}
+        for number in BOARDS[board].timers:
+            found = tuple(pin.name for pin in pins.values() if pin.pwm and pin.pwm[0] == number)
+            yield board, number, found
+
+
+@pytest.mark.parametrize(("board", "number", "pins"), list(timers()))
+@pytest.mark.parametrize("active", ["high", "low"])
+def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], active: str) -> None:
+    wide = BOARDS[board].timers[number].bits == 16
+    frequency_hz = 1000 if wide else 976.5625
+    said = f"kind: pwm, frequency: {frequency_hz} Hz, active: {active}, pin"
+    outputs = {f"fan_{pin.lower()}": f"{said}: {pin}" for pin in pins}
+    bench = PwmBoard(board, outputs)
+    for name in outputs:
+        channel = bench.channels[name]
+        assert (channel.timer, channel.by_interrupts) == (number, False)
+        switch = bench.outputs[name]
+        assert switch.driven
+        assert not switch.on  # off is forced from the start on
+        for percent in (0.4, 25.0, 50.0, 99.6):
+            bench.ask(name, percent)
+            pulses = bench.seen(name, 0.02)
+            counts = int(percent * channel.counts / 100 + 0.5)
+            assert abs(pulses.periods - bench.cycles_of(name)).max() <= INSTRUCTION
+            assert abs(pulses.widths - counts * channel.prescaler).max() <= INSTRUCTION
+        for percent, on in ((100.0, True), (0.0, False), (50.0, None), (0.0, False)):
+            bench.ask(name, percent)
+            if on is not None:
+                assert bench.seen(name, 0.02).share == on
+                assert switch.on == on
+
+
+@pytest.mark.parametrize(
+    ("board", "pin", "frequency_hz", "by_interrupts"),
+    [
+        ("uno", "D9", 30, False),
+        ("uno", "D10", 122, False),
+        ("uno", "D9", 31_000, False),
+        ("uno", "D3", 62_500, False),
+        ("uno", "D3", 30, True),
+        ("uno", "D4", 122, True),
+        ("uno", "A5", 1, True),
+        ("nano", "D5", 500, True),
+        ("mega2560", "D46", 30, False),
+        ("mega2560", "D8", 122, False),
+        ("mega2560", "D5", 31_000, False),
+        ("mega2560", "D10", 30, True),  # RAMPS: the hotend
+        ("mega2560", "D9", 122, True),  # and its fan; ports H and K take several instructions
+        ("mega2560", "A8", 250, True),
+        ("leonardo", "D9", 122, False),
+        ("leonardo", "D5", 31_000, False),
+        ("leonardo", "D6", 30, True),  # its own timer, the fourth, is left out
+        ("atmega1284p", "PB6", 30, False),
+        ("atmega1284p", "PD4", 31_000, False),
+        ("atmega1284p", "PB3", 122, True),
+        ("atmega1284p", "PA5", 499, True),
+    ],
+)
+@pytest.mark.parametrize("active", ["high", "low"])
+def test_frequency_and_share(
+    board: str, pin: str, frequency_hz: float, by_interrupts: bool, active: str
+) -> None:
+    said = f"kind: pwm, pin: {pin}, frequency: {frequency_hz} Hz, active: {active}"
+    bench = PwmBoard(board, {"fan": said})
+    channel = bench.channels["fan"]
+    assert channel.by_interrupts == by_interrupts
+    late = LATENCY if by_interrupts else INSTRUCTION
+    shortest = 5 + LATEST_INTERRUPT_S * frequency_hz * 100 * by_interrupts
+    for percent in (shortest, 33.3, 100 - shortest):
+        bench.ask("fan", percent)
+        pulses = bench.seen("fan", max(0.05, 12 / frequency_hz))
+        found_hz = CLOCK_HZ / pulses.periods.mean()
+        assert found_hz == pytest.approx(frequency_hz, rel=FREQUENCY_TOLERANCE)
+        # No drift: what one edge is late the next period is short of.
+        assert abs(pulses.periods - bench.cycles_of("fan")).max() <= late
+        wanted = int(percent * channel.counts / 100 + 0.5) * channel.prescaler
+        assert abs(pulses.widths - wanted).max() <= late
+    assert bench.outputs["fan"].driven
+
+
+@pytest.mark.parametrize("percent", [0.0, 0.5, 99.7, 100.0])
+def test_by_interrupts_too_short_is_none(percent: float) -> None:
+    """At 122 Hz 50 us are 0.61 %."""
+    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 122 Hz"})
+    bench.ask("fan", 50.0)
+    bench.ask("fan", percent)
+    assert bench.seen("fan", 0.1).share == round(percent / 100)
+    assert bench.outputs["fan"].on == (percent > 50)
+
+
+def test_two_on_one_timer_keep_apart() -> None:
+    bench = PwmBoard(
+        "mega2560",
+        {
+            "hot": "kind: pwm, pin: D10, frequency: 30 Hz",
+            "part": "kind: pwm, pin: D9, frequency: 122 Hz, active: low",
+        },
+    )
+    assert {channel.timer for channel in bench.channels.values()} == {5}
+    bench.ask("hot", 20.0)
+    bench.ask("part", 70.0)
+    for name, share in (("hot", 0.2), ("part", 0.7)):
+        pulses = bench.seen(name, 1.0)
+        assert abs(pulses.periods - bench.cycles_of(name)).max() <= 2 * LATENCY
+        assert pulses.widths.mean() / pulses.periods.mean() == pytest.approx(share, abs=0.002)
+    bench.ask("hot", 0.0)
+    assert bench.seen("hot", 0.5).share == 0
+    assert bench.seen("part", 0.5).share == pytest.approx(0.7, abs=0.01)
+
+
+@pytest.mark.parametrize("deaf_us", [25, 300, 1500, 2000])
+@pytest.mark.parametrize("percent", [3.0, 50.0, 97.0])
+def test_a_late_interrupt_costs_no_more_than_it_is_late(deaf_us: int, percent: float) -> None:
+    """Every tick interrupts are off for so long; and 2 ms are a whole period at 500 Hz.
+
+    No part of the firmware has them off for longer than 20 us.
+    """
+    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 500 Hz"})
+    bench.put("deaf_us", deaf_us)
+    bench.ask("fan", percent)
+    pulses = bench.seen("fan", 3.0)
+    deaf = deaf_us * CLOCK_HZ / 1e6
+    wanted = percent / 100 * bench.cycles_of("fan")
+    assert pulses.widths.max() <= wanted + deaf + 2 * LATENCY
+    assert len(pulses.periods) > 3.0 / (2 * (0.01 + deaf_us / 1e6))
+    bench.put("deaf_us", 0)
+    bench.avr.run(0.05)
+    assert bench.seen("fan", 1.0).share == pytest.approx(percent / 100, abs=0.01)
+
+
+def test_an_interrupt_is_short() -> None:
+    """20 us at most with interrupts off."""
+    for board, pin in (("uno", "D4"), ("mega2560", "A8")):
+        bench = PwmBoard(board, {"fan": f"kind: pwm, pin: {pin}, frequency: 490 Hz"})
+        profile = bench.avr.profile(bench.program)
+        for percent in (3.0, 50.0, 97.0):
+            bench.ask("fan", percent)
+            bench.avr.run(0.1)
+        longest = max(
+            found.longest for name, found in profile.functions.items() if "vector" in name
+        )
+        assert longest / CLOCK_HZ < 20e-6
+        assert profile.masked.seconds < 20e-6
+
+
+def test_no_interrupts_while_nothing_changes() -> None:
+    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 490 Hz"})
+    awake = {}
+    for percent in (50.0, 0.0, 100.0):
+        bench.ask("fan", percent)
+        before = bench.avr.cycle - bench.avr.sleep_cycles
+        bench.avr.run(1.0)
+        awake[percent] = bench.avr.cycle - bench.avr.sleep_cycles - before
+    assert awake[0.0] == pytest.approx(awake[100.0], rel=0.01)
+    per_edge = (awake[50.0] - awake[0.0]) / (2 * 490)
+    assert 0 < per_edge < LATENCY + 50
+    assert np.isfinite(per_edge)
