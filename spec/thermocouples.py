@@ -24,6 +24,7 @@ MAX31855_RANGE_C = {
 class _Converter(Model):
     """What a converter on three wires has; the wires may be any pins."""
 
+    kind: str
     chip_select: PinName = Field(description="Pin at the converter's CS.")
     clock: PinName = Field(description="Pin at its SCK.")
     data_out: PinName = Field(description="Pin at its SO.")

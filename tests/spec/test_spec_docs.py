@@ -14,10 +14,22 @@ HEADINGS = {
     "Controller": "## The file",
     "Identity": "## controller",
     "Ds18b20": "### ds18b20",
+    "Thermistor": "### thermistor",
+    "Divider": "### divider",
+    "BetaCurve": "### beta",
+    "SteinhartHartCurve": "### Steinhart-Hart",
+    "PointsCurve": "### points",
+    "Rtd": "### rtd",
+    "Amplifier": "### amplifier",
+    "Analog": "### analog",
+    "Max6675": "### max6675",
+    "Max31855": "### max31855",
     "DigitalOutput": "### digital",
     "PwmOutput": "### pwm",
     "TimeProportionalOutput": "### time_proportional",
+    "Stepper": "### stepper",
     "Loop": "## loops",
+    "Autotune": "### autotune",
     "Setpoint": "### setpoint",
     "OnOff": "### on_off",
     "Pid": "### pid",
@@ -31,11 +43,13 @@ HEADINGS = {
     "Safety": "## safety",
     "LcdKeypad": "### lcd_keypad",
     "SerialPlotter": "### serial_plotter",
+    "Gcode": "### gcode",
     "Simulation": "## simulation",
     "ThermalNetwork": "### thermal_network",
     "Link": "### links",
     "Sense": "### sense",
     "FanEffect": "### fans",
+    "Filament": "### filament",
     "Event": "### scenario",
     "Expect": "### expect",
     "ComparisonRow": "## comparison",
@@ -124,7 +138,16 @@ def put_in(fragment: str) -> str:
         fragment += "  fan: {kind: digital, pin: D11, runs: always}\n"
     elif section == "outputs":
         fragment += "  heater: {kind: digital, pin: D3, power: 240 W}\n"
-    kept = re.sub(rf"^{section}:.*\n(?:[ -].*\n)*", "", AROUND, flags=re.M)
+    if "kind: stepper" in fragment:  # somebody must move it, and a loop hold it back
+        fragment += "interfaces:\n  - {kind: gcode, loops: {T0: air}, steppers: {E: feed}}\n"
+        around = re.sub(r"^interfaces:\n.*\n", "", AROUND, flags=re.M)
+        around = around.replace("period: 1 s", "period: 1 s\n    ready_within: 2 K")
+        return re.sub(r"^outputs:\n(?: .*\n)*", "", around, flags=re.M) + fragment
+    around = AROUND
+    if "kind: max6675" in fragment:  # it may be wrong by 5.25 K, and ends at 0 °C
+        cold = "algorithm: {kind: on_off}\n    protection: {minimum: 6 °C}"
+        around = around.replace("algorithm: {kind: on_off}", cold)
+    kept = re.sub(rf"^{section}:.*\n(?:[ -].*\n)*", "", around, flags=re.M)
     return f"{kept}{fragment}"
 
 
