@@ -12,7 +12,7 @@ import numpy as np
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, lasting_s, reading_s, steps
+from heatwright.sim.faults.bounds import answer_s, reading_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k
 from heatwright.sim.faults.world import Site, World
@@ -135,12 +135,11 @@ def _converter(site: Site) -> Iterator[Fault]:
 
 
 def _stands_still(site: Site) -> Trip | None:
-    """Any reading that stands still below the setpoint: 9, unless full power lets 10 be sooner."""
-    frozen = site.loop.protection.frozen
-    if frozen is None:
+    """A reading that stands still below the setpoint: 10 from full power on, or 9 before."""
+    trip, frozen = trips.no_rise_but_moving(site), site.loop.protection.frozen
+    if trip is None or frozen is None:
         return trips.no_rise(site)
-    rules = ("sensor_frozen", "heating_failed")
-    return Trip(rules, lasting_s(frozen.for_s, site.loop) + site.loop.period_s)
+    return replace(trip, rules=("heating_failed", "sensor_frozen"))
 
 
 def _fail(*, hung: bool = False, stuck: bool = False) -> Act:

@@ -17,7 +17,7 @@ RULES = {
     "beyond_the_cold_end": "sensor_range",
     "beyond_the_hot_end": "sensor_range",
     "adc_hangs": "sensor_stale",
-    "adc_stuck": "sensor_frozen",
+    "adc_stuck": "heating_failed",
     "intermittent_wire": None,
     "contact_corrodes": "rise_rate",
     "insulation_leaks": "rise_rate",
@@ -52,4 +52,18 @@ def test_the_fault(site: Site, name: str) -> None:
         return
     result = try_fault(found)
     assert result.detail == ""
-    assert result.rule in {RULES[name], "heating_failed" if name == "adc_stuck" else RULES[name]}
+    assert result.rule == RULES[name]
+
+
+def test_a_stuck_reading_is_not_heated_for_long(site: Site) -> None:
+    """A saturated duty counts as full power, although PID holds its integral there.
+
+    `frozen` alone, with its ten minutes, would let the machine go on far beyond its maximum.
+    """
+    found = {fault.id: fault for fault in faults(site)}["adc_stuck"]
+    result = try_fault(found)
+    heating = site.loop.protection.heating
+    assert heating is not None
+    assert result.rule == "heating_failed"
+    assert result.tripped_after_s is not None
+    assert result.tripped_after_s <= heating.within_s + 2 * site.loop.period_s + 0.01
