@@ -27,7 +27,7 @@ class SerialPort:
     """
 
     def __init__(self, device: AvrDevice, baud: int, *, noise: SerialNoise | None = None) -> None:
-        self._uart = device.avr.uarts[0]
+        self._device = device
         self._baud = baud
         self._noise = noise or SerialNoise()
         self._board_end, self._program_end = pty.openpty()
@@ -54,7 +54,7 @@ class SerialPort:
         """Send the board what the program has written."""
         with suppress(BlockingIOError):
             data = os.read(self._board_end, READ_BYTES)
-            self._uart.send(self._noise.to_board(data), self._baud)
+            self._device.avr.uarts[0].send(self._noise.to_board(data), self._baud)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Give the program what the board has sent (UART_BYTE records)."""

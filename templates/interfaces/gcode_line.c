@@ -10,7 +10,7 @@
 
 enum {
     LINE_SIZE = 96,       /* Marlin's */
-    BYTES_PER_TICK = 255, /* more than come in a tick at 250000 baud */
+    BYTES_PER_TICK = 128, /* more than a line; 0.7 ms at 16 MHz */
     MOST_REPEATED = 32,   /* lines that a host may have on the way */
     NO_STAR = UINT8_MAX
 };

@@ -27,7 +27,7 @@ class Noise:
 
 
 class _Watched:
-    """Answers questions about the board between two exchanges; a number is a variable's value."""
+    """Answers questions about the board between two exchanges."""
 
     def __init__(self, port: SerialPort, device: AvrDevice, noise: SerialNoise, pipe: Any) -> None:
         self._port, self._device, self._noise, self._pipe = port, device, noise, pipe
@@ -41,8 +41,12 @@ class _Watched:
                 self._pipe.send(self._device.steps("nozzle"))
             elif name == "hits":
                 self._pipe.send(self._noise.hits)
+            elif name == "said":
+                self._pipe.send([line.text for line in self._device.host.lines])
             elif name == "cut":
+                felt_c = self._device.read("loop_nozzle.temperature_c")
                 self._device.power_cycle()
+                self._device.sense("nozzle", felt_c)
                 self._pipe.send(None)
             else:
                 self._pipe.send(self._device.read(name).item())
@@ -66,7 +70,9 @@ class LiveBoard:
         self.port: str = pipe.recv()
 
     def ask(self, what: str) -> Any:
-        """Return a variable by its name, the steps so far, or the noise's hits."""
+        """Return a variable by its name, "steps" so far, what was "said" before the noise,
+        the noise's "hits"; or "cut" the power and give it back.
+        """
         self._pipe.send(what)
         return self._pipe.recv()
 

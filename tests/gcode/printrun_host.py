@@ -29,6 +29,16 @@ class PrintrunHost:
         """Send lines as a print is sent, numbered and with checksums; wait for the end."""
         assert self.core.startprint(LightGCode(lines))
         self.wait(lambda: not self.core.printing)
+        self.wait(self._listens_again)
+
+    def _listens_again(self) -> bool:
+        """Whether printcore has left its printing for its sending thread: it ends badly between."""
+        core = self.core
+        return (
+            core.print_thread is None
+            and core.send_thread is not None
+            and core.send_thread.is_alive()
+        )
 
     def ask(self, line: str, answer: str) -> str:
         """Send a line beside any print; wait for an answer that begins so."""
