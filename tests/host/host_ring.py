@@ -44,6 +44,12 @@ class Ring:
         body = struct.pack(self._format, *values)
         return struct.pack("<H", self.crc(body)) + body
 
+    def foreign(self, slot: int, size: int) -> bytes:
+        """A sound record of another specification."""
+        other = struct.pack("<BI", size - 2, self.digest ^ 0x10000)
+        body = other + bytes((slot + each) & 0xFF for each in range(size - 7))
+        return struct.pack("<H", self.crc(body)) + body
+
     def crc(self, body: bytes) -> int:
         """CRC-16 as Modbus has it."""
         crc = 0xFFFF

@@ -5,13 +5,17 @@ from collections.abc import Iterator
 from itertools import product
 from random import Random
 
+import numpy as np
 from host_ring import BLANK, Ring, Stored
 
 from heatwright.sim.host import Host
+from heatwright.spec.algorithms import Algorithm
 
 SETTINGS_CORRUPT = 16
-LAST_CODE = 16
+LAST_CODE, LAST_CODE_WITH_HOST = 16, 19
 DELAY_TICKS = 1000
+GAINS = ("kp", "ki", "kd")
+OLD_GAINS, NEW_GAINS = (2.0, 0.25, 8.5), (1e6, 0.0, 3.125)
 OLD = Stored(9, 21.5, 12345, 35.0)
 NEW = Stored(6, 86.25, 0, 40.5)
 TORN = (-1, BLANK, 0x00, 0x5A)
@@ -25,7 +29,16 @@ class Storage:
         self.host = host
         self.ring = Ring(host.build)
         ((self._name, loop),) = host.build.controller.loops.items()
-        self._default = Stored(setpoint_c=loop.setpoint.initial_c)
+        by_host = self.ring.keeps_gains
+        self._last_code = LAST_CODE_WITH_HOST if host.build.parts.commanded else LAST_CODE
+        self.old, self.new = (
+            each._replace(gains=gains if by_host else ())
+            for each, gains in ((OLD, OLD_GAINS), (NEW, NEW_GAINS))
+        )
+        self.default = Stored(
+            setpoint_c=loop.setpoint.initial_c,
+            gains=_spec_gains(loop.algorithm) if by_host else (),
+        )
 
     def boot(self, image: bytes | None = None) -> Stored:
         """Power up, with another EEPROM if given, and return what was restored."""
@@ -38,7 +51,16 @@ class Storage:
     def now(self) -> Stored:
         fault, settings = self.host.library.fault, self.host.library.settings
         setpoint_c = getattr(settings, f"{self._name}_setpoint_c")
-        return Stored(fault.code, fault.temperature_c, fault.time_s, setpoint_c)
+        gains = self.gains_now() if self.ring.keeps_gains else ()
+        return Stored(fault.code, fault.temperature_c, fault.time_s, setpoint_c, gains)
+
+    def gains_now(self) -> tuple[float, ...]:
+        settings = self.host.library.settings
+        return tuple(getattr(settings, f"{self._name}_{each}") for each in GAINS)
+
+    def set_gains(self, gains: tuple[float, ...]) -> None:
+        for each, gain in zip(GAINS, gains, strict=True):
+            setattr(self.host.library.settings, f"{self._name}_{each}", gain)
 
     def save(self, stored: Stored, writes_left: int = -1, torn: int = -1) -> None:
         """Change what is stored and save it; the power fails after so many bytes."""
@@ -46,6 +68,9 @@ class Storage:
         library.fault.code, library.fault.temperature_c = stored.code, stored.temperature_c
         library.fault.time_s = stored.time_s
         setattr(library.settings, f"{self._name}_setpoint_c", stored.setpoint_c)
+        if stored.gains:
+            self.set_gains(stored.gains)
+            library.settings_keep()
         library.settings_save()
         world.writes_left, world.torn = writes_left, torn
         library.host_settle()
@@ -53,21 +78,23 @@ class Storage:
     def as_restored(self, stored: Stored) -> Stored:
         if self.ring.stores_setpoint:
             return stored
-        return stored._replace(setpoint_c=self._default.setpoint_c)
+        return stored._replace(setpoint_c=self.default.setpoint_c)
 
-    def full(self, newest: int, sequence: int, stored: Stored = OLD) -> bytes:
+    def full(self, newest: int, sequence: int) -> bytes:
         """A ring in use: every slot written, the newest at `newest` with `sequence`."""
         slots = self.ring.slots
         records = {}
         for age in range(slots):
-            aged = stored if age == 0 else Stored(1 + age % 3, float(age), age, 10.0)
+            aged = (
+                self.old if age == 0 else Stored(1 + age % 3, float(age), age, 10.0, self.new.gains)
+            )
             records[(newest - age) % slots] = self.ring.record(sequence - age, aged)
         return self.ring.image(records)
 
     # ---- the checks ----
 
     def blank(self) -> Iterator[str]:
-        if self.boot(bytes([BLANK]) * self.ring.bytes) != self._default:
+        if self.boot(bytes([BLANK]) * self.ring.bytes) != self.default:
             yield f"a blank EEPROM gives {self.now()}"
         if self._settled_writes():
             yield "something is written although nothing has changed"
@@ -82,25 +109,25 @@ class Storage:
         sequences = (0, 1, self.ring.slots // 2, 65535, 32767, 32768, 40000)
         for slot, sequence in product((0, 1, self.ring.slots - 1), sequences):
             found = self.boot(self.full(slot, sequence))
-            if found != self.as_restored(OLD):
+            if found != self.as_restored(self.old):
                 yield f"newest in slot {slot}, sequence {sequence}: {found}"
-            self.save(NEW)
+            self.save(self.new)
             following = (slot + 1) % self.ring.slots
-            wanted = self.ring.record(sequence + 1, NEW)
+            wanted = self.ring.record(sequence + 1, self.new)
             if self.ring.at(bytes(self.host.eeprom), following) != wanted:
                 yield f"saved after slot {slot}, sequence {sequence}, not as it should be"
 
     def cuts(self, slots: range, torn: tuple[int, ...] | range = TORN) -> Iterator[str]:
         """The power fails at any byte of a save into any slot: the old or the new is there."""
-        allowed = {self.as_restored(OLD), self.as_restored(NEW)}
+        allowed = {self.as_restored(self.old), self.as_restored(self.new)}
         for slot in slots:
             image = self.full(slot, 65535 - slot)
             for written, left in product(range(self.ring.size + 1), torn):
                 self.boot(image)
-                self.save(NEW, written, left)
+                self.save(self.new, written, left)
                 found = self.boot()
                 if found not in allowed or (
-                    written == self.ring.size and found != self.as_restored(NEW)
+                    written == self.ring.size and found != self.as_restored(self.new)
                 ):
                     yield f"cut after {written} bytes in slot {slot + 1}, {left} torn: {found}"
 
@@ -109,12 +136,12 @@ class Storage:
         for written, left in product(range(self.ring.size), TORN):
             self.boot(bytes([BLANK]) * self.ring.bytes)
             for _ in range(2):
-                self.save(NEW, written, left)
+                self.save(self.new, written, left)
                 found = self.boot()
-                if found not in (self._default, self.as_restored(NEW)):
+                if found not in (self.default, self.as_restored(self.new)):
                     yield f"first save cut after {written} bytes, {left} torn: {found}"
-            self.save(NEW)
-            if self.boot() != self.as_restored(NEW):
+            self.save(self.new)
+            if self.boot() != self.as_restored(self.new):
                 yield f"nothing can be saved after a first save cut after {written} bytes"
 
     def damaged(self, seed: int) -> Iterator[str]:
@@ -126,18 +153,17 @@ class Storage:
         spared = random.choice((0, 0, 1, 3, ring.slots))
         kept = set(random.sample(range(ring.slots), spared))
         for slot in set(range(ring.slots)) - kept:
-            image[slot * ring.size + random.randrange(ring.size)] ^= random.randrange(1, 256)
+            image[slot * ring.stride + random.randrange(ring.size)] ^= random.randrange(1, 256)
         found = self.boot(bytes(image))
         ages = {age: (newest - age) % ring.slots for age in range(ring.slots)}
         valid = [slot for slot in ages.values() if ring.is_valid(ring.at(bytes(image), slot))]
         if not valid:
-            wanted = self._default._replace(code=SETTINGS_CORRUPT)
+            wanted = self.default._replace(code=SETTINGS_CORRUPT)
         else:
-            _, code, _, temperature_c, time_s = struct.unpack_from(
-                "<HBBfI", ring.at(bytes(image), valid[0])
+            code, _, temperature_c, time_s = struct.unpack_from(
+                "<BBfI", ring.at(bytes(image), valid[0]), 9
             )
-            setpoint_c = found.setpoint_c  # judged by `setpoints`
-            wanted = Stored(code, temperature_c, time_s, setpoint_c)
+            wanted = Stored(code, temperature_c, time_s, *found[3:])  # judged by themselves
         if found != wanted:
             yield f"seed {seed}: {found}, not {wanted}"
 
@@ -152,14 +178,14 @@ class Storage:
         """One damaged record may be a first one cut short, two are not."""
         for damaged, code in ((1, 0), (2, SETTINGS_CORRUPT)):
             image = self.ring.image(dict.fromkeys(range(damaged), b"\x12" * self.ring.size))
-            if self.boot(image) != self._default._replace(code=code):
+            if self.boot(image) != self.default._replace(code=code):
                 yield f"{damaged} damaged records give {self.now()}"
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        for code in (0, 1, LAST_CODE, LAST_CODE + 1, 255):
-            self.boot(self.ring.image({3: self.ring.record(7, OLD._replace(code=code), 200)}))
-            wanted = code if code <= LAST_CODE else SETTINGS_CORRUPT
+        for code in (0, 1, self._last_code, self._last_code + 1, 255):
+            self.boot(self.ring.image({3: self.ring.record(7, self.old._replace(code=code), 200)}))
+            wanted = code if code <= self._last_code else SETTINGS_CORRUPT
             if self.now().code != wanted or self.host.library.fault.acknowledgements:
                 yield f"code {code} is restored as {self.now()}"
 
@@ -169,19 +195,35 @@ class Storage:
             return
         setpoint = self.ring.loop.setpoint
         low, high = setpoint.minimum_c, setpoint.maximum_c
-        for value in (low, high, low - 0.01, high + 0.01, float("nan"), float("inf"), -1e30):
-            self.boot(self.ring.image({0: self.ring.record(1, Stored(setpoint_c=value))}))
-            wanted = value if low <= value <= high else setpoint.initial_c
+        beyond = (low - 0.01, high + 0.01, float("nan"), float("inf"), -1e30)
+        for value in (low, high, 0.0, *beyond):
+            record = self.ring.record(1, self.old._replace(setpoint_c=value))
+            self.boot(self.ring.image({0: record}))
+            off = value == 0 and self.host.build.parts.commanded
+            wanted = value if off or low <= value <= high else setpoint.initial_c
             if self.now().setpoint_c != wanted:
                 yield f"setpoint {value} is restored as {self.now().setpoint_c}"
 
     def foreign(self) -> Iterator[str]:
-        """Records of a firmware with another digest do not count."""
-        image = self.full(5, 5)
-        other = bytes(byte ^ 0x10 if i % self.ring.size == self.ring.size - 1 else byte
-                      for i, byte in enumerate(image))  # fmt: skip
-        if self.boot(other).code != SETTINGS_CORRUPT:
-            yield f"another firmware's records give {self.now()}"
+        """Sound records of another specification count for nothing, whatever their size."""
+        for size in (self.ring.size, 19, 23, 35, 64):
+            image = bytearray([BLANK]) * self.ring.bytes
+            for slot in range(self.ring.slots):
+                record = self.ring.foreign(slot, size)
+                image[slot * self.ring.stride : slot * self.ring.stride + size] = record
+            if self.boot(bytes(image)) != self.default:
+                yield f"another firmware's records of {size} bytes give {self.now()}"
+            self.save(self.new)
+            if self.boot() != self.as_restored(self.new):
+                yield f"nothing is kept among another firmware's records of {size} bytes"
+
+    def other_layout(self) -> Iterator[str]:
+        """A record of this specification, of another size, is of another version: not ours."""
+        record = self.ring.record(1, self.old) + b"\x00"
+        body = bytes([record[2] + 1]) + record[3:]
+        longer = struct.pack("<H", self.ring.crc(body)) + body
+        if self.boot(self.ring.image({0: longer, 1: longer})) != self.default:
+            yield f"a record of another size gives {self.now()}"
 
     def later(self) -> Iterator[str]:
         """A setpoint is saved when it has rested for 10 s."""
@@ -206,7 +248,7 @@ class Storage:
         self.boot(bytes([BLANK]) * self.ring.bytes)
         for number in range(self.ring.slots):
             before = self.host.world.eeprom_writes
-            self.save(OLD._replace(time_s=number))
+            self.save(self.old._replace(time_s=number))
             if self.host.world.eeprom_writes - before != self.ring.size:
                 yield f"save {number} writes {self.host.world.eeprom_writes - before} bytes"
         image = bytes(self.host.eeprom)
@@ -218,25 +260,25 @@ class Storage:
         """What changes while a record is written comes into the next one."""
         self.boot(bytes([BLANK]) * self.ring.bytes)
         library = self.host.library
-        library.fault.code = OLD.code
+        library.fault.code = self.old.code
         library.settings_save()
         before = self.host.world.eeprom_writes
         for _ in range(5):
             library.settings_tick()
-        self.save(NEW)
+        self.save(self.new)
         if self.host.world.eeprom_writes - before != 2 * self.ring.size:
             yield "a record is not finished before the next one"
-        if self.boot() != self.as_restored(NEW):
+        if self.boot() != self.as_restored(self.new):
             yield f"a change while writing is lost: {self.now()}"
 
     def latch(self) -> Iterator[str]:
         """The first fault stays, also without power; acknowledged, it is gone for good."""
         library = self.host.library
         self.boot(bytes([BLANK]) * self.ring.bytes)
-        library.fault_trip(OLD.code, OLD.temperature_c)
-        library.fault_trip(NEW.code, NEW.temperature_c)
+        library.fault_trip(self.old.code, self.old.temperature_c)
+        library.fault_trip(self.new.code, self.new.temperature_c)
         library.host_settle()
-        if self.boot()[:2] != OLD[:2]:
+        if self.boot()[:2] != self.old[:2]:
             yield f"after a loss of power the fault is {self.now()}"
         library.fault_acknowledge()
         library.fault_acknowledge()
@@ -251,13 +293,17 @@ class Storage:
             yield f"{self.host.world.eeprom_outside} accesses outside the EEPROM"
 
 
+def _spec_gains(algorithm: Algorithm) -> tuple[float, ...]:
+    return tuple(float(np.float32(getattr(algorithm, each, 0.0))) for each in GAINS)
+
+
 def storage_problem(host: Host) -> str:
     """Run every check once, in a shorter form; say the first few things that are wrong."""
     storage = Storage(host)
     checks = [
         storage.blank(), storage.newest(), storage.cuts(range(1, storage.ring.slots, 36)),
         storage.first_cuts(), storage.few_damaged(), storage.codes(), storage.setpoints(),
-        storage.foreign(), storage.later(), storage.wear(), storage.late_change(),
+        storage.foreign(), storage.other_layout(), storage.later(), storage.wear(), storage.late_change(),
         storage.latch(),
         *(storage.damaged(seed) for seed in range(12)), storage.noise(1), storage.outside(),
     ]  # fmt: skip

@@ -1,10 +1,11 @@
 """Settings in EEPROM: the ring of records under power cuts, damage and wrap."""
 
 import pytest
+from host_kept import kept_problem
 from host_storage import Storage
 
-NAMES = ["switch_lead", "pid_hold"]
-"""Without and with a stored setpoint."""
+NAMES = ["switch_lead", "pid_hold", "tuned_hot", "tuned_slow", "switched_by_host"]
+"""Without and with a stored setpoint, with gains and without; a host may switch the last off."""
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -18,8 +19,8 @@ def storage(request, hosts):
 @pytest.mark.parametrize(
     "check",
     [
-        "blank", "newest", "first_cuts", "few_damaged", "codes", "setpoints", "foreign", "later",
-        "wear", "late_change", "latch",
+        "blank", "newest", "first_cuts", "few_damaged", "codes", "setpoints", "foreign",
+        "other_layout", "later", "wear", "late_change", "latch",
     ],
 )  # fmt: skip
 def test_holds(storage, check):
@@ -42,7 +43,12 @@ def test_any_bytes(storage):
     assert [problem for seed in range(150) for problem in storage.noise(seed)] == []
 
 
+@pytest.mark.parametrize("name", [*NAMES, "by_hand", "feeder"])
+def test_what_a_host_sets_outlives_a_loss_of_power_if_kept(hosts, name):
+    assert kept_problem(hosts(name)) == ""
+
+
 def test_a_large_eeprom(hosts):
     storage = Storage(hosts("pid_error_run"))
-    problems = [*storage.newest(), *storage.cuts(range(0, 227, 30)), *storage.wear()]
+    problems = [*storage.newest(), *storage.cuts(range(0, 16, 5)), *storage.wear()]
     assert [*problems, *storage.outside()] == []
