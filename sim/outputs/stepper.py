@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.native.pins import PIN_EVENT
 from heatwright.sim.outputs.switch import Switch
 from heatwright.spec import Board
 from heatwright.spec import Stepper as StepperOutput
@@ -94,7 +93,6 @@ class Stepper(Switch):
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT)."""
         del sent
-        assert pins.dtype == PIN_EVENT  # noqa: S101 - a mistake of ours
         for line in (self._step, self._direction, self._enable):
             line.feed(pins)
         self._judge_widths()
