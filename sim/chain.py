@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,11 +63,27 @@ class ChainError:
         """Whether both errors are within what the ADC's resolution makes of them."""
         return self.table_steps < TABLE_BOUND_STEPS and self.chain_steps <= CHAIN_BOUND_STEPS
 
+    def as_json(self) -> dict[str, Any]:
+        """Return it for machines; temperatures in °C, differences in K, errors also in steps."""
+        return {
+            "sensor": self.sensor,
+            "points": self.points,
+            "table_steps": round(self.table_steps, 4),
+            "chain_steps": round(self.chain_steps, 4),
+            "chain_k": round(self.chain_k, 4),
+            "rows": [
+                {"temperature": round(row.celsius, 2), "step_k": round(row.step_k, 4),
+                 "error_k": round(row.error_k, 4)}
+                for row in self.rows
+            ],
+        }  # fmt: skip
 
-def chain_errors(controller: Controller, program: Elf) -> Iterator[ChainError]:
+
+def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError]:
     """Yield the errors of each analog sensor; raises ElfError when the binary has no table."""
     for name, sensor in controller.sensors.items():
         if isinstance(sensor, Thermistor | Rtd | Analog):
+            program = elf if isinstance(elf, Elf) else Elf(elf)
             yield _Chain(sensor, controller.board, table_of(program, name)).errors(name)
 
 

@@ -9,9 +9,11 @@ from heatwright.cli.report.chart_data import run_chart
 from heatwright.cli.report.pages import data, page
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
+    CHAIN_COLUMNS,
     CHECK_COLUMNS,
     FAULT_COLUMNS,
     FIGURE_COLUMNS,
+    chain_cells,
     check_cells,
     fault_cells,
     figure_cells,
@@ -38,6 +40,8 @@ def verify_page(evidence: Evidence) -> str:
         display=run.display,
         check_columns=(*CHECK_COLUMNS, ""),
         check_rows=[(*check_cells(each), _mark(each.passed)) for each in evidence.checks],
+        chain_columns=CHAIN_COLUMNS,
+        chain_rows=chain_cells(evidence.chains),
         figure_columns=(*FIGURE_COLUMNS, ""),
         figure_rows=[(*figure_cells(each), _mark(each.passed)) for each in timing.figures.values()],
         costs=timing.functions,

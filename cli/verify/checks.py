@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.chain import CHAIN_BOUND_STEPS, TABLE_BOUND_STEPS, ChainError
 from heatwright.sim.metrics import Metrics
 from heatwright.sim.plot_data import fault_label
 from heatwright.spec import Expect
@@ -36,6 +37,21 @@ def build_checks(built: BuildResult) -> Iterator[Check]:
         "static RAM and worst stack", f"{built.ram_limit} bytes",
         f"{built.ram_bytes} + {built.stack_bytes}", free >= 0,
     )  # fmt: skip
+
+
+def chain_checks(chains: Iterable[ChainError]) -> Iterator[Check]:
+    """Hold analog sensors to what the ADC resolves."""
+    for chain in chains:
+        for what, limit, found in (
+            (f"table of {chain.points} points off its curve", TABLE_BOUND_STEPS, chain.table_steps),
+            ("reading off the temperature", CHAIN_BOUND_STEPS, chain.chain_steps),
+        ):
+            yield Check(
+                f"sensor {chain.sensor}: {what}",
+                f"{limit:g} ADC steps",
+                f"{found:.3f} ADC steps",
+                found <= limit,
+            )
 
 
 def replay_checks(loops: ClosedLoop) -> Iterator[Check]:

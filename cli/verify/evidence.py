@@ -12,6 +12,7 @@ from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.cli.verify.rows import figure_cells
 from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.chain import ChainError
 from heatwright.spec import Spec
 
 
@@ -22,6 +23,8 @@ class Evidence:
     file: str
     spec: Spec
     built: BuildResult
+    chains: tuple[ChainError, ...]
+    """Of the analog sensors."""
     loops: ClosedLoop
     checks: tuple[Check, ...]
     trials: Trials
@@ -74,6 +77,7 @@ class Evidence:
             "spec": self.file,
             "digest": self.spec.digest,
             "build": build_json(self.built),
+            "sensors": [chain.as_json() for chain in self.chains],
             "replay": replay_json(self.loops.replays.values()),
             "closed_loop": as_json(first),
             "faults": [each.as_json() for each in self.trials.faults],

@@ -1,14 +1,18 @@
-"""Faults, timing and checks as rows of tables, without their verdicts."""
+"""Sensors, faults, timing and checks as rows of tables, without their verdicts."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from heatwright.cli.figures import NONE
 from heatwright.cli.verify.checks import Check
+from heatwright.sim.chain import ChainError
 from heatwright.sim.faults import FaultResult
 from heatwright.sim.timing import Figure
 
 CHECK_COLUMNS = ("", "limit", "found")
 CHECK_TEXTS = 3
+CHAIN_COLUMNS = ("sensor", "temperature [°C]", "one step of the ADC [K]", "largest error near [K]")
 FAULT_COLUMNS = ("fault", "trips", "after [s]", "limit [s]", "heater off after [s]", "peak [°C]")
 FAULT_TEXTS = 2
 FIGURE_COLUMNS = ("", "in", "worst", "limit")
@@ -18,6 +22,15 @@ FIGURE_TEXTS = 2
 def check_cells(check: Check) -> tuple[str, ...]:
     """Return a check's row in the order of CHECK_COLUMNS."""
     return check.what, check.limit, check.found
+
+
+def chain_cells(chains: Iterable[ChainError]) -> list[tuple[str, ...]]:
+    """Return the rows of all sensors in the order of CHAIN_COLUMNS."""
+    return [
+        (chain.sensor, f"{row.celsius:.0f}", f"{row.step_k:.3f}", f"{row.error_k:.3f}")
+        for chain in chains
+        for row in chain.rows
+    ]
 
 
 def fault_cells(result: FaultResult) -> tuple[str, ...]:

@@ -9,12 +9,14 @@ from heatwright.cli.figures import COLUMNS, cells
 from heatwright.cli.tables import heading, mark, show, table
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
+    CHAIN_COLUMNS,
     CHECK_COLUMNS,
     CHECK_TEXTS,
     FAULT_COLUMNS,
     FAULT_TEXTS,
     FIGURE_COLUMNS,
     FIGURE_TEXTS,
+    chain_cells,
     check_cells,
     fault_cells,
     figure_cells,
@@ -35,6 +37,9 @@ def print_evidence(evidence: Evidence) -> None:
     show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
     heading("What has to hold")
     _print_judged(CHECK_COLUMNS, CHECK_TEXTS, [(check_cells(c), c.passed) for c in evidence.checks])
+    if evidence.chains:
+        heading("Analog sensors, from the tip to the loop, against their exact curves")
+        show(table(CHAIN_COLUMNS, chain_cells(evidence.chains)))
     timing = evidence.trials.timing
     heading(f"Timing, over {duration(round(timing.seconds))} cycle by cycle")
     figures = [(figure_cells(each), each.passed) for each in timing.figures.values()]
