@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from heatwright.cli.command import Command
-from heatwright.cli.ends import Status
+from heatwright.cli.ends import Refused, Status
 from heatwright.cli.options import Amount, File, json_option, print_json, spec_argument
 from heatwright.cli.targets import check_target, whole
 
@@ -66,6 +66,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     printed as YAML to paste. The exit status is 1 if it found none.
     """
     check_target(plot, PICTURES)
+    for name, value in (("--lambda", lambda_s), ("--tauc", tauc_s)):
+        if value is not None and value <= 0:
+            raise Refused(f"{name}: must be above 0.")
     from heatwright.cli.talk import talk  # noqa: PLC0415
     from heatwright.cli.tune.methods import Judged, find, try_all  # noqa: PLC0415
     from heatwright.cli.tune.task import methods_of, task_of  # noqa: PLC0415

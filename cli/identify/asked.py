@@ -20,7 +20,9 @@ from heatwright.sim.identify import (
 )
 from heatwright.sim.identify.columns import Column
 from heatwright.sim.tuning.delays import reading_age_s
+from heatwright.sim.tuning.process import power_of
 from heatwright.spec import Controller, Loop, SerialPlotter, load
+from heatwright.spec.commands import tunable
 from heatwright.spec.simulation import AMBIENT
 
 PLOTTER_FULL = 10.0
@@ -78,7 +80,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
         able = ", ".join(controller.loops)
         raise Refused(f"{loaded.file_name}: has no loop {name}; there are {able}.")
     chosen = controller.loops[name]
-    power_w = power_w or controller.outputs[chosen.heater].power_w
+    power_w = power_w or power_of(controller, name)
     return Asked(
         columns,
         Scales(power_w, full, period_s or chosen.period_s),
@@ -107,6 +109,6 @@ def _plotter(controller: Controller, name: str, loop: Loop) -> tuple[int, int] |
         isinstance(each, SerialPlotter) and each.loop == name for each in controller.interfaces
     ):
         return None
-    titles = [field["title"] for field in fields(name, loop)]
+    titles = [field["title"] for field in fields(name, loop, by_host=tunable(controller, name))]
     places = [place for place, title in enumerate(titles) if title.startswith(("heater", "duty"))]
     return places[0], len(titles)

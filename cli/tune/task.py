@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
-from heatwright.sim.tuning.process import Process, process_of
+from heatwright.sim.tuning.process import Process, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
 from heatwright.spec import Controller, DigitalOutput, Loop, Pid, Spec
 from heatwright.spec.commands import tunable
@@ -41,7 +41,7 @@ def task_of(
         able = ", ".join(controller.loops)
         raise Refused(f"{spec.file_name}: has no loop {name}; there are {able}.")
     chosen = controller.loops[name]
-    _check_output(spec, chosen)
+    _check_output(spec, name, chosen)
     if controller.simulation is None:
         raise Refused(
             f"{spec.file_name}: has no `simulation`, so there is no machine to tune for. Describe "
@@ -73,14 +73,14 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
     return tuple(method for method in every if method in wanted and (possible or method != "relay"))
 
 
-def _check_output(spec: Spec, loop: Loop) -> None:
+def _check_output(spec: Spec, name: str, loop: Loop) -> None:
     output = spec.controller.outputs[loop.heater]
     if isinstance(output, DigitalOutput):
         raise Refused(
             f"{spec.file_name}: heater {loop.heater} is switched on and off only, and a PID asks "
             "for parts of its power. Make it time_proportional or pwm."
         )
-    if output.power_w is None:
+    if power_of(spec.controller, name) is None:
         raise Refused(
             f"{spec.file_name}: heater {loop.heater} has no power. Give it one: power: 40 W."
         )

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.loop import minimal_pid, sampled
+from heatwright.sim.tuning.loop import minimal_pid, pid_response, sampled, sampled_response
 from heatwright.sim.tuning.process import Process
 
-POINTS = 4000
+POINTS = 1500
 """Frequencies of the open loop, even in the logarithm; python-control interpolates between them."""
 
 DECADES = 3
@@ -52,12 +52,9 @@ def open_loop(process: Process, gains: Gains, period_s: float) -> OpenLoop:
     slowest_s = max(process.lags_s[0], gains.kp / gains.ki if gains.ki else 0.0)
     omega = np.geomspace(10.0**-DECADES / slowest_s, math.pi / period_s, POINTS)
     z = np.exp(1j * omega * period_s)
-    plant = _response(sampled(process, period_s), z)
-    return OpenLoop(omega, plant * _response(minimal_pid(gains, period_s), z))
-
-
-def _response(system: control.StateSpace, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    return np.asarray(np.squeeze(system(z), axis=(0, 1)) if np.ndim(system(z)) > 1 else system(z))
+    return OpenLoop(
+        omega, sampled_response(process, period_s, z) * pid_response(gains, period_s, z)
+    )
 
 
 def margins(process: Process, gains: Gains, period_s: float) -> Margins:
@@ -70,27 +67,31 @@ def margins(process: Process, gains: Gains, period_s: float) -> Margins:
 
     """
     loop = open_loop(process, gains, period_s)
+    stable = is_stable(process, gains, period_s)
     data = control.frd(loop.response, loop.omega, smooth=True)
     gain, phase, distance, _, crossings, _ = control.stability_margins(data, returnall=True)
     delays_s = np.radians(np.mod(phase, 360.0)) / crossings
     nearest = np.abs(1 + loop.response).min()
-    smallest = float(min(distance.min(initial=np.inf), nearest))
     return Margins(
-        stable=is_stable(process, gains, period_s),
-        gain=_least_growth(gain),
+        stable=stable,
+        gain=_growth(np.append(gain, _at_the_end(loop.response[-1])), stable),
         phase_deg=float(phase[np.abs(phase).argmin()]) if len(phase) else math.inf,
         delay_s=float(delays_s.min(initial=math.inf)),
-        sensitivity=1 / smallest,
+        sensitivity=1 / float(distance.min(initial=nearest)),
         crossover=float(crossings.max(initial=0.0)),
     )
 
 
-def _least_growth(gains: NDArray[np.float64]) -> float:
-    """Return the smallest growth that makes a stable loop oscillate; below 1 it does already."""
-    growing = gains[gains > 1]
-    if len(growing):
-        return float(growing.min())
-    return float(gains.max()) if len(gains) else math.inf
+def _at_the_end(response: np.complex128) -> float:
+    """Return the growth that oscillates from step to step: there the response is real."""
+    return float(-1 / response.real) if response.real < 0 else math.inf
+
+
+def _growth(gains: NDArray[np.float64], stable: bool) -> float:
+    """Return the least growth that makes a stable loop oscillate; of another, the least cure."""
+    if stable:
+        return float(gains[gains > 1].min(initial=math.inf))
+    return float(gains[gains < 1].max(initial=0.0))
 
 
 def is_stable(process: Process, gains: Gains, period_s: float) -> bool:

@@ -86,6 +86,11 @@ def _times(roots: list[float]) -> list[float]:
     return sorted((-1 / root for root in roots), reverse=True)
 
 
+def power_of(controller: Controller, loop: str) -> float | None:
+    """Return the power of a loop's heater at full duty, W; None if its specification has none."""
+    return getattr(controller.outputs[controller.loops[loop].heater], "power_w", None)
+
+
 def process_of(controller: Controller, loop: str) -> Process:
     """Linearise the machine of a specification, with its fans as they always run.
 
@@ -97,7 +102,7 @@ def process_of(controller: Controller, loop: str) -> Process:
         message = "A process needs a machine: the specification has no `simulation`"
         raise ValueError(message)
     spec, network = controller.loops[loop], controller.simulation.plant
-    power_w = controller.outputs[spec.heater].power_w
+    power_w = power_of(controller, loop)
     if not power_w:
         message = f"The heater {spec.heater} has no power"
         raise ValueError(message)

@@ -49,5 +49,5 @@ def relay(
     result = int(last["autotune.result"])
     if result != DONE:
         raise TuningFailed(RESULTS.get(result, "it did not start"))
-    found = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
-    return Gains(*found, spec.algorithm.derivative_filter_s)
+    kp, ki, kd = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
+    return Gains(kp, ki, kd, spec.algorithm.derivative_filter_s)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from conftest import EXAMPLES
 
-HEAVY = {"numpy", "scipy", "matplotlib", "rich", "elftools", "cffi", "platformio", "vcd"}
+HEAVY = {"numpy", "scipy", "matplotlib", "rich", "elftools", "cffi", "platformio", "vcd", "control"}
 LANGUAGE = {"pydantic", "yaml", "jinja2"}
 CHAMBER = str(EXAMPLES / "chamber.yaml")
 
@@ -18,6 +18,8 @@ CHAMBER = str(EXAMPLES / "chamber.yaml")
         (["--help"], HEAVY | LANGUAGE),
         (["generate", "--help"], HEAVY | LANGUAGE),
         (["verify", "--help"], HEAVY | LANGUAGE),
+        (["identify", "--help"], HEAVY | LANGUAGE),
+        (["tune", "--help"], HEAVY | LANGUAGE),
         (["check", CHAMBER], HEAVY | {"jinja2"}),
         (["generate", CHAMBER, "-o", "out"], HEAVY),
         (["generate", CHAMBER, "-o", "out", "--check"], HEAVY),

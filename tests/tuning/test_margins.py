@@ -1,0 +1,124 @@
+"""Margins against closed forms, and against what really becomes unstable."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from processes import first_order, second_order
+
+from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.margins import is_stable, margins
+from heatwright.sim.tuning.process import Process
+from heatwright.sim.tuning.reduced import Reduced
+from heatwright.sim.tuning.rules import lambda_rule, simc
+
+BETWEEN = 2e-3
+"""Relative distance of two of the frequencies that margins are interpolated between."""
+
+
+def proportional(kp: float) -> Gains:
+    return Gains(kp, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("kp", [0.5, 3.0, 7.0])
+def test_proportional_control_of_one_lag(kp: float) -> None:
+    """L = g/(z − p): gain margin at z = −1, crossover where |z − p| = g."""
+    gain, lag_s, period_s = 5.0, 20.0, 1.0
+    pole = math.exp(-period_s / lag_s)
+    g = kp * gain * (1 - pole)
+    found = margins(first_order(gain, lag_s), proportional(kp), period_s)
+    assert found.gain == pytest.approx((1 + pole) / g, rel=BETWEEN)
+    angle = math.acos((1 + pole**2 - g**2) / (2 * pole))
+    z = complex(math.cos(angle), math.sin(angle))
+    phase = math.pi - math.atan2(z.imag, z.real - pole)
+    assert found.crossover == pytest.approx(angle / period_s, rel=BETWEEN)
+    assert found.phase_deg == pytest.approx(math.degrees(phase), rel=BETWEEN)
+    assert found.delay_s == pytest.approx(phase / angle * period_s, rel=2 * BETWEEN)
+    around = np.exp(1j * np.linspace(1e-6, math.pi, 200_001))
+    nearest = np.abs(1 + g / (around - pole)).min()
+    assert found.sensitivity == pytest.approx(1 / nearest, rel=BETWEEN)
+
+
+def test_a_loop_that_never_reaches_one_has_no_crossover() -> None:
+    found = margins(first_order(1.0, 20.0), proportional(0.5), 1.0)
+    assert (found.crossover, found.phase_deg, found.delay_s) == (0.0, math.inf, math.inf)
+    assert found.stable
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
+def test_lambda_has_the_margins_of_its_theory(ratio: float) -> None:
+    """exp(−θs)/((λ + θ)s): gain margin π/2·(1 + λ/θ), phase margin 90° − 57.3°·θ/(λ + θ)."""
+    period_s, late_s = 0.01, 2.0
+    dead_s = late_s + period_s / 2
+    gains = lambda_rule(Reduced(5.0, 200.0, 0.0, dead_s), 0.0, ratio * dead_s)
+    found = margins(first_order(5.0, 200.0, late_s), gains, period_s)
+    # Sampling counts as half a period of dead time: exact up to the square of their ratio.
+    assert found.gain == pytest.approx(math.pi / 2 * (1 + ratio), rel=2 * BETWEEN)
+    expected_deg = 90 - math.degrees(1 / (1 + ratio))
+    assert found.phase_deg == pytest.approx(expected_deg, rel=2 * BETWEEN)
+    assert found.delay_s == pytest.approx(
+        math.radians(expected_deg) * (1 + ratio) * dead_s, rel=0.005
+    )
+
+
+def test_simc_has_the_margins_its_author_gives() -> None:
+    """Skogestad 2003, table 2: first order with dead time, tight: 3.14, 61.4°, Ms 1.59."""
+    dead_s, period_s = 2.0, 0.01
+    gains = simc(Reduced(5.0, 8.0, 0.0, dead_s), 0.0)
+    found = margins(first_order(5.0, 8.0, dead_s - period_s / 2), gains, period_s)
+    assert found.gain == pytest.approx(3.14, abs=0.01)
+    assert found.phase_deg == pytest.approx(61.4, abs=0.1)
+    assert found.sensitivity == pytest.approx(1.59, abs=0.01)
+
+
+def test_simc_of_an_integrating_process() -> None:
+    """The same table: gain margin 2.96, phase margin 46.9°, Ms 1.70."""
+    dead_s, period_s = 2.0, 0.01
+    gains = simc(Reduced(5000.0, 20_000.0, 0.0, dead_s), 0.0)
+    found = margins(first_order(5000.0, 20_000.0, dead_s - period_s / 2), gains, period_s)
+    assert found.gain == pytest.approx(2.96, abs=0.01)
+    assert found.phase_deg == pytest.approx(46.9, abs=0.1)
+    assert found.sensitivity == pytest.approx(1.70, abs=0.01)
+
+
+def scaled(gains: Gains, factor: float) -> Gains:
+    return gains._replace(kp=gains.kp * factor, ki=gains.ki * factor, kd=gains.kd * factor)
+
+
+processes = st.builds(
+    second_order,
+    gain=st.floats(0.1, 20),
+    lag_s=st.floats(20, 500),
+    second_s=st.floats(0.5, 15),
+    late_s=st.floats(0.0, 10),
+)
+
+
+@settings(max_examples=40)
+@given(process=processes, period_s=st.sampled_from([0.1, 1.0]), filter_s=st.floats(0.2, 4.0))
+def test_the_loop_oscillates_just_beyond_its_margins(
+    process: Process, period_s: float, filter_s: float
+) -> None:
+    """Poles of the closed loop, which know nothing of frequencies, judge the margins."""
+    lag_s, second_s = process.lags_s
+    dead_s = process.late_s + period_s / 2 + filter_s
+    gains = simc(Reduced(process.gain, lag_s, second_s, dead_s), filter_s)
+    found = margins(process, gains, period_s)
+    assert found.stable
+    assert is_stable(process, scaled(gains, found.gain * (1 - BETWEEN)), period_s)
+    assert not is_stable(process, scaled(gains, found.gain * (1 + BETWEEN)), period_s)
+    # Dead time of whole periods is a pure delay of the sampled loop.
+    periods = found.delay_s / period_s
+    for whole, stays in ((math.floor(periods), True), (math.ceil(periods), False)):
+        if abs(whole - periods) > 2 * BETWEEN * periods:
+            later = replace(process, late_s=process.late_s + whole * period_s)
+            assert is_stable(later, gains, period_s) is stays
+
+
+def test_an_unstable_loop_is_told() -> None:
+    found = margins(first_order(5.0, 20.0, 5.0), proportional(10.0), 1.0)
+    assert not found.stable
+    assert found.gain < 1
