@@ -11,7 +11,6 @@ from heatwright.spec.base import (
     BareNumber,
     Model,
     PinName,
-    Temperature,
     WholeNumber,
 )
 from heatwright.spec.coarseness import largest_step_k, step_at_k
@@ -21,6 +20,8 @@ from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.units import BETA, RESISTANCE, TEMPERATURE, VOLTAGE, VOLTAGE_PER_KELVIN
 
 Ohm = Annotated[float, Quantity(RESISTANCE, least=0.01)]
+_OfCurve = Annotated[float, Quantity(TEMPERATURE, least=-200.0)]
+"""A temperature at which an element has a resistance; far enough from absolute zero."""
 Volt = Annotated[float, Quantity(VOLTAGE, least=-5.0, most=5.0)]
 VoltPerKelvin = Annotated[float, Quantity(VOLTAGE_PER_KELVIN, least=-1.0, most=1.0)]
 _Supply = Annotated[float, Quantity(VOLTAGE, least=0.1)]
@@ -117,7 +118,7 @@ class BetaCurve(Model):
     """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
 
     resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at one temperature.")
-    at_c: Temperature = Field(alias="at", description="That temperature.")
+    at_c: _OfCurve = Field(alias="at", description="That temperature.")
     beta_k: Annotated[float, Quantity(BETA, least=1.0)] = Field(
         alias="beta", description="Beta value; the data sheet names it with two temperatures."
     )
@@ -137,7 +138,7 @@ class SteinhartHartCurve(Model):
     )
 
 
-_Point = tuple[Temperature, Ohm]
+_Point = tuple[_OfCurve, Ohm]
 
 
 def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:

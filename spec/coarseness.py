@@ -18,12 +18,21 @@ COARSEST_MCU = "atmega2560"
 SLOPE_OVER_K = 0.01
 """Difference of temperatures over which a curve is taken for straight."""
 
+LEAST_CHANGE = 1e-12
+"""Share of the reference below which a change is lost in double precision."""
+
 
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
-    """Give the width of an ADC step about a temperature, K, from the slope there."""
+    """Give the width of an ADC step about a temperature, K, from the slope there.
+
+    Beyond the range, where no reading is valid, it is that of the range's end.
+    """
     chain = circuit(sensor, mcu)
-    below, above = temperature_c - SLOPE_OVER_K / 2, temperature_c + SLOPE_OVER_K / 2
-    return SLOPE_OVER_K / (CODES * abs(chain.ratio(above) - chain.ratio(below)))
+    low_c, high_c = sensor.range_c
+    middle_c = min(max(temperature_c, low_c), high_c)
+    below, above = middle_c - SLOPE_OVER_K / 2, middle_c + SLOPE_OVER_K / 2
+    change = abs(chain.ratio(above) - chain.ratio(below))
+    return SLOPE_OVER_K / (CODES * max(change, LEAST_CHANGE))
 
 
 @cache
