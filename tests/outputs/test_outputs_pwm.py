@@ -179,3 +179,15 @@ def test_no_interrupts_while_nothing_changes() -> None:
     per_edge = (awake[50.0] - awake[0.0]) / (2 * 490)
     assert 0 < per_edge < LATENCY + 50
     assert np.isfinite(per_edge)
+
+
+@pytest.mark.parametrize(("pin", "frequency"), [("D3", "488.28125 Hz"), ("D4", "122 Hz")])
+def test_a_higher_supply_is_on_for_less(pin: str, frequency: str) -> None:
+    """A heater for 12 V on 18 V: full power is 44.4 % of the time."""
+    said = f"kind: pwm, pin: {pin}, frequency: {frequency}, power: 40 W, supply: 18 V, rated: 12 V"
+    bench = PwmBoard("uno", {"heater": said}, "", "reset")
+    for percent in (100.0, 50.0, 10.0):
+        bench.ask("heater", percent)
+        pulses = bench.seen("heater", 0.2)
+        share = pulses.widths.mean() / pulses.periods.mean()
+        assert share == pytest.approx(percent / 100 * (12 / 18) ** 2, abs=1 / 256)

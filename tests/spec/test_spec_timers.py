@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatwright.spec import BOARDS, Controller, Ds18b20, PwmOutput, Timer
+from heatwright.spec import BOARDS, Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
 from heatwright.spec.pwm import (
@@ -27,7 +27,7 @@ def pwm(pin: str, frequency: str = "490 Hz") -> PwmOutput:
 
 
 def varied(
-    chamber: Controller, *, sensors: int = 1, board: str = "uno", **outputs: PwmOutput
+    chamber: Controller, *, sensors: int = 1, board: str = "uno", **outputs: PwmOutput | Stepper
 ) -> Controller:
     sensor = Ds18b20(kind="ds18b20", pin="A1")
     return chamber.model_copy(
@@ -76,12 +76,12 @@ def test_no_timer_for_the_tick(chamber: Controller) -> None:
 def test_a_frequency_no_timer_makes_is_made_by_interrupts(chamber: Controller) -> None:
     """RAMPS: 30 Hz for the hotend and 122 Hz for the fan, both pins of timer 2."""
     use = allocate(
-        varied(chamber, board="mega2560", hot=pwm("D10", "30 Hz"), fan=pwm("D9", "122 Hz"))
+        varied(chamber, board="mega2560", hot=pwm("D10", "30 Hz"), part=pwm("D9", "122 Hz"))
     )
     # One prescaler for both: 30 Hz would be 66667 counts of clock/8.
     assert use.pwm == {
         "hot": PwmChannel(5, "A", 64, 8333, 16e6 / 64 / 8333, True),
-        "fan": PwmChannel(5, "B", 64, 2049, 16e6 / 64 / 2049, True),
+        "part": PwmChannel(5, "B", 64, 2049, 16e6 / 64 / 2049, True),
     }
     assert (use.tick, use.one_wire) == (1, {"s0": 2})
 
@@ -93,10 +93,11 @@ def test_any_pin_is_good_enough_for_interrupts(chamber: Controller) -> None:
 
 
 def test_of_two_frequencies_on_a_timer_the_faster_may_need_it(chamber: Controller) -> None:
-    use = allocate(varied(chamber, slow=pwm("D11", "61 Hz"), fast=pwm("D3", "7812 Hz")))
+    slow, fast = pwm("D10", "61 Hz"), pwm("D9", "7812 Hz")
+    use = allocate(varied(chamber, board="mega2560", slow=slow, fast=fast))
     assert use.pwm["fast"] == PwmChannel(2, "B", 8, 256, 7812.5, False)
     assert use.pwm["slow"].by_interrupts
-    use = allocate(varied(chamber, one=pwm("D11", "61 Hz"), other=pwm("D3", "61 Hz")))
+    use = allocate(varied(chamber, board="mega2560", one=slow, other=pwm("D9", "61 Hz")))
     assert timers(use) == {"one": 2, "other": 2}
     assert not use.pwm["other"].by_interrupts
 
@@ -230,3 +231,30 @@ def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
     assert setting.divisor == divisor
     assert setting.baud == clock_hz / 8 / (divisor + 1)
     assert (abs(setting.error) <= BAUD_TOLERANCE) == borne
+
+
+def stepper(maximum: str = "20 mm/s") -> Stepper:
+    return Stepper.model_validate(
+        {
+            "kind": "stepper", "step": "D4", "direction": "D5", "enable": "D6",
+            "steps": 200, "microsteps": 16, "lead": "25 mm",
+            "maximum": maximum, "acceleration": "50 mm/s²",
+        }
+    )  # fmt: skip
+
+
+def test_a_stepper_takes_what_is_left(chamber: Controller) -> None:
+    assert allocate(varied(chamber, feed=stepper())).steppers == {"feed": 0}
+    assert allocate(varied(chamber, board="mega2560", feed=stepper())).steppers == {"feed": 3}
+    with pytest.raises(NoTimer, match="left for this stepper") as caught:
+        allocate(varied(chamber, sensors=2, feed=stepper()))
+    assert [problem.path for problem in caught.value.problems] == [("outputs", "feed")]
+
+
+def test_a_stepper_takes_an_interrupt_a_step(chamber: Controller) -> None:
+    assert allocate(varied(chamber, feed=stepper("78.125 mm/s")))
+    with pytest.raises(NoTimer, match="100 mm/s are 12800 steps a second") as caught:
+        allocate(varied(chamber, feed=stepper("100 mm/s")))
+    (problem,) = caught.value.problems
+    assert problem.path == ("outputs", "feed", "maximum")
+    assert problem.remedy.startswith("Use at most 78.125 mm/s")
