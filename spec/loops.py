@@ -105,7 +105,7 @@ class Autotune(Model):
         5, description="Oscillations of the experiment."
     )
     swing_percent: Annotated[float, Quantity(PERCENT, least=1.0, most=100.0)] = Field(
-        100.0, alias="swing", description="Duty below the target; above it the heater is off."
+        100.0, alias="swing", description="Share of the output's maximum, below the target."
     )
     timeout_s: _Time = Field(
         1200.0, alias="timeout", description="Time after which the experiment is given up."

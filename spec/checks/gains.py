@@ -79,11 +79,3 @@ def autotune_has_a_use(controller: Controller) -> Findings:
                 "Delete it, or name the loop in a gcode interface",
                 (("interfaces",),),
             )
-        elif loop.autotune.swing_percent > loop.algorithm.output.maximum_percent:
-            yield Finding(
-                (*path, "swing"),
-                f"{number(loop.autotune.swing_percent)} % is more than the output's maximum of "
-                f"{number(loop.algorithm.output.maximum_percent)} %",
-                f"Use at most {number(loop.algorithm.output.maximum_percent)} %",
-                (("loops", name, "algorithm"),),
-            )
