@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.sim.avr import CAUSES
-from heatwright.sim.device import AvrDevice
+from heatwright.sim.device import AvrDevice, Sensor
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.sensors.ds18b20 import Ds18b20
+from heatwright.sim.sensors.spi_chip import SpiChip
 
 
 def display(device: AvrDevice) -> tuple[str, str] | None:
@@ -30,10 +31,18 @@ def _resets(device: AvrDevice) -> Iterator[str]:
 
 def _sensors(device: AvrDevice) -> Iterator[str]:
     for name, sensor in device.sensors.items():
-        if isinstance(sensor, Ds18b20):
-            for phase, seen in sensor.line.phases.items():
-                if seen.violations:
-                    yield f"{name}: {phase} was outside the data sheet {seen.violations} times"
+        for phase, violations in _wires(sensor).items():
+            if violations:
+                yield f"{name}: {phase} was outside the data sheet {violations} times"
+
+
+def _wires(sensor: Sensor) -> dict[str, int]:
+    """Count what went against the data sheet on a sensor's wires, by phase."""
+    if isinstance(sensor, Ds18b20):
+        return {phase: seen.violations for phase, seen in sensor.line.phases.items()}
+    if isinstance(sensor, SpiChip):
+        return {phase: seen.violations for phase, seen in sensor.port.phases.items()}
+    return {}
 
 
 def _interfaces(device: AvrDevice) -> Iterator[str]:
