@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 
-from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults import hosts, memory, starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site, World
@@ -31,6 +31,8 @@ def faults(site: Site) -> Iterator[Fault]:
             watch_s=RESYNC_S,
             judge=_shows_again,
         )
+    if site.is_commanded:
+        yield from hosts.faults(site)
     if site.controller.board.uarts:
         yield Fault(
             "serial_flood", lambda: starts.heating(site), _flood, watch_s=WATCH_S, judge=keeps_time

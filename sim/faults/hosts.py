@@ -1,0 +1,92 @@
+"""The host's side: a stop in the middle of a flood, orders out of bounds, a cable that garbles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.serial_noise import SerialNoise
+
+WATCH_S = 60.0
+STOP = b"\nM112\n"
+BITS_A_BYTE = 10
+FLOOD = b"M105\n" * 4000
+FLOODED_S = 0.5
+"""Longer than it takes to fill whatever the firmware keeps for later."""
+BEYOND_K = 1.0
+GARBLED_SHARE = 0.02
+"""Of the bytes: about every fourth line."""
+LINES = 100
+SEED = 3
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what a host, or the cable to it, can do to a loop it commands."""
+    host = next(each for each in site.controller.interfaces if each.kind == "gcode")
+    stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
+    yield Fault("host_stop", lambda: starts.heating(site), _stop, trip=stopped)
+    yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
+    yield Fault(
+        "host_out_of_bounds",
+        lambda: starts.heating(site),
+        _ask_too_much,
+        watch_s=WATCH_S,
+        judge=_keeps_setpoint,
+    )
+    yield Fault(
+        "host_garbled",
+        lambda: starts.heating(site),
+        _garble,
+        watch_s=WATCH_S,
+        judge=_hears_all,
+    )
+
+
+def _flooded(site: Site) -> World:
+    """Begin with a machine that heats, and more lines waiting than it can ever answer."""
+    world = starts.heating(site)
+    world.device.host.send_bytes(FLOOD)
+    world.run(FLOODED_S)
+    return world
+
+
+def _stop(world: World) -> None:
+    """Send M112, behind nothing but what the firmware has received already."""
+    device = world.device
+    device.avr.uarts[0].unsend()
+    device.host.send_bytes(STOP)
+
+
+def _ask_too_much(world: World) -> None:
+    """Ask for temperatures that the specification forbids, and for none at all."""
+    loop, tool = world.site.loop, world.site.tool
+    beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
+    for wanted in (*(f"{each:g}" for each in beyond), "9999999999", "1E3", "nan", "-", ""):
+        world.send(f"M104 {tool} S{wanted}")
+
+
+def _keeps_setpoint(world: World) -> str:
+    """See that none of it was taken over."""
+    expected_c = starts.highest_c(world.site)
+    return "" if world.setpoint_c == expected_c else f"the setpoint went to {world.setpoint_c:g} °C"
+
+
+def _garble(world: World) -> None:
+    """Send numbered lines through a cable that damages many of them."""
+    host = world.device.host
+    host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
+    for _ in range(LINES):
+        world.device.send(f"M104 {world.site.tool} S{starts.highest_c(world.site):g}")
+
+
+def _hears_all(world: World) -> str:
+    """See that every line was done in the end, and nothing else."""
+    host = world.device.host
+    if host.is_busy:
+        return "the host still waits for an answer"
+    if not host.resends:
+        return "no damaged line was asked for again"
+    return _keeps_setpoint(world)
