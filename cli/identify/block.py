@@ -25,9 +25,9 @@ def digits(found: Found) -> str:
         return about(found.value)
     places = 1 - math.floor(math.log10(half))
     # At least three digits, and no more than six: a network of less would not fit any more.
-    magnitude = math.floor(math.log10(abs(found.value)))
+    magnitude = math.floor(math.log10(max(abs(found.value), half / 10)))
     places = min(max(places, 2 - magnitude), 5 - magnitude)
-    return f"{found.value:.{places}f}" if places > 0 else f"{round(found.value, places):.0f}"
+    return f"{round(found.value, places) + 0.0:.{max(0, places)}f}"
 
 
 def interval(found: Found) -> str:

@@ -16,7 +16,7 @@ from heatwright.sim.tuning.margins import Margins, margins
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.reduced import Reduced
 from heatwright.sim.tuning.relay import TuningFailed, relay
-from heatwright.sim.tuning.rules import lambda_rule, model_for, simc
+from heatwright.sim.tuning.rules import lambda_rule, model_for, robust_simc, simc
 from heatwright.sim.tuning.trial import try_gains
 from heatwright.spec import Controller, Pid
 
@@ -146,6 +146,8 @@ def _relay(task: Task, job: Job) -> Gains:
 
 
 def _simc(task: Task, _: Job) -> Gains:
+    if task.tauc_s is None:
+        return robust_simc(task.process, task.model, task.filter_s, task.period_s)
     return simc(task.model, task.filter_s, task.tauc_s)
 
 

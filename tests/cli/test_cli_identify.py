@@ -8,6 +8,9 @@ import pytest
 import yaml
 from conftest import EXAMPLES, Heatwright
 
+from heatwright.cli.identify.block import digits
+from heatwright.sim.identify import Found
+from heatwright.sim.identify.structure import Parameter
 from heatwright.spec import load_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
@@ -142,3 +145,19 @@ def test_help_has_examples(heatwright: Heatwright) -> None:
     done = heatwright("identify", "--help")
     assert done.status == 0
     assert "heatwright identify oven.csv --power 240W --plot oven.png" in done.out
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "text"),
+    [
+        (16.7123, 0.02, "16.712"),
+        (-5.43, 0.4, "-5.43"),
+        (1e-15, 36.0, "0.00"),
+        (-1e-15, 0.1, "0.0000"),
+        (123456.0, 5000.0, "123500"),
+        (0.173, float("inf"), "0.173"),
+    ],
+)
+def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: str) -> None:
+    parameter = Parameter("lag", "lag of the sensor", "s", False)
+    assert digits(Found(parameter, value, value - half, value + half, told=True)) == text

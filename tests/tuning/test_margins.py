@@ -13,7 +13,7 @@ from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import is_stable, margins
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.reduced import Reduced
-from heatwright.sim.tuning.rules import lambda_rule, simc
+from heatwright.sim.tuning.rules import TIGHT, lambda_rule, model_for, robust_simc, simc
 
 BETWEEN = 2e-3
 """Relative distance of two of the frequencies that margins are interpolated between."""
@@ -122,3 +122,20 @@ def test_an_unstable_loop_is_told() -> None:
     found = margins(first_order(5.0, 20.0, 5.0), proportional(10.0), 1.0)
     assert not found.stable
     assert found.gain < 1
+
+
+@pytest.mark.parametrize(("second_s", "late_s"), [(4.5, 0.1), (15.0, 0.1), (1.0, 5.0)])
+def test_simc_is_made_slower_until_it_is_as_robust_as_it_promises(
+    second_s: float, late_s: float
+) -> None:
+    process, period_s, filter_s = second_order(6.0, 250.0, second_s, late_s), 0.1, 1.0
+    model = model_for(process, period_s, filter_s)
+    found = margins(process, robust_simc(process, model, filter_s, period_s), period_s)
+    assert found.stable
+    assert found.sensitivity <= TIGHT
+    tight = margins(process, simc(model, filter_s), period_s)
+    if tight.sensitivity > TIGHT:
+        # The search ends within 1/64 of the time constant, and Ms follows that in proportion.
+        assert found.sensitivity == pytest.approx(TIGHT, rel=1 / 64)
+    else:
+        assert found == tight
