@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -59,4 +60,4 @@ def _announce(port: str, baud: int, speed: float, as_json: bool) -> None:
         print_json({"port": port, "baud": baud, "speed": speed})
     else:
         click.echo(f"{port}: {baud} baud, {speed:g} times real time. Ctrl-C ends it.")
-    click.get_text_stream("stdout").flush()
+    sys.stdout.flush()
