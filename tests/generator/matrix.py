@@ -25,6 +25,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "below": ("", "8 K"),
     "stored": ("false", "true"),
     "interface": ("none", "lcd", "plotter", "both"),
+    "sensor": ("ds18b20", "thermistor", "rtd", "analog", "max6675", "max31855"),
     "bits": ("9", "10", "11", "12"),
     "loops": ("1", "2"),
     "fan": ("no", "yes"),
@@ -46,13 +47,25 @@ PWM_PINS = {
 SHIELD = {"D4", "D5", "D6", "D7", "D8", "D9", "D10"}
 """Pins of the LCD keypad shield."""
 
-# Heater, second heater, fan and sensors: D2 and its like, free of everything else.
+# Heater, second heater, fan, sensors, and two more wires of a converter: D2 and its like, free of
+# everything else. The first sensor's pin has a channel of the ADC.
 PINS = {
-    **dict.fromkeys(("uno", "nano", "leonardo"), ("D2", "D12", "A2", "A1", "A3")),
-    "mega2560": ("D22", "A9", "D41", "A1", "A3"),
-    "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3"),
-    "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3"),
-    "atmega1284p": ("PA0", "PA7", "PC6", "PC1", "PA3"),
+    **dict.fromkeys(("uno", "nano", "leonardo"), ("D2", "D12", "A2", "A1", "A3", "A4", "A5")),
+    "mega2560": ("D22", "A9", "D41", "A1", "A3", "D42", "D25"),
+    "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3", "PC4", "PC5"),
+    "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3", "PL2", "PA1"),
+    "atmega1284p": ("PA0", "PA7", "PC6", "PA1", "PA3", "PA2", "PA4"),
+}
+
+SENSORS = {
+    "ds18b20": "pin: {pin}, resolution: {bits} bit",
+    "thermistor": "pin: {pin}, divider: {{pull_up: 4.7 kΩ}}, oversample: 4, "
+    "curve: {{resistance: 100 kΩ, at: 25 °C, beta: 3950 K}}, range: -5 °C .. 150 °C",
+    "rtd": "pin: {pin}, element: pt1000, divider: {{pull_up: 1 kΩ}}, oversample: 8, "
+    "range: -50 °C .. 150 °C",
+    "analog": "pin: {pin}, scale: 10 mV/K, offset: 500 mV, range: -30 °C .. 120 °C",
+    "max6675": "chip_select: {pin}, clock: {clock}, data_out: {data}",
+    "max31855": "chip_select: {pin}, clock: {clock}, data_out: {data}, thermocouple: T",
 }
 
 
@@ -74,9 +87,9 @@ def heater_pin(row: Row) -> str:
 
 def spec_of(row: Row) -> str:
     """Write the spec."""
-    _, second, fan, sensor, other = PINS[row["board"]]
+    _, second, fan, _, other, _, _ = PINS[row["board"]]
     outputs = {"heater": _output(row, heater_pin(row))}
-    sensors = {"air": f"{{kind: ds18b20, pin: {sensor}, resolution: {row['bits']} bit}}"}
+    sensors = {"air": _sensor(row)}
     loops = {"air": _loop(row, "air", "heater")}
     if row["fan"] == "yes":
         outputs["fan"] = f"{{kind: digital, pin: {fan}, runs: always, active: {row['active']}}}"
@@ -95,6 +108,12 @@ def spec_of(row: Row) -> str:
     shown = kinds.get(row["interface"], ["lcd_keypad", "serial_plotter"])
     lines += ["interfaces:", *(f"  - {{kind: {kind}, loop: air}}" for kind in shown)]
     return "\n".join(lines if shown else lines[:-1]) + "\n"
+
+
+def _sensor(row: Row) -> str:
+    *_, pin, _, clock, data = PINS[row["board"]]
+    wires = SENSORS[row["sensor"]].format(pin=pin, clock=clock, data=data, bits=row["bits"])
+    return f"{{kind: {row['sensor']}, {wires}}}"
 
 
 def _output(row: Row, pin: str) -> str:
@@ -128,6 +147,8 @@ def _loop(row: Row, sensor: str, heater: str) -> str:
         rules[row["off"]] = "off"
     if row["algorithm"] == "pid" and row["ki"] == "0":
         rules["frozen"] = "off"  # it may rest below the setpoint
+    if row["sensor"] in {"max6675", "thermistor"}:
+        rules["minimum"] = "6 °C"
     protection = ", ".join(f"{rule}: {text}" for rule, text in rules.items())
     fan = ", fan: fan" if row["fan"] == "yes" else ""
     return (
@@ -150,6 +171,8 @@ def telling(row: Row) -> Row:
         silent.add("while_limited")
     if row["output"] != "time_proportional":
         silent |= {"minimum_on", "minimum_off"}
+    if row["sensor"] != "ds18b20":
+        silent.add("bits")
     if row["off"] == "runaway":
         silent.add("below")
     return {choice: value for choice, value in row.items() if choice not in silent}
