@@ -10,6 +10,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
+from heatwright.spec.commands import gcode_of
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -25,11 +26,29 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "loops": _loops(spec),
         "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
+        "host": _host(spec),
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
         ],
         "watchdog": quantity(controller.safety.watchdog_s, "s"),
     }
+
+
+def _host(spec: Spec) -> dict[str, Any] | None:
+    """What the host has to know; None if there is none."""
+    gcode = gcode_of(spec.controller)
+    if gcode is None:
+        return None
+    return {
+        "baud": gcode.baud,
+        "names": [
+            {"address": address, "what": what, "name": name}
+            for what, names in (
+                ("loop", gcode.loops), ("fan", gcode.fans), ("stepper", gcode.steppers)
+            )
+            for address, name in names.items()
+        ],
+    }  # fmt: skip
 
 
 def _loops(spec: Spec) -> list[dict[str, Any]]:
@@ -69,6 +88,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         "without the main loop",
         "brown_out": "a reset by the brown-out detector",
         "settings_corrupt": "records in the EEPROM, and none of them valid",
+        "emergency_stop": "`M112`",
     }
 
 
@@ -76,7 +96,8 @@ def _limits(protection: Protection) -> dict[str, str]:
     """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
     limits = {
-        f"sensor_{cause}": stale for cause in ("no_answer", "short", "crc", "stale", "reset")
+        f"sensor_{cause}": stale
+        for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")
     } | {
         "over_temperature": f"{protection.maximum_c:g} °C or more",
         "under_temperature": f"{protection.minimum_c:g} °C or less",
