@@ -15,7 +15,7 @@ from heatwright.spec import load_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 
-from machines import as_csv, machine, recorded, steps
+from known_machines import as_csv, machine, recorded, steps
 
 TRUE = {"body": 16.7, "resistance": 14.7, "lag": 4.5, "delay": 2.0, "ambient": 20.0}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from machines import POWER_W, Series, machine, recorded, steps
+from known_machines import POWER_W, Series, machine, recorded, steps
 
 from heatwright.sim.identify import Record
 from heatwright.sim.identify.answer import (

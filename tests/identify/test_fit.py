@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from machines import POWER_W, machine, recorded, steps
+from known_machines import POWER_W, machine, recorded, steps
 from scipy.stats import binom
 
 from heatwright.sim.identify import Identified, Record, Structure, Unusable, fit
