@@ -1,16 +1,19 @@
 """The ADC's scan in the binary: channels, times, and codes that are missing or bad."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from analog_specs import sensor
+from analog_specs import BED, CIRCUITS, PLOTTER, sensor
 
-from heatwright.sim.circuits import Wiring
+from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.reference.adc import converter
-from heatwright.spec import BOARDS
+from heatwright.spec import BOARDS, Spec, load_text
 from heatwright.spec.conversion import limits
 
+CELSIUS = "temperature_c"
 TICK_S = 0.010
 OPEN, SHORT, RANGE, STALE = 17, 2, 18, 4
 OVERSAMPLE = 4
@@ -151,6 +154,33 @@ def test_channels_from_eight_up_beside_lower_ones(two: AvrDevice) -> None:
         last = two.steps(loop)[-1]
         assert last["reading_status"] == 0
         assert last["temperature_c"] == pytest.approx(tip_c, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("board", "pin", "heater"),
+    [
+        ("nano", "A6", "D3"),
+        ("leonardo", "D4", "D3"),
+        ("mega2560", "A15", "D3"),
+        ("atmega1284p", "PA3", "PB3"),
+    ],
+)
+@pytest.mark.parametrize("circuit", ["hotend", "lm35"])
+def test_boards_their_channels_and_references(
+    made: Callable[[Spec], Elf], board: str, pin: str, heater: str, circuit: str
+) -> None:
+    """ADC7 without a digital pin, ADC8 and ADC15 through MUX5; 1.1 V inside and 2.56 V."""
+    text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
+    text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
+    text = text.replace("frequency: 490 Hz", "frequency: 977 Hz").replace("INTERFACE", PLOTTER)
+    spec = load_text(text, "bed.yaml")
+    device = AvrDevice(spec.controller, made(spec))
+    device.sense("bed", 60.0)
+    device.advance(1.0)
+    last = device.steps("bed")[-1]
+    both = shares(spec.controller.sensors["bed"], spec.controller.board, [60.0, last[CELSIUS]])
+    assert last["reading_status"] == 0
+    assert abs(both[0] - both[1]) * 1024 <= 1.0
 
 
 def test_no_temperature_while_the_wire_is_broken(plate: AvrDevice) -> None:
