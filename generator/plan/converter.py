@@ -21,6 +21,10 @@ class Chip:
     name: str
     power_up_s: float
     """From its supply to its first conversion, s."""
+    supply: str
+    """What else to connect."""
+    shift: str = ""
+    """Where its levels are not the board's."""
 
 
 def plan_converter(
@@ -57,16 +61,16 @@ def plan_converter(
         ),
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
-        wiring=_wiring(name, chip.name, select, clock, data),
+        wiring=_wiring(f"sensor `{name}`: {chip.name}", chip, select, clock, data),
     )
 
 
-def _wiring(name: str, chip: str, select: Pin, clock: Pin, data: Pin) -> tuple[Wiring, ...]:
-    what = f"sensor `{name}`: {chip}"
+def _wiring(what: str, chip: Chip, select: Pin, clock: Pin, data: Pin) -> tuple[Wiring, ...]:
     return (
-        Wiring(label(select), what, "CS; 10 kΩ pull it up while the chip is in reset"),
-        Wiring(label(clock), what, "SCK"),
+        Wiring(label(select), what, f"CS{chip.shift}; 10 kΩ to its supply"),
+        Wiring(label(clock), what, f"SCK{chip.shift}"),
         Wiring(label(data), what, "SO; nothing else may drive or pull this line"),
+        Wiring("–", what, chip.supply),
     )
 
 

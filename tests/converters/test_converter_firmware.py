@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from converter_specs import KINDS, PINS, program, spec_of
 
+from heatwright.generator import plan_firmware, render
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay
 from heatwright.sim.sensors.spi_chip import SpiChip
@@ -196,3 +197,15 @@ def test_replay(kind: str) -> None:
     assert OPEN in steps["fault.code"]
     result = replay(device._controller, steps)
     assert (result.ticks, result.mismatches, result.unchecked) == (len(steps), 0, ("fault.time_s",))
+
+
+@of_both
+def test_the_readme_says_how_to_wire_it(kind: str) -> None:
+    """Without these a broken thermocouple is not seen, or a good one is taken for a short."""
+    spec = spec_of(kind)
+    text = render(plan_firmware(spec))["README.md"]
+    rows = [line for line in text.splitlines() if "sensor `tip`" in line]
+    assert [row.split(" = ")[0] for row in rows[:3]] == ["| D10", "| D8", "| D12"]
+    wanted = {"max6675": "T- to its ground", "max31855": "must not touch ground"}
+    assert wanted[kind] in rows[3]
+    assert ("level shifter" in rows[0]) == (kind == "max31855")

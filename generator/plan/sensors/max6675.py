@@ -10,8 +10,9 @@ from heatwright.spec import Max6675
 
 POWER_UP_S = 0.0
 """The data sheet gives none: it converts as soon as it is not selected."""
+SUPPLY = "5 V, with 100 nF; T- to its ground, or a broken thermocouple is not seen"
 
 
 def plan(source: Source, name: str, sensor: Max6675, use: UseOfSensor) -> Part:
     """Plan the sensor and the reader of its wires."""
-    return plan_converter(source, name, sensor, use, Chip("MAX6675", POWER_UP_S))
+    return plan_converter(source, name, sensor, use, Chip("MAX6675", POWER_UP_S, SUPPLY))
