@@ -63,7 +63,7 @@ def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) ->
     A machine that can hold none is too weak for its controller, and left out.
     """
     most_c = usable_c(site, network, ambient_c=ambient_c)
-    setpoints_c = [each for each in starts.key_setpoints_c(site) if each <= most_c]
+    setpoints_c = [each for each in starts.setpoints_c(site) if each <= most_c]
     if not setpoints_c:
         return
     target_c = max(setpoints_c)

@@ -88,9 +88,9 @@ def _shorted(site: Site) -> Iterator[Fault]:
             short,
             _mend(site),
             trip=trips.too_hot(site),
-            again=Trip(("over_temperature",), trips.too_hot(site).allowed_s),
+            again=trips.too_hot(site),
         )
-    lowest_c = starts.key_setpoints_c(site)[0]
+    lowest_c = starts.setpoints_c(site)[0]
     band = trips.runaway_above(site, lowest_c)
     if band and full_c >= lowest_c + _above_k(site) + MARGIN_K:
         yield Fault(
@@ -133,7 +133,7 @@ def _leaking(site: Site) -> Iterator[Fault]:
     if rule is None or trip is None:
         return
     above_k = _above_k(site) + MARGIN_K
-    start_c = starts.key_setpoints_c(site)[0] + above_k
+    start_c = starts.setpoints_c(site)[0] + above_k
     if start_c + rule.rise_k + MARGIN_K >= site.loop.protection.maximum_c:
         return
     share = share_for(site, start_c + 3 * rule.rise_k + MARGIN_K, ambient_c=start_c)
@@ -155,7 +155,7 @@ def _leaking(site: Site) -> Iterator[Fault]:
 
 def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
     """Another source that holds the machine above the band, or drives it to its maximum."""
-    lowest_c = starts.key_setpoints_c(site)[0]
+    lowest_c = starts.setpoints_c(site)[0]
     maximum_c = site.loop.protection.maximum_c
     band = trips.runaway_above(site, lowest_c)
     hold_c = lowest_c + _above_k(site) + MARGIN_K
@@ -179,7 +179,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
         held(maximum_c + MARGIN_K, starts.ambient_c(site)),
         _mend(site),
         trip=hot,
-        again=Trip(hot.rules, hot.allowed_s),
+        again=hot,
     )
 
 

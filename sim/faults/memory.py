@@ -28,7 +28,7 @@ def faults(site: Site) -> Iterator[Fault]:
         damage,
         trip=Trip(("settings_corrupt",), start_up_s(site.controller)),
     )
-    if site.has_keys:
+    if site.has_operator:
         yield Fault(
             "record_cut_short",
             lambda: latched(site),
@@ -79,7 +79,10 @@ def cut_short(world: World) -> None:
     """Acknowledge, and cut the power in the middle of the record that says so."""
     eeprom = world.device.avr.eeprom
     before = eeprom.writes
-    world.device.press("select")
+    if world.site.is_commanded:
+        world.device.send("M999")
+    else:
+        world.device.press("select")
     for _ in range(LONGEST_MS):
         world.device.advance(world.now_s + 0.001)
         if eeprom.writes >= before + BYTES and eeprom.writing:

@@ -15,7 +15,7 @@ from heatwright.sim.native.snapshots import Snapshots
 
 @dataclass(frozen=True)
 class Change:
-    """The latched fault became another, or none (code 0): device time, s."""
+    """The latched fault became another, or none (code 0), or came again: device time, s."""
 
     time_s: float
     code: int
@@ -25,19 +25,23 @@ class TripLog:
     """Each change of the latched fault, noted when the processor next goes to sleep.
 
     It goes to sleep within the tick in which the change was made; at start-up, before the first
-    tick.
+    tick. A fault that is acknowledged and trips again within one tick shows in the count of
+    acknowledgements, which lies beside its code.
     """
 
     def __init__(self, device: AvrDevice) -> None:
         self._device = device
         self._code = device.variables["fault.code"]
+        self._count = device.variables["fault.acknowledgements"]
+        if self._count.address != self._code.address + self._code.size:
+            raise ValueError("The count of acknowledgements does not lie behind the fault's code.")
         self._snapshots: Snapshots | None = None
         self._start_s = 0.0
         self._changes: list[Change] = []
 
     def attach(self) -> None:
         """Record the processor that has just been powered on."""
-        place = (self._code.address, self._code.size)
+        place = (self._code.address, self._code.size + self._count.size)
         self._start_s = self._device.time_s
         self._snapshots = self._device.avr.snapshots(place, place)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
+from heatwright.sim.faults.trips import full_percent
 from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.spec import PwmOutput
 
+COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
 """So far below its setpoint a machine begins that is to be heating."""
 FIRST_STEPS = 3
@@ -18,9 +21,16 @@ def ambient_c(site: Site) -> float:
     return simulation.ambient_c if simulation else 20.0
 
 
-def key_setpoints_c(site: Site) -> tuple[float, ...]:
-    """Return the setpoints the keys can reach, ascending; without keys the initial one alone."""
+def setpoints_c(site: Site) -> tuple[float, ...]:
+    """Return setpoints the operator can ask for, ascending; without one the initial one alone.
+
+    A host can ask for any; here for every tenth degree from the surroundings' up.
+    """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
+    if site.is_commanded:
+        lowest_c = max(setpoint.minimum_c, ambient_c(site))
+        count = int((setpoint.maximum_c - lowest_c) / COMMANDED_STEP_K)
+        return tuple(setpoint.maximum_c - turn * COMMANDED_STEP_K for turn in range(count, -1, -1))
     if not step_k:
         return (setpoint.initial_c,)
     down = int((setpoint.initial_c - setpoint.minimum_c) / step_k)
@@ -31,8 +41,8 @@ def key_setpoints_c(site: Site) -> tuple[float, ...]:
 def highest_c(site: Site) -> float:
     """Return the highest setpoint the keys reach and the machine can hold, °C."""
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
-    reached = [each for each in key_setpoints_c(site) if each <= most_c]
-    return max(reached, default=min(key_setpoints_c(site)))
+    reached = [each for each in setpoints_c(site) if each <= most_c]
+    return max(reached, default=min(setpoints_c(site)))
 
 
 def first_steps(world: World) -> None:
@@ -51,13 +61,19 @@ def heating(site: Site) -> World:
 
 
 def heater_is_on(world: World) -> bool:
-    """Whether the loop's heater is on at this moment, by its controller."""
+    """Whether the loop's heater is on at this moment, by its controller.
+
+    Under pulse width it is on while it has a duty: looked at every so often, its pin may show the
+    same part of each period for ever.
+    """
+    if isinstance(world.site.controller.outputs[world.site.loop.heater], PwmOutput):
+        return world.loop("duty_percent") > 0
     return world.device.outputs[world.site.loop.heater].on
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
     """Begin with a machine that rests so far above the lowest setpoint, heater off."""
-    start_c = key_setpoints_c(site)[0] + above_k
+    start_c = setpoints_c(site)[0] + above_k
     world = World(site, Weather(start_c, start_c))
     first_steps(world)
     world.set_setpoint(start_c - above_k)
@@ -66,11 +82,17 @@ def at_rest(site: Site, *, above_k: float) -> World:
 
 
 def cold(site: Site, *, below_k: float = 2 * BELOW_K) -> World:
-    """Begin with a machine that rests so far below the initial setpoint."""
-    start_c = site.loop.setpoint.initial_c - below_k
+    """Begin with a machine that rests so far below the initial setpoint, or the lowest in use."""
+    start_c = resting_c(site) - below_k
     world = World(site, Weather(start_c, start_c))
     first_steps(world)
     return world
+
+
+def resting_c(site: Site) -> float:
+    """Return the initial setpoint; of a loop that begins switched off, the surroundings', °C."""
+    initial_c = site.loop.setpoint.initial_c
+    return ambient_c(site) if site.is_commanded and initial_c == 0 else initial_c
 
 
 def hot(site: Site) -> World:
@@ -82,12 +104,19 @@ def hot(site: Site) -> World:
 
 
 def held(site: Site) -> World:
-    """Begin at the highest usable setpoint, and hold it until the heater goes off and on."""
+    """Begin at the highest usable setpoint, and hold it until the heater goes off and on.
+
+    A heater under pulse width does so all the time: there it is until less than all is asked for.
+    """
     target_c = highest_c(site)
     world = World(site, Weather(target_c, ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
     world.until(heater_is_on, LONGEST_S)
+    if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
+        full = full_percent(site.loop)
+        world.until(lambda now: 0 < now.loop("duty_percent") < full, LONGEST_S)
+        return world
     world.until(lambda now: not heater_is_on(now), LONGEST_S)
     world.until(heater_is_on, LONGEST_S)
     return world

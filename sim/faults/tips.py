@@ -46,7 +46,7 @@ def _frost(site: Site) -> Iterator[Fault]:
     """A tip that is cooled below the minimum, slowly enough not to jump."""
     minimum_c = site.loop.protection.minimum_c
     rate = -site.loop.protection.rise_rate_k_per_s / 2
-    start_k = site.loop.setpoint.initial_c - minimum_c - BEYOND_K
+    start_k = starts.resting_c(site) - minimum_c - BEYOND_K
     trip = Trip(("under_temperature",), reading_s(site.loop), falls_to(minimum_c), trips.LONGEST_S)
     yield Fault(
         "frost",
@@ -85,6 +85,8 @@ def _fallen_out(site: Site) -> Iterator[Fault]:
     trip, again = _after_falling(site), trips.no_rise(site, falls_to(starts.ambient_c(site)))
     if trip is None:
         return
+    if again is not None and _may_jump(site):
+        again = replace(again, rules=("rise_rate", *again.rules))  # it still falls
     lag_s = site.network.sense[site.loop.sensor].lag_s
     yield Fault(
         "fallen_out",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.sim.faults.bounds import lasting_s, reading_s
 from heatwright.sim.faults.conditions import Risen, at_full_power, exceeds, reaches
 from heatwright.sim.faults.fault import Trip, at_once
+from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.world import Condition, Site
 from heatwright.spec import Loop, OnOff
 
@@ -51,7 +52,11 @@ def too_hot(site: Site) -> Trip:
     """The reading reaches the maximum."""
     loop = site.loop
     due = reaches(loop.protection.maximum_c)
-    return Trip(("over_temperature",), reading_s(loop), due, LONGEST_S)
+    # Near the end of an analog range one step of the ADC can be more than `rise_rate` allows.
+    allowed_k = loop.protection.rise_rate_k_per_s * loop.period_s
+    coarse = blur_k(site, loop.protection.maximum_c) > allowed_k
+    rules = ("over_temperature", "rise_rate") if coarse else ("over_temperature",)
+    return Trip(rules, reading_s(loop), due, LONGEST_S)
 
 
 def rising(site: Site, *, settle_s: float = 0.0) -> Trip | None:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.plants import Plant, plant_of
-from heatwright.spec import Controller, Loop, ThermalNetwork
+from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of
 
 STEP_S = 0.1
 """Time step of the machine; a tenth of the usual control period."""
 PRESS_S = 0.1
 """A brisk press: this long down, then this long up."""
+ANSWER_S = 1.0
+"""Within this long a host has had its answer, if the line works."""
 
 Condition = Callable[["World"], bool]
 
@@ -43,6 +46,25 @@ class Site:
     def has_keys(self) -> bool:
         """Whether there is somebody to press UP, DOWN and SELECT."""
         return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether a host commands the loop; then it is the operator, with or without keys."""
+        return commanded(self.controller, self.loop_name)
+
+    @property
+    def has_operator(self) -> bool:
+        """Whether there is somebody to set setpoints and acknowledge faults."""
+        return self.has_keys or self.is_commanded
+
+    @property
+    def tool(self) -> str:
+        """What the host calls the loop, such as T0; raises LookupError when none does."""
+        gcode = gcode_of(self.controller)
+        for tool, loop in gcode.loops.items() if gcode else ():
+            if loop == self.loop_name:
+                return tool
+        raise LookupError(f"No host commands {self.loop_name}.")
 
     @property
     def key_step_k(self) -> float:
@@ -77,7 +99,8 @@ class Wiring:
 class World:
     """A powered controller on its machine, after the first step of time, in which it starts.
 
-    device -- the controller; wiring -- what lies between; trips, heaters -- what was recorded;
+    device -- the controller; wiring -- what lies between, coupling -- what goes to the machine when
+    nothing is broken; trips, heaters -- what was recorded;
     peak_c -- the highest temperature at the loop's sensor since it was last set; rising -- whether
     that temperature rose in the last step.
     """
@@ -87,6 +110,7 @@ class World:
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
         self.device = AvrDevice(site.controller, site.program)
+        self.coupling = Coupling(site.controller, self.device, STEP_S)
         self._plant = self._machine(weather)
         self._felt = self._plant.sensed_c()
         self._row = 0
@@ -154,12 +178,13 @@ class World:
             self.device.sense(sensor, self._tip(sensor))
         self._row += 1
         self.device.advance(self._power_on_s + self._row * STEP_S)
-        self._heat({name: self.device.on_fraction(name) for name in self.site.controller.outputs})
+        self._heat(self.coupling.active(), self.coupling.feed_mm_per_s())
 
-    def _heat(self, asked: dict[str, float]) -> None:
+    def _heat(self, asked: Mapping[str, float], feed_mm_per_s: float) -> None:
         heat = self.wiring.heat
         self._plant.step(
-            {name: heat[name](share) if name in heat else share for name, share in asked.items()}
+            {name: heat[name](share) if name in heat else share for name, share in asked.items()},
+            feed_mm_per_s,
         )
         before_c = self.sensed_c
         self._felt = self._plant.sensed_c()
@@ -176,8 +201,29 @@ class World:
             self.device.press(None)
             self.run(PRESS_S)
 
+    def send(self, line: str) -> None:
+        """Let the host send a line, and give the board time to answer."""
+        self.device.send(line)
+        self.until(lambda now: not now.device.host.is_busy, ANSWER_S)
+
+    def acknowledge(self) -> None:
+        """Acknowledge the latched fault, by key or by command.
+
+        A loop that a host commands is off then; the host asks for the same setpoint again.
+        """
+        if not self.site.is_commanded:
+            self.press("select")
+            return
+        setpoint_c = self.setpoint_c
+        self.send("M999")
+        if setpoint_c and not self.fault:
+            self.set_setpoint(setpoint_c)
+
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Press UP or DOWN until the setpoint is as near as the keys come, not beyond it."""
+        """Ask for a setpoint: by command, or with UP and DOWN as near as the keys come."""
+        if self.site.is_commanded:
+            self.send(f"M104 {self.site.tool} S{setpoint_c:g}")
+            return
         step_k = self.site.key_step_k
         steps = int((setpoint_c - self.setpoint_c) / step_k) if step_k else 0
         self.press("up" if steps > 0 else "down", abs(steps))
@@ -212,7 +258,7 @@ class World:
         self.trips.collect()
         self.heaters.power_cut()
         for _ in range(round(off_s / STEP_S)):
-            self._heat(dict.fromkeys(self.site.controller.outputs, 0.0))
+            self._heat(dict.fromkeys(self.coupling.loads, 0.0), 0.0)
         self.device.power_cycle(undefined)
         self._power_on_s, self._row = self.device.time_s, 0
         self.trips.attach()
