@@ -24,7 +24,7 @@ every_kind = pytest.mark.parametrize(("folder", "kind"), KINDS)
 
 def test_the_folders_hold_nothing_that_is_no_kind() -> None:
     for folder, union in FOLDERS.items():
-        shared = {"__init__", "common"}
+        shared = {"__init__", "common", "autotune"}
         plans = {path.stem for path in (ROOT / "generator" / "plan" / folder).glob("*.py")}
         assert plans - shared == set(kinds(union))
 
