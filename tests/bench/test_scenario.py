@@ -37,3 +37,33 @@ def test_the_end_is_the_for():
 def test_a_scenario_without_an_end_is_refused():
     with pytest.raises(ValueError, match="needs its end"):
         end_s(events({"at": "1 s", "press": "up"}))
+
+
+def test_lines_and_feeds_are_done_at_their_times():
+    found = actions(
+        events(
+            {"at": "9 s", "extrude": "5 mm/s"},
+            {"at": "1 s", "send": "M104 S200"},
+            {"at": "1 s", "press": "up"},
+        )
+    )
+    assert found == (
+        Action(1.0, line="M104 S200"),
+        Action(1.0, "up"),
+        Action(1.1),
+        Action(9.0, extrude_mm_per_s=5.0),
+    )
+    assert [action.text for action in found] == ["M104 S200", "up", None, "extrude 5 mm/s"]
+
+
+@pytest.mark.parametrize(
+    ("line", "disturbs"),
+    [("M104 S200", False), ("M106 P0 S255", True), ("m107", True), ("G1 E5 F300", True)],
+)
+def test_a_fan_and_a_feed_happen_to_the_machine(line, disturbs):
+    assert Action(0.0, line=line).disturbs is disturbs
+
+
+def test_a_feed_from_outside_happens_to_the_machine():
+    assert Action(0.0, extrude_mm_per_s=0.0).disturbs
+    assert not Action(0.0, "up").disturbs
