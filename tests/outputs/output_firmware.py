@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -101,9 +101,23 @@ def sources_of(board: str, outputs: Outputs, *others: str) -> dict[str, str]:
     return {path.removeprefix("src/"): text for path, text in files.items()}
 
 
-def program(board: str, outputs: Outputs, main: str, *others: str) -> Elf:
+class Broken(NamedTuple):
+    """A line of an output's C, and what stands in its place."""
+
+    output: str
+    right: str
+    wrong: str
+
+
+def program(
+    board: str, outputs: Outputs, main: str, *others: str, broken: Broken | None = None
+) -> Elf:
     """Compile them with a main program, as strictly as a project is."""
     texts = sources_of(board, outputs, *others) | {"main.c": MAIN + main}
+    if broken:
+        file = f"output_{broken.output}.c"
+        assert broken.right in texts[file]
+        texts[file] = texts[file].replace(broken.right, broken.wrong, 1)
     name = hashlib.sha256(repr((board, sorted(texts.items()))).encode()).hexdigest()[:16]
     folder = _folder() / name
     elf = folder / "firmware.elf"
@@ -114,7 +128,7 @@ def program(board: str, outputs: Outputs, main: str, *others: str) -> Elf:
         made = controller_of(board, outputs).board
         chip = [f"-mmcu={made.mcu}", f"-DF_CPU={made.clock_hz}UL"]
         files = [path for path in texts if path.endswith(".c")]
-        command = ["avr-gcc", *chip, *FLAGS, *files, "-lm", "-o", elf]
+        command = ["avr-gcc", *chip, *FLAGS, *(["-w"] * bool(broken)), *files, "-lm", "-o", elf]
         subprocess.run(command, cwd=folder, check=True)
     return Elf(elf)
 

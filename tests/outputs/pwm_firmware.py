@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from output_firmware import Board, Outputs, controller_of, program
+from output_firmware import Board, Broken, Outputs, controller_of, program
 
 from heatwright.sim.outputs.switch import Switch
 from heatwright.spec.pwm_timers import PwmChannel
@@ -92,9 +92,11 @@ class Pulses(NamedTuple):
 class PwmBoard(Board):
     """A board with these outputs, each a switch on its pin."""
 
-    def __init__(self, board: str, outputs: Outputs, main: str = "", *others: str) -> None:
+    def __init__(
+        self, board: str, outputs: Outputs, *others: str, broken: Broken | None = None
+    ) -> None:
         self.controller = controller_of(board, outputs)
-        self.program = program(board, outputs, main or main_of(outputs), *others)
+        self.program = program(board, outputs, main_of(outputs), *others, broken=broken)
         super().__init__(self.program, self.controller)
         self.channels: dict[str, PwmChannel] = dict(allocate(self.controller).pwm)
         self.outputs = {

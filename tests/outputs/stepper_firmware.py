@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from output_firmware import Board, controller_of, program
+from output_firmware import Board, Broken, controller_of, program
 
 from heatwright.sim.outputs.stepper import attach
 from heatwright.spec import Stepper
@@ -72,10 +72,10 @@ int main(void)
 class Feed(Board):
     """The feed on a board, its driver and motor simulated."""
 
-    def __init__(self, board: str, settings: str) -> None:
+    def __init__(self, board: str, settings: str, broken: Broken | None = None) -> None:
         outputs = {"feed": f"kind: stepper, {settings}"}
         controller = controller_of(board, outputs)
-        self.program = program(board, outputs, MAIN)
+        self.program = program(board, outputs, MAIN, broken=broken)
         super().__init__(self.program, controller)
         output = controller.outputs["feed"]
         assert isinstance(output, Stepper)

@@ -22,7 +22,7 @@ FIRST = 40
 
 def heated(board: str, pin: str, frequency: str, active: str) -> PwmBoard:
     said = f"kind: pwm, pin: {pin}, frequency: {frequency}, active: {active}, power: 40 W"
-    return PwmBoard(board, {"heater": said}, "", "reset")
+    return PwmBoard(board, {"heater": said}, "reset")
 
 
 @pytest.fixture(params=HEATERS)
