@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan.algorithms import autotune
+from heatwright.generator.plan import autotune
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.numbers import quantity, steps, ticks

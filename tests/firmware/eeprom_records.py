@@ -1,6 +1,7 @@
 """Records as the firmware stores them, written a second time, from its description alone."""
 
 import struct
+from collections.abc import Iterable
 
 from heatwright.spec import Controller, digest
 
@@ -26,6 +27,11 @@ def record(
     own = int(digest(controller), 16)
     body = struct.pack("<BIHBBfI", SIZE - 2, own, sequence & 0xFFFF, code, 0, temperature_c, time_s)
     return struct.pack("<H", crc16(body)) + body
+
+
+def ring(records: Iterable[bytes]) -> bytes:
+    """An EEPROM with these records in its first slots."""
+    return b"".join(each.ljust(STRIDE, b"\xff") for each in records)
 
 
 def decoded(controller: Controller, image: bytes) -> dict[int, tuple[int, int]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from eeprom_records import SLOTS, decoded, record
+from eeprom_records import SLOTS, decoded, record, ring
 from powered import PowerOn
 
 from heatwright.sim.device import AvrDevice
@@ -63,8 +63,8 @@ def test_a_count_near_its_end_trips_rather_than_wraps(power_on: PowerOn, name: s
 @pytest.mark.parametrize("last", [0, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF])
 def test_sequence_numbers_wrap(power_on: PowerOn, chamber: Controller, last: int) -> None:
     """The newest of a full ring is found wherever the numbers are."""
-    newest = 40
-    image = b"".join(
+    newest = 11
+    image = ring(
         record(chamber, last - (newest - slot) % SLOTS, 6 if slot == newest else 1)
         for slot in range(SLOTS)
     )
