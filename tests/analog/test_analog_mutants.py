@@ -38,7 +38,7 @@ MUTANTS = [
     ("src/adc.c", "    scanned = 0;\n    convert(0);", "    convert(0);"),
     ("src/adc.c", "    scanned = 0;\n    convert(0);", "    scanned = 0;"),
     ("src/adc.c", "    channel++;\n", ""),
-    ("src/adc.c", "enum { REFERENCE = (1u << REFS0)", "enum { REFERENCE = (1u << REFS1)"),
+    ("src/adc.c", "REFERENCE = (1u << REFS0)", "REFERENCE = (3u << REFS0)"),
     ("src/celsius_bed.c", "i + 1 < SEGMENTS", "i + 2 < SEGMENTS"),
     ("src/celsius_bed.c", "points[i].celsius)\n        +", "points[i].celsius)\n        -"),
 ]  # fmt: skip
