@@ -5,7 +5,9 @@ from variants import BARE, PID, built, varied
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults.world import Site
-from heatwright.spec import Controller
+from heatwright.spec import Controller, load
+
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +25,9 @@ def pid_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
 def bare_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
     spec = varied("bare", BARE)
     return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("bare"))), "air")
+
+
+@pytest.fixture(scope="session")
+def extruder_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = load(EXAMPLES / "extruder.yaml")
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("extruder"))), "nozzle")
