@@ -1,7 +1,7 @@
 """Firmware of every shape: few specs in which every two choices meet."""
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 Row = Mapping[str, str]
@@ -191,15 +191,25 @@ def pairs(row: Row) -> frozenset[object]:
 
 def pairwise(seed: int = 5, pool_size: int = 4000) -> list[Row]:
     """Return few rows in which every two choices meet that can; the same in every run."""
+    return fewest(drawn(CHOICES, seed, pool_size, can_be), pairs)
+
+
+def drawn(
+    choices: Mapping[str, tuple[str, ...]], seed: int, count: int, allowed: Callable[[Row], bool]
+) -> list[Row]:
+    """Return random rows that the language allows."""
     picked = random.Random(seed)  # noqa: S311 - no secret
-    drawn = (
-        {choice: picked.choice(values) for choice, values in CHOICES.items()}
-        for _ in range(pool_size)
+    rows = (
+        {choice: picked.choice(values) for choice, values in choices.items()} for _ in range(count)
     )
-    pool = [row for row in drawn if can_be(row)]
+    return [row for row in rows if allowed(row)]
+
+
+def fewest(pool: list[Row], shown: Callable[[Row], frozenset[object]]) -> list[Row]:
+    """Return few of the rows that show all that any of them shows."""
     number: dict[object, int] = {}
     masks = [
-        sum(1 << number.setdefault(pair, len(number)) for pair in sorted(pairs(row), key=repr))
+        sum(1 << number.setdefault(each, len(number)) for each in sorted(shown(row), key=repr))
         for row in pool
     ]
     missing = (1 << len(number)) - 1

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import commanded
 import pytest
 from chip import compile_and_link
 from jinja2 import UndefinedError
@@ -18,6 +19,7 @@ from heatwright.spec.names import LONGEST_NAME
 Generate = Callable[..., Mapping[str, str]]
 TEMPLATES = Path(__file__).parents[2] / "templates"
 ROWS = pairwise()
+COMMANDED = commanded.pairwise()
 
 
 def name_of(row: Row) -> str:
@@ -30,6 +32,14 @@ def test_it_compiles_and_links(row: Row, generate: Generate, tmp_path: Path) -> 
     files = generate(text)
     unused = [name for name in defined(files["src/config.h"]) if not used(name, files)]
     assert unused == []
+    assert compile_and_link(files, tmp_path, load_text(text).controller.board).is_file()
+
+
+@pytest.mark.parametrize("row", COMMANDED, ids=lambda row: f"{row['board']}-{row['tools']}")
+def test_what_a_host_commands_does_too(row: Row, generate: Generate, tmp_path: Path) -> None:
+    text = commanded.spec_of(row)
+    files = generate(text)
+    assert [name for name in defined(files["src/config.h"]) if not used(name, files)] == []
     assert compile_and_link(files, tmp_path, load_text(text).controller.board).is_file()
 
 
@@ -53,12 +63,15 @@ def test_the_rows_hold_every_choice_and_pair() -> None:
             assert (("board", board), ("output", output)) in shown
     # On-off: with or without lead and band. PID: P, PI in two ways, PD in two, PID in four.
     assert len({variant(row) for row in ROWS}) == 4 + 9
+    for choice, values in commanded.CHOICES.items():
+        assert {row[choice] for row in COMMANDED} == set(values)
     # Another draw finds no pair that could be and is not there.
     assert frozenset().union(*map(pairs, pairwise(seed=2))) == shown
 
 
 def test_every_template_is_used() -> None:
-    specs = [load_text(spec_of(row)) for row in ROWS]
+    texts = [*map(spec_of, ROWS), *map(commanded.spec_of, COMMANDED)]
+    specs = [load_text(text) for text in texts]
     used_here = {file.template for spec in specs for file in plan_firmware(spec).files}
     there_are = {
         path.relative_to(TEMPLATES).as_posix()
