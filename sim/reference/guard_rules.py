@@ -174,7 +174,7 @@ class HeatingRule:
 
 
 class FrozenRule:
-    """9: the reading stands still below the setpoint although the heater is on."""
+    """9: the reading stands still although the heater is on, below the setpoint or by hand."""
 
     members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", "i2"))
 
@@ -197,8 +197,7 @@ class FrozenRule:
         if (
             look.raw != self._raw
             or look.asked_percent == ZERO
-            or look.temperature_c >= look.setpoint_c
-            or look.by_hand
+            or (not look.by_hand and look.temperature_c >= look.setpoint_c)
         ):
             self._steps = 0
             self._raw = look.raw

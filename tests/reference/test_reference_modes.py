@@ -42,14 +42,26 @@ def test_off_does_not_run_away_and_still_must_not_heat():
     assert loop.feed(70.0)["fault.code"] == 13
 
 
-def test_by_hand_no_band_is_watched_nor_a_still_reading():
-    rules = "frozen: {for: 5 s}, runaway: {above: 5 K, below: 5 K, for: 3 s}, rise_rate: 100 K/s"
+def test_by_hand_no_band_is_watched():
+    rules = "frozen: off, runaway: {above: 5 K, below: 5 K, for: 3 s}, rise_rate: 100 K/s"
     loop = Commanded(controller_of(protection=rules))
     loop.feed_all([50.0, 50.0])
     loop.by_hand(20.0)
     assert {r["fault.code"] for r in loop.feed_all([20.0] * 9)} == {0}
-    loop.mode = AUTOMATIC
-    assert [r["fault.code"] for r in loop.feed_all([20.0] * 5)] == [0, 0, 0, 0, 9]
+
+
+@pytest.mark.parametrize("reading_c", [20.0, 60.0])
+def test_by_hand_a_still_reading_is_watched_wherever_the_setpoint_is(reading_c):
+    loop = Commanded(controller_of(protection="frozen: {for: 5 s}"))
+    loop.by_hand(20.0)
+    loop.feed(reading_c)
+    assert [r["fault.code"] for r in loop.feed_all([reading_c] * 5)] == [0, 0, 0, 0, 9]
+
+
+def test_by_hand_a_still_reading_without_heat_is_none():
+    loop = Commanded(controller_of(protection="frozen: {for: 5 s}"))
+    loop.by_hand(0.0)
+    assert {r["fault.code"] for r in loop.feed_all([20.0] * 9)} == {0}
 
 
 def test_by_hand_full_power_must_still_show():
