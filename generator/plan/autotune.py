@@ -10,7 +10,7 @@ from heatwright.spec import Autotune, Loop, Pid
 MOST_STEPS = 65535
 """What the counter of the experiment's steps holds."""
 
-FILTERS_AND_PERIODS = 1.5
+FILTERS_AND_PERIODS = 1.35
 """The closed loop's time constant is at least so many times the derivative filter's and a period
 (docs/control.md, "The rule")."""
 

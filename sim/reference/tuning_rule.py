@@ -5,8 +5,8 @@ from typing import NamedTuple
 from heatwright.sim.reference.numbers import ZERO, Single, clamp
 from heatwright.spec import Autotune, Pid
 
-PER_LATE, PER_DEAD = Single(0.4), Single(2)
-LEAST_RATIO, MOST_RATIO = Single(8), Single(40)
+PER_LATE, PER_DEAD = Single(0.35), Single(2)
+LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
 THREE, FOUR, SIX = Single(3), Single(4), Single(6)
 
 
@@ -28,7 +28,7 @@ class Constants(NamedTuple):
             Single(period_s),
             Single(algorithm.output.maximum_percent * autotune.swing_percent / 100),
             Single(algorithm.derivative_filter_s),
-            Single(1.5 * (algorithm.derivative_filter_s + period_s)),
+            Single(1.35 * (algorithm.derivative_filter_s + period_s)),
             clamp(ZERO, Single(limits.minimum_percent), Single(limits.maximum_percent)),
             None if algorithm.band_k is None else Single(algorithm.band_k),
         )

@@ -9,7 +9,8 @@ FIRST_S, HOLD_S, LOOKED_AT_S = 300.0, 300.0, 120.0
 TARGETS_C = range(180, 251, 10)
 
 WITHIN_K = 0.3
-"""What we aim at. A step of the converter is 0.26 K; the published machine held +0.9 and −0.8 K."""
+"""What we aim at, at the element itself; what is read of it may be off by half a step of the
+converter, 0.13 K, more. The published machine held +0.9 and −0.8 K."""
 
 
 def phases():
@@ -41,7 +42,8 @@ def test_steady_deviation(trace, target_c, feeds, start_s, end_s):
     log = trace.steps["nozzle"]
     steady = (log["time_s"] > end_s - LOOKED_AT_S) & (log["time_s"] < end_s)
     assert set(log["setpoint_c"][steady]) == {target_c}
-    assert abs(log["temperature_c"][steady] - target_c).max() <= WITHIN_K
+    half_step_k = example("feeder").sensors["nozzle"].step_at_k(target_c, "atmega328p") / 2
+    assert abs(log["temperature_c"][steady] - target_c).max() <= WITHIN_K + half_step_k
     tip = (trace.times_s > end_s - LOOKED_AT_S) & (trace.times_s < end_s)
     assert abs(trace.sensed_c["nozzle"][tip] - target_c).max() <= WITHIN_K
     fed = trace.fed_mm_per_s[tip].mean()

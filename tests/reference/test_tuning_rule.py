@@ -23,7 +23,7 @@ def constants(**changes):
         "period_s": Single(PERIOD_S),
         "swing_percent": Single(100),
         "filter_s": Single(1),
-        "least_s": Single(1.5 * 1.1),
+        "least_s": Single(1.35 * 1.1),
         "start_percent": Single(0),
         "band_k": None,
     }
@@ -89,10 +89,10 @@ def test_the_gains_are_skogestads():
     found = found_by(swings, constants())
     assert found.hold_percent == pytest.approx(100 / 3)
     assert (found.lag_s, found.dead_s) == (pytest.approx(5.0, rel=1e-5), pytest.approx(0, abs=1e-5))
-    gain = 1 / (0.024 * 0.4 * 5.0)
+    gain = 1 / (0.024 * 0.35 * 5.0)
     assert found.kd == pytest.approx(gain * 5.0, rel=1e-5)
     # The way down to the setpoint: 100 % and the derivative's share, of which it lacks a third.
-    slow_s = max(8, (100 + gain * 5.0 * 1.6) / (100 / 3)) * 0.4 * 5.0
+    slow_s = max(10, (100 + gain * 5.0 * 1.6) / (100 / 3)) * 0.35 * 5.0
     assert found.ki == pytest.approx(gain / slow_s, rel=1e-5)
     assert found.kp == pytest.approx(gain * (1 + 5.0 / slow_s), rel=1e-5)
 
@@ -100,11 +100,11 @@ def test_the_gains_are_skogestads():
 @pytest.mark.parametrize(
     ("band_k", "start_percent", "ratio"),
     [
-        (None, 0.0, 8.0),
-        (10.0, 0.0, 8.0),
-        (10.0, 20.0, 15.625),
+        (None, 0.0, 10.0),
+        (10.0, 0.0, 10.0),
+        (10.0, 20.0, 17.857142857),
         (10.0, 34.0, 40.0),
-        (40.0, 20.0, 18.5),
+        (40.0, 20.0, 20.285714286),
     ],
 )
 def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, ratio):
@@ -114,5 +114,6 @@ def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, rati
     swings = Swings(*map(Single, (4.0, 480, 960, 4 * swing_k, 4 * top_k, 1.6)))
     changes = {"start_percent": Single(start_percent)}
     found = found_by(swings, constants(band_k=band_k and Single(band_k), **changes))
-    gain = 1 / (0.024 * 2.0)
-    assert gain / float(found.ki) / 2.0 == pytest.approx(ratio, rel=1e-4)
+    quick_s = 0.35 * 5.0
+    gain = 1 / (0.024 * quick_s)
+    assert gain / float(found.ki) / quick_s == pytest.approx(ratio, rel=1e-4)
