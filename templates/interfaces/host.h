@@ -23,6 +23,9 @@ bool host_drop(void);
  * before it: M112 (HOST_STOP), M108 (HOST_GO_ON), M410 (HOST_REST). */
 uint8_t host_take_urgent(void);
 
+/* M112 has come, and what is taken next was sent before it: that must not undo the stop. */
+bool host_stop_is_ahead(void);
+
 /* Send one byte; false when there is no room now. */
 bool host_put(char byte);
 

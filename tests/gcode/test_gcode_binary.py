@@ -119,6 +119,21 @@ def test_m112_has_the_heater_off_within_two_ticks(board: AvrDevice, flooded: boo
     assert host.texts("Error:E19 ") == [STOPPED]
 
 
+def test_an_m999_sent_before_an_m112_does_not_undo_it(board: AvrDevice) -> None:
+    """Lines that wait behind an M109 are done after the M112 that ends it."""
+    told(board, "M109 S200", 3.0)
+    board.host.send_bytes(b"M999\nM109 S210\n")
+    run(board, 0.5)
+    told(board, "M112", 1.0)
+    board.on_fraction("heater")
+    host = run(board, 2.0)
+    assert board.on_fraction("heater") == 0.0
+    assert board.read("fault.code") == 19
+    assert host.texts("Error:M999") == ["Error:M999 refused: M112 came after it"]
+    assert told(board, "M999") == ["ok"]
+    assert board.read("fault.code") == 0
+
+
 def test_an_acknowledged_stop_leaves_it_off(board: AvrDevice) -> None:
     told(board, "M104 S200", 5.0)
     told(board, "M112")
