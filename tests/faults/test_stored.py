@@ -14,13 +14,15 @@ SAVED_AFTER_S = 10.0
 
 
 def record(site: Site, setpoint_c: float) -> bytes:
-    body = struct.pack("<HBBfIf", 1, 0, 0, 0.0, 0, setpoint_c)
-    crc = int(digest(site.controller), 16) & 0xFFFF
+    spec = int(digest(site.controller), 16)
+    body = struct.pack("<IHBBfIf", spec, 1, 0, 0, 0.0, 0, setpoint_c)
+    body = bytes([len(body) + 1]) + body
+    crc = 0xFFFF
     for byte in body:
         crc ^= byte
         for _ in range(8):
             crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    return body + struct.pack("<H", crc)
+    return struct.pack("<H", crc) + body
 
 
 @pytest.mark.parametrize(
