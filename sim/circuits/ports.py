@@ -82,15 +82,14 @@ def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
     J. Millman, "A useful network theorem", Proc. IRE 28 (1940).
     """
     supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
-    with np.errstate(divide="ignore"):
-        element_s = 1 / seen_ohm
     resistor_ohm = divider.pull_up_ohm or divider.pull_down_ohm
-    resistor_s = np.full_like(seen_ohm, 1 / float(resistor_ohm or np.nan))
+    resistor_s = np.asarray(1 / float(resistor_ohm or np.nan))
+    shorted = seen_ohm == 0
+    element_s = 1 / np.where(shorted, np.nan, seen_ohm)
     pulled_up = divider.pull_up_ohm is not None
     upper_s, lower_s = (resistor_s, element_s) if pulled_up else (element_s, resistor_s)
-    with np.errstate(invalid="ignore"):
-        node_v = supply_v * upper_s / (upper_s + lower_s)
-    return np.where(np.isinf(upper_s), supply_v, np.where(np.isinf(lower_s), 0.0, node_v))
+    short_v = 0.0 if pulled_up else supply_v
+    return np.where(shorted, short_v, supply_v * upper_s / (upper_s + lower_s))
 
 
 def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
