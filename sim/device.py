@@ -136,7 +136,8 @@ class AvrDevice:
         stepper = self.outputs[output]
         if not isinstance(stepper, Stepper):
             return 0.0
-        self.feed()
+        if stepper.waits:
+            self.feed()
         return stepper.travel_mm()
 
     def steps(self, loop: str) -> StepLog:

@@ -88,7 +88,7 @@ def off_through_reset(world: World) -> str:
         world.now_s - world.device.avr.time_s + int(resets["cycle"][0]) / world.device.avr.clock_hz
     )
     world.device.feed()
-    after = [edge for edge in world.heaters.edges if edge.time_s >= reset_s]
+    after = world.heaters.since(reset_s)
     return "" if _goes_off(after, reset_s) else "the heater's pin was not off from the reset on"
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.device import AvrDevice
@@ -76,6 +76,10 @@ class Edge:
     driven: bool
 
 
+HEATER_EDGE = np.dtype([("pin", "u1"), ("time_s", "<f8"), ("on", "?"), ("driven", "?")])
+"""An Edge; as a record, for there are some thousand a second of a heater's PWM."""
+
+
 class HeaterLog:
     """Every change of every heater's pin, also through resets and losses of power."""
 
@@ -83,40 +87,49 @@ class HeaterLog:
         self._device = device
         outputs = [device.outputs[name] for name in heaters]
         self._active = {pin_number(each.pin): each.active == "high" for each in outputs}
-        self.edges: list[Edge] = []
+        self._edges = np.empty(0, HEATER_EDGE)
+        self._fresh: list[NDArray[Any]] = []
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records)."""
         del sent
         start_s = self._device.time_s - self._device.avr.time_s
-        clock_hz = self._device.avr.clock_hz
         for pin, active in self._active.items():
             mine = pins[pins["pin"] == pin]
-            for cycle, state in zip(mine["cycle"].tolist(), mine["state"].tolist(), strict=True):
-                on = bool(state & 1) == active
-                driven = state >> 1 == Source.MCU
-                self.edges.append(Edge(pin, start_s + cycle / clock_hz, on, driven))
+            edges = np.empty(len(mine), HEATER_EDGE)
+            edges["pin"] = pin
+            edges["time_s"] = start_s + mine["cycle"] / self._device.avr.clock_hz
+            edges["on"] = (mine["state"] & 1 == 1) == active
+            edges["driven"] = mine["state"] >> 1 == Source.MCU
+            self._fresh.append(edges)
 
     def power_cut(self) -> None:
         """The board's resistors pull every heater off."""
         self._device.feed()
-        now_s = self._device.time_s
-        self.edges += [Edge(pin, now_s, on=False, driven=False) for pin in self._active]
+        off = [(pin, self._device.time_s, False, False) for pin in self._active]
+        self._fresh.append(np.array(off, HEATER_EDGE))
+
+    def since(self, time_s: float) -> list[Edge]:
+        """Return the changes from a time on (device time, s): each heater's in order of time."""
+        edges = self._all()
+        return [Edge(*edge.item()) for edge in edges[edges["time_s"] >= time_s]]
 
     def last_on_s(self, since_s: float) -> float | None:
         """Return when any heater was last on after a time (device time, s); None: never."""
         self._device.feed()
-        ends = [end for pin in self._active for end in self._ends(pin) if end > since_s]
+        ends = [end for pin in self._active if (end := self._last_end_s(pin)) > since_s]
         return max(ends, default=None)
 
-    def _ends(self, pin: int) -> Iterator[float]:
-        """Yield when each stretch of being on has ended, or now."""
-        on = False
-        for edge in self.edges:
-            if edge.pin != pin:
-                continue
-            if on:
-                yield edge.time_s
-            on = edge.on
-        if on:
-            yield self._device.time_s
+    def _last_end_s(self, pin: int) -> float:
+        """Return when a heater's last stretch of being on ended, or now; -inf: it never was on."""
+        edges = self._all()
+        mine = edges[edges["pin"] == pin]
+        if len(mine) and mine["on"][-1]:
+            return self._device.time_s
+        ends = mine["time_s"][1:][mine["on"][:-1]]
+        return float(ends[-1]) if len(ends) else -np.inf
+
+    def _all(self) -> NDArray[Any]:
+        self._edges = np.concatenate([self._edges, *self._fresh])
+        self._fresh = []
+        return self._edges

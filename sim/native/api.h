@@ -54,6 +54,7 @@ int hw_pin_drive(hw *h, int pin, int level);
 int hw_pin_pull(hw *h, int pin, int level);
 int hw_pin_state(hw *h, int pin);
 uint64_t hw_pin_high_cycles(hw *h, int pin);
+uint64_t hw_pin_rises(hw *h, int pin);
 uint64_t hw_pin_contention_cycles(hw *h, int pin);
 
 /* UART. */

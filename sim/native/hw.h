@@ -75,7 +75,7 @@ struct pin {
     uint8_t line_low;           /* low by anyone but a chip */
     uint8_t compare, compare_level;     /* a timer's output has taken the pin */
     uint8_t contention;
-    uint64_t since, high_cycles, contention_cycles;
+    uint64_t since, high_cycles, contention_cycles, rises;
     struct wire_listener listeners[HW_WIRES];
     int listener_count;
 };

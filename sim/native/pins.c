@@ -86,6 +86,7 @@ void pin_update(hw *h, int number) {
     if (state != pin->state || contention != pin->contention) {
         account(pin, h->avr->cycle);
         int changed = state != pin->state;
+        pin->rises += state & ~pin->state & 1;
         pin->state = state;
         pin->contention = contention;
         if (changed && pin->logged)
@@ -230,6 +231,8 @@ uint64_t hw_pin_high_cycles(hw *h, int pin) {
     account(&h->pins[pin], h->avr->cycle);
     return h->pins[pin].high_cycles;
 }
+
+uint64_t hw_pin_rises(hw *h, int pin) { return h->pins[pin].rises; }
 
 uint64_t hw_pin_contention_cycles(hw *h, int pin) {
     account(&h->pins[pin], h->avr->cycle);

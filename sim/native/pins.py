@@ -81,6 +81,11 @@ class Pins:
         cycles: int = self._lib.hw_pin_high_cycles(self._hw, number)
         return cycles
 
+    def rises(self, number: int) -> int:
+        """Return how often a watched pin, by its number, has gone from low to high."""
+        rises: int = self._lib.hw_pin_rises(self._hw, number)
+        return rises
+
     def contention_cycles(self, pin: str) -> int:
         """Return the cycles in which the processor drove a pin against what forces it."""
         return int(self._lib.hw_pin_contention_cycles(self._hw, pin_number(pin)))

@@ -85,6 +85,7 @@ class Stepper(Switch):
         self._enable = _Line(self.number, self._inactive == "high")
         self._steps: list[NDArray[Any]] = [np.zeros(0, STEP)]
         self._last = np.zeros(0, np.int64)
+        self._rises = 0
         self._position = 0
         self._told = 0
         self.violations = 0
@@ -93,6 +94,7 @@ class Stepper(Switch):
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT)."""
         del sent
+        self._rises = self._avr.pins.rises(self._step.number)
         for line in (self._step, self._direction, self._enable):
             line.feed(pins)
         self._judge_widths()
@@ -143,6 +145,11 @@ class Stepper(Switch):
     def position_mm(self) -> float:
         """Where the feed is, mm."""
         return self._position / self._steps_per_mm
+
+    @property
+    def waits(self) -> bool:
+        """Whether there have been edges of STEP since it was last fed."""
+        return self._avr.pins.rises(self._step.number) != self._rises
 
     def travel_mm(self) -> float:
         """Return how far it has fed since the last call, mm; backward is negative."""
