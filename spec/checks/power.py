@@ -40,6 +40,27 @@ def integral_suffices(machine: Machine) -> Findings:
         )
 
 
+def integral_cools(machine: Machine) -> Findings:
+    """Find a least integral that alone heats above the highest setpoint.
+
+    Under a reading that is stuck just above the setpoint it would do so, and no rule could tell.
+    """
+    algorithm = machine.loop.algorithm
+    if not isinstance(algorithm, Pid) or algorithm.ki == 0:
+        return
+    least = algorithm.integral.minimum_percent
+    ends_c = machine.ambient_c + machine.plant.steady_k(machine.power_w * least / 100)
+    highest_c = machine.loop.setpoint.maximum_c
+    if least > 0 and ends_c > highest_c:
+        yield Finding(
+            (*machine.path, "algorithm", "integral", "minimum"),
+            f"{number(least)} % alone heats to {about(ends_c)} °C in this plant, above the highest "
+            f"setpoint of {celsius(highest_c)}",
+            "Use a smaller minimum",
+            machine.because_of,
+        )
+
+
 def autotune_has_time(machine: Machine) -> Findings:
     """Find experiments that are given up before the machine is warm."""
     autotune = machine.loop.autotune

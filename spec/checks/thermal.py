@@ -15,6 +15,7 @@ from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.power import (
     autotune_has_time,
     heater_suffices,
+    integral_cools,
     integral_suffices,
     least_duty_cools,
 )
@@ -48,6 +49,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             yield from check(machine)
         if any_setpoint:
             yield from integral_suffices(machine)
+            yield from integral_cools(machine)
 
 
 def heating_rule_holds(machine: Machine) -> Findings:
