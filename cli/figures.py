@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.disturbances import RECOVERED_K
 from heatwright.sim.metrics import Metrics
 from heatwright.sim.replay import ReplayResult
 from heatwright.spec.quantity import number
@@ -24,6 +25,16 @@ COLUMNS = (
     "energy [kJ]",
 )
 
+LOAD_COLUMNS = (
+    "loop",
+    "what happens",
+    "at [s]",
+    "lowest [K]",
+    "highest [K]",
+    f"within ±{RECOVERED_K:g} K for good after [s]",
+)
+LOAD_TEXTS = 2
+
 
 def as_json(figures: Metrics) -> dict[str, Any]:
     """Return the object `closed_loop` of the JSON; units are °C, K, s and J."""
@@ -35,6 +46,16 @@ def as_json(figures: Metrics) -> dict[str, Any]:
         "steady_max": rounded(figures.steady_maximum_c),
         "switchings": round(figures.switchings),
         "energy_J": rounded(figures.energy_j, 1),
+        "loads": [
+            {
+                "at_s": rounded(each.at_s),
+                "what": each.what,
+                "dip": rounded(each.dip_k),
+                "rise": rounded(each.rise_k),
+                "recovered_after_s": rounded(each.recovered_after_s),
+            }
+            for each in figures.disturbances
+        ],
     }
 
 
@@ -70,6 +91,22 @@ def cells(figures: Metrics) -> tuple[str, ...]:
         f"{figures.switchings:.0f}" + (" audible" if figures.audible else ""),
         f"{figures.energy_j / 1000:.1f}",
     )
+
+
+def load_cells(figures: Mapping[str, Metrics]) -> list[tuple[str, ...]]:
+    """Return how each loop bears what happens to its machine, in the order of LOAD_COLUMNS."""
+    return [
+        (
+            loop,
+            each.what,
+            number(each.at_s),
+            f"{-each.dip_k:.2f}",
+            f"{each.rise_k:+.2f}",
+            NONE if each.recovered_after_s is None else f"{each.recovered_after_s:.1f}",
+        )
+        for loop, all_ in figures.items()
+        for each in all_.disturbances
+    ]
 
 
 def span(low_c: float, high_c: float) -> str:

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import click
 
-from heatwright.cli.figures import COLUMNS, as_json, cells, rounded
+from heatwright.cli.figures import (
+    COLUMNS,
+    LOAD_COLUMNS,
+    LOAD_TEXTS,
+    as_json,
+    cells,
+    load_cells,
+    rounded,
+)
 from heatwright.cli.options import print_json
 from heatwright.cli.running import Run
 from heatwright.cli.targets import whole
@@ -76,6 +84,8 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
     rows = [(loop, *cells(figures)) for loop, figures in run.figures.items()]
     heading(f"{spec.controller.identity.name}, the {device}")
     show(table(("loop", *COLUMNS), rows))
+    if loads := load_cells(run.figures):
+        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
     for loop, tripped in run.faults.items():
         for fault in tripped:
             out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.cli.figures import COLUMNS, cells
+from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells
 from heatwright.cli.report.chart_data import run_chart
 from heatwright.cli.report.pages import data, page
 from heatwright.cli.results import fault_text
@@ -24,5 +24,7 @@ def run_page(run: Run, controller: Controller, title: str, device: str) -> str:
         ],
         columns=("loop", *COLUMNS),
         rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
+        load_columns=LOAD_COLUMNS,
+        load_rows=load_cells(run.figures),
         display=run.display,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from heatwright.cli.figures import COLUMNS, cells, replay_json
+from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells, replay_json
 from heatwright.cli.report.chart_data import run_chart
 from heatwright.cli.report.pages import data, page
 from heatwright.cli.verify.evidence import Evidence
@@ -37,6 +37,8 @@ def verify_page(evidence: Evidence) -> str:
         data=data(run_chart(run.trace, controller)),
         columns=("loop", *COLUMNS),
         rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
+        load_columns=LOAD_COLUMNS,
+        load_rows=load_cells(run.figures),
         display=run.display,
         check_columns=(*CHECK_COLUMNS, ""),
         check_rows=[(*check_cells(each), _mark(each.passed)) for each in evidence.checks],

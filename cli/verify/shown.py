@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 from rich.text import Text
 
-from heatwright.cli.figures import COLUMNS, cells
+from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells
 from heatwright.cli.tables import heading, mark, show, table
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
@@ -35,6 +35,8 @@ def print_evidence(evidence: Evidence) -> None:
     )
     heading("Closed loop")
     show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
+    if loads := load_cells(run.figures):
+        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
     heading("What has to hold")
     _print_judged(CHECK_COLUMNS, CHECK_TEXTS, [(check_cells(c), c.passed) for c in evidence.checks])
     if evidence.chains:

@@ -38,6 +38,7 @@ CLOSED_LOOP = exactly(
     steady_max=NUMBER,
     switchings=WHOLE,
     energy_J=NUMBER,
+    loads={"type": "array", "maxItems": 0},
 )
 SECONDS = {"type": ["number", "null"]}
 FAULT = exactly(
