@@ -64,5 +64,5 @@ def interpolated_ohm(kelvin: Array, at_k: Array, ohms: Array) -> Array:
 def platinum_ohm(sensor: Rtd, celsius: Array) -> Array:
     """Return a platinum sensor's resistance by the Callendar–Van Dusen equation (IEC 60751)."""
     zero_ohm = {"pt100": 100.0, "pt1000": 1000.0}[sensor.element]
-    cubic = np.where(celsius < 0, -4.183e-12 * (celsius - 100) * celsius, 0.0)
+    cubic = -4.183e-12 * (celsius - 100) * np.minimum(celsius, 0.0)
     return zero_ohm * (1 + celsius * (3.9083e-3 + celsius * (-5.775e-7 + cubic)))

@@ -83,20 +83,22 @@ def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
     """
     supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
     resistor_ohm = divider.pull_up_ohm or divider.pull_down_ohm
-    resistor_s = np.asarray(1 / float(resistor_ohm or np.nan))
-    shorted = seen_ohm == 0
-    element_s = 1 / np.where(shorted, np.nan, seen_ohm)
+    resistor_s: Array = np.asarray(1 / float(resistor_ohm or np.nan))
     pulled_up = divider.pull_up_ohm is not None
+    if not seen_ohm.all():
+        short_v = 0.0 if pulled_up else supply_v
+        sound_v = _divided_v(divider, np.where(seen_ohm == 0, np.nan, seen_ohm))
+        return np.where(seen_ohm == 0, short_v, sound_v)
+    element_s = 1 / seen_ohm
     upper_s, lower_s = (resistor_s, element_s) if pulled_up else (element_s, resistor_s)
-    short_v = 0.0 if pulled_up else supply_v
-    return np.where(shorted, short_v, supply_v * upper_s / (upper_s + lower_s))
+    return supply_v * upper_s / (upper_s + lower_s)
 
 
 def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
     """Return gain · excitation · (R − R₀) / series, between ground and the amplifier's supply."""
     current_a = amplifier.excitation_v / amplifier.series_ohm
     above_ohm = seen_ohm - {"pt100": 100.0, "pt1000": 1000.0}[element]
-    return np.clip(amplifier.gain * current_a * above_ohm, 0.0, amplifier.excitation_v)
+    return _within(amplifier.gain * current_a * above_ohm, amplifier.excitation_v)
 
 
 def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:
@@ -104,4 +106,9 @@ def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:
     open_v = SUPPLY_V if sensor.open_reads == "high" else 0.0
     if wiring.opened or wiring.shorted:
         return np.full_like(temperature_c, open_v if wiring.opened else SUPPLY_V - open_v)
-    return np.clip(sensor.offset_v + sensor.scale_v_per_k * temperature_c, 0.0, SUPPLY_V)
+    return _within(sensor.offset_v + sensor.scale_v_per_k * temperature_c, SUPPLY_V)
+
+
+def _within(wanted_v: Array, supply_v: float) -> Array:
+    """Limit a voltage to its supply; for a single number np.clip takes ten times as long."""
+    return np.minimum(np.maximum(wanted_v, 0.0), supply_v)
