@@ -111,7 +111,13 @@ static struct decoded single(const struct part *p, uint16_t o, uint32_t pc) {
         return make(o == 0x9508 ? RET : RETI, 0, 0, 0);
     if (o == 0x9509 || o == 0x9519 || o == 0x95d8)
         return make(o == 0x95d8 ? ELPM : ICALL, 0, 0, 0);
-    if ((o & 0xff0f) == 0x9408 && (o >> 4 & 7) != S_I)
+    if (o == 0x9478 || o == 0x94f8)
+        return make(o == 0x9478 ? SEI : CLI, 0, 0, 0);
+    if (o == 0x9409)
+        return make(IJMP, 0, 0, 0);
+    if (o == 0x9419)
+        return make(IJMP, 1, 0, 0);
+    if ((o & 0xff0f) == 0x9408)
         return make(o & 0x80 ? BCLR : BSET, o >> 4 & 7, 0, 0);
     return make(ops[o & 15], o >> 4 & 31, 0, 0);
 }

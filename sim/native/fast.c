@@ -140,6 +140,29 @@ static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, i
     return sp;
 }
 
+/* The stack pointer after a return, and where to; 0 with a target beyond the flash. */
+static inline uint16_t pop_address(avr_t *avr, uint16_t sp, uint32_t *target) {
+    uint32_t back = 0;
+    for (int n = 0; n < avr->address_size; n++)
+        back = back << 8 | avr->data[++sp];
+    *target = 2 * back;
+    return 2 * back < avr->flashend ? sp : 0;
+}
+
+/* Interrupts come one instruction after I was set; the burst has to end for that. */
+static inline int enable(avr_t *avr) {
+    int change = !avr->sreg[S_I];
+    if (change)
+        avr->interrupt_state = -2;
+    avr->sreg[S_I] = 1;
+    return change;
+}
+
+static inline void disable(avr_t *avr) {
+    avr->interrupt_state = 0;
+    avr->sreg[S_I] = 0;
+}
+
 static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     avr_t *avr = h->avr;
     int writes_flash = pc < avr->flashend && avr->flash[pc] == 0xe8 && avr->flash[pc + 1] == 0x95;
@@ -166,6 +189,7 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
         i = &code[pc / 2]; \
         goto *labels[i->op]; \
     } while (0)
+#define LEAVE(cycles) do { left -= (int32_t)(cycles); goto out; } while (0)
 #define DONE(cycles) do { pc += 2; NEXT(cycles); } while (0)
 #define SKIP(condition) do { \
         if (condition) { pc = (uint32_t)i->k; NEXT(i->n); } \
@@ -197,6 +221,7 @@ avr_flashaddr_t fast_run(hw *h) {
     int32_t left = budget;
     uint32_t pc = avr->pc;
     uint16_t address, wide;
+    uint32_t target;
     uint8_t a, b, res;
 
     if (pc >= avr->flashend)
@@ -269,12 +294,16 @@ LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
 LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
 IN_SREG: Rd = D[R_SREG] = packed(S); DONE(1);
 OUT_SREG:
-    a = Rd;
-    if (a >> 7 != S[S_I])
-        goto SLOW;
-    for (int n = 0; n < 8; n++)
+    a = D[R_SREG] = Rd;
+    for (int n = 0; n < S_I; n++)
         S[n] = BIT(a, n);
-    D[R_SREG] = a; DONE(1);
+    if (!(a >> 7))
+        disable(avr);
+    else if (enable(avr)) {
+        pc += 2;
+        LEAVE(1);
+    }
+    DONE(1);
 SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
 SBI_PIN: avr->cycle += (uint32_t)(budget - left); return toggle(avr, pc, i->d, i->r);
@@ -288,16 +317,31 @@ CALL:
     wide = PAIR(R_SPL); STACK(wide);
     wide = push_address(D, wide, (pc + i->d) / 2, avr->address_size);
     SET_PAIR(R_SPL, wide); pc = (uint32_t)i->k; NEXT(i->n + avr->address_size);
-RET: {
-    uint32_t back = 0;
+RET:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
-    for (int n = 0; n < avr->address_size; n++)
-        back = back << 8 | D[++wide];
-    if (2 * back >= avr->flashend)
+    if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
-    SET_PAIR(R_SPL, wide); pc = 2 * back; NEXT(2 + avr->address_size);
-}
-RETI: wide = PAIR(R_SPL); STACK(wide + avr->address_size); goto SLOW;
+    SET_PAIR(R_SPL, wide); pc = target; NEXT(2 + avr->address_size);
+RETI:
+    wide = PAIR(R_SPL); STACK(wide + avr->address_size);
+    if (!(wide = pop_address(avr, wide, &target)))
+        goto SLOW;
+    SET_PAIR(R_SPL, wide); pc = target;
+    enable(avr);
+    avr_interrupt_reti(avr);
+    LEAVE(2 + avr->address_size);
+SEI:
+    if (!enable(avr))
+        DONE(1);
+    pc += 2; LEAVE(1);
+CLI: disable(avr); DONE(1);
+IJMP:
+    if (i->d && !avr->eind)
+        goto SLOW;
+    target = (i->d ? (uint32_t)D[avr->eind] << 16 : 0) | PAIR(R_ZL);
+    if (2 * target >= avr->flashend)
+        goto SLOW;
+    pc = 2 * target; NEXT(2);
 ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
 wild:
