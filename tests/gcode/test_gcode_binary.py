@@ -148,6 +148,24 @@ def test_an_acknowledged_stop_leaves_it_off(board: AvrDevice) -> None:
     assert " /0.0 B" in told(board, "M105")[0]
 
 
+def test_not_even_a_rest_of_a_period_is_heated_after_an_acknowledgement(board: AvrDevice) -> None:
+    """M112 and M999 between two steps: the duty of the step before must not come back."""
+    told(board, "M104 S200", 5.0)
+    steps = board.read("loop_nozzle.steps")
+    while board.read("loop_nozzle.steps") == steps:
+        run(board, 0.001)
+    board.host.send_bytes(b"M112\n")
+    run(board, 3 * TICK_S)
+    board.on_fraction("heater")
+    board.host.send_bytes(b"M999\n")
+    run(board, 4 * TICK_S)
+    assert board.read("fault.code") == 0
+    assert board.read("loop_nozzle.steps") == steps + 1
+    assert board.on_fraction("heater") == 0.0
+    told(board, "M104 S200")
+    assert board.on_fraction("heater") > 0.0
+
+
 def test_a_stop_is_still_latched_after_the_power_was_off(board: AvrDevice) -> None:
     told(board, "M112", 2.0)
     board.power_cycle()
