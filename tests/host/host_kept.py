@@ -7,6 +7,8 @@ from host_storage import NEW_GAINS, OLD_GAINS, Storage
 
 from heatwright.sim.host import Host
 
+OFF_TICKS = 65
+"""Enough to write any record, a byte a tick."""
 REST_TICKS = 1100
 """More than the 10 s after which a setpoint is saved, and time to write it."""
 NO_GAINS = (-1.0, -1e-30, 1.0001e6, float("inf"), float("nan"))
@@ -83,7 +85,7 @@ class Kept(Storage):
         library.loop_air_set(50.0)
         yield from self._expect_setpoint("set", 50.0)
         library.loop_air_set(0.0)
-        yield from self._expect_setpoint("off", 0.0)
+        yield from self._expect_setpoint("off", 0.0, OFF_TICKS)
         if self.host.build.parts.autotune:
             library.loop_air_tune(50.0, 5)
             yield from self._expect_setpoint("tuning", 0.0)
@@ -96,8 +98,10 @@ class Kept(Storage):
         library.fault_acknowledge()
         yield from self._expect_setpoint("acknowledged", 0.0)
 
-    def _expect_setpoint(self, when: str, setpoint_c: float) -> Iterator[str]:
-        for _ in range(REST_TICKS):
+    def _expect_setpoint(
+        self, when: str, setpoint_c: float, ticks: int = REST_TICKS
+    ) -> Iterator[str]:
+        for _ in range(ticks):
             self.host.library.settings_tick()
         found = self.boot().setpoint_c
         if found != setpoint_c:
