@@ -5,7 +5,9 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import heater_of
 from heatwright.spec import TimeProportionalOutput
 
-DUTIES = [*(each / 8 for each in range(801)), *(each / 1000 for each in range(0, 1500, 7)), 99.999]
+FINE = [each / 1000 for each in range(0, 1500, 7)]
+DUTIES = [*(each / 8 for each in range(801)), *FINE, *(100 - each for each in FINE), 99.999]
+"""Closer together at both ends, where pulses and pauses become too short to be made."""
 
 
 def output_problem(host: Host) -> str:
