@@ -41,6 +41,17 @@ def test_steps_forward_and_backward() -> None:
     assert (np.diff(driver.steps["cycle"]) >= 320).all()
 
 
+def test_it_waits_to_be_fed_once_it_has_stepped() -> None:
+    avr = running(f"int main(void) {{ {START} {WAIT} {ENABLE} {WAIT} {PULSE} for (;;) {{}} }}")
+    driver = attach(avr, BOARDS["uno"], OUTPUT)
+    avr.run(15e-6)
+    assert not driver.waits
+    avr.run(0.001)
+    assert driver.waits
+    driver.feed(avr.pins.take(), np.zeros(0))
+    assert not driver.waits
+
+
 def test_none_without_enable() -> None:
     driver = driven(f"{PULSE * 3} {ENABLE} {WAIT} {PULSE}")
     assert (driver.position, driver.violations, driver.missed) == (-1, 0, 3)

@@ -126,6 +126,42 @@ def test_a_program_with_interrupts_runs_alike() -> None:
     assert np.array_equal(ours.pins.take(), simavrs.pins.take())
 
 
+MASKED = """
+volatile uint8_t count, seen[8];
+ISR(TIMER0_COMPA_vect) { count++; }
+ISR(TIMER0_COMPB_vect, ISR_NOBLOCK) { seen[count & 7]++; }
+__attribute__((noinline)) static void step(uint8_t which) {
+    switch (which & 7) {
+        case 0: cli(); count += 3; sei(); break;
+        case 1: { uint8_t kept = SREG; cli(); count ^= 5; SREG = kept; break; }
+        case 2: sei(); sei(); seen[2] -= 3; break;
+        case 3: cli(); seen[3] += count; cli(); sei(); break;
+        case 4: { uint8_t kept = SREG; SREG = kept; seen[4] ^= count; break; }
+        case 5: seen[5] = count; break;
+        case 6: cli(); SREG = 0x80; seen[6]++; break;
+        default: seen[7] += seen[6]; break;
+    }
+}
+int main(void) {
+    OCR0A = 251; OCR0B = 90; TCCR0A = 2; TCCR0B = 1; TIMSK0 = 6;
+    sei();
+    for (uint8_t which = 0;; which++) { step(which); seen[1] += which; }
+}
+"""
+
+
+def test_masks_interrupts_and_table_jumps_run_alike() -> None:
+    """Interrupts every few instructions, one of them interruptible, while the program masks."""
+    ours, simavrs = running(MASKED), running(MASKED)
+    simavrs.use_simavrs_core()
+    rng = np.random.default_rng(1)
+    for _ in range(2_000):
+        cycle = ours.cycle + int(rng.integers(1, 200))
+        for avr in (ours, simavrs):
+            avr.run_to(cycle)
+        assert state(ours) == state(simavrs)
+
+
 FLOATS = """
 volatile float out[4];
 int main(void) {

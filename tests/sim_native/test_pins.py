@@ -116,6 +116,7 @@ def test_high_time_is_exact() -> None:
     pulse = int(edges["cycle"][-1]) - int(edges["cycle"][-2])
     pulse = pulse if edges["state"][-2] & 1 else int(period) - pulse
     assert on == pytest.approx(pulse / period, abs=period / 4_000_000)
+    assert avr.pins.rises(number) == int((edges["state"] & 1).sum())
 
 
 def test_a_reset_lets_go_of_the_pins_at_once() -> None:
