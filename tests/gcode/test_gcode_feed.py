@@ -150,6 +150,17 @@ def test_off_forgets_the_move(board: AvrDevice) -> None:
     assert steps(board) == stopped
 
 
+def test_a_tuning_forgets_the_move(board: AvrDevice) -> None:
+    """It ends with the loop off: what was left must not go on with the next target."""
+    told(board, "G1 E50 F600", 1.0)
+    told(board, f"M303 S{HOT_C}", 1.0)
+    told(board, "M108", 1.0)
+    before = steps(board)
+    assert 0 < before < 50 * STEPS_PER_MM
+    told(board, f"M104 S{HOT_C}", 3.0)
+    assert steps(board) == before
+
+
 def test_m84_lets_the_motor_go_after_the_last_move(board: AvrDevice) -> None:
     told(board, "G1 E10 F600", 0.1)
     assert told(board, "M84", 2.0)[-1] == "ok"
