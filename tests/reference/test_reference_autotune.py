@@ -1,7 +1,7 @@
 """The relay experiment, step by step."""
 
 import pytest
-from commanded import Commanded, controller_of
+from reference_commanded import Commanded, controller_of
 
 from heatwright.sim.reference.inputs import AUTOMATIC
 

@@ -1,9 +1,9 @@
 """Off, by hand, bands, gains that change: what a host may make of a loop."""
 
 import pytest
-from commanded import Commanded, controller_of
 from hypothesis import given
 from hypothesis import strategies as st
+from reference_commanded import Commanded, controller_of
 
 from heatwright.sim.reference.inputs import AUTOMATIC, Gains
 from heatwright.sim.reference.numbers import Single
