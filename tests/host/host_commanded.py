@@ -71,21 +71,22 @@ def texts() -> dict[str, str]:
             "frozen: {for: 2 s}, rising_while_off: {rise: 8 K, settle: 1 s}",
             board="mega2560",
             period="100 ms",
-            setpoints=("0 °C", "20 °C", "260 °C"),
+            setpoints=("30 °C", "20 °C", "260 °C"),
             more="autotune: {swing: 80 %, timeout: 30 s}",
             stored=True,
         ),
         "tuned_slow": _variant(
             _DS18B20,
             "kind: time_proportional, pin: D3, window: 1 s",
-            "kind: pid, kp: 4, ki: 0.02, derivative_of: error, dead_band: 0.5 K, "
+            "kind: pid, kp: 4, ki: 0.02, derivative_of: error, derivative_filter: 0.5 s, "
+            "dead_band: 0.5 K, "
             "integral: {minimum: 5 %, while_limited: run}, output: {minimum: 2 %}",
-            "heating: off, frozen: {for: 9 s}, rise_rate: 3 K/s, "
-            "runaway: {above: 3 K, for: 3 s}, rising_while_off: off",
+            "heating: off, frozen: {for: 90 s}, rise_rate: 3 K/s, stale_after: 20 s, "
+            "runaway: {above: 25 K, for: 3 s}, rising_while_off: off",
             board="uno",
             period="1 s",
             setpoints=("0 °C", "0 °C", "70 °C"),
-            more="autotune: {cycles: 3, timeout: 5 min}\n    ready_within: 0.75 K",
+            more="autotune: {cycles: 3, timeout: 20 min}\n    ready_within: 0.75 K",
         ),
         "by_hand": _variant(
             _PT100,

@@ -6,7 +6,16 @@ from typing import Any
 
 import host_specs
 import numpy as np
-from host_courses import COMMAND_KINDS, KINDS, LONG_SILENCE, LOWERED, inputs_of, random_course
+from host_courses import (
+    COMMAND_KINDS,
+    KINDS,
+    LONG_SILENCE,
+    LOWERED,
+    TUNINGS,
+    Stretch,
+    inputs_of,
+    random_course,
+)
 from host_reference import Expected, expected, first_difference
 from numpy.typing import NDArray
 
@@ -14,6 +23,7 @@ from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import HostHangs
 
 COURSES = 100
+TUNED_COURSES = 30
 STRETCHES = 14
 
 
@@ -23,7 +33,13 @@ def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]
     found = []
     kinds = KINDS + COMMAND_KINDS * (2 * (name in host_specs.COMMANDED))
     drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(COURSES))  # noqa: S311
-    for course in (LONG_SILENCE, LOWERED, *drawn):
+    tunings = [
+        *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
+        *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
+        *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
+    ]
+    given = (LONG_SILENCE, LOWERED, *(tunings if name in host_specs.COMMANDED else ()))
+    for course in (*given, *drawn):
         inputs = inputs_of(controller, course)
         found.append((inputs, expected(controller, inputs, kind)))
     return found

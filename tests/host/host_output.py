@@ -6,7 +6,13 @@ from heatwright.sim.reference.output import heater_of
 from heatwright.spec import TimeProportionalOutput
 
 FINE = [each / 1000 for each in range(0, 1500, 7)]
-DUTIES = [*(each / 8 for each in range(801)), *FINE, *(100 - each for each in FINE), 99.999]
+DUTIES = [
+    *(each / 8 for each in range(801)),
+    *FINE,
+    *(100 - each for each in FINE),
+    99.999,
+    *(place + each / 200 for place in (0, 99.6) for each in range(81)),
+]
 """Closer together at both ends, where pulses and pauses become too short to be made."""
 
 

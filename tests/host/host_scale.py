@@ -28,7 +28,7 @@ class Scale(Protocol):
         """Return the code farthest from another that is no more than `by_k` from it."""
 
 
-class _Sixteenths:
+class Sixteenths:
     lowest, highest = -(2**15), 2**15 - 1
     noise = (-55 * 16, 125 * 16)
     first = 0
@@ -83,5 +83,5 @@ def scale_of(controller: Controller) -> Scale:
     """Return the scale of the sensor of a controller's only loop."""
     ((_, loop),) = controller.loops.items()
     if isinstance(controller.sensors[loop.sensor], Ds18b20):
-        return _Sixteenths()
+        return Sixteenths()
     return _Table(controller, loop.sensor)

@@ -146,7 +146,7 @@ def _texts() -> dict[str, str]:
         ),
         "pid_error_hold": _variant(
             "kind: pid, kp: 7.3, ki: 0.31, kd: 41.7, derivative_of: error, "
-            "derivative_filter: 3 s, output: {minimum: 5 %, maximum: 95 %}",
+            "derivative_filter: 3 s, output: {minimum: 5 %, maximum: 95 %}, band: 8 K",
             f"{_WINDOW}, window: 1 s",
             "runaway: {above: 5 K, for: 1.7 s}, heating: {rise: 0.5 K, within: 3 s}, "
             "frozen: {for: 2.5 s}, rising_while_off: off, rise_rate: 20 K/s, stale_after: 0.6 s",

@@ -303,8 +303,8 @@ def storage_problem(host: Host) -> str:
     checks = [
         storage.blank(), storage.newest(), storage.cuts(range(1, storage.ring.slots, 36)),
         storage.first_cuts(), storage.few_damaged(), storage.codes(), storage.setpoints(),
-        storage.foreign(), storage.other_layout(), storage.later(), storage.wear(), storage.late_change(),
-        storage.latch(),
+        storage.foreign(), storage.other_layout(), storage.later(), storage.wear(),
+        storage.late_change(), storage.latch(),
         *(storage.damaged(seed) for seed in range(12)), storage.noise(1), storage.outside(),
     ]  # fmt: skip
     for check in checks:

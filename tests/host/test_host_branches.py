@@ -16,6 +16,8 @@ TEMPLATES = (
     "src/gate.c.j2",
     "algorithms/on_off.c.j2",
     "algorithms/pid.c.j2",
+    "algorithms/autotune.c.j2",
+    "src/fault.c.j2",
     "outputs/time_proportional.c.j2",
 )
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)

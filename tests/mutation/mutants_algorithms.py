@@ -38,10 +38,8 @@ ON_OFF: list[Mutant] = mutants(
     ("expected_c < setpoint_c", "!(expected_c < setpoint_c)"),
 )  # fmt: skip
 
-_LIMITED = (
-    "algorithm_air.integral = limit(algorithm_air.integral + LOOP_AIR_KI_PER_STEP * error_k,\n"
-    "        LOOP_AIR_INTEGRAL_MINIMUM, LOOP_AIR_INTEGRAL_MAXIMUM);"
-)
+_GOES_ON = "set_integral(algorithm_air.integral + LOOP_AIR_KI_PER_STEP * error_k);"
+_LIMITED = "limit(value, LOOP_AIR_INTEGRAL_MINIMUM, LOOP_AIR_INTEGRAL_MAXIMUM)"
 _HELD = "algorithm_air.integral = before; /*"
 
 PID: list[Mutant] = mutants(
@@ -74,40 +72,39 @@ PID: list[Mutant] = mutants(
     ("algorithm_air.proportional = LOOP_AIR_KP * error_k;", ""),
     ("LOOP_AIR_KI_PER_STEP * error_k", "error_k"),
     ("integral + LOOP_AIR_KI_PER_STEP", "integral - LOOP_AIR_KI_PER_STEP"),
-    (_LIMITED, ""),
+    (_GOES_ON, ""),
     (_HELD, "/*"),
-    ("tentative > LOOP_AIR_OUTPUT_MAXIMUM", "tentative >= LOOP_AIR_OUTPUT_MINIMUM"),
-    ("tentative > LOOP_AIR_OUTPUT_MAXIMUM", "0"),
-    ("tentative < LOOP_AIR_OUTPUT_MINIMUM", "0"),
-    ("tentative < LOOP_AIR_OUTPUT_MINIMUM && error_k < 0.0f",
-     "tentative < LOOP_AIR_OUTPUT_MINIMUM"),
+    ("sum > LOOP_AIR_OUTPUT_MAXIMUM", "sum >= LOOP_AIR_OUTPUT_MINIMUM"),
+    ("sum > LOOP_AIR_OUTPUT_MAXIMUM", "0"),
+    ("sum < LOOP_AIR_OUTPUT_MINIMUM", "0"),
+    ("sum < LOOP_AIR_OUTPUT_MINIMUM && error_k < 0.0f",
+     "sum < LOOP_AIR_OUTPUT_MINIMUM"),
     ("const float before = algorithm_air.integral;", "const float before = 0.0f;"),
-    ("limit(algorithm_air_unlimited(), LOOP_AIR_OUTPUT_MINIMUM, LOOP_AIR_OUTPUT_MAXIMUM)",
-     "limit(algorithm_air_unlimited(), LOOP_AIR_OUTPUT_MINIMUM, 1e9f)"),
-    ("limit(algorithm_air_unlimited(), LOOP_AIR_OUTPUT_MINIMUM,",
-     "limit(algorithm_air_unlimited(), -1.0f,"),
+    ("limit(integrate(error_k), LOOP_AIR_OUTPUT_MINIMUM, LOOP_AIR_OUTPUT_MAXIMUM)",
+     "limit(integrate(error_k), LOOP_AIR_OUTPUT_MINIMUM, 1e9f)"),
+    ("limit(integrate(error_k), LOOP_AIR_OUTPUT_MINIMUM,", "limit(integrate(error_k), -1.0f,"),
+    ("return sum;\n}\n\n/* What", "return algorithm_air_unlimited();\n}\n\n/* What"),
 ) + mutants(
     "pi_hold", "algorithm_air.c",
-    ("algorithm_air.integral = limit(0.0f, LOOP_AIR_INTEGRAL_MINIMUM, LOOP_AIR_INTEGRAL_MAXIMUM);",
-     ""),
+    ("set_integral(0.0f);", ""),
     ("if (!algorithm_air.started) {", "if (algorithm_air.started) {"),
 ) + mutants(
     "pid_error_run", "algorithm_air.c",
     ("const float now = error_k;", "const float now = loop_air.temperature_c;"),
     ("slope = (now - algorithm_air.last)", "slope = -(now - algorithm_air.last)"),
     ("(now - algorithm_air.last) * LOOP_AIR_PER_PERIOD", "(now - algorithm_air.last)"),
-    (_LIMITED, f"const float before = algorithm_air.integral;\n{_LIMITED}\n"
+    (_GOES_ON, f"const float before = algorithm_air.integral;\n{_GOES_ON}\n"
      "if (algorithm_air_unlimited() > LOOP_AIR_OUTPUT_MAXIMUM && error_k > 0.0f) "
      "{ algorithm_air.integral = before; }"),
-    ("algorithm_air_unlimited(), LOOP_AIR_OUTPUT_MINIMUM", "algorithm_air_unlimited(), 0.0f"),
+    ("integrate(error_k), LOOP_AIR_OUTPUT_MINIMUM", "integrate(error_k), 0.0f"),
 ) + mutants(
     "pid_error_run", "algorithm_air.c",
     (_LIMITED, _LIMITED.replace("LOOP_AIR_INTEGRAL_MINIMUM", "-1e9f")),
     (_LIMITED, _LIMITED.replace("LOOP_AIR_INTEGRAL_MAXIMUM", "1e9f")),
 ) + mutants(
     "pid_hold", "algorithm_air.c",
-    ("tentative > LOOP_AIR_OUTPUT_MAXIMUM && error_k > 0.0f",
-     "tentative > LOOP_AIR_OUTPUT_MAXIMUM"),
+    ("sum > LOOP_AIR_OUTPUT_MAXIMUM && error_k > 0.0f",
+     "sum > LOOP_AIR_OUTPUT_MAXIMUM"),
 ) + mutants(
     "p", "algorithm_air.c",
     ("LOOP_AIR_KP * error_k", "LOOP_AIR_KP * error_k + 0.001f"),

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import mutants_algorithms
+import mutants_autotune
+import mutants_commanded
 import mutants_guard
 import mutants_loop
 import mutants_outputs
@@ -11,7 +13,9 @@ import pytest
 from host_builds import plain_build_of
 from host_control import control_problem
 from host_gate import gate_problem
+from host_kept import kept_problem
 from host_output import output_problem
+from host_ready import ready_problem
 from host_storage import storage_problem
 from host_text import all_text_problems
 from mutant import Mutant
@@ -24,6 +28,8 @@ MUTANTS = [
     *mutants_algorithms.ALL,
     *mutants_outputs.ALL,
     *mutants_storage.ALL,
+    *mutants_commanded.ALL,
+    *mutants_autotune.ALL,
 ]
 
 
@@ -34,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def problem_of(host: Host, mutant: Mutant) -> str:
     if mutant.file == "settings.c":
-        return storage_problem(host)
+        return storage_problem(host) or kept_problem(host)
     if mutant.file == "text.c":
         return all_text_problems(host)
     if mutant.file == "gate.c":
@@ -44,6 +50,8 @@ def problem_of(host: Host, mutant: Mutant) -> str:
         problem = problem or storage_problem(host)
     if mutant.file == "output_heater.c":
         problem = problem or output_problem(host)
+    if mutant.file == "loop_air.c":
+        problem = problem or kept_problem(host) or ready_problem(host)
     return problem
 
 
