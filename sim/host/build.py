@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, DigitalOutput, Loop
 from heatwright.spec.commands import commanded, tunable
 from heatwright.spec.timers import allocate
 
@@ -208,6 +208,7 @@ def _names_for_world(build: HostBuild) -> list[str]:
     pins = build.controller.board.pins
     if parts.fan:
         fan = build.controller.outputs[parts.fan]
+        assert isinstance(fan, DigitalOutput)  # noqa: S101 - the language allows no other fan
         pin = pins[fan.pin]
         mask = f"(1u<<{pin.bit})"
         off = "0u" if fan.active == "high" else mask
