@@ -13,6 +13,7 @@ from heatwright.generator.plan.outputs.common import UseOfOutput
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
 from heatwright.generator.plan.project import project_files
 from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
@@ -35,7 +36,7 @@ def plan_firmware(spec: Spec) -> Plan:
     use = allocate(controller)
     loops = [summary(root.at("loops", name), name) for name in controller.loops]
     clock, gate = core.clock(root, use.tick), core.gate(loops, list(use.steppers))
-    settings = core.settings(root, loops)
+    settings = plan_settings(root, loops)
     sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
     outputs = [_output(root, name, use) for name in controller.outputs]
     interfaces = [

@@ -9,19 +9,12 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
-from heatwright.spec import Controller, DigitalOutput, Loop
-from heatwright.spec.commands import commanded, tunable
-from heatwright.spec.timers import allocate
+from heatwright.sim.host.parts import Parts, control_files, names_for_world, parts_of
+from heatwright.spec import Controller
 
 HERE = Path(__file__).parent
 INSTALL = "sudo apt install gcc libc6-dev"
-
-TABLED = ("thermistor", "rtd", "analog")
-
-PORTS = "ABCDEFGHJKL"
-"""In the order of include/avr/io.h."""
 
 FLAGS = ("-std=c11", "-ffp-contract=off", "-fPIC", "-fpack-struct=1", "-Wall", "-Wextra")
 # Packed, as the AVR has it, structures give pointers to members at odd addresses.
@@ -36,22 +29,6 @@ SANITIZE = (
 
 class HostBuildFailed(RuntimeError):
     """The C does not compile, or there is no compiler; the message says which."""
-
-
-class Parts(NamedTuple):
-    """Names of the one loop and of what belongs to it."""
-
-    loop: str
-    sensor: str
-    heater: str
-    fan: str | None
-    stepper: str | None
-    has_output_state: bool
-    table: bool
-    """The sensor's readings are made temperatures by a table in a file of its own."""
-    commanded: bool
-    tunable: bool
-    autotune: bool
 
 
 @dataclass(frozen=True)
@@ -100,7 +77,7 @@ def build_host(
         ValueError: the controller has more than one loop.
 
     """
-    parts = _parts(controller)
+    parts = parts_of(controller)
     folder.mkdir(parents=True, exist_ok=True)
     build = HostBuild(folder / "host.so", project, controller, parts, sanitized, {})
     sources = [HERE / "world.c", *(project / "src" / name for name in _names(parts))]
@@ -112,32 +89,6 @@ def build_host(
     objects = {source.name: made for source, made in zip(sources, compiled, strict=True)}
     _link(objects.values(), build.library, sanitized=sanitized)
     return HostBuild(build.library, project, controller, parts, sanitized, objects)
-
-
-def _parts(controller: Controller) -> Parts:
-    if len(controller.loops) != 1:
-        message = "The host build has one loop"
-        raise ValueError(message)
-    ((name, loop),) = controller.loops.items()
-    by_gain = tunable(controller, name)
-    steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
-    return Parts(
-        loop=name,
-        sensor=loop.sensor,
-        heater=loop.heater,
-        fan=loop.fan,
-        stepper=next(iter(steppers), None),
-        has_output_state=controller.outputs[loop.heater].kind != "digital",
-        table=controller.sensors[loop.sensor].kind in TABLED,
-        commanded=commanded(controller, name),
-        tunable=by_gain,
-        autotune=by_gain and loop.autotune is not None,
-    )
-
-
-def control_files(parts: Parts) -> list[str]:
-    """Stems of what decides in a loop."""
-    return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
 
 
 def _names(parts: Parts) -> list[str]:
@@ -163,7 +114,7 @@ def _compile(build: HostBuild, source: Path, folder: Path, *, strict: bool = Tru
         *(STRICT if strict else ("-w", "-O0")),
         *(SANITIZE if build.sanitized else ("-O1",) * strict),
         *_board(build.controller),
-        *(_names_for_world(build) if source.name == "world.c" else ()),
+        *(names_for_world(build.controller, build.parts) if source.name == "world.c" else ()),
         *(f"-I{folder}" for folder in (build.project / "src", HERE / "include", HERE)),
         "-c",
         str(source),
@@ -191,51 +142,3 @@ def _board(controller: Controller) -> list[str]:
     board = controller.board
     chip = board.mcu.removeprefix("atmega").upper()
     return [f"-DF_CPU={board.clock_hz}UL", f"-D__AVR_ATmega{chip}__"]
-
-
-def _names_for_world(build: HostBuild) -> list[str]:
-    parts = build.parts
-    control: Loop = build.controller.loops[parts.loop]
-    flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
-    flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
-    flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
-    flags += ["-DCOMMANDED"] * parts.commanded + ["-DTUNABLE"] * parts.tunable
-    flags += ["-DAUTOTUNE"] * parts.autotune
-    headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
-    headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
-    headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
-    headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
-    pins = build.controller.board.pins
-    if parts.fan:
-        fan = build.controller.outputs[parts.fan]
-        assert isinstance(fan, DigitalOutput)  # noqa: S101 - the language allows no other fan
-        pin = pins[fan.pin]
-        mask = f"(1u<<{pin.bit})"
-        off = "0u" if fan.active == "high" else mask
-        flags += [f"-DFAN={parts.fan}", f"-DFAN_PORT={PORTS.index(pin.port)}"]
-        flags += [f"-DFAN_MASK={mask}", f"-DFAN_OFF={off}"]
-        headers.append(f"output_{parts.fan}.h")
-    if parts.has_output_state:
-        flags.append("-DHAS_STATE")
-    flags += _pwm_flags(build.controller, parts.heater)
-    return [*flags, *(part for header in headers for part in ("-include", header))]
-
-
-def _pwm_flags(controller: Controller, heater: str) -> list[str]:
-    """Say which registers tell for how long a pulse-width output is on."""
-    pwm = allocate(controller).pwm.get(heater)
-    if pwm is None:
-        return []
-    timer, channel = pwm.timer, pwm.channel
-    flags = [
-        f"-DPWM_COMPARE=OCR{timer}{channel}",
-        f"-DPWM_WHOLE=OUTPUT_{heater.upper()}_PERIOD_COUNTS",
-    ]
-    if pwm.by_interrupts:
-        return [
-            *flags,
-            f"-DPWM_COUNT=TCNT{timer}",
-            f"-DPWM_ENABLED=(TIMSK{timer}&(1u<<OCIE{timer}{channel}))",
-            f"-DPWM_INTERRUPT=TIMER{timer}_COMP{channel}_vect",
-        ]
-    return [*flags, f"-DPWM_CONTROL=TCCR{timer}A", f"-DPWM_BITS=(1u<<COM{timer}{channel}1)"]

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from cffi import FFI
 
-from heatwright.sim.host.build import HERE, Parts, control_files
+from heatwright.sim.host.build import HERE
+from heatwright.sim.host.parts import Parts, control_files
 
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)

@@ -1,0 +1,55 @@
+"""The numbers of a loop's protections."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop
+
+
+def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant) -> list[Constant]:
+    """Limits and times of the rules that the loop has; `source` is its `protection`."""
+    rules, period_s = loop.protection, loop.period_s
+
+    def count(path: tuple[str, ...], name: str, duration_s: float) -> Constant:
+        derivation = f"{quantity(duration_s, 's')} in periods of {quantity(period_s, 's')}"
+        return source.at(*path).count(f"{prefix}_{name}", steps(duration_s, period_s), derivation)
+
+    def number(path: tuple[str, ...], name: str, value: float, unit: str) -> Constant:
+        return source.at(*path).number(f"{prefix}_{name}", value, quantity(value, unit))
+
+    constants = [
+        number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
+        number(("minimum",), "MINIMUM_C", rules.minimum_c, "degC"),
+        source.at("rise_rate").number(
+            f"{prefix}_RISE_PER_STEP_K",
+            rules.rise_rate_k_per_s * period_s,
+            f"{quantity(rules.rise_rate_k_per_s, 'K/s')} x {quantity(period_s, 's')}",
+        ),
+        count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
+    ]
+    if rules.runaway is not None:
+        constants.append(
+            number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")
+        )
+        if rules.runaway.below_k is not None:
+            constants.append(
+                number(("runaway", "below"), "RUNAWAY_BELOW_K", rules.runaway.below_k, "K")
+            )
+        constants.append(count(("runaway", "for"), "RUNAWAY_STEPS", rules.runaway.for_s))
+    if rules.heating is not None:
+        constants += [
+            full_duty,
+            number(("heating", "rise"), "HEATING_RISE_K", rules.heating.rise_k, "K"),
+            count(("heating", "within"), "HEATING_STEPS", rules.heating.within_s),
+        ]
+    if rules.frozen is not None:
+        constants.append(count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s))
+    if rules.rising_while_off is not None:
+        rising = rules.rising_while_off
+        constants += [
+            number(("rising_while_off", "rise"), "OFF_RISE_K", rising.rise_k, "K"),
+            count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
+        ]
+    return constants

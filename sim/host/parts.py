@@ -1,0 +1,110 @@
+"""What the host build is made of: the one loop, its parts, and their names for world.c."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from heatwright.spec import Controller, DigitalOutput, Loop
+from heatwright.spec.commands import commanded, tunable
+from heatwright.spec.timers import allocate
+
+TABLED = ("thermistor", "rtd", "analog")
+
+PORTS = "ABCDEFGHJKL"
+"""In the order of include/avr/io.h."""
+
+
+class Parts(NamedTuple):
+    """Names of the one loop and of what belongs to it."""
+
+    loop: str
+    sensor: str
+    heater: str
+    fan: str | None
+    stepper: str | None
+    has_output_state: bool
+    table: bool
+    """The sensor's readings are made temperatures by a table in a file of its own."""
+    commanded: bool
+    tunable: bool
+    autotune: bool
+
+
+def parts_of(controller: Controller) -> Parts:
+    """Find the one loop of a controller and what belongs to it.
+
+    Raises:
+        ValueError: the controller has more than one loop.
+
+    """
+    if len(controller.loops) != 1:
+        message = "The host build has one loop"
+        raise ValueError(message)
+    ((name, loop),) = controller.loops.items()
+    by_gain = tunable(controller, name)
+    steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
+    return Parts(
+        loop=name,
+        sensor=loop.sensor,
+        heater=loop.heater,
+        fan=loop.fan,
+        stepper=next(iter(steppers), None),
+        has_output_state=controller.outputs[loop.heater].kind != "digital",
+        table=controller.sensors[loop.sensor].kind in TABLED,
+        commanded=commanded(controller, name),
+        tunable=by_gain,
+        autotune=by_gain and loop.autotune is not None,
+    )
+
+
+def control_files(parts: Parts) -> list[str]:
+    """Stems of what decides in a loop."""
+    return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
+
+
+def names_for_world(controller: Controller, parts: Parts) -> list[str]:
+    """Tell world.c, on gcc's command line, what the loop and its parts are called."""
+    control: Loop = controller.loops[parts.loop]
+    flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
+    flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
+    flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
+    flags += ["-DCOMMANDED"] * parts.commanded + ["-DTUNABLE"] * parts.tunable
+    flags += ["-DAUTOTUNE"] * parts.autotune
+    headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
+    headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
+    headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
+    headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
+    pins = controller.board.pins
+    if parts.fan:
+        fan = controller.outputs[parts.fan]
+        assert isinstance(fan, DigitalOutput)  # noqa: S101 - the language allows no other fan
+        pin = pins[fan.pin]
+        mask = f"(1u<<{pin.bit})"
+        off = "0u" if fan.active == "high" else mask
+        flags += [f"-DFAN={parts.fan}", f"-DFAN_PORT={PORTS.index(pin.port)}"]
+        flags += [f"-DFAN_MASK={mask}", f"-DFAN_OFF={off}"]
+        headers.append(f"output_{parts.fan}.h")
+    if parts.has_output_state:
+        flags.append("-DHAS_STATE")
+    flags += _pwm_flags(controller, parts.heater)
+    return [*flags, *(part for header in headers for part in ("-include", header))]
+
+
+def _pwm_flags(controller: Controller, heater: str) -> list[str]:
+    """Say which registers tell for how long a pulse-width output is on."""
+    pwm = allocate(controller).pwm.get(heater)
+    if pwm is None:
+        return []
+    timer, channel = pwm.timer, pwm.channel
+    flags = [
+        f"-DPWM_COMPARE=OCR{timer}{channel}",
+        f"-DPWM_WHOLE=OUTPUT_{heater.upper()}_PERIOD_COUNTS",
+    ]
+    if pwm.by_interrupts:
+        return [
+            *flags,
+            f"-DPWM_COUNT=TCNT{timer}",
+            f"-DPWM_ENABLED=(TIMSK{timer}&(1u<<OCIE{timer}{channel}))",
+            f"-DPWM_INTERRUPT=TIMER{timer}_COMP{channel}_vect",
+        ]
+    return [*flags, f"-DPWM_CONTROL=TCCR{timer}A", f"-DPWM_BITS=(1u<<COM{timer}{channel}1)"]
