@@ -37,7 +37,8 @@ def temperature_c(line: str) -> float:
     return float(found[1])
 
 
-def test_it_connects_and_reads_temperatures(host: PrintrunHost) -> None:
+def test_it_connects_and_reads_temperatures(host: PrintrunHost, board: LiveBoard) -> None:
+    host.wait(lambda: bool(board.ask("loop_nozzle.has_reading")))  # its first tenth of a second
     host.ask("M105", "ok T:")
     assert temperature_c(host.temperatures[-1]) == pytest.approx(20.0, abs=0.5)
     assert host.ask("M115", "FIRMWARE_NAME").startswith("FIRMWARE_NAME:heatwright spec ")
