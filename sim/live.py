@@ -6,6 +6,7 @@ from collections.abc import Callable
 from time import monotonic, sleep
 from typing import Protocol
 
+from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
@@ -68,6 +69,7 @@ def run(
     plant = plant_of(
         controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=0
     )
+    coupling = Coupling(controller, device, STEP_S)
     row = 0
     while until_s is None or row * STEP_S < until_s:
         for sensor, temperature_c in plant.sensed_c().items():
@@ -78,5 +80,5 @@ def run(
             device.advance(time_s)
             device.feed()
             clock.wait(time_s)
-        plant.step({output: device.on_fraction(output) for output in controller.outputs})
+        plant.step(coupling.active(), coupling.feed_mm_per_s())
         row += 1

@@ -12,9 +12,10 @@ import numpy as np
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, reading_s, steps
+from heatwright.sim.faults.bounds import reading_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k
+from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
@@ -61,25 +62,11 @@ def _wire(wiring: Wiring) -> Act:
     return act
 
 
-def _invalid(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
-    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
-    trip = Trip((rule,), answer_s(site.loop))
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        cure,
-        trip=trip,
-        off_within_s=reading_s(site.loop),
-        again=trip,
-    )
-
-
 def _broken(site: Site) -> Iterator[Fault]:
     """A wire is broken, or the two touch: the circuit goes to its own limits."""
     sound = _wire(Wiring())
-    yield _invalid(site, "open", "sensor_open", _wire(Wiring(opened=True)), sound)
-    yield _invalid(site, "shorted", "sensor_short", _wire(Wiring(shorted=True)), sound)
+    yield no_reading(site, "open", "sensor_open", _wire(Wiring(opened=True)), sound)
+    yield no_reading(site, "shorted", "sensor_short", _wire(Wiring(shorted=True)), sound)
 
 
 def _beyond_the_table(site: Site) -> Iterator[Fault]:
@@ -90,7 +77,7 @@ def _beyond_the_table(site: Site) -> Iterator[Fault]:
         ("beyond_the_hot_end", hottest_c, HOTTEST_C),
     ):
         beyond_c = _next_codes_c(site, end_c, away_c)
-        yield _invalid(site, name, "sensor_range", _feel(site, beyond_c), _feel_again(site))
+        yield no_reading(site, name, "sensor_range", _feel(site, beyond_c), _feel_again(site))
 
 
 def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
@@ -120,7 +107,7 @@ def _converter(site: Site) -> Iterator[Fault]:
 
     Keys are on the same ADC: whoever has them cannot acknowledge until it is well again.
     """
-    hangs = _invalid(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
+    hangs = no_reading(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
     yield replace(hangs, again=None if site.has_keys else hangs.trip)
     trip = _stands_still(site)
     if trip is not None:

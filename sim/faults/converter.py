@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, reading_s, steps
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.bounds import steps
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
@@ -46,20 +47,6 @@ def on_chip(act: Callable[[SpiChip], None]) -> Act:
 def chip_of(world: World) -> SpiChip:
     """Return the chip of the loop's sensor."""
     return cast("SpiChip", world.device.sensors[world.site.loop.sensor])
-
-
-def no_reading(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
-    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
-    trip = Trip((rule,), answer_s(site.loop))
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        cure,
-        trip=trip,
-        off_within_s=reading_s(site.loop),
-        again=trip,
-    )
 
 
 def _fail(faults: Faults) -> Act:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 from heatwright.sim.faults import starts, trips
-from heatwright.sim.faults.bounds import answer_s, reading_s, steps
+from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -55,18 +56,8 @@ def _answers(site: Site) -> Iterator[Fault]:
         ("damaged_answers", "sensor_crc", _corrupt(1.0), _corrupt(0.0)),
         ("failing_supply", "sensor_reset", _failing_supply(on=True), _failing_supply(on=False)),
     )
-    allowed_s = answer_s(site.loop)
     for name, rule, cause, cure in cases:
-        trip = Trip((rule,), allowed_s)
-        yield Fault(
-            name,
-            lambda: starts.heating(site),
-            cause,
-            cure,
-            trip=trip,
-            off_within_s=reading_s(site.loop),
-            again=trip,
-        )
+        yield no_reading(site, name, rule, cause, cure)
 
 
 def _short(level: str | None) -> Act:

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import cast
 
 from heatwright.sim.faults import converter, starts
-from heatwright.sim.faults.converter import CUT_RULE, chip_of, cut, mend, no_reading
+from heatwright.sim.faults.converter import CUT_RULE, chip_of, cut, mend
 from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.spi_chip import Wire

@@ -1,0 +1,22 @@
+"""Faults that leave no valid reading, whatever the sensor."""
+
+from __future__ import annotations
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import answer_s, reading_s
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.world import Site
+
+
+def no_reading(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
+    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
+    trip = Trip((rule,), answer_s(site.loop))
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        cure,
+        trip=trip,
+        off_within_s=reading_s(site.loop),
+        again=trip,
+    )
