@@ -1,6 +1,13 @@
 """The language: one YAML file describes a thermal controller."""
 
-from heatwright.spec.algorithms import Algorithm, IntegralLimits, OnOff, OutputLimits, Pid
+from heatwright.spec.algorithms import (
+    Algorithm,
+    IntegralLimits,
+    OnOff,
+    OutputLimits,
+    Pid,
+    ThreePosition,
+)
 from heatwright.spec.analog_sensors import (
     Amplifier,
     AnalogSensor,
@@ -11,7 +18,7 @@ from heatwright.spec.analog_sensors import (
 )
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
 from heatwright.spec.checks.comparison import row_controller
-from heatwright.spec.commands import commanded, gcode_of, tunable
+from heatwright.spec.commands import commanded, gcode_of, modbus_of, switched, tunable
 from heatwright.spec.controller import (
     ComparisonRow,
     Controller,
@@ -19,7 +26,15 @@ from heatwright.spec.controller import (
     Published,
     Safety,
 )
-from heatwright.spec.interfaces import Gcode, Interface, LcdKeypad, SerialPlotter
+from heatwright.spec.currents import Current, CurrentSensor
+from heatwright.spec.interfaces import (
+    Gcode,
+    Indicators,
+    Interface,
+    LcdKeypad,
+    ModbusRtu,
+    SerialPlotter,
+)
 from heatwright.spec.loader import Spec, digest, load, load_text
 from heatwright.spec.loops import (
     Autotune,
@@ -38,6 +53,7 @@ from heatwright.spec.outputs import (
     Stepper,
     Switch,
     TimeProportionalOutput,
+    full_a,
 )
 from heatwright.spec.problems import Problem, SpecError
 from heatwright.spec.sensors import Analog, Ds18b20, Rtd, Sensor, Thermistor
@@ -54,6 +70,7 @@ from heatwright.spec.simulation import (
     ThermalNetwork,
 )
 from heatwright.spec.thermocouples import Max6675, Max31855
+from heatwright.spec.writes import Write
 
 __all__ = [
     "BOARDS",
@@ -66,6 +83,8 @@ __all__ = [
     "Board",
     "ComparisonRow",
     "Controller",
+    "Current",
+    "CurrentSensor",
     "DigitalOutput",
     "Divider",
     "Ds18b20",
@@ -77,6 +96,7 @@ __all__ = [
     "Gcode",
     "Heating",
     "Identity",
+    "Indicators",
     "IntegralLimits",
     "Interface",
     "LcdKeypad",
@@ -84,6 +104,7 @@ __all__ = [
     "Loop",
     "Max6675",
     "Max31855",
+    "ModbusRtu",
     "OnOff",
     "Output",
     "OutputLimits",
@@ -111,15 +132,20 @@ __all__ = [
     "Switch",
     "ThermalNetwork",
     "Thermistor",
+    "ThreePosition",
     "TimeProportionalOutput",
     "Timer",
     "Uart",
+    "Write",
     "commanded",
     "digest",
+    "full_a",
     "gcode_of",
     "kinds",
     "load",
     "load_text",
+    "modbus_of",
     "row_controller",
+    "switched",
     "tunable",
 ]

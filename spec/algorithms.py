@@ -57,6 +57,29 @@ class OnOff(Model):
     )
 
 
+class ThreePosition(Model):
+    """Heating below a dead band, cooling above it, neither of them in between."""
+
+    kind: Literal["three_position"]
+    dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
+        alias="dead_band",
+        description="Half width of the band: heats below setpoint − this, cools above it + this.",
+    )
+    hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
+        0.0,
+        alias="hysteresis",
+        description="How far into the band heating or cooling goes on, once begun.",
+    )
+    lead_s: Annotated[float, Quantity(DURATION, least=0.0)] = Field(
+        0.0,
+        alias="lead",
+        description="How far to look ahead: the temperature plus lead times its slope decides.",
+    )
+    lead_filter_s: _Filter = Field(
+        0.0, alias="lead_filter", description="Time constant that smooths the slope."
+    )
+
+
 class IntegralLimits(Model):
     """Bounds of the integral term, and what it does at the output's bounds."""
 
@@ -109,4 +132,4 @@ class Pid(Model):
     )
 
 
-Algorithm = Annotated[OnOff | Pid, Field(discriminator="kind")]
+Algorithm = Annotated[OnOff | Pid | ThreePosition, Field(discriminator="kind")]

@@ -25,7 +25,7 @@ _OfCurve = Annotated[float, Quantity(TEMPERATURE, least=-200.0)]
 Volt = Annotated[float, Quantity(VOLTAGE, least=-5.0, most=5.0)]
 VoltPerKelvin = Annotated[float, Quantity(VOLTAGE_PER_KELVIN, least=-1.0, most=1.0)]
 _Supply = Annotated[float, Quantity(VOLTAGE, least=0.1)]
-_FullScale = Annotated[
+FullScale = Annotated[
     float | Literal["supply", "internal"],
     Quantity(VOLTAGE, least=1.0, most=5.0, words=("supply", "internal")),
 ]
@@ -46,7 +46,7 @@ class AnalogSensor(Model):
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
         1, description="Readings, one each 10 ms, that are summed up to one."
     )
-    reference: _FullScale = Field(
+    reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
     )
 

@@ -1,9 +1,9 @@
-"""What a host may command: which loops it serves, and how far."""
+"""What a host or a master may command: which loops it serves, and how far."""
 
 from __future__ import annotations
 
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode
+from heatwright.spec.interfaces import Gcode, ModbusRtu
 
 
 def gcode_of(controller: Controller) -> Gcode | None:
@@ -12,12 +12,24 @@ def gcode_of(controller: Controller) -> Gcode | None:
     return next(found, None)
 
 
+def modbus_of(controller: Controller) -> ModbusRtu | None:
+    """Find the Modbus interface of a controller, if it has one."""
+    found = (each for each in controller.interfaces if isinstance(each, ModbusRtu))
+    return next(found, None)
+
+
 def commanded(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host sets a loop's setpoint, and may switch it off."""
+    """Tell whether a host or a master sets a loop's setpoint, and may switch it off."""
     gcode = gcode_of(controller)
-    return gcode is not None and loop_name in gcode.loops.values()
+    by_host = gcode is not None and loop_name in gcode.loops.values()
+    return by_host or switched(controller, loop_name)
+
+
+def switched(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a loop is enabled and disabled apart from its setpoint: a master serves all."""
+    return loop_name in controller.loops and modbus_of(controller) is not None
 
 
 def tunable(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host sets a loop's gains, and its duty by hand."""
+    """Tell whether its gains are set by command, and its duty by hand."""
     return commanded(controller, loop_name) and controller.loops[loop_name].algorithm.kind == "pid"

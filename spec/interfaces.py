@@ -4,29 +4,40 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
-from heatwright.spec.base import Filled, Model, ReadOnly, Reference
+from heatwright.spec.base import Filled, Model, PinName, ReadOnly, Reference, WholeNumber
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE
 
 FASTEST_HOST = 250_000
 """Baud, as hosts of 3D printers use. A byte comes every 40 us, and its interrupt takes some 5."""
 
 
+BUS_BAUDS = (1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115_200)
+"""What masters offer."""
+
+
 class Baud(Checked):
     """Marks a baud rate."""
 
-    def __init__(self, most: int) -> None:
-        """Bound it."""
+    def __init__(self, most: int, choices: tuple[int, ...] = ()) -> None:
+        """Bound it, or give the few that there are."""
         super().__init__(self.read_baud, type="integer", minimum=300, maximum=most)
         self._most = most
+        self._choices = choices
 
     def read_baud(self, value: Any) -> int:
         """Accept a whole number from 300 up."""
         if isinstance(value, bool) or not isinstance(value, int):
             raise refuse("a baud rate is a whole number", "Write it without a unit, such as 9600")
+        if self._choices and value not in self._choices:
+            raise refuse(
+                f"{value} baud is not usual on such a line",
+                f"Use {listed([str(baud) for baud in self._choices])}",
+            )
         if not 300 <= value <= self._most:
             raise refuse(
                 f"{value} is no usable baud rate", f"Use 300 to {self._most}, such as 9600"
@@ -67,6 +78,56 @@ class SerialPlotter(Model):
     baud: Annotated[int, Baud(2_000_000)] = Field(9600, description="Speed of the line.")
 
 
+class ModbusRtu(Model):
+    """A slave on a Modbus serial line; its master sets and switches every loop."""
+
+    kind: Literal["modbus_rtu"]
+    address: Annotated[int, WholeNumber("an address", 1, 247, 1)] = Field(
+        1, description="Address of this slave, 1 to 247."
+    )
+    baud: Annotated[int, Baud(115_200, BUS_BAUDS)] = Field(
+        19_200, description="Speed of the line: one of the usual ones, 1200 to 115200."
+    )
+    parity: Literal["even", "odd", "none"] = Field(
+        "even", description="Parity of each character; `even` is what the standard starts with."
+    )
+    asked_stop_bits: Literal[1, 2] | None = Field(
+        None, alias="stop_bits", description="Left out: 2 without parity, else 1 (the standard)."
+    )
+    driver_enable: PinName | None = Field(
+        None, description="Pin that switches an RS-485 driver to sending; high sends."
+    )
+    linuxcnc: StrictBool = Field(
+        False, description="Generate the LinuxCNC side too: HAL, panel, mb2hal."
+    )
+
+    @property
+    def stop_bits(self) -> int:
+        """Stop bits of each character."""
+        return self.asked_stop_bits or (2 if self.parity == "none" else 1)
+
+    @property
+    def character_bits(self) -> int:
+        """Bits of a character on the line, its start bit included; 11 after the standard."""
+        return 1 + 8 + (self.parity != "none") + self.stop_bits
+
+
+Meaning = Literal["enabled", "heating", "cooling", "warm", "communicating", "fault"]
+
+
+class Indicators(Model):
+    """LEDs that show by steady light, blinking or none what a loop does."""
+
+    kind: Literal["indicators"]
+    loop: Reference | None = Field(
+        None, description="Loop that is shown; needed where there are several."
+    )
+    leds: Annotated[Mapping[PinName, Meaning], Filled] = Field(
+        description="What each pin's LED shows."
+    )
+    active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
+
+
 class Gcode(Model):
     """A host program of 3D printers, or a person, over the serial line."""
 
@@ -83,4 +144,6 @@ class Gcode(Model):
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
 
 
-Interface = Annotated[Gcode | LcdKeypad | SerialPlotter, Field(discriminator="kind")]
+Interface = Annotated[
+    Gcode | Indicators | LcdKeypad | ModbusRtu | SerialPlotter, Field(discriminator="kind")
+]

@@ -1,7 +1,7 @@
 """Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
@@ -96,6 +96,12 @@ class Protection(Model):
     rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
     )
+    master_lost_after_s: _Time | None = Field(
+        None,
+        alias="master_lost_after",
+        description="Rule `master_lost`: time without a request while the loop is enabled; "
+        "left out: no such rule.",
+    )
 
 
 class Autotune(Model):
@@ -119,6 +125,13 @@ class Loop(Model):
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(
         None, description="Digital output without which the heater must not be on."
+    )
+    cooler: Reference | None = Field(
+        None, description="Digital output that cools; never on together with the heater."
+    )
+    starts: Literal["enabled", "disabled"] = Field(
+        "enabled",
+        description="`disabled`: off after the power-up, until the master switches it on.",
     )
     period_s: _Time = Field(
         alias="period", description="Time between control steps; a multiple of the 10 ms tick."

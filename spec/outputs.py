@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from heatwright.spec.base import Model, PinName, WholeNumber
+from heatwright.spec.currents import Current
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import (
     ACCELERATION,
@@ -22,6 +23,9 @@ SLOWEST_PWM_HZ = 1.0
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
 Volt = Annotated[float, Quantity(VOLTAGE, least=0.1)]
+_Rest = Annotated[float, Quantity(DURATION, least=0.0, most=3600.0)]
+_SUPPLY = "Voltage the load is driven from."
+_CURRENT = "Its measured current, with what that is held to; needs power and supply."
 _PIN = "Pin that drives the switch."
 _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
@@ -38,6 +42,18 @@ class DigitalOutput(Model):
         "with_loop",
         description="`always`: on as long as the controller runs. A fan a loop names needs it.",
     )
+    minimum_on_s: _Rest = Field(
+        0.0,
+        alias="minimum_on",
+        description="Once on, it stays on so long; a heater's protections do not wait for it.",
+    )
+    minimum_off_s: _Rest = Field(
+        0.0,
+        alias="minimum_off",
+        description="Once off, it stays off so long; also after the power-up.",
+    )
+    supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
+    current: Current | None = Field(None, description=_CURRENT)
 
 
 class PwmOutput(Model):
@@ -51,12 +67,11 @@ class PwmOutput(Model):
         alias="frequency",
         description="Held within 0.5 %; to 500 Hz at any pin, faster where its timer can.",
     )
-    supply_v: Volt | None = Field(
-        None, alias="supply", description="Voltage the load is driven from."
-    )
+    supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     rated_v: Volt | None = Field(
         None, alias="rated", description="Voltage at which it has its power; else the supply."
     )
+    current: Current | None = Field(None, description=_CURRENT)
 
     @property
     def full_share(self) -> float:
@@ -125,3 +140,16 @@ Switch = DigitalOutput | PwmOutput | TimeProportionalOutput
 Output = Annotated[
     DigitalOutput | PwmOutput | Stepper | TimeProportionalOutput, Field(discriminator="kind")
 ]
+
+
+def full_a(output: Switch) -> float | None:
+    """Return the current of a load that is on, A; None if power or supply are not known.
+
+    A resistor that takes its power at its rated voltage takes supply · power / rated² from the
+    supply.
+    """
+    supply_v = getattr(output, "supply_v", None)
+    if supply_v is None or output.power_w is None:
+        return None
+    rated_v = getattr(output, "rated_v", None) or supply_v
+    return float(supply_v * output.power_w / rated_v**2)

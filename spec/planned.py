@@ -4,8 +4,7 @@ from __future__ import annotations
 
 KINDS = {
     "Sensor": "max31856",
-    "Algorithm": "three_position",
-    "Interface": "indicators modbus_rtu nextion",
+    "Interface": "nextion",
 }
 """Kinds by the union they will join."""
 
@@ -14,16 +13,11 @@ KEYS = {
     "Ds18b20": "moving_average",
     "Thermistor": "moving_average",
     "Rtd": "moving_average",
-    "Analog": "moving_average quantity",
-    "PwmOutput": "current",
-    "DigitalOutput": "current supply",
+    "Analog": "moving_average",
     "TimeProportionalOutput": "current supply",
-    "Loop": "cooler starts",
-    "Protection": "master_lost_after",
     "Safety": "relay",
     "ThermalNetwork": "radiation",
-    "Sense": "of",
-    "Event": "loop setpoint write",
+    "Event": "loop setpoint",
 }
 """Keys by the model they will join."""
 

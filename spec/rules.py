@@ -150,6 +150,34 @@ _RULES = (
         "The host ordered an emergency stop.",
         "Find out why; then acknowledge it.",
     ),
+    Rule(
+        20,
+        "over_current",
+        "OVER CURRENT",
+        "The heater takes more current than it may.",
+        "Look for a short circuit in the heater and its wires.",
+    ),
+    Rule(
+        21,
+        "current_while_off",
+        "LEAKS IN OFF",
+        "Current flows through the heater although it is off.",
+        "Take the supply away: the switch conducts while it is off.",
+    ),
+    Rule(
+        22,
+        "no_current",
+        "NO CURRENT",
+        "The heater is on, and too little current flows.",
+        "Check the heater, its wires, its fuse, its supply and the current's sensor.",
+    ),
+    Rule(
+        23,
+        "master_lost",
+        "MASTER LOST",
+        "The master has not asked anything for too long.",
+        "Check the bus and the program on the master; then acknowledge it.",
+    ),
 )
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}

@@ -13,6 +13,7 @@ from heatwright.spec.analog_sensors import (
     VoltPerKelvin,
 )
 from heatwright.spec.base import Model, PinName
+from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.thermocouples import Max6675, Max31855
@@ -110,5 +111,6 @@ class Analog(AnalogSensor):
 
 
 Sensor = Annotated[
-    Analog | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor, Field(discriminator="kind")
+    Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor,
+    Field(discriminator="kind"),
 ]

@@ -24,6 +24,7 @@ from heatwright.spec.units import (
     SPEED,
     THERMAL_RESISTANCE,
 )
+from heatwright.spec.writes import Writes
 
 LONGEST_LINE = 80
 """Characters of a line that a host sends; the firmware's own limit is above it."""
@@ -59,12 +60,26 @@ class Link(Model):
 class Sense(Model):
     """Where a sensor sits and how it lags."""
 
-    node: Reference = Field(description="Node whose temperature it measures.")
+    node: Reference | None = Field(None, description="Node whose temperature it measures.")
+    of: Reference | None = Field(
+        None, description="Heating output whose mean current it measures, in the place of a node."
+    )
     lag_s: _Time = Field(0.0, alias="lag", description="Time constant of the sensor.")
     delay_s: _Time = Field(0.0, alias="delay", description="Dead time before it.")
     noise_k: _Difference = Field(
         0.0, alias="noise", description="Standard deviation of Gaussian noise, seeded."
     )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> "Sense":
+        if (self.node is None) == (self.of is None):
+            raise refuse(
+                "a sensor measures either a node or the current of an output",
+                "Write node: … or of: …",
+            )
+        if self.of is not None and (self.delay_s or self.noise_k):
+            raise refuse("a current has neither delay nor noise here", "Delete delay and noise")
+        return self
 
 
 class FanEffect(Model):
@@ -139,6 +154,9 @@ class Event(Model):
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
         None, alias="extrude", description="Speed at which filament is fed from then on."
     )
+    write: Writes | None = Field(
+        None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
+    )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."
     )
@@ -161,7 +179,7 @@ class Event(Model):
 
     @property
     def _actions(self) -> int:
-        actions = (self.press, self.send, self.extrude_mm_per_s)
+        actions = (self.press, self.send, self.extrude_mm_per_s, self.write)
         return sum(action is not None for action in actions)
 
 

@@ -94,6 +94,9 @@ BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
 VOLTAGE_PER_KELVIN = Dimension(
     "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m")
 )
+VOLTAGE_PER_AMPERE = Dimension(
+    "voltage for each ampere", "V/A", "0.2 V/A", "mV/A or V/A", 1e3, _prefixed("V/A", "m")
+)
 LENGTH = Dimension("length", "mm", "8 mm", "mm", 1e6, _prefixed("mm"))
 SPEED = Dimension("speed", "mm/s", "20 mm/s", "mm/s", 1e6, _prefixed("mm/s"))
 ACCELERATION = Dimension("rate of speed", "mm/s²", "50 mm/s²", "mm/s²", 1e7, _prefixed("mm/s2"))

@@ -1,0 +1,71 @@
+"""The current of a heater: how it is measured, and what it is held to."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from heatwright.spec.analog_sensors import FullScale, Volt
+from heatwright.spec.base import Model, PinName, Reference, WholeNumber
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import CURRENT, VOLTAGE_PER_AMPERE
+
+TRIP_FACTOR = 1.25
+"""Over-current, in limits, where the spec does not say it: the limiter settles within a few
+percent, and a wire that heats up changes its resistance by less."""
+
+_Ampere = Annotated[float, Quantity(CURRENT, least=0.001)]
+
+
+class CurrentSensor(Model):
+    """Current of a heater as a voltage on a pin of the ADC: a shunt's amplifier, a Hall sensor."""
+
+    kind: Literal["current"]
+    pin: PinName = Field(description="A pin that leads to the ADC.")
+    scale_v_per_a: Annotated[float, Quantity(VOLTAGE_PER_AMPERE, least=0.0001)] = Field(
+        alias="scale", description="Voltage for each ampere."
+    )
+    offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 A.")
+    oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
+        4, description="Readings, one each 10 ms, that are summed up to one."
+    )
+    reference: FullScale = Field(
+        "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+
+
+class Current(Model):
+    """A heater's current is measured, limited by its duty, and watched."""
+
+    sensor: Reference = Field(description="Sensor of the kind `current` in the heater's wire.")
+    limit_a: _Ampere | None = Field(
+        None, alias="limit", description="Mean current that the duty is reduced to; `pwm` only."
+    )
+    trip_a: _Ampere | None = Field(
+        None,
+        alias="trip",
+        description="Rule `over_current`: mean current that is a fault; else 1.25 times the limit.",
+    )
+
+    @model_validator(mode="after")
+    def _something_to_hold(self) -> Current:
+        if self.limit_a is None and self.trip_a is None:
+            raise refuse(
+                "a current is measured here and held to nothing",
+                "Write limit or trip, such as {sensor: current, limit: 3 A}",
+            )
+        return self
+
+    @property
+    def over_a(self) -> float:
+        """Mean current that is a fault, A."""
+        if self.trip_a is not None:
+            return self.trip_a
+        return TRIP_FACTOR * (self.limit_a or 0.0)
+
+    @property
+    def nominal_a(self) -> float:
+        """Mean current that is the most in healthy operation, A: the limit, if there is one."""
+        return self.over_a / TRIP_FACTOR if self.limit_a is None else self.limit_a
