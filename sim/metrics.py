@@ -83,7 +83,7 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     readings_c = response["temperature_c"].astype(float)
     setpoint_c = float(response["setpoint_c"][-1])
     errors_k = readings_c - setpoint_c
-    resolution_k = controller.sensors[spec.sensor].step_at_k(setpoint_c, controller.board.mcu)
+    resolution_k = controller.thermometers[spec.sensor].step_at_k(setpoint_c, controller.board.mcu)
     steady_c = readings_c[times_s >= times_s[-1] * (1 - STEADY_SHARE)]
     return Metrics(
         setpoint_c=setpoint_c,

@@ -9,12 +9,13 @@ from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Temperature, Title
 from heatwright.spec.boards import BOARDS, Board
+from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
-from heatwright.spec.sensors import Sensor
+from heatwright.spec.sensors import Sensor, Thermometer
 from heatwright.spec.simulation import Simulation
 from heatwright.spec.suggest import listed, one_of
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
@@ -122,3 +123,12 @@ class Controller(Model):
         if self.identity.clock_hz is None:
             return board
         return board._replace(clock_hz=round(self.identity.clock_hz))
+
+    @property
+    def thermometers(self) -> Mapping[str, Thermometer]:
+        """The sensors that measure temperatures, by name."""
+        return {
+            name: sensor
+            for name, sensor in self.sensors.items()
+            if not isinstance(sensor, CurrentSensor)
+        }

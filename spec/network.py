@@ -77,6 +77,7 @@ class Heated:
         self._conductances = _laplacian(network, self._nodes, running)
         self._heated = self._nodes.index(network.heat[heat])
         sense = network.sense[sensor]
+        assert sense.node is not None  # noqa: S101 - a loop goes by a thermometer
         self._sensed = self._nodes.index(sense.node)
         self.lag_s = sense.lag_s
         self.delay_s = sense.delay_s

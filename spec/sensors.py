@@ -110,6 +110,9 @@ class Analog(AnalogSensor):
     )
 
 
+Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor
+"""What a loop can go by."""
+
 Sensor = Annotated[
     Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor,
     Field(discriminator="kind"),

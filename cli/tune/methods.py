@@ -54,7 +54,7 @@ class Task:
     @property
     def step_k(self) -> float:
         """One step of the sensor at the target, K."""
-        sensor = self.controller.sensors[self.controller.loops[self.loop].sensor]
+        sensor = self.controller.thermometers[self.controller.loops[self.loop].sensor]
         return sensor.step_at_k(self.target_c, self.controller.board.mcu)
 
 

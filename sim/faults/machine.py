@@ -82,7 +82,7 @@ def _rising_until(
 
 def sensor_step_k(site: Site) -> float:
     """Return one step of the loop's sensor, K."""
-    return float(site.controller.sensors[site.loop.sensor].step_k)
+    return float(site.controller.thermometers[site.loop.sensor].step_k)
 
 
 def late_k(site: Site, limit_c: float) -> float:
@@ -97,7 +97,7 @@ def late_k(site: Site, limit_c: float) -> float:
 
 def blur_k(site: Site, temperature_c: float) -> float:
     """Return how far from the tip an analog chain may read, K; 0 for a chip of its own."""
-    sensor = site.controller.sensors[site.loop.sensor]
+    sensor = site.controller.thermometers[site.loop.sensor]
     if not isinstance(sensor, AnalogSensor):
         return 0.0
     return float(sensor.step_at_k(temperature_c, site.controller.board.mcu))

@@ -7,7 +7,7 @@ from heatwright.sim.faults.conditions import Risen, at_full_power, exceeds, reac
 from heatwright.sim.faults.fault import Trip, at_once
 from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.world import Condition, Site
-from heatwright.spec import Loop, OnOff
+from heatwright.spec import Loop, Pid
 
 LONGEST_S = 4 * 3600.0
 """How long a machine may take to meet a condition."""
@@ -15,7 +15,8 @@ LONGEST_S = 4 * 3600.0
 
 def full_percent(loop: Loop) -> float:
     """Return the most the loop may ask of its heater, %."""
-    return 100.0 if isinstance(loop.algorithm, OnOff) else loop.algorithm.output.maximum_percent
+    algorithm = loop.algorithm
+    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
 
 
 def no_rise(site: Site, still: Condition = at_once) -> Trip | None:

@@ -11,7 +11,7 @@ from heatwright.spec.conversion import Limits, limits
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
-from heatwright.spec.sensors import Sensor
+from heatwright.spec.sensors import Thermometer
 
 
 class Finding(NamedTuple):
@@ -28,15 +28,15 @@ Findings: TypeAlias = Iterator[Finding]
 Check: TypeAlias = Callable[[Controller], Findings]
 
 
-def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Sensor]]:
+def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer]]:
     """List the loops whose sensor exists and shows its range: others have no steps to judge."""
     for name, loop in controller.loops.items():
-        sensor = controller.sensors.get(loop.sensor)
+        sensor = controller.thermometers.get(loop.sensor)
         if sensor is not None and shows_its_range(sensor, controller.board.mcu):
             yield name, loop, sensor
 
 
-def shows_its_range(sensor: Sensor, mcu: str) -> bool:
+def shows_its_range(sensor: Thermometer, mcu: str) -> bool:
     """Tell whether a sensor's readings can be computed all over its range."""
     if not isinstance(sensor, AnalogSensor):
         return True

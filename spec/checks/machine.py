@@ -25,7 +25,7 @@ class Machine:
         self.loop = controller.loops[name]
         self.path: Path = ("loops", name)
         self.output = heater
-        self._sensor, self._mcu = controller.sensors[self.loop.sensor], controller.board.mcu
+        self._sensor, self._mcu = controller.thermometers[self.loop.sensor], controller.board.mcu
         self.ambient_c = simulation.ambient_c
         running = [
             fan

@@ -26,7 +26,11 @@ def plant_names(controller: Controller) -> Findings:
         yield from unknown((*_PLANT, "heat", output), node, "nodes", nodes)
     for sensor, sense in plant.sense.items():
         yield from unknown((*_PLANT, "sense", sensor), sensor, "sensors", controller.sensors)
-        yield from unknown((*_PLANT, "sense", sensor, "node"), sense.node, "nodes", nodes)
+        if sense.node is not None:
+            yield from unknown((*_PLANT, "sense", sensor, "node"), sense.node, "nodes", nodes)
+        if sense.of is not None:
+            where = (*_PLANT, "sense", sensor, "of")
+            yield from unknown(where, sense.of, "outputs", controller.outputs)
     if plant.filament is not None:
         yield from unknown((*_PLANT, "filament", "node"), plant.filament.node, "nodes", nodes)
     for fan in plant.fans:

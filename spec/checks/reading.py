@@ -8,7 +8,7 @@ from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import duration
-from heatwright.spec.sensors import Ds18b20, Sensor
+from heatwright.spec.sensors import Ds18b20, Thermometer
 from heatwright.spec.thermocouples import Max31855
 from heatwright.spec.timers import TICK_S
 
@@ -26,12 +26,12 @@ def conversion_fits(controller: Controller) -> Findings:
             )
 
 
-def shortest_period_s(sensor: Sensor) -> float:
+def shortest_period_s(sensor: Thermometer) -> float:
     """Whole ticks for a conversion, and the reading."""
     return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)
 
 
-def _what_takes_so_long(sensor: Sensor) -> str:
+def _what_takes_so_long(sensor: Thermometer) -> str:
     took = duration(sensor.conversion_s)
     if isinstance(sensor, AnalogSensor):
         return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
@@ -40,7 +40,7 @@ def _what_takes_so_long(sensor: Sensor) -> str:
     return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
 
 
-def _or_less(sensor: Sensor, period_s: float) -> str:
+def _or_less(sensor: Thermometer, period_s: float) -> str:
     """Tell what else would fit into a period."""
     if isinstance(sensor, AnalogSensor) and period_s >= TICK_S:
         return f", or oversample at most {math.floor(round(period_s / TICK_S, 6))}"

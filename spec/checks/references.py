@@ -7,7 +7,7 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode
+from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.outputs import DigitalOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
@@ -41,7 +41,7 @@ def interface_loops(controller: Controller) -> Findings:
         if isinstance(interface, Gcode):
             for address, loop in interface.loops.items():
                 yield from unknown((*path, "loops", address), loop, "loops", controller.loops)
-        else:
+        elif not isinstance(interface, ModbusRtu) and interface.loop is not None:
             yield from unknown((*path, "loop"), interface.loop, "loops", controller.loops)
 
 

@@ -7,7 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
-from heatwright.spec import Loop, OnOff, Pid, SerialPlotter
+from heatwright.spec import Loop, Pid, SerialPlotter
 from heatwright.spec.boards import Board
 from heatwright.spec.commands import tunable
 from heatwright.spec.uart import baud_setting
@@ -71,7 +71,7 @@ def fields(name: str, loop: Loop, *, by_host: bool) -> list[dict[str, str]]:
         ("setpoint in degC", f"loop_{name}.setpoint_c"),
     ]
     prefix, state = prefix_of(name), f"algorithm_{name}"
-    if isinstance(loop.algorithm, OnOff):
+    if not isinstance(loop.algorithm, Pid):
         lead = f"{prefix}_LEAD_S * {state}.rate_k_per_s" if loop.algorithm.lead_s > 0 else "0.0f"
         own = [
             ("heater, 0 or 10", f"0.1f * loop_{name}.duty_percent"),

@@ -82,7 +82,7 @@ def _failing_supply(*, on: bool) -> Act:
     """Break the chip's supply down in the middle of every conversion."""
 
     def cause(world: World) -> None:
-        sensor = world.site.controller.sensors[world.site.loop.sensor]
+        sensor = world.site.controller.thermometers[world.site.loop.sensor]
         early_s = sensor.conversion_s / 2 + READ_MARGIN_S
         _every(world, 1, lambda chip: chip.brown_out(), early_s)
 
