@@ -7,7 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, vector
 from heatwright.spec import Controller, Loop
-from heatwright.spec.commands import gcode_of
+from heatwright.spec.commands import gcode_of, modbus_of
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.timers import tick_interval
 
@@ -15,9 +15,12 @@ GATE_MAIN_PERMIT_TICKS = 10
 
 
 LAST_RULE = 16
-"""Of those that every controller has."""
+"""Of those that every controller has; what it has besides may bring more."""
 LAST_RULE_OF_SENSORS = 18
-"""17 and 18 are for sensors with an open circuit or a range; beyond is the host's stop."""
+"""17 and 18 are for sensors with an open circuit or a range."""
+LAST_RULE_OF_HOSTS = 19
+LAST_RULE_OF_CURRENTS = 22
+LAST_RULE_OF_MASTERS = 23
 
 
 def rule_macro(rule: Rule) -> str:
@@ -34,7 +37,11 @@ def rules(controller: Controller) -> list[dict[str, object]]:
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
         last = LAST_RULE_OF_SENSORS
     if gcode_of(controller):
-        last = max(RULES)
+        last = LAST_RULE_OF_HOSTS
+    if len(controller.thermometers) < len(controller.sensors):
+        last = LAST_RULE_OF_CURRENTS
+    if modbus_of(controller):
+        last = LAST_RULE_OF_MASTERS
     return [
         {
             "macro": rule_macro(rule),
