@@ -8,7 +8,7 @@ from typing import NamedTuple
 from heatwright.spec.base import PIN_MARK
 from heatwright.spec.boards import Board, Pin
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.interfaces import Indicators, Interface, LcdKeypad, ModbusRtu
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
@@ -47,9 +47,9 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
                 if pin_name in board.pins:
                     yield PinUse(board.pins[pin_name], (section, name, key), "")
     for index, interface in enumerate(controller.interfaces):
-        for name, purpose in interface_pins(board, interface).items():
+        for keys, name, purpose in interface_pins(board, interface):
             if name in board.pins:
-                yield PinUse(board.pins[name], ("interfaces", index), purpose)
+                yield PinUse(board.pins[name], ("interfaces", index, *keys), purpose)
 
 
 def pins_of(part: Sensor | Output) -> dict[str, str]:
@@ -61,9 +61,23 @@ def pins_of(part: Sensor | Output) -> dict[str, str]:
     }
 
 
-def interface_pins(board: Board, interface: object) -> dict[str, str]:
-    """List the pins an interface takes, with what for."""
+def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, str, str]]:
+    """List the pins an interface takes: the keys that name them, if any, the pin, and what for."""
     if isinstance(interface, LcdKeypad):
-        return LCD_KEYPAD_PINS
-    uart = board.uarts[0]
-    return {uart.tx: SERIAL_PORT, uart.rx: SERIAL_PORT}
+        for name, purpose in LCD_KEYPAD_PINS.items():
+            yield (), name, purpose
+        return
+    yield from named_pins(interface)
+    if not isinstance(interface, Indicators):
+        uart = board.uarts[0]
+        for name in (uart.tx, uart.rx):
+            yield (), name, SERIAL_PORT
+
+
+def named_pins(interface: Interface) -> Iterator[tuple[Path, str, str]]:
+    """List the pins that an interface names itself: their keys, the pin, and what for."""
+    if isinstance(interface, Indicators):
+        for name, meaning in interface.leds.items():
+            yield ("leds", name), name, f"the LED {meaning}"
+    elif isinstance(interface, ModbusRtu) and interface.driver_enable is not None:
+        yield ("driver_enable",), interface.driver_enable, "the line's driver"

@@ -26,6 +26,7 @@ from heatwright.spec.controller import Controller
 
 CHECKS: tuple[Check, ...] = (
     references.loop_parts,
+    references.output_sensors,
     references.interface_loops,
     references.one_loop_per_output,
     references.fans_run,

@@ -11,6 +11,7 @@ from heatwright.spec.checks.finding import Finding, Findings, limits_of
 from heatwright.spec.circuits import circuit
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES, LEAST_MARGIN_STEPS, Limits
+from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, number
@@ -123,7 +124,9 @@ def one_reference(controller: Controller) -> Findings:
     for index, interface in enumerate(controller.interfaces):
         if isinstance(interface, LcdKeypad):
             first = ("interfaces", index), "the keys of the shield", "supply"
-    for name, sensor in analog_sensors(controller):
+    for name, sensor in controller.sensors.items():
+        if not isinstance(sensor, AnalogSensor | CurrentSensor):
+            continue
         path = ("sensors", name, "reference")
         wanted = _shown(sensor.reference)
         if first is None:

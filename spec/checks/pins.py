@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
+from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
-from heatwright.spec.uses import SERIAL_PORT, PinUse, pin_uses, pins_of
+from heatwright.spec.uses import SERIAL_PORT, PinUse, named_pins, pin_uses, pins_of
 
 _BOARD: Path = ("controller", "board")
 
@@ -33,17 +36,25 @@ def label(pin: Pin) -> str:
 def pins_exist(controller: Controller) -> Findings:
     """Find names that are no pin of the board."""
     board = controller.board
-    names = tuple(board.pins)
+    for path, pin_name in _named(controller):
+        if pin_name not in board.pins:
+            yield Finding(
+                path,
+                f"{board.name} has no pin {pin_name}",
+                advice(pin_name, tuple(board.pins)),
+                (_BOARD,),
+            )
+
+
+def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
+    """List all pins that the file names, with where."""
     for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
         for name, part in parts.items():
             for key, pin_name in pins_of(part).items():
-                if pin_name not in board.pins:
-                    yield Finding(
-                        (section, name, key),
-                        f"{board.name} has no pin {pin_name}",
-                        advice(pin_name, names),
-                        (_BOARD,),
-                    )
+                yield (section, name, key), pin_name
+    for index, interface in enumerate(controller.interfaces):
+        for keys, pin_name, _ in named_pins(interface):
+            yield ("interfaces", index, *keys), pin_name
 
 
 def pins_can_be_switched(controller: Controller) -> Findings:
@@ -76,7 +87,8 @@ def analog_pins(controller: Controller) -> Findings:
 
 def is_analog(controller: Controller, path: Path) -> bool:
     """Tell whether an entry belongs to a sensor on the ADC."""
-    return path[0] == "sensors" and isinstance(controller.sensors.get(str(path[1])), AnalogSensor)
+    sensor = controller.sensors.get(str(path[1])) if path[0] == "sensors" else None
+    return isinstance(sensor, AnalogSensor | CurrentSensor)
 
 
 def pins_used_once(controller: Controller) -> Findings:

@@ -7,8 +7,9 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
+from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Gcode, ModbusRtu
-from heatwright.spec.outputs import DigitalOutput, Stepper
+from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.suggest import advice
@@ -26,12 +27,20 @@ def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Find
 
 
 def loop_parts(controller: Controller) -> Findings:
-    """Find sensors, heaters and fans of loops that are not there."""
+    """Find sensors, heaters, fans and coolers of loops that are not there."""
     for name, loop in controller.loops.items():
         yield from unknown(("loops", name, "sensor"), loop.sensor, "sensors", controller.sensors)
         yield from unknown(("loops", name, "heater"), loop.heater, "outputs", controller.outputs)
-        if loop.fan is not None:
-            yield from unknown(("loops", name, "fan"), loop.fan, "outputs", controller.outputs)
+        for key, part in (("fan", loop.fan), ("cooler", loop.cooler)):
+            if part is not None:
+                yield from unknown(("loops", name, key), part, "outputs", controller.outputs)
+
+
+def output_sensors(controller: Controller) -> Findings:
+    """Find sensors of outputs that are not there."""
+    for name, sensor in current_sensors(controller).items():
+        path: Path = ("outputs", name, "current", "sensor")
+        yield from unknown(path, sensor, "sensors", controller.sensors)
 
 
 def interface_loops(controller: Controller) -> Findings:
@@ -107,12 +116,25 @@ def heaters_do_not_always_run(controller: Controller) -> Findings:
 
 
 def everything_used(controller: Controller) -> Findings:
-    """Find sensors and outputs that no loop uses; a name misspelled in a loop comes first."""
-    if any(True for _ in loop_parts(controller)):
+    """Find sensors and outputs that nothing uses; a name misspelled where it is used comes first.
+
+    A sensor of the wrong kind is told there too.
+    """
+    if any(True for each in (loop_parts, output_sensors) for _ in each(controller)):
         return
-    loops = controller.loops.values()
-    for name in controller.sensors:
-        if not any(loop.sensor == name for loop in loops):
+    used = {loop.sensor for loop in controller.loops.values()}
+    used.update(current_sensors(controller).values())
+    for name, sensor in controller.sensors.items():
+        if name in used:
+            continue
+        if isinstance(sensor, CurrentSensor):
+            yield Finding(
+                ("sensors", name),
+                "no output uses this sensor",
+                f"Delete it, or write current: {{sensor: {name}, limit: …}} at the heater",
+                (("outputs",),),
+            )
+        else:
             yield Finding(
                 ("sensors", name),
                 "no loop uses this sensor",
@@ -134,7 +156,17 @@ def everything_used(controller: Controller) -> Findings:
 def driven_by_loops(controller: Controller) -> set[str]:
     """List the outputs that loops switch or rely on."""
     loops = controller.loops.values()
-    return {name for loop in loops for name in (loop.heater, loop.fan) if name is not None}
+    parts = ((loop.heater, loop.fan, loop.cooler) for loop in loops)
+    return {name for part in parts for name in part if name is not None}
+
+
+def current_sensors(controller: Controller) -> dict[str, str]:
+    """List the sensors of currents by the outputs that name them."""
+    return {
+        name: output.current.sensor
+        for name, output in controller.outputs.items()
+        if isinstance(output, DigitalOutput | PwmOutput) and output.current is not None
+    }
 
 
 def driven_by_host(controller: Controller) -> set[str]:
