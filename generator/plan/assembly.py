@@ -9,10 +9,10 @@ from typing import Any
 from heatwright.generator.plan import core
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
-from heatwright.generator.plan.outputs.common import UseOfOutput
+from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
 from heatwright.generator.plan.project import project_files
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_period_s
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
@@ -25,6 +25,8 @@ MCU_MACROS = {
     "atmega2560": "__AVR_ATmega2560__",
     "atmega32u4": "__AVR_ATmega32U4__",
     "atmega1284p": "__AVR_ATmega1284P__",
+    "atmega32": "__AVR_ATmega32__",
+    "atmega16": "__AVR_ATmega16__",
 }
 """The chips whose registers the templates know, by the macro that avr-gcc defines for each."""
 
@@ -139,7 +141,7 @@ def _unique(files: Iterable[File]) -> tuple[File, ...]:
 def _sensor(root: Source, name: str, timer: int | None) -> Part:
     controller = root.controller
     sensor = controller.sensors[name]
-    period_s = min(loop.period_s for loop in controller.loops.values() if loop.sensor == name)
+    period_s = shortest_period_s(controller, name)
     module = import_module(f"heatwright.generator.plan.sensors.{sensor.kind}")
     part: Part = module.plan(root.at("sensors", name), name, sensor, UseOfSensor(period_s, timer))
     return part
@@ -154,6 +156,8 @@ def _output(root: Source, name: str, timers: TimerUse) -> Part:
         commanded=host is not None and name in host.fans.values(),
         channel=timers.pwm.get(name),
         timer=timers.steppers.get(name),
+        cools=cools(root.controller, name),
+        watched=watched(root.controller, name),
     )
     module = import_module(f"heatwright.generator.plan.outputs.{output.kind}")
     part: Part = module.plan(root.at("outputs", name), name, output, use)

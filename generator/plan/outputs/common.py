@@ -9,6 +9,8 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Wiring
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
+from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec.indicated import shown_meanings
 from heatwright.spec.outputs import Switch
 from heatwright.spec.pwm_timers import PwmChannel
 
@@ -25,6 +27,36 @@ class UseOfOutput:
     """The timer's channel that makes a PWM."""
     timer: int | None = None
     """Number of the timer of a stepper."""
+    cools: bool = False
+    """True if it is the cooler of a loop, which the gate switches after the heater."""
+    watched: bool = False
+    """True if somebody asks whether it is on."""
+
+    @property
+    def gated(self) -> bool:
+        """True if the gate switches it."""
+        return self.heats or self.cools
+
+
+def cools(controller: Controller, name: str) -> bool:
+    """Tell whether an output is a loop's cooler."""
+    return any(loop.cooler == name for loop in controller.loops.values())
+
+
+def watched(controller: Controller, name: str) -> bool:
+    """Tell whether it is asked if an output is on: by the gate of a loop with both, or by LEDs."""
+    return any(
+        (loop.cooler is not None and name in {loop.heater, loop.cooler})
+        or (loop.heater == name and "heating" in shown_meanings(controller, each))
+        for each, loop in controller.loops.items()
+    )
+
+
+def stops(controller: Controller, name: str) -> bool:
+    """Tell whether an output is a heater that stays on for a while, and so has to be stopped."""
+    output = controller.outputs[name]
+    heats = any(loop.heater == name for loop in controller.loops.values())
+    return heats and isinstance(output, DigitalOutput) and output.minimum_on_s > 0
 
 
 def output_context(source: Source, name: str) -> dict[str, Any]:
@@ -58,6 +90,7 @@ def output_part(  # noqa: PLR0913 - one part, said once
     constants: tuple[Constant, ...] = (),
     context: dict[str, Any] | None = None,
     start_calls: tuple[Call, ...] = (),
+    tick_calls: tuple[Call, ...] = (),
     wired: str = "",
     connected: tuple[str, ...] = (),
 ) -> Part:
@@ -68,7 +101,12 @@ def output_part(  # noqa: PLR0913 - one part, said once
     connected -- statements that take the pin from whatever else might drive it: a program started
     again without a reset finds its timers as it left them.
     """
-    uses = {"heats": use.heats, "commanded": use.commanded}
+    uses = {
+        "heats": use.heats,
+        "gated": use.gated,
+        "commanded": use.commanded,
+        "watched": use.watched,
+    }
     merged = output_context(source, name) | uses | (context or {})
     pin = source.controller.board.pins[output.pin]
     stem = f"pin_output_{name}"
@@ -77,8 +115,9 @@ def output_part(  # noqa: PLR0913 - one part, said once
         groups=(Group(f"Output {name}", constants),) if constants else (),
         pins=(switched(source.at("pin"), f"output_{name}", pin, output.active, f"output {name}"),),
         start_calls=start_calls,
+        tick_calls=tick_calls,
         wiring=(wiring(source, name, output, wired),),
-        reset_lines=(*connected, f"{stem}_off();", f"{stem}_drive();") if use.heats else (),
+        reset_lines=(*connected, f"{stem}_off();", f"{stem}_drive();") if use.gated else (),
     )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heatwright.spec import Controller, Loop
+
 
 @dataclass(frozen=True, slots=True)
 class UseOfSensor:
@@ -13,3 +15,18 @@ class UseOfSensor:
     """Shortest period of the loops that read it, s."""
     timer: int | None
     """Number of the timer that is its own; None for a sensor that needs none."""
+
+
+def current_sensor(controller: Controller, loop: Loop) -> str | None:
+    """Name the sensor of the current of a loop's heater, if it has one."""
+    current = getattr(controller.outputs[loop.heater], "current", None)
+    return None if current is None else str(current.sensor)
+
+
+def shortest_period_s(controller: Controller, name: str) -> float:
+    """Find the shortest period of the loops that go by a sensor, or measure their heater by it."""
+    return min(
+        loop.period_s
+        for loop in controller.loops.values()
+        if name in {loop.sensor, current_sensor(controller, loop)}
+    )

@@ -1,0 +1,26 @@
+"""Which loops have LEDs, and what these show."""
+
+from __future__ import annotations
+
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Indicators
+
+
+def shown_loop(controller: Controller, indicators: Indicators) -> str:
+    """Name the loop that LEDs show: the one they name, else the only one."""
+    return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
+
+
+def indicated(controller: Controller, loop_name: str) -> bool:
+    """Tell whether LEDs show a loop."""
+    return bool(shown_meanings(controller, loop_name))
+
+
+def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:
+    """Collect what LEDs show of a loop."""
+    return frozenset(
+        meaning
+        for each in controller.interfaces
+        if isinstance(each, Indicators) and shown_loop(controller, each) == loop_name
+        for meaning in each.leds.values()
+    )
