@@ -5,7 +5,6 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from heatwright.spec import planned
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Temperature, Title
 from heatwright.spec.boards import BOARDS, Board
@@ -17,14 +16,14 @@ from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensors import Sensor, Thermometer
 from heatwright.spec.simulation import Simulation
-from heatwright.spec.suggest import listed, one_of
+from heatwright.spec.suggest import one_of
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
 
 FORMAT = 1
 """The version of the language; a file says it as `heatwright: 1`."""
 
 WATCHDOG_S = (0.015, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""The AVR's watchdog periods."""
+"""The AVR's watchdog periods, the longest of them not on every chip."""
 
 
 def _format(value: Any) -> int:
@@ -33,17 +32,9 @@ def _format(value: Any) -> int:
     return FORMAT
 
 
-def built_boards() -> list[str]:
-    """List the boards that firmware can be made for."""
-    return [name for name in BOARDS if not planned.board(name)]
-
-
 def _board(value: Any) -> str:
-    built = built_boards()
-    if isinstance(value, str) and planned.board(value):
-        raise refuse(f"{value} {planned.NOT_BUILT}", f"Use {listed(built)}")
     if not isinstance(value, str) or value not in BOARDS:
-        raise one_of(value, "board", built)
+        raise one_of(value, "board", list(BOARDS))
     return value
 
 
@@ -52,7 +43,7 @@ class Identity(Model):
 
     name: Name = Field(description="Name of its folder and files.")
     title: Title | None = Field(None, description="What it is, in a few words; else its name.")
-    board: Annotated[str, Checked(_board, enum=built_boards())] = Field(
+    board: Annotated[str, Checked(_board, enum=list(BOARDS))] = Field(
         description="The board, or bare chip."
     )
     clock_hz: Annotated[float, Quantity(FREQUENCY, least=8e6)] | None = Field(

@@ -24,15 +24,7 @@ KEYS = {
 INSTEAD = {("Sense", "of"): "node"}
 """Keys by model and by the planned key that takes their place: not missing beside it."""
 
-BOARDS = "atmega16 atmega32"
-"""Boards that are known but whose registers, older than the others', no template writes yet."""
-
 NOT_BUILT = "is a planned part of the language that is not built yet"
-
-
-def board(word: str) -> bool:
-    """Tell whether a board will be supported."""
-    return word in BOARDS.split()
 
 
 def kind(union: str, word: str) -> bool:

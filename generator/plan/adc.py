@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.parts import Call, File, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Analog, Controller, LcdKeypad, Rtd, Thermistor
+from heatwright.spec import Analog, Controller, CurrentSensor, LcdKeypad, Rtd, Thermistor
 
 KEYPAD_PIN = "A0"
 """Of the display shield's keys."""
@@ -25,7 +26,7 @@ REFERENCES = {
 }
 """Bits of ADMUX and their meaning; the same on all chips."""
 
-AnalogSensor = Thermistor | Rtd | Analog
+AnalogSensor = Thermistor | Rtd | Analog | CurrentSensor
 
 
 def channel_macro(sensor: str) -> str:
@@ -117,6 +118,8 @@ def _reference(controller: Controller) -> str:
 def _digital_inputs_off(controller: Controller) -> list[str]:
     """Lines that switch off the digital inputs of sensors' pins: half a supply makes them draw."""
     board = controller.board
+    if is_old(board):
+        return []
     numbers = [
         channel_of(controller, sensor.pin)
         for sensor in controller.sensors.values()

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, steps, ticks
+from heatwright.generator.plan.chips import is_old
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import compare_match, vector
+from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop
 from heatwright.spec.commands import gcode_of, modbus_of
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.timers import tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
+
+FAULT_COOLING_ABOVE_C = 50.0
+"""Burn threshold of hot metal for a contact of one minute, 51 degC (ISO 13732-1), rounded down."""
 
 
 LAST_RULE = 16
@@ -75,6 +79,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
                 "src/reset.c.j2",
                 {
                     "reset_lines": reset_lines,
+                    "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
                     "has_usb": controller.board.mcu == "atmega32u4",
                 },
             ),
@@ -101,11 +106,12 @@ def clock(root: Source, timer: int) -> Part:
         constants.append(
             Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods to one tick")
         )
+    names = registers(board, timer)
     tick = {
         "timer": timer,
-        "vector": vector(timer),
+        "vector": names.vector(),
         "divider": interval.divider,
-        "setup": compare_match(board, timer, interval, "CLOCK_COMPARE"),
+        "setup": compare_match(names, interval, "CLOCK_COMPARE"),
     }
     context = {"tick": tick, "tick_ms": TICK_MS}
     return Part(
@@ -163,7 +169,14 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 def fault(root: Source, loops: list[dict[str, object]]) -> Part:
     """The latched fault and its codes."""
     context = {"loops": loops, "rules": rules(root.controller)}
+    cooling = Constant(
+        "FAULT_COOLING_ABOVE_C",
+        c_float(FAULT_COOLING_ABOVE_C),
+        "with a fault latched the cooler runs: hot metal burns in a minute (ISO 13732-1)",
+    )
+    cooled = any(loop["cooler"] for loop in loops)
     return Part(
+        groups=(Group("Faults", (cooling,)),) if cooled else (),
         files=(
             File("src/fault.h", "src/fault.h.j2", context),
             File("src/fault.c", "src/fault.c.j2", context),

@@ -2,8 +2,99 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from heatwright.generator.plan.chips import is_old
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.timers import Interval
+
+
+@dataclass(frozen=True, slots=True)
+class TimerRegisters:
+    """Names of one timer's registers, bits and vectors."""
+
+    number: int
+    timer: Timer
+    shared: bool
+    """TIMSK and TIFR belong to all timers: a line that changes them needs interrupts off."""
+
+    @property
+    def first(self) -> str:
+        """The first compare channel: its match ends a round in CTC mode."""
+        return self.timer.channels[0]
+
+    @property
+    def alone(self) -> bool:
+        """Whether a single register, TCCR0, holds what others have in TCCR0A and TCCR0B."""
+        return self.shared and self.timer.bits == 8
+
+    @property
+    def control_a(self) -> str:
+        """The register with the pins' modes."""
+        return f"TCCR{self.number}" if self.alone else f"TCCR{self.number}A"
+
+    @property
+    def control_b(self) -> str:
+        """The register with the clock."""
+        return f"TCCR{self.number}" if self.alone else f"TCCR{self.number}B"
+
+    @property
+    def counter(self) -> str:
+        """The counter."""
+        return f"TCNT{self.number}"
+
+    @property
+    def _mask(self) -> str:
+        return "TIMSK" if self.shared else f"TIMSK{self.number}"
+
+    def compare(self, channel: str | None = None) -> str:
+        """The compare register of a channel; the first if none is named."""
+        return f"OCR{self.number}{self._channel(channel)}"
+
+    def vector(self, channel: str | None = None) -> str:
+        """Interrupt vector of a channel's match."""
+        return f"TIMER{self.number}_COMP{self._channel(channel)}_vect"
+
+    def _enable(self, channel: str | None) -> str:
+        return f"(1u << OCIE{self.number}{self._channel(channel)})"
+
+    def _channel(self, channel: str | None) -> str:
+        return self.first if channel is None else channel
+
+    def interrupt_on(self, channel: str | None = None) -> str:
+        """Ask for the interrupt of a channel's match, besides others of the timer."""
+        return f"{self._mask} |= {self._enable(channel)};"
+
+    def interrupt_off(self, channel: str | None = None) -> str:
+        """Ask for it no longer."""
+        return f"{self._mask} &= (uint8_t)~{self._enable(channel)};"
+
+    def interrupt_is_on(self, channel: str | None = None) -> str:
+        """Whether it is asked for, as a condition."""
+        return f"({self._mask} & {self._enable(channel)})"
+
+    def only_interrupt(self) -> str:
+        """Ask for the first channel's interrupt, and no other of the timer."""
+        return self.interrupt_on() if self.shared else f"{self._mask} = {self._enable(None)};"
+
+    def no_interrupt(self) -> str:
+        """Ask for none of the timer."""
+        return self.interrupt_off() if self.shared else f"{self._mask} = 0;"
+
+    def forget(self) -> str:
+        """Clear the flag of the first channel's match."""
+        return f"TIFR{'' if self.shared else self.number} = (1u << OCF{self.number}{self.first});"
+
+    def clock(self, prescaler: int) -> str:
+        """The clock-select bits by name, such as `(1u << CS11) | (1u << CS10)`."""
+        code = self.timer.prescalers.index(prescaler) + 1
+        names = [f"(1u << CS{self.number}{bit})" for bit in (2, 1, 0) if code & (1 << bit)]
+        return " | ".join(names)
+
+
+def registers(board: Board, number: int) -> TimerRegisters:
+    """Name the registers of a board's timer."""
+    return TimerRegisters(number, board.timers[number], is_old(board))
 
 
 def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
@@ -16,65 +107,52 @@ def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
     raise ValueError(message)
 
 
-def prescaler_bits(number: int, timer: Timer, prescaler: int) -> str:
-    """The clock-select bits by name, such as `(1u << CS11) | (1u << CS10)`."""
-    code = timer.prescalers.index(prescaler) + 1
-    names = [f"(1u << CS{number}{bit})" for bit in (2, 1, 0) if code & (1 << bit)]
-    return " | ".join(names)
+def compare_match(timer: TimerRegisters, interval: Interval, top: str) -> list[str]:
+    """Lines that start a timer in CTC mode, with an interrupt at `top`."""
+    return counting_to_compare(timer, interval.prescaler, f"{timer.compare()} = {top};")
 
 
-def compare_match(board: Board, number: int, interval: Interval, top: str) -> list[str]:
-    """Lines that start timer `number` in CTC mode, with an interrupt at `top`."""
-    return counting_to_compare(board, number, interval.prescaler, f"OCR{number}A = {top};")
-
-
-def counting_to_compare(board: Board, number: int, prescaler: int, set_top: str) -> list[str]:
-    """Lines that start timer `number` in CTC mode; `set_top` is the one that sets its compare."""
-    timer = board.timers[number]
-    clock = prescaler_bits(number, timer, prescaler)
-    if timer.bits == 16:
-        modes = [f"TCCR{number}A = 0;"]
-        start = f"TCCR{number}B = (1u << WGM{number}2) | {clock};"
+def counting_to_compare(timer: TimerRegisters, prescaler: int, set_top: str) -> list[str]:
+    """Lines that start a timer in CTC mode; `set_top` is the one that sets its compare."""
+    number, clock = timer.number, timer.clock(prescaler)
+    modes, start = [], clock
+    if timer.timer.bits == 16:
+        modes = [f"{timer.control_a} = 0;"]
+        start = f"(1u << WGM{number}2) | {clock}"
+    elif timer.alone:
+        start = f"(1u << WGM{number}1) | {clock}"
     else:
-        modes = [f"TCCR{number}A = (1u << WGM{number}1);"]
-        start = f"TCCR{number}B = {clock};"
+        modes = [f"{timer.control_a} = (1u << WGM{number}1);"]
     return [
         *modes,
         set_top,
-        f"TCNT{number} = 0;",
-        f"TIFR{number} = (1u << OCF{number}A); /* a match from before does not count */",
-        f"TIMSK{number} = (1u << OCIE{number}A);",
-        start,
+        f"{timer.counter} = 0;",
+        f"{timer.forget()} /* a match from before does not count */",
+        timer.only_interrupt(),
+        f"{timer.control_b} = {start};",
     ]
 
 
-def halted(number: int) -> list[str]:
-    """Lines that stop timer `number` and its interrupts."""
-    return [f"TCCR{number}B = 0;", f"TIMSK{number} = 0;"]
+def halted(timer: TimerRegisters) -> list[str]:
+    """Lines that stop a timer and its interrupts."""
+    return [f"{timer.control_b} = 0;", timer.no_interrupt()]
 
 
-def free_running(board: Board, number: int, prescaler: int) -> list[str]:
-    """Lines that let timer `number` count round and round."""
-    clock = prescaler_bits(number, board.timers[number], prescaler)
-    return [f"TCCR{number}A = 0;", f"TCCR{number}B = {clock};"]
+def free_running(timer: TimerRegisters, prescaler: int) -> list[str]:
+    """Lines that let a 16-bit timer count round and round."""
+    return [f"{timer.control_a} = 0;", f"{timer.control_b} = {timer.clock(prescaler)};"]
 
 
-def fast_pwm(board: Board, number: int, prescaler: int, top: str) -> list[str]:
-    """Lines that start timer `number` in fast PWM: to 255, or with 16 bits to `top`."""
-    timer = board.timers[number]
-    clock = prescaler_bits(number, timer, prescaler)
-    if timer.bits == 16:
+def fast_pwm(timer: TimerRegisters, prescaler: int, top: str) -> list[str]:
+    """Lines that start a timer in fast PWM: to 255, or with 16 bits to `top`."""
+    number, clock = timer.number, timer.clock(prescaler)
+    mode = f"(1u << WGM{number}1) | (1u << WGM{number}0)"
+    if timer.timer.bits == 16:
         return [
             f"ICR{number} = {top};",
-            f"TCCR{number}A = (1u << WGM{number}1);",
-            f"TCCR{number}B = (1u << WGM{number}3) | (1u << WGM{number}2) | {clock};",
+            f"{timer.control_a} = (1u << WGM{number}1);",
+            f"{timer.control_b} = (1u << WGM{number}3) | (1u << WGM{number}2) | {clock};",
         ]
-    return [
-        f"TCCR{number}A = (1u << WGM{number}1) | (1u << WGM{number}0);",
-        f"TCCR{number}B = {clock};",
-    ]
-
-
-def vector(number: int, channel: str = "A") -> str:
-    """Interrupt vector of a compare match of the timer."""
-    return f"TIMER{number}_COMP{channel}_vect"
+    if timer.alone:
+        return [f"{timer.control_a} = {mode} | {clock};"]
+    return [f"{timer.control_a} = {mode};", f"{timer.control_b} = {clock};"]

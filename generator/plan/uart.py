@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heatwright.generator.plan.chips import is_old
 from heatwright.spec.boards import Board
 
 ONE_UART = {"atmega328p"}
@@ -18,6 +19,8 @@ class UartRegisters:
     """What they carry: UDR0."""
     vectors: str
     """What its vectors begin with: USART0, or USART alone."""
+    old: bool = False
+    """The divisor has no 16-bit name, and its high byte shares an address with the format."""
 
     @property
     def data(self) -> str:
@@ -40,11 +43,21 @@ class UartRegisters:
         enabled = ["TXEN", "RXEN", "RXCIE"] if receives else ["TXEN"]
         bits = " | ".join(f"(1u << {bit}{n})" for bit in enabled)
         return [
-            f"UBRR{n} = {divisor};",
+            *self._divided_by(divisor),
             f"UCSR{n}A = (1u << U2X{n});",
-            f"UCSR{n}C = (1u << UCSZ{n}1) | (1u << UCSZ{n}0); /* 8N1 */",
+            f"UCSR{n}C = {self._format}(1u << UCSZ{n}1) | (1u << UCSZ{n}0); /* 8N1 */",
             f"UCSR{n}B = {bits};",
         ]
+
+    def _divided_by(self, divisor: str) -> list[str]:
+        if not self.old:
+            return [f"UBRR{self.number} = {divisor};"]
+        return [f"UBRRH = (uint8_t)({divisor} >> 8);", f"UBRRL = (uint8_t){divisor};"]
+
+    @property
+    def _format(self) -> str:
+        """What tells the format from the divisor's high byte, to be put before other bits."""
+        return "(1u << URSEL) | " if self.old else ""
 
     @property
     def send_vector(self) -> str:
@@ -54,7 +67,7 @@ class UartRegisters:
     @property
     def receive_vector(self) -> str:
         """Interrupt of a byte received."""
-        return f"{self.vectors}_RX_vect"
+        return f"{self.vectors}_RX{'C' if self.old else ''}_vect"
 
     @property
     def interrupt_on(self) -> str:
@@ -70,4 +83,5 @@ class UartRegisters:
 def registers(board: Board) -> UartRegisters:
     """Name the registers of the board's first serial port."""
     number = board.uarts[0].suffix
-    return UartRegisters(number, "USART" if board.mcu in ONE_UART else f"USART{number}")
+    vectors = "USART" if board.mcu in ONE_UART else f"USART{number}"
+    return UartRegisters(number, vectors, is_old(board))

@@ -19,6 +19,8 @@ INTERNAL_REFERENCE_V = {
     "atmega32u4": 2.56,
     "atmega1284p": 2.56,
     "atmega2560": 2.56,
+    "atmega32": 2.56,
+    "atmega16": 2.56,
 }
 """With REFS1 and REFS0 both set (data sheets, ADC, "ADMUX")."""
 

@@ -60,6 +60,7 @@ def build(name: str, chip: Chip, layout: Layout) -> Board:
         pins=pins,
         timers=chip.timers,
         uarts=_uarts(chip, names),
+        longest_watchdog_s=chip.longest_watchdog_s,
         shield=layout.shield,
     )
 

@@ -170,6 +170,7 @@ ATMEGA32 = Chip(
     fastest_hz=16_000_000,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
+    longest_watchdog_s=2.0,
 )
 ATMEGA16 = Chip(
     mcu="atmega16",
@@ -181,6 +182,7 @@ ATMEGA16 = Chip(
     fastest_hz=16_000_000,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
+    longest_watchdog_s=2.0,
 )
 
 ATMEGA1284P = Chip(

@@ -64,6 +64,7 @@ class Chip(NamedTuple):
     timers: Mapping[int, Timer]
     functions: Mapping[str, str]
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
+    longest_watchdog_s: float = 8.0
 
 
 class Board(NamedTuple):
@@ -86,5 +87,6 @@ class Board(NamedTuple):
     """By every name a pin has: `D3` and `PD3` give the same Pin."""
     timers: Mapping[int, Timer]
     uarts: tuple[Uart, ...]
+    longest_watchdog_s: float
     shield: bool
     """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""

@@ -52,6 +52,7 @@ CHECKS: tuple[Check, ...] = (
     timing.time_outs_fit,
     timing.stale_after,
     reading.first_reading_in_time,
+    timing.watchdog_on_the_chip,
     timing.watchdog_slow_enough,
     timing.watchdog_fast_enough,
     windows.resolution_is_ticks,

@@ -115,6 +115,18 @@ def stale_after(controller: Controller) -> Findings:
             )
 
 
+def watchdog_on_the_chip(controller: Controller) -> Findings:
+    """Find periods that the chip's watchdog does not have: the oldest end at 2 s."""
+    board, watchdog_s = controller.board, controller.safety.watchdog_s
+    if watchdog_s > board.longest_watchdog_s:
+        yield Finding(
+            ("safety", "watchdog"),
+            f"the watchdog of the {board.mcu} has no {duration(watchdog_s)}",
+            f"Use at most {duration(board.longest_watchdog_s)}",
+            (("controller", "board"),),
+        )
+
+
 def watchdog_slow_enough(controller: Controller) -> Findings:
     """Hold the watchdog, at its shortest, to two ticks: it is reset once a tick."""
     watchdog_s = controller.safety.watchdog_s
@@ -131,10 +143,11 @@ def watchdog_slow_enough(controller: Controller) -> Findings:
 def watchdog_fast_enough(controller: Controller) -> Findings:
     """A hung program must not heat for longer than a lost sensor may."""
     watchdog_s = controller.safety.watchdog_s
+    longest_s = controller.board.longest_watchdog_s
     for name, loop in controller.loops.items():
         stale_s = loop.protection.stale_after_s
         if watchdog_s > stale_s:
-            able = [each for each in WATCHDOG_S if each <= stale_s]
+            able = [each for each in WATCHDOG_S if each <= min(stale_s, longest_s)]
             yield Finding(
                 ("safety", "watchdog"),
                 f"{duration(watchdog_s)} would let a hung program heat for longer than a lost "

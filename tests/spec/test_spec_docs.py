@@ -169,5 +169,3 @@ def test_what_is_planned_is_told() -> None:
 def test_boards_are_told() -> None:
     for name in definitions()["Identity"]["properties"]["board"]["enum"]:
         assert f"`{name}`" in rows("## controller")["board"][1]
-    for name in planned.BOARDS.split():
-        assert f"`{name}`" in rows("## controller")["board"][3]

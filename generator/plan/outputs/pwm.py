@@ -10,7 +10,7 @@ from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Call, Constant, Part, Stage
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import fast_pwm, free_running, vector
+from heatwright.generator.plan.timers import fast_pwm, free_running, registers
 from heatwright.spec import Board, PwmOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
 from heatwright.spec.pwm_timers import PwmChannel
@@ -47,7 +47,7 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
         constants=tuple(constants),
         context=context
         | {"timer": channel.timer, "channel": channel.channel, "made_by": made}
-        | {"compare": f"OCR{channel.timer}{channel.channel}"},
+        | {"compare": registers(board, channel.timer).compare(channel.channel)},
         start_calls=(Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();"),),
         wired=f", {quantity(channel.frequency_hz, 'Hz')} {made}",
         connected=() if channel.by_interrupts else (context["disconnect"],),
@@ -75,29 +75,29 @@ def _constants(
 
 
 def _by_timer(board: Board, output: PwmOutput, channel: PwmChannel, prefix: str) -> dict[str, Any]:
+    names = registers(board, channel.timer)
     number, letter = channel.timer, channel.channel
     both = f"(1u << COM{number}{letter}1) | (1u << COM{number}{letter}0)"
     # Inverted output (both bits) keeps an active-low load conducting for `on_counts`.
     bits = f"(1u << COM{number}{letter}1)" if output.active == "high" else both
     return {
-        "setup": fast_pwm(board, number, channel.prescaler, f"{prefix}_PERIOD_COUNTS - 1u"),
-        "disconnect": f"TCCR{number}A &= (uint8_t)~({both});",
-        "connect": f"TCCR{number}A |= {bits};",
-        "compare_type": "uint16_t" if board.timers[number].bits == 16 else "uint8_t",
+        "setup": fast_pwm(names, channel.prescaler, f"{prefix}_PERIOD_COUNTS - 1u"),
+        "disconnect": f"{names.control_a} &= (uint8_t)~({both});",
+        "connect": f"{names.control_a} |= {bits};",
+        "compare_type": "uint16_t" if names.timer.bits == 16 else "uint8_t",
     }
 
 
 def _by_interrupts(board: Board, output: PwmOutput, channel: PwmChannel) -> dict[str, Any]:
-    number, letter = channel.timer, channel.channel
-    mask, bit = f"TIMSK{number}", f"(1u << OCIE{number}{letter})"
+    names, letter = registers(board, channel.timer), channel.channel
     return {
-        "setup": free_running(board, number, channel.prescaler),
+        "setup": free_running(names, channel.prescaler),
         "reason": _reason(board, output),
-        "counter": f"TCNT{number}",
-        "vector": vector(number, letter),
-        "interrupt_on": f"{mask} |= {bit};",
-        "interrupt_off": f"{mask} &= (uint8_t)~{bit};",
-        "interrupt_is_on": f"({mask} & {bit})",
+        "counter": names.counter,
+        "vector": names.vector(letter),
+        "interrupt_on": names.interrupt_on(letter),
+        "interrupt_off": names.interrupt_off(letter),
+        "interrupt_is_on": names.interrupt_is_on(letter),
     }
 
 

@@ -9,7 +9,7 @@ from heatwright.generator.plan.outputs.common import UseOfOutput, output_context
 from heatwright.generator.plan.parts import Call, Constant, Group, Part, PinPlan, Stage, Wiring
 from heatwright.generator.plan.pins import driven, label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import counting_to_compare, halted, vector
+from heatwright.generator.plan.timers import counting_to_compare, halted, registers
 from heatwright.spec import Board, Stepper
 
 PULSE_US = 2
@@ -27,19 +27,20 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
     assert use.timer is not None  # noqa: S101 - the allocation gave every stepper one
     controller = source.controller
     board, number = controller.board, use.timer
+    names = registers(board, number)
     fastest = output.maximum_mm_per_s * output.steps_per_mm
     prescaler = _prescaler(board, number, fastest)
     ready = [each for each, loop in controller.loops.items() if loop.ready_within_k is not None]
     loops = Source(source.spec, ("loops",))
     context = output_context(source, name) | {
         "timer": number,
-        "vector": vector(number),
-        "counter": f"TCNT{number}",
-        "compare": f"OCR{number}A",
+        "vector": names.vector(),
+        "counter": names.counter,
+        "compare": names.compare(),
         "compare_type": "uint16_t" if board.timers[number].bits == 16 else "uint8_t",
-        "start": counting_to_compare(board, number, prescaler, "set_compare();"),
-        "stop": halted(number),
-        "interrupt_is_on": f"(TIMSK{number} & (1u << OCIE{number}A))",
+        "start": counting_to_compare(names, prescaler, "set_compare();"),
+        "stop": halted(names),
+        "interrupt_is_on": names.interrupt_is_on(),
         "pulse_us": PULSE_US,
         "ready_loops": ready,
         "ready_where": ", ".join(loops.at(each, "ready_within").where for each in ready),

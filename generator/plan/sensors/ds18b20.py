@@ -9,7 +9,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import label, open_drain
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import compare_match, slot_interval, vector
+from heatwright.generator.plan.timers import compare_match, halted, registers, slot_interval
 from heatwright.spec import Ds18b20
 
 SLOT_US = 64
@@ -32,6 +32,7 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     interval = slot_interval(board.clock_hz, board.timers[timer], SLOT_US)
     counts_per_us = board.clock_hz / interval.prescaler / 1e6
     slot_us = interval.counts / counts_per_us
+    names = registers(board, timer)
     prefix, bus = f"SENSOR_{name.upper()}", f"ONE_WIRE_{name.upper()}"
     bus_context = {
         "name": name,
@@ -39,10 +40,11 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
         "timer": timer,
         "slot_us": f"{slot_us:g}",
         "reset_us": f"{8 * slot_us:g}",
-        "vector": vector(timer),
-        "counter": f"TCNT{timer}",
-        "start": compare_match(board, timer, interval, f"{bus}_COMPARE"),
-        "stop": [f"TCCR{timer}B = 0;", f"TIMSK{timer} = 0;"],
+        "vector": names.vector(),
+        "counter": names.counter,
+        "start": compare_match(names, interval, f"{bus}_COMPARE"),
+        "shared": names.shared,
+        "stop": halted(names),
     }
     context = {
         "name": name,
