@@ -1,0 +1,132 @@
+"""LEDs that show what a loop does: lit, blinking or dark."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label, switched
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Indicators, Loop
+from heatwright.spec.indicated import shown_loop
+
+BLINK_S = 0.5
+"""Bright for so long, then dark for so long: slow enough to be counted, not mistaken for a PWM."""
+
+LOST_AFTER_S = 5.0
+"""Silence of the master that is shown, where no rule says when it is lost."""
+
+SHOWS = {
+    "enabled": "lit: enabled; blinking: fault; dark: disabled",
+    "heating": "lit: heater on; blinking: held back by its current",
+    "cooling": "lit: cooler on",
+    "warm": "lit: near the setpoint; blinking: on the way; dark: disabled",
+    "communicating": "lit: master heard; blinking: master lost; dark: never heard",
+    "fault": "blinking: fault",
+}
+"""What each meaning's light says, for the README."""
+
+
+def plan(source: Source, interface: Indicators) -> Part:
+    """Plan the LEDs of one loop."""
+    name = shown_loop(source.controller, interface)
+    loop = source.controller.loops[name]
+    pins = _pins(name, interface)
+    context = {
+        "where": source.where,
+        "loop_name": name,
+        "LOOP": name.upper(),
+        "heater": loop.heater,
+        "cooler": loop.cooler,
+        "limited": _limited(source, loop),
+        "meanings": list(pins),
+        "headers": _headers(source, name, loop, set(pins)),
+        "leds": [
+            {"light": "latched" if meaning == "fault" else meaning, "pins": list(named)}
+            for meaning, named in pins.items()
+        ],
+    }
+    header = f"indicators_{name}.h"
+    board_pins = source.controller.board.pins
+    leds = [
+        (pin_name, meaning, board_pins[pin])
+        for meaning, named in pins.items()
+        for pin_name, pin in named.items()
+    ]
+    return Part(
+        files=(
+            File(f"src/{header}", "interfaces/indicators.h.j2", context),
+            File(f"src/indicators_{name}.c", "interfaces/indicators.c.j2", context),
+        ),
+        groups=_groups(source, name, loop, set(pins)),
+        pins=tuple(
+            switched(source.at("leds"), pin_name, pin, interface.active, f"LED `{meaning}`")
+            for pin_name, meaning, pin in leds
+        ),
+        start_calls=(Call(Stage.SHOW, header, f"indicators_{name}_start();"),),
+        tick_calls=(Call(Stage.SHOW, header, f"indicators_{name}_tick();"),),
+        wiring=tuple(
+            Wiring(
+                label(pin),
+                f"LED `{meaning}` of `{name}`",
+                f"active {interface.active}, with its resistor; {SHOWS[meaning]}",
+            )
+            for _, meaning, pin in leds
+        ),
+    )
+
+
+def _pins(loop: str, interface: Indicators) -> dict[str, dict[str, str]]:
+    """The pins of each meaning, by their C names."""
+    found: dict[str, dict[str, str]] = {}
+    for pin, meaning in interface.leds.items():
+        same = found.setdefault(meaning, {})
+        number = f"_{len(same) + 1}" if same else ""
+        same[f"led_{loop}_{meaning}{number}"] = pin
+    return found
+
+
+def _limited(source: Source, loop: Loop) -> bool:
+    current = getattr(source.controller.outputs[loop.heater], "current", None)
+    return current is not None and current.limit_a is not None
+
+
+def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[dict[str, str]]:
+    """Headers of what the meanings ask, with the names they are included for."""
+    symbols: dict[str, list[str]] = {}
+
+    def ask(meaning: str, header: str, *wanted: str) -> None:
+        if meaning in meanings:
+            symbols.setdefault(header, []).extend(wanted)
+
+    for meaning in ("enabled", "fault"):
+        ask(meaning, "fault.h", "fault")
+    for meaning in ("enabled", "warm"):
+        ask(meaning, f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
+    ask("heating", f"output_{loop.heater}.h", f"output_{loop.heater}_is_on")
+    if _limited(source, loop):
+        ask("heating", f"current_{loop.heater}.h", f"current_{loop.heater}")
+        ask("heating", f"loop_{name}.h", f"loop_{name}")
+    ask("cooling", f"output_{loop.cooler}.h", f"output_{loop.cooler}_is_on")
+    ask("communicating", "modbus.h", "modbus_silent_ticks", "modbus_was_heard")
+    symbols["pins.h"] = [f"pin_led_{name}_*"]
+    return [
+        {"name": header, "symbols": ", ".join(dict.fromkeys(symbols[header]))}
+        for header in sorted(symbols)
+    ]
+
+
+def _groups(source: Source, name: str, loop: Loop, meanings: set[str]) -> tuple[Group, ...]:
+    blink = Constant(
+        "INDICATORS_BLINK_TICKS", f"{ticks(BLINK_S)}u", f"{ticks(BLINK_S) * TICK_MS} ms each way"
+    )
+    common = Group("Indicators", (blink,))
+    if "communicating" not in meanings:
+        return (common,)
+    asked_s = loop.protection.master_lost_after_s
+    lost_s = LOST_AFTER_S if asked_s is None else asked_s
+    lost = Source(source.spec, ("loops", name, "protection", "master_lost_after")).count(
+        f"INDICATORS_{name.upper()}_LOST_TICKS",
+        ticks(lost_s),
+        f"{quantity(lost_s, 's')} without a request",
+    )
+    return (common, Group(f"Indicators of {name}", (lost,)))

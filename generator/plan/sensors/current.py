@@ -1,0 +1,94 @@
+"""Current of a heater, on the ADC: a shunt's amplifier or a Hall sensor."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.adc import channel_macro, scan
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label
+from heatwright.generator.plan.sensors.common import UseOfSensor, current_sensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Controller, CurrentSensor, PwmOutput
+from heatwright.spec.circuits import reference_v
+
+CODES = 1024
+FILTER_PERIODS = 5
+"""Of the PWM that an RC before the pin has to be long, so that its ripple is small and what is
+measured is the mean."""
+
+
+def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> Part:
+    """Plan the sensor and its share of the ADC's scan."""
+    controller = source.controller
+    pin = controller.board.pins[sensor.pin]
+    circuit = f"{quantity(sensor.scale_v_per_a, 'V/A')}, {quantity(sensor.offset_v, 'V')} at 0 A"
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "prefix": f"SENSOR_{name.upper()}",
+        "pin": label(pin),
+        "where": source.where,
+        "circuit": circuit,
+        "channel": channel_macro(name),
+        "oversample": sensor.oversample,
+    }
+    shared = scan(Source(source.spec, ()))
+    return Part(
+        files=(
+            *shared.files,
+            File(f"src/sensor_{name}.h", "sensors/current.h.j2", context),
+            File(f"src/sensor_{name}.c", "sensors/current.c.j2", context),
+            File(f"src/amperes_{name}.c", "src/amperes.c.j2", context),
+        ),
+        groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use)),),
+        start_calls=shared.start_calls,
+        tick_calls=(
+            Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),
+            *shared.tick_calls,
+        ),
+        wiring=(
+            Wiring(
+                label(pin), f"sensor `{name}`: current", circuit + _filter(controller, name, use)
+            ),
+        ),
+    )
+
+
+def _constants(
+    source: Source, sensor: CurrentSensor, name: str, use: UseOfSensor
+) -> tuple[Constant, ...]:
+    prefix = f"SENSOR_{name.upper()}"
+    full_v = reference_v(sensor, source.controller.board.mcu)
+    full, scale = quantity(full_v, "V"), quantity(sensor.scale_v_per_a, "V/A")
+    spare = max(0, ticks(use.period_s) - sensor.oversample - 1)
+    return (
+        source.at("oversample").count(
+            f"{prefix}_OVERSAMPLE", sensor.oversample, "codes in a reading"
+        ),
+        Constant(
+            f"{prefix}_START_TICKS",
+            f"{spare}u",
+            f"wait, so that the reading is of the last {sensor.oversample * TICK_MS} ms "
+            "when the step comes",
+        ),
+        source.at("scale").number(
+            f"{prefix}_AMPERES_PER_COUNT",
+            full_v / (CODES * sensor.oversample * sensor.scale_v_per_a),
+            f"{full} / ({CODES} x {sensor.oversample} x {scale})",
+        ),
+        source.at("offset").number(
+            f"{prefix}_AMPERES_AT_ZERO",
+            (full_v * 0.5 / CODES - sensor.offset_v) / sensor.scale_v_per_a,
+            f"({full} x 0.5 / {CODES} - {quantity(sensor.offset_v, 'V')}) / {scale}",
+        ),
+    )
+
+
+def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
+    """Say what has to be between the sensor and the pin, if its heater pulses."""
+    for loop in controller.loops.values():
+        heater = controller.outputs[loop.heater]
+        if current_sensor(controller, loop) == name and isinstance(heater, PwmOutput):
+            least, most = FILTER_PERIODS / heater.frequency_hz, use.period_s
+            return f"; through an RC of {quantity(least, 's')} to {quantity(most, 's')}: the mean"
+    return ""
