@@ -180,5 +180,5 @@ def fault(root: Source, loops: list[dict[str, object]]) -> Part:
         files=(
             File("src/fault.h", "src/fault.h.j2", context),
             File("src/fault.c", "src/fault.c.j2", context),
-        )
+        ),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
@@ -29,6 +29,14 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
         ),
         count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
     ]
+    if rules.master_lost_after_s is not None:
+        constants.append(
+            source.at("master_lost_after").count(
+                f"{prefix}_MASTER_LOST_TICKS",
+                ticks(rules.master_lost_after_s),
+                quantity(rules.master_lost_after_s, "s"),
+            )
+        )
     if rules.runaway is not None:
         constants.append(
             number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")

@@ -8,14 +8,21 @@ from typing import Any
 from heatwright.generator.plan import autotune
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
+from heatwright.generator.plan.current import current_of, plan_current
 from heatwright.generator.plan.guard import guard_constants
 from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop
-from heatwright.spec.commands import commanded, tunable
+from heatwright.spec import Controller, Indicators, Loop, ThreePosition
+from heatwright.spec.commands import commanded, switched, tunable
 
 FULL_PERCENT = 100.0
+
+RULES_OF_LOOP = (
+    "rise_rate", "runaway", "heating", "frozen", "rising_while_off", "master_lost_after",
+)  # fmt: skip
+"""The keys of `protection` that guard.c names."""
 
 READY_WITHIN_K = 1.0
 """Where the spec does not say it: what Marlin's `M109` waits for (TEMP_WINDOW)."""
@@ -30,6 +37,8 @@ def summary(source: Source, name: str) -> dict[str, object]:
     """Say what gate, fault and settings need to know of each loop."""
     controller = source.controller
     loop = controller.loops[name]
+    by_host, by_master = _hosted(controller, name), switched(controller, name)
+    by_gain = tunable(controller, name)
     return {
         "name": name,
         "prefix": prefix_of(name),
@@ -37,9 +46,14 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "fan": loop.fan,
         "where": source.at("heater").where,
         "fan_where": source.at("fan").where,
+        "cooler": loop.cooler,
+        "cooler_where": source.at("cooler").where,
         "stored": loop.setpoint.stored,
-        "commanded": commanded(controller, name),
-        "tunable": tunable(controller, name),
+        "commanded": by_host or by_master,
+        "hosted": by_host,
+        "switched": by_master,
+        "tunable": by_gain,
+        "lasting": by_host and by_gain and loop.setpoint.stored,
     }
 
 
@@ -48,9 +62,13 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
     prefix = prefix_of(name)
     kind = import_module(f"heatwright.generator.plan.algorithms.{loop.algorithm.kind}")
     algorithm = kind.plan(source.at("algorithm"), name, loop, prefix)
-    by_host = commanded(source.controller, name)
+    told = _told(source.controller, name)
+    by_host = _hosted(source.controller, name)
     experiment = loop.autotune if tunable(source.controller, name) else None
+    current = current_of(loop, source)
+    heater = Source(source.spec, ("outputs", loop.heater))
     context = {
+        **summary(source, name),
         "name": name,
         "NAME": name.upper(),
         "prefix": prefix,
@@ -60,19 +78,23 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "heater": loop.heater,
         "plotter": plotted,
         "panel": shown,
-        "commanded": by_host,
-        "tunable": tunable(source.controller, name),
+        "starts_enabled": loop.starts == "enabled",
+        "starts_where": source.at("starts").where,
+        "told": told,
+        "master_lost": loop.protection.master_lost_after_s is not None,
+        "warm_within": f"{prefix}_{'READY' if by_host else 'WARM'}_WITHIN_K",
         "autotune": experiment is not None,
-        "stored": loop.setpoint.stored,
         "ready_within": quantity(_ready_within_k(loop), "K"),
+        "current": current is not None,
+        "limited": current is not None and current.limit_a is not None,
+        "limit_where": heater.at("current", "limit").where,
+        "heater_holds": stops(source.controller, loop.heater),
+        "holds_where": heater.at("minimum_on").where,
     }
     guard = {
         **context,
         "where": source.at("protection").where,
-        "where_of": {
-            rule: source.at("protection", rule).where
-            for rule in ("rise_rate", "runaway", "heating", "frozen", "rising_while_off")
-        },
+        "where_of": {rule: source.at("protection", rule).where for rule in RULES_OF_LOOP},
         "runaway": loop.protection.runaway is not None,
         "runaway_below": loop.protection.runaway is not None
         and loop.protection.runaway.below_k is not None,
@@ -81,16 +103,20 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "frozen": loop.protection.frozen is not None,
         "rising": loop.protection.rising_while_off is not None,
     }
+    bounded = bool(context["commanded"]) or shown or loop.setpoint.stored
     constants = (
-        *_loop_constants(source, loop, prefix, bounded=by_host or shown or loop.setpoint.stored),
+        *_loop_constants(source, loop, prefix, bounded=bounded),
         *(_readiness(source, loop, prefix) if by_host else ()),
+        *(_warmth(source, loop, prefix) if told and not by_host else ()),
         *permits(source, loop, prefix),
         *algorithm.constants,
         *(autotune.constants(source, loop, prefix) if experiment is not None else ()),
         *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
     )
+    measured = plan_current(source, name, loop)
     return Part(
         files=(
+            *measured.files,
             File(f"src/loop_{name}.h", "src/loop.h.j2", context),
             File(f"src/loop_{name}.c", "src/loop.c.j2", context),
             File(f"src/guard_{name}.h", "src/guard.h.j2", guard),
@@ -98,8 +124,9 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
             *_algorithm_files(name, algorithm, context),
             *(_tuning_files(source, name, algorithm, context) if experiment is not None else ()),
             *((File("src/mode.h", "src/mode.h"),) if context["tunable"] else ()),
+            *((File("src/state.h", "src/state.h"),) if told else ()),
         ),
-        groups=(Group(f"Loop {name}", constants),),
+        groups=(Group(f"Loop {name}", constants), *measured.groups),
         start_calls=(
             Call(Stage.SENSE, f"guard_{name}.h", f"guard_{name}_reset();"),
             Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_start();"),
@@ -158,3 +185,25 @@ def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
             f"{prefix}_READY_WITHIN_K", within_k, quantity(within_k, "K")
         )
     ]
+
+
+def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """How near to the setpoint is warm, where no host asks whether the loop is ready."""
+    if isinstance(loop.algorithm, ThreePosition):
+        key, within_k = ("algorithm", "dead_band"), loop.algorithm.dead_band_k
+    else:
+        key, within_k = ("ready_within",), _ready_within_k(loop)
+    return [source.at(*key).number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
+
+
+def _hosted(controller: Controller, name: str) -> bool:
+    """Tell whether a host commands a loop by its setpoint alone, 0 for off."""
+    return commanded(controller, name) and not switched(controller, name)
+
+
+def _told(controller: Controller, name: str) -> bool:
+    """Tell whether somebody reads the loop's state: a master, or lights that show it."""
+    shown = any(
+        isinstance(each, Indicators) and each.loop in (name, None) for each in controller.interfaces
+    )
+    return shown or switched(controller, name)

@@ -9,6 +9,7 @@ from typing import Any
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
+from heatwright.spec import OnOff, ThreePosition
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,3 +37,23 @@ def filter_weight(source: Source, name: str, filter_s: float, period_s: float) -
         period_s / (filter_s + period_s),
         f"{period_s:g} s / ({quantity(filter_s, 's')} + {period_s:g} s)",
     )
+
+
+def lead_words(algorithm: OnOff | ThreePosition) -> str:
+    """How far it looks ahead, for a comment; empty if it does not."""
+    return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
+
+
+def lead_constants(
+    source: Source, algorithm: OnOff | ThreePosition, prefix: str, period_s: float
+) -> list[Constant]:
+    """The numbers of the look ahead along the slope; none without a lead."""
+    if algorithm.lead_s == 0:
+        return []
+    return [
+        source.at("lead").number(f"{prefix}_LEAD_S", algorithm.lead_s, lead_words(algorithm)),
+        filter_weight(
+            source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, period_s
+        ),
+        per_period(Source(source.spec, source.path[:-1]), prefix, period_s),
+    ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.algorithms.common import AlgorithmPlan, filter_weight, per_period
+from heatwright.generator.plan.algorithms.common import AlgorithmPlan, lead_constants, lead_words
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -23,24 +23,12 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
                 quantity(algorithm.hysteresis_k, "K"),
             )
         )
-    if algorithm.lead_s > 0:
-        constants += [
-            source.at("lead").number(
-                f"{prefix}_LEAD_S", algorithm.lead_s, quantity(algorithm.lead_s, "s")
-            ),
-            filter_weight(
-                source.at("lead_filter"),
-                f"{prefix}_RATE_WEIGHT",
-                algorithm.lead_filter_s,
-                loop.period_s,
-            ),
-            per_period(Source(source.spec, source.path[:-1]), prefix, loop.period_s),
-        ]
+    constants += lead_constants(source, algorithm, prefix, loop.period_s)
     return AlgorithmPlan(
         template="algorithms/on_off",
         context={
             "where": source.where,
-            "lead": quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else "",
+            "lead": lead_words(algorithm),
             "hysteresis": algorithm.hysteresis_k > 0,
         },
         constants=tuple(constants),

@@ -10,7 +10,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import commanded
+from heatwright.spec.commands import commanded, switched
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
@@ -42,6 +42,8 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         "stored": loop.setpoint.stored,
         "rules": rules(controller),
         "commanded": commanded(controller, interface.loop),
+        "hosted": commanded(controller, interface.loop)
+        and not switched(controller, interface.loop),
     }
     whole = all(
         value.is_integer()

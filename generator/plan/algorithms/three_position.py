@@ -1,0 +1,47 @@
+"""Three-position control: a dead band, with hysteresis and lead."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.algorithms.common import AlgorithmPlan, lead_constants, lead_words
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop, ThreePosition
+
+
+def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
+    """Plan the algorithm of loop `name`; terms that are zero are left out."""
+    del name
+    algorithm = loop.algorithm
+    assert isinstance(algorithm, ThreePosition)  # noqa: S101 - found by its kind
+    return AlgorithmPlan(
+        template="algorithms/three_position",
+        context={
+            "where": source.where,
+            "lead": lead_words(algorithm),
+            "hysteresis": quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k else "",
+        },
+        constants=(
+            *_band(source, algorithm, prefix),
+            *lead_constants(source, algorithm, prefix, loop.period_s),
+        ),
+        full_duty=source.number(
+            f"{prefix}_FULL_DUTY_PERCENT", 100.0, "three-position control: 100 %"
+        ),
+    )
+
+
+def _band(source: Source, algorithm: ThreePosition, prefix: str) -> list[Constant]:
+    band, inwards = quantity(algorithm.dead_band_k, "K"), quantity(algorithm.hysteresis_k, "K")
+    constants = [
+        source.at("dead_band").number(f"{prefix}_DEAD_BAND_K", algorithm.dead_band_k, band)
+    ]
+    if algorithm.hysteresis_k > 0:
+        constants.append(
+            source.at("hysteresis").number(
+                f"{prefix}_INSIDE_K",
+                algorithm.dead_band_k - algorithm.hysteresis_k,
+                f"{band} - {inwards}",
+            )
+        )
+    return constants

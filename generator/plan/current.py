@@ -1,0 +1,105 @@
+"""The current of a heater: its limit, its rules, their numbers."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import milliseconds, quantity, steps
+from heatwright.generator.plan.parts import Constant, File, Group, Part
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Current, CurrentSensor, DigitalOutput, Loop, PwmOutput
+from heatwright.spec.circuits import reference_v
+
+RAMP_PERCENT = 25.0
+"""What the limit begins with and rises by in a step: a wire of a third of its resistance then shows
+under three quarters of its rated current, before it carries more."""
+
+RULES_S = 0.5
+"""Time for which there must be too much or too little current."""
+
+FEWEST_STEPS = 5
+"""Of such a time: the filter of the current may be as slow as one control step, and has left less
+than 2 % of what was four of them ago."""
+
+IDLE_SHARE = 0.05
+"""Of the nominal current: less is none."""
+
+IDLE_CODES = 3
+"""Steps of the ADC that are none either: its offset and linearity (data sheets, ADC
+characteristics) are within that."""
+
+
+def current_of(loop: Loop, source: Source) -> Current | None:
+    """Find what the spec says of the current of a loop's heater; None if it is not measured."""
+    heater = source.controller.outputs[loop.heater]
+    return heater.current if isinstance(heater, DigitalOutput | PwmOutput) else None
+
+
+def plan_current(source: Source, name: str, loop: Loop) -> Part:
+    """Plan what is done about the current of the heater of loop `name`, if it is measured."""
+    current = current_of(loop, source)
+    if current is None:
+        return Part()
+    at = Source(source.spec, ("outputs", loop.heater)).at("current")
+    prefix = f"CURRENT_{loop.heater.upper()}"
+    context = {
+        "name": name,
+        "heater": loop.heater,
+        "HEATER": loop.heater.upper(),
+        "PREFIX": prefix,
+        "sensor": current.sensor,
+        "limited": current.limit_a is not None,
+        "where": at.where,
+        "limit_where": at.at("limit").where,
+    }
+    return Part(
+        files=tuple(
+            File(f"src/current_{loop.heater}.{end}", f"src/current.{end}.j2", context)
+            for end in ("h", "c")
+        ),
+        groups=(Group(f"Current of {loop.heater}", tuple(_constants(at, loop, current, prefix))),),
+    )
+
+
+def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Constant]:
+    idle_a, idle_words = _idle(at, current)
+    heater = at.controller.outputs[loop.heater]
+    assert isinstance(heater, DigitalOutput | PwmOutput)  # noqa: S101 - it has a current
+    assert heater.power_w is not None and heater.supply_v is not None  # noqa: S101, PT018 - checked
+    power, supply = quantity(heater.power_w, "W"), quantity(heater.supply_v, "V")
+    limit = []
+    if current.limit_a is not None:
+        shown = quantity(current.limit_a, "A")
+        limit = [
+            at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a, shown),
+            at.at("limit").number(
+                f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "begins with it, rises by it in a step"
+            ),
+        ]
+    return [
+        *limit,
+        at.at("trip").number(f"{prefix}_TRIP_A", current.over_a, quantity(current.over_a, "A")),
+        at.number(f"{prefix}_IDLE_A", idle_a, idle_words),
+        at.number(
+            f"{prefix}_AMPERES_PER_PERCENT",
+            heater.power_w / heater.supply_v / 100,
+            f"{power} / {supply} / 100 %",
+        ),
+        at.count(f"{prefix}_STEPS", *_steps(loop)),
+    ]
+
+
+def _idle(at: Source, current: Current) -> tuple[float, str]:
+    sensor = at.controller.sensors[current.sensor]
+    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the spec asks for one
+    share_a = IDLE_SHARE * current.nominal_a
+    full_v = reference_v(sensor, at.controller.board.mcu)
+    codes_a = IDLE_CODES * full_v / 1024 / sensor.scale_v_per_a
+    if codes_a > share_a:
+        return codes_a, f"{IDLE_CODES} steps of the ADC: less is none"
+    return share_a, f"{IDLE_SHARE:.0%} of {quantity(current.nominal_a, 'A')}: less is none"
+
+
+def _steps(loop: Loop) -> tuple[int, str]:
+    enough = steps(RULES_S, loop.period_s)
+    if enough < FEWEST_STEPS:
+        return FEWEST_STEPS, f"the current may lag by one of {milliseconds(loop.period_s)} ms"
+    return enough, f"{quantity(RULES_S, 's')} in periods of {quantity(loop.period_s, 's')}"
