@@ -2,23 +2,25 @@
 
 For every sum of codes the range has: how far the table's temperature is from what the middle of the
 codes' step means. For every temperature: how far what the firmware makes of it is from it. Both in
-steps of the ADC, whose half is the first one's bound, and whose whole is the second's.
+steps of the ADC, whose half is the first one's bound, and whose whole is the second's. A current's
+table is a line, from no current to the ADC's full scale.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.circuits import shares
+from heatwright.sim.circuits import current_v, reference_v, shares
 from heatwright.sim.circuits.elements import Array
 from heatwright.sim.elf import Elf
-from heatwright.spec import Analog, Board, Controller, Rtd, Thermistor
+from heatwright.spec import Analog, Board, Controller, CurrentSensor, Rtd, Thermistor
 
 CODES = 1024
 TABLE_BOUND_STEPS = 0.5
@@ -32,15 +34,20 @@ NEAR_STEPS = 1.0
 
 POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
 """One point as the firmware has it in its flash."""
+LINE = np.dtype([("at_zero", "<f4"), ("per_count", "<f4")])
+"""The line of a current, A and A for each count, as the firmware has it in its flash."""
 
 
 @dataclass(frozen=True)
 class ChainRow:
-    """The chain at one temperature: how much one step of the ADC is, the largest error near, K."""
+    """The chain at one temperature, °C (current, A).
 
-    celsius: float
-    step_k: float
-    error_k: float
+    step -- how much one step of the ADC is there; error -- the largest error near; both in K (A).
+    """
+
+    at: float
+    step: float
+    error: float
 
 
 @dataclass(frozen=True)
@@ -48,15 +55,17 @@ class ChainError:
     """What was found of one sensor.
 
     points -- of its table; table_steps -- the table's largest error, in steps of the ADC;
-    chain_steps, chain_k -- the whole chain's; rows -- how it is over the range.
+    chain_steps, chain_error -- the whole chain's, the latter in K (A); rows -- how it is over the
+    range; measures -- what.
     """
 
     sensor: str
     points: int
     table_steps: float
     chain_steps: float
-    chain_k: float
+    chain_error: float
     rows: tuple[ChainRow, ...]
+    measures: Literal["temperature", "current"] = "temperature"
 
     @property
     def passed(self) -> bool:
@@ -64,16 +73,17 @@ class ChainError:
         return self.table_steps < TABLE_BOUND_STEPS and self.chain_steps <= CHAIN_BOUND_STEPS
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines; temperatures in °C, differences in K, errors also in steps."""
+        """Return it for machines; temperatures in °C, differences in K (currents, A), and steps."""
+        unit = "k" if self.measures == "temperature" else "a"
         return {
             "sensor": self.sensor,
             "points": self.points,
             "table_steps": round(self.table_steps, 4),
             "chain_steps": round(self.chain_steps, 4),
-            "chain_k": round(self.chain_k, 4),
+            f"chain_{unit}": round(self.chain_error, 4),
             "rows": [
-                {"temperature": round(row.celsius, 2), "step_k": round(row.step_k, 4),
-                 "error_k": round(row.error_k, 4)}
+                {self.measures: round(row.at, 2), f"step_{unit}": round(row.step, 4),
+                 f"error_{unit}": round(row.error, 4)}
                 for row in self.rows
             ],
         }  # fmt: skip
@@ -84,13 +94,22 @@ def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError
     for name, sensor in controller.sensors.items():
         if isinstance(sensor, Thermistor | Rtd | Analog):
             program = elf if isinstance(elf, Elf) else Elf(elf)
-            yield _Chain(sensor, controller.board, table_of(program, name)).errors(name)
+            yield _Temperature(sensor, controller.board, table_of(program, name)).errors(name)
+        elif isinstance(sensor, CurrentSensor):
+            program = elf if isinstance(elf, Elf) else Elf(elf)
+            yield _Current(sensor, controller.board, line_of(program, name)).errors(name)
 
 
 def table_of(program: Elf, sensor: str) -> NDArray[Any]:
     """Return the points of a sensor's table, as the firmware reads them from its flash."""
     symbol = f"sensor_{sensor}_points"
     return np.frombuffer(program.flash_bytes(symbol, program.size_of(symbol)), POINT)
+
+
+def line_of(program: Elf, sensor: str) -> NDArray[Any]:
+    """Return the line of a current sensor, as the firmware reads it from its flash."""
+    symbol = f"sensor_{sensor}_line"
+    return np.frombuffer(program.flash_bytes(symbol, program.size_of(symbol)), LINE)
 
 
 def convert(table: NDArray[Any], raw: NDArray[np.int_]) -> NDArray[np.float32]:
@@ -101,48 +120,87 @@ def convert(table: NDArray[Any], raw: NDArray[np.int_]) -> NDArray[np.float32]:
     return converted
 
 
-class _Chain:
+class _Chain(ABC):
+    """What sums of codes mean to the firmware, against what they come from."""
+
+    many: int
+    """Codes of a sum."""
+    range: tuple[float, float]
+    points: int
+    measures: Literal["temperature", "current"]
+
+    @abstractmethod
+    def made(self, raw: NDArray[np.int_]) -> Array:
+        """Return what the firmware makes of sums."""
+
+    @abstractmethod
+    def steps(self, value: Array) -> Array:
+        """Return where temperatures or currents are on the ADC, in steps from zero volts."""
+
+    def errors(self, name: str) -> ChainError:
+        """Look at all sums, and at values close enough to meet both ends of each step."""
+        low, high = (int(code) for code in np.sort(np.floor(self.steps(np.array(self.range)))))
+        values = np.linspace(*self.range, LOOKS_PER_STEP * (high - low + 1))
+        exact = self.steps(values)
+        made = self.made(self.many * np.floor(exact).astype(int))
+        error = np.abs(made - values)
+        return ChainError(
+            name,
+            self.points,
+            self._table_steps(low, high),
+            float(np.abs(self.steps(made) - exact).max()),
+            float(error.max()),
+            tuple(self._rows(values, exact, error)),
+            self.measures,
+        )
+
+    def _table_steps(self, low: int, high: int) -> float:
+        """Return the table's own error over all sums, in steps of the ADC."""
+        raw = np.arange(self.many * low, self.many * high + 1)
+        meant = raw / self.many + 0.5
+        return float(np.abs(self.steps(self.made(raw)) - meant).max())
+
+    @staticmethod
+    def _rows(values: Array, exact: Array, error: Array) -> Iterator[ChainRow]:
+        """Yield a row for each of some even values."""
+        slope = np.abs(np.gradient(exact, values))
+        for place in np.linspace(0, len(values) - 1, SHOWN).astype(int):
+            near = np.abs(exact - exact[place]) <= NEAR_STEPS
+            yield ChainRow(float(values[place]), float(1 / slope[place]), float(error[near].max()))
+
+
+class _Temperature(_Chain):
+    measures = "temperature"
+
     def __init__(
         self, sensor: Thermistor | Rtd | Analog, board: Board, table: NDArray[Any]
     ) -> None:
         self._sensor, self._board, self._table = sensor, board, table
-        ends = self._steps(np.array(sensor.range_c))
-        self._low, self._high = (int(code) for code in np.sort(np.floor(ends)))
+        self.many, self.range, self.points = sensor.oversample, sensor.range_c, len(table) + 1
 
-    def _steps(self, celsius: Array) -> Array:
-        """Return where temperatures are on the ADC, in steps from zero volts."""
-        return CODES * shares(self._sensor, self._board, celsius)
+    def made(self, raw: NDArray[np.int_]) -> Array:
+        return convert(self._table, raw).astype(float)
 
-    def errors(self, name: str) -> ChainError:
-        """Look at all sums, and at temperatures close enough to meet both ends of each step."""
-        looks = LOOKS_PER_STEP * (self._high - self._low + 1)
-        celsius = np.linspace(*self._sensor.range_c, looks)
-        exact = self._steps(celsius)
-        many = self._sensor.oversample
-        made_c = convert(self._table, many * np.floor(exact).astype(int)).astype(float)
-        error_k = np.abs(made_c - celsius)
-        error_steps = np.abs(self._steps(made_c) - exact)
-        return ChainError(
-            name,
-            len(self._table) + 1,
-            self._table_steps(),
-            float(error_steps.max()),
-            float(error_k.max()),
-            tuple(self._rows(celsius, exact, error_k)),
-        )
+    def steps(self, value: Array) -> Array:
+        return CODES * shares(self._sensor, self._board, value)
 
-    def _table_steps(self) -> float:
-        """Return the table's own error over all sums, in steps of the ADC."""
-        many = self._sensor.oversample
-        raw = np.arange(many * self._low, many * self._high + 1)
-        meant = raw / many + 0.5
-        return float(np.abs(self._steps(convert(self._table, raw).astype(float)) - meant).max())
 
-    def _rows(self, celsius: Array, exact: Array, error_k: Array) -> Iterator[ChainRow]:
-        """Yield a row for each of some even temperatures."""
-        slope = np.abs(np.gradient(exact, celsius))
-        for place in np.linspace(0, len(celsius) - 1, SHOWN).astype(int):
-            near = np.abs(exact - exact[place]) <= NEAR_STEPS
-            yield ChainRow(
-                float(celsius[place]), float(1 / slope[place]), float(error_k[near].max())
-            )
+class _Current(_Chain):
+    measures = "current"
+    points = 2
+
+    def __init__(self, sensor: CurrentSensor, board: Board, line: NDArray[Any]) -> None:
+        self._sensor, self._line = sensor, line[0]
+        self._full_v = reference_v(sensor, board)
+        self.many = sensor.oversample
+        # The highest code goes on for ever: what is measured ends where it begins.
+        most_v = self._full_v * (CODES - 1) / CODES
+        self.range = (0.0, (most_v - sensor.offset_v) / sensor.scale_v_per_a)
+
+    def made(self, raw: NDArray[np.int_]) -> Array:
+        line = self._line
+        amperes = raw.astype(np.float32) * line["per_count"] + line["at_zero"]
+        return np.asarray(np.maximum(amperes, np.float32(0)), float)
+
+    def steps(self, value: Array) -> Array:
+        return CODES * current_v(self._sensor, value) / self._full_v

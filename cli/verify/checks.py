@@ -44,7 +44,7 @@ def chain_checks(chains: Iterable[ChainError]) -> Iterator[Check]:
     for chain in chains:
         for what, limit, found in (
             (f"table of {chain.points} points off its curve", TABLE_BOUND_STEPS, chain.table_steps),
-            ("reading off the temperature", CHAIN_BOUND_STEPS, chain.chain_steps),
+            (f"reading off the {chain.measures}", CHAIN_BOUND_STEPS, chain.chain_steps),
         ):
             yield Check(
                 f"sensor {chain.sensor}: {what}",

@@ -12,7 +12,9 @@ from heatwright.sim.timing import Figure
 
 CHECK_COLUMNS = ("", "limit", "found")
 CHECK_TEXTS = 3
-CHAIN_COLUMNS = ("sensor", "temperature [°C]", "one step of the ADC [K]", "largest error near [K]")
+CHAIN_COLUMNS = ("sensor", "at", "one step of the ADC", "largest error near")
+CHAIN_UNITS = {"temperature": ("°C", "K", 0), "current": ("A", "A", 1)}
+"""Of what is measured and of differences; decimals of the former."""
 FAULT_COLUMNS = ("fault", "trips", "after [s]", "limit [s]", "heater off after [s]", "peak [°C]")
 FAULT_TEXTS = 2
 FIGURE_COLUMNS = ("", "in", "worst", "limit")
@@ -27,8 +29,14 @@ def check_cells(check: Check) -> tuple[str, ...]:
 def chain_cells(chains: Iterable[ChainError]) -> list[tuple[str, ...]]:
     """Return the rows of all sensors in the order of CHAIN_COLUMNS."""
     return [
-        (chain.sensor, f"{row.celsius:.0f}", f"{row.step_k:.3f}", f"{row.error_k:.3f}")
+        (
+            chain.sensor,
+            f"{row.at:.{decimals}f} {unit}",
+            f"{row.step:.3f} {difference}",
+            f"{row.error:.3f} {difference}",
+        )
         for chain in chains
+        for unit, difference, decimals in (CHAIN_UNITS[chain.measures],)
         for row in chain.rows
     ]
 

@@ -4,6 +4,6 @@ Written from the textbooks and standards, in numpy, and not from the language's 
 these judge the tables that the firmware is given.
 """
 
-from heatwright.sim.circuits.ports import Wiring, pin_v, reference_v, shares
+from heatwright.sim.circuits.ports import Wiring, current_v, pin_v, reference_v, shares
 
-__all__ = ["Wiring", "pin_v", "reference_v", "shares"]
+__all__ = ["Wiring", "current_v", "pin_v", "reference_v", "shares"]

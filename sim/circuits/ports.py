@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heatwright.sim.circuits.elements import Array, element_ohm
-from heatwright.spec import Amplifier, Analog, Board, Divider, Rtd, Thermistor
+from heatwright.spec import Amplifier, Analog, Board, CurrentSensor, Divider, Rtd, Thermistor
 
 SUPPLY_V = 5.0
 """Of the board."""
@@ -66,7 +66,18 @@ def pin_v(sensor: Thermistor | Rtd | Analog, celsius: ArrayLike, wiring: Wiring 
     return _divided_v(sensor.divider, seen_ohm)
 
 
-def reference_v(sensor: Thermistor | Rtd | Analog, board: Board) -> float:
+def current_v(sensor: CurrentSensor, amperes: ArrayLike, wiring: Wiring = SOUND) -> Array:
+    """Return the voltage at a current sensor's pin, V; unplugged, its filter's capacitor is empty.
+
+    wiring -- of what can be wrong, `opened` and `pin` apply.
+    """
+    flowing_a = np.asarray(amperes, dtype=float)
+    if wiring.pin is not None or wiring.opened:
+        return np.full_like(flowing_a, SUPPLY_V if wiring.pin == "high" else 0.0)
+    return _within(sensor.offset_v + sensor.scale_v_per_a * flowing_a, SUPPLY_V)
+
+
+def reference_v(sensor: Thermistor | Rtd | Analog | CurrentSensor, board: Board) -> float:
     """Return the ADC's full scale, V."""
     if isinstance(sensor.reference, float):
         return sensor.reference

@@ -40,7 +40,7 @@ def test_it_is_exact_to_one_step(site: tuple[str, Spec, Elf]) -> None:
     assert found.table_steps < 0.5
     assert found.table_steps <= found.chain_steps <= 1.0
     assert len(found.rows) == 7
-    assert found.chain_k >= max(row.error_k for row in found.rows) > 0
+    assert found.chain_error >= max(row.error for row in found.rows) > 0
 
 
 @pytest.mark.parametrize("example", ["extruder", "feeder"])

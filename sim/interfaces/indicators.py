@@ -1,0 +1,106 @@
+"""LEDs, and somebody who looks at them: each is lit, blinks or is dark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.spec import Board
+from heatwright.spec import Indicators as Spec
+
+Light = Literal["lit", "blinking", "dark", "unsteady"]
+
+BLINK_S = 0.5
+"""Bright and dark time of a blinking LED (docs/language.md, indicators)."""
+TICK_S = 0.01
+"""The firmware switches LEDs once a tick; a phase may be so much longer or shorter."""
+LOOK_S = 2.0
+"""How long one has to look to tell steady light from blinking: two whole blinks."""
+REMEMBERED_S = 10.0
+
+
+class Led:
+    """One LED with its resistor.
+
+    meaning -- what the spec says it shows; changes -- (time in s, whether it is bright then) of the
+    last ten seconds.
+    """
+
+    def __init__(self, avr: Avr, pin: str, active: str, meaning: str) -> None:
+        self.meaning = meaning
+        self.changes: list[tuple[float, bool]] = [(0.0, False)]
+        self.pin = pin
+        self._high = active == "high"
+        self._clock_hz = avr.clock_hz
+        # An LED and its resistor pull a floating pin to where no current flows.
+        avr.pins.pull(pin, "low" if self._high else "high")
+        self._number = avr.pins.watch(pin)
+
+    def feed(self, pins: NDArray[Any]) -> None:
+        """Take the processor's pin changes."""
+        mine = pins[pins["pin"] == self._number]
+        for cycle, level in zip(mine["cycle"].tolist(), (mine["state"] & 1).tolist(), strict=True):
+            bright = bool(level) == self._high
+            if bright != self.changes[-1][1]:
+                self.changes.append((cycle / self._clock_hz, bright))
+        self._forget()
+
+    def _forget(self) -> None:
+        oldest_s = self.changes[-1][0] - REMEMBERED_S
+        keep = next(at for at, change in enumerate(self.changes) if change[0] >= oldest_s)
+        del self.changes[: max(0, keep - 1)]
+
+    def light(self, now_s: float) -> Light:
+        """Say what it has shown in the two seconds before a time.
+
+        Blinking is bright and dark for half a second each, to a tick; what is neither that nor the
+        same all the time is unsteady.
+        """
+        begin_s = now_s - LOOK_S
+        inside = [each for each in self.changes if begin_s < each[0] <= now_s]
+        before = [bright for at_s, bright in self.changes if at_s <= begin_s]
+        if not inside:
+            return "lit" if before and before[-1] else "dark"
+        phases_s = np.diff([at_s for at_s, _ in inside])
+        ends_s = (inside[0][0] - begin_s, now_s - inside[-1][0])
+        even = bool((np.abs(phases_s - BLINK_S) <= TICK_S).all())
+        return "blinking" if even and max(ends_s) <= BLINK_S + TICK_S else "unsteady"
+
+
+class Indicators:
+    """The LEDs of a loop; leds -- by their pins' names in the spec."""
+
+    def __init__(self, avr: Avr, board: Board, interface: Spec) -> None:
+        self._avr = avr
+        self.leds: Mapping[str, Led] = {
+            pin: Led(avr, board.pins[pin].port_name, interface.active, meaning)
+            for pin, meaning in interface.leds.items()
+        }
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take the processor's pin changes."""
+        del sent
+        for led in self.leds.values():
+            led.feed(pins)
+
+    def lights(self) -> dict[str, Light]:
+        """Return what each meaning has shown in the last two seconds.
+
+        Raises ValueError when two LEDs of one meaning differ. What the pins have done has to be fed
+        up to now.
+        """
+        shown: dict[str, Light] = {}
+        for pin, led in self.leds.items():
+            light = led.light(self._avr.time_s)
+            if shown.setdefault(led.meaning, light) != light:
+                raise ValueError(f"{pin} is {light}, and another LED `{led.meaning}` is not.")
+        return shown
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> Indicators:
+    """Solder the LEDs to their pins."""
+    return Indicators(avr, board, interface)
