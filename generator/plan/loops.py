@@ -190,10 +190,10 @@ def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     """How near to the setpoint is warm, where no host asks whether the loop is ready."""
     if isinstance(loop.algorithm, ThreePosition):
-        key, within_k = ("algorithm", "dead_band"), loop.algorithm.dead_band_k
+        at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.dead_band_k
     else:
-        key, within_k = ("ready_within",), _ready_within_k(loop)
-    return [source.at(*key).number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
+        at, within_k = source.at("ready_within"), _ready_within_k(loop)
+    return [at.number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
 
 
 def _hosted(controller: Controller, name: str) -> bool:
