@@ -30,6 +30,11 @@ def switched(controller: Controller, loop_name: str) -> bool:
     return loop_name in controller.loops and modbus_of(controller) is not None
 
 
+def zero_is_off(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a setpoint of 0 °C switches a loop off, and is no temperature to hold."""
+    return commanded(controller, loop_name) and not switched(controller, loop_name)
+
+
 def tunable(controller: Controller, loop_name: str) -> bool:
     """Tell whether its gains are set by command, and its duty by hand."""
     return commanded(controller, loop_name) and controller.loops[loop_name].algorithm.kind == "pid"

@@ -1,4 +1,4 @@
-"""Parts of the language that have their place but are not built: refused, with these words."""
+"""What is no part of the language yet, or is found elsewhere: refused, with these words."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ KEYS = {
 }
 """Keys by the model they will join."""
 
-INSTEAD = {("Sense", "of"): "node"}
-"""Keys by model and by the planned key that takes their place: not missing beside it."""
+ELSEWHERE = {("Analog", "quantity"): "Use kind: current for the current of a heater"}
+"""Keys that somebody may look for in a model, and what does it in their place."""
 
 NOT_BUILT = "is a planned part of the language that is not built yet"
 

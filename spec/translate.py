@@ -22,29 +22,12 @@ _SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"
 def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
     """Translate all errors of one validation."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
-    replaced = {_replaced(place) for place, entry in entries if _is_planned(place, entry)}
     for place, entry in entries:
-        if entry["type"] == "missing" and place.path in replaced:
-            continue
         fixed = _FIXED.get(entry["type"])
         if fixed is not None:
             yield place.path, *fixed
         else:
             yield _TRANSLATIONS.get(entry["type"], _other)(place, entry)
-
-
-def _is_planned(place: Place, entry: Any) -> bool:
-    return (
-        entry["type"] == "extra_forbidden"
-        and place.parent is not None
-        and planned.key(place.parent.__name__, str(place.path[-1]))
-    )
-
-
-def _replaced(place: Place) -> Path:
-    """Find the entry that a planned key would have taken the place of."""
-    model = place.parent.__name__ if place.parent else ""
-    return (*place.path[:-1], planned.INSTEAD.get((model, str(place.path[-1])), ""))
 
 
 def _spec(place: Place, entry: Any) -> Finding:
@@ -59,13 +42,15 @@ def _missing(place: Place, _: Any) -> Finding:
     return place.path, "this key is missing", f"Add it: {about[:1].lower()}{about[1:]}"
 
 
-def _extra(place: Place, entry: Any) -> Finding:
+def _extra(place: Place, _: Any) -> Finding:
     word = str(place.path[-1])
     if place.parent is None:
         return place.path, "there are too many items", "Delete it"
-    if _is_planned(place, entry):
+    model = place.parent.__name__
+    if planned.key(model, word):
         return place.path, f"this key {NOT_BUILT}", "Leave it out"
-    return place.path, "there is no such key here", advice(word, tuple(keys(place.parent)))
+    remedy = planned.ELSEWHERE.get((model, word)) or advice(word, tuple(keys(place.parent)))
+    return place.path, "there is no such key here", remedy
 
 
 def _no_kind(place: Place, _: Any) -> Finding:

@@ -45,8 +45,8 @@ def ready_can_last(controller: Controller) -> Findings:
             "the sensor's step at the highest setpoint": sensor.step_at_k(
                 loop.setpoint.maximum_c, controller.board.mcu
             ),
-            "the dead band": algorithm.dead_band_k if isinstance(algorithm, Pid) else 0.0,
-            "the hysteresis": 0.0 if isinstance(algorithm, Pid) else algorithm.hysteresis_k,
+            "the dead band": getattr(algorithm, "dead_band_k", 0.0),
+            "the hysteresis": getattr(algorithm, "hysteresis_k", 0.0),
         }
         what, widest_k = max(rests.items(), key=lambda item: item[1])
         if loop.ready_within_k <= widest_k:
@@ -75,7 +75,7 @@ def autotune_has_a_use(controller: Controller) -> Findings:
         elif not commanded(controller, name):
             yield Finding(
                 path,
-                "nobody could start it: no gcode interface serves this loop",
+                "nobody could start it: no gcode or modbus_rtu interface serves this loop",
                 "Delete it, or name the loop in a gcode interface",
                 (("interfaces",),),
             )

@@ -6,7 +6,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_loops, unknown
 from heatwright.spec.commands import commanded, gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, SerialPlotter
+from heatwright.spec.interfaces import Gcode, ModbusRtu, SerialPlotter
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.problems import Path
 
@@ -15,7 +15,7 @@ def one_interface_per_port(controller: Controller) -> Findings:
     """Find interfaces that would talk on the serial port at the same time."""
     first: int | None = None
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode | SerialPlotter):
+        if not isinstance(interface, Gcode | ModbusRtu | SerialPlotter):
             continue
         if first is None:
             first = index
@@ -123,7 +123,7 @@ def ready_is_asked_for(controller: Controller) -> Findings:
         if loop.ready_within_k is not None and not commanded(controller, name):
             yield Finding(
                 ("loops", name, "ready_within"),
-                "nobody waits for this loop: no gcode interface serves it",
+                "nobody waits for this loop: no gcode or modbus_rtu interface serves it",
                 "Delete it, or name the loop in a gcode interface",
                 (("interfaces",),),
             )

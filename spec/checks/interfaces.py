@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import FASTEST_HOST, Gcode, LcdKeypad, SerialPlotter
+from heatwright.spec.interfaces import (
+    BUS_BAUDS,
+    FASTEST_HOST,
+    Gcode,
+    LcdKeypad,
+    ModbusRtu,
+    SerialPlotter,
+)
 from heatwright.spec.quantity import about, hertz, number
 from heatwright.spec.suggest import listed
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
@@ -41,15 +48,14 @@ def baud_can_be_made(controller: Controller) -> Findings:
     """Find baud rates that the clock cannot be divided to."""
     clock_hz = controller.board.clock_hz
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode | SerialPlotter):
+        if not isinstance(interface, Gcode | ModbusRtu | SerialPlotter):
             continue
         setting = baud_setting(clock_hz, interface.baud)
         if abs(setting.error) > BAUD_TOLERANCE:
             able = [
                 str(baud)
-                for baud in USUAL_BAUDS
+                for baud in _usual(interface)
                 if abs(baud_setting(clock_hz, baud).error) <= BAUD_TOLERANCE
-                and (baud <= FASTEST_HOST or isinstance(interface, SerialPlotter))
             ]
             yield Finding(
                 ("interfaces", index, "baud"),
@@ -59,3 +65,11 @@ def baud_can_be_made(controller: Controller) -> Findings:
                 f"Use {listed(able)}",
                 (("controller",),),
             )
+
+
+def _usual(interface: Gcode | ModbusRtu | SerialPlotter) -> tuple[int, ...]:
+    """List the rates that the other end may offer."""
+    if isinstance(interface, ModbusRtu):
+        return BUS_BAUDS
+    fastest = FASTEST_HOST if isinstance(interface, Gcode) else max(USUAL_BAUDS)
+    return tuple(baud for baud in USUAL_BAUDS if baud <= fastest)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from heatwright.spec.algorithms import OnOff
+from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.references import interface_loops
-from heatwright.spec.commands import commanded
+from heatwright.spec.commands import zero_is_off
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, celsius, number, rounded_up
 
@@ -25,8 +25,8 @@ def setpoints_in_order(controller: Controller) -> Findings:
                 "Exchange minimum and maximum",
                 ((*path, "maximum"),),
             )
-        elif setpoint.initial_c == 0 and commanded(controller, name):
-            continue  # a host's word for off
+        elif setpoint.initial_c == 0 and zero_is_off(controller, name):
+            continue
         elif not setpoint.minimum_c <= setpoint.initial_c <= setpoint.maximum_c:
             yield Finding(
                 (*path, "initial"),
@@ -39,13 +39,13 @@ def setpoints_in_order(controller: Controller) -> Findings:
 def maximum_above_setpoints(controller: Controller) -> Findings:
     """Keep `over_temperature` from tripping in health.
 
-    At the highest setpoint a healthy loop reads up to the sensor's error more than there is, and
-    an on-off loop swings up by its half width before it switches off.
+    At the highest setpoint a healthy loop reads up to the sensor's error more than there is, an
+    on-off loop swings up by its half width before it switches off, and one of three positions lets
+    the temperature be up to its dead band above.
     """
     for name, loop, sensor in loop_sensors(controller):
         highest_c = loop.setpoint.maximum_c
-        algorithm = loop.algorithm
-        swing_k = algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
+        swing_k = swing_above_k(loop.algorithm)
         least_c = highest_c + swing_k + sensor.error_k(highest_c)
         if loop.protection.maximum_c <= least_c:
             yield Finding(
@@ -60,16 +60,40 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
             )
 
 
+def swing_above_k(algorithm: Algorithm) -> float:
+    """Return how far above its setpoint a healthy loop lets the temperature be, K."""
+    if isinstance(algorithm, ThreePosition):
+        return algorithm.dead_band_k
+    return algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
+
+
+def runaway_outside_the_band(controller: Controller) -> Findings:
+    """Keep `runaway_above` and `runaway_below` outside the band in which a healthy loop swings."""
+    for name, loop in controller.loops.items():
+        band_k, rule = swing_above_k(loop.algorithm), loop.protection.runaway
+        if rule is None or not band_k:
+            continue
+        for key, limit_k in (("above", rule.above_k), ("below", rule.below_k)):
+            if limit_k is not None and limit_k <= band_k:
+                yield Finding(
+                    ("loops", name, "protection", "runaway", key),
+                    f"{number(limit_k)} K is not outside the band of {number(band_k)} K in which "
+                    "a healthy loop is",
+                    f"Use more than {number(band_k)} K",
+                    (("loops", name, "algorithm"),),
+                )
+
+
 def minimum_below_setpoints(controller: Controller) -> Findings:
     """Keep `under_temperature` below the lowest setpoint.
 
-    Where a host commands the loop, 0 °C is off, and the lowest that is held what comes above.
+    Where 0 °C is off, the lowest that is held is what comes above.
     """
     if any(True for _ in interface_loops(controller)):
         return  # nobody knows which loop is meant to be commanded
     for name, loop in controller.loops.items():
         protection = loop.protection
-        if loop.setpoint.minimum_c == 0 and commanded(controller, name):
+        if loop.setpoint.minimum_c == 0 and zero_is_off(controller, name):
             continue
         if protection.minimum_c >= loop.setpoint.minimum_c:
             yield Finding(

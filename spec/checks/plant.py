@@ -118,7 +118,7 @@ def heat_arrives(controller: Controller) -> Findings:
     for name, loop in controller.loops.items():
         if loop.heater in plant.heat and loop.sensor in plant.sense:
             heated, sensed = plant.heat[loop.heater], plant.sense[loop.sensor].node
-            if sensed not in _reached(plant, heated):
+            if sensed is not None and sensed not in _reached(plant, heated):
                 yield Finding(
                     (*_PLANT, "links"),
                     f"no chain of links leads from {heated}, which {loop.heater} heats, to "

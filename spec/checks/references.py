@@ -54,6 +54,18 @@ def interface_loops(controller: Controller) -> Findings:
             yield from unknown((*path, "loop"), interface.loop, "loops", controller.loops)
 
 
+def loops_go_by_thermometers(controller: Controller) -> Findings:
+    """Find loops whose sensor measures no temperature."""
+    for name, loop in controller.loops.items():
+        if isinstance(controller.sensors.get(loop.sensor), CurrentSensor):
+            yield Finding(
+                ("loops", name, "sensor"),
+                f"{loop.sensor} measures a current, and a loop needs a temperature",
+                "Name the sensor of a temperature",
+                (("sensors", loop.sensor),),
+            )
+
+
 def one_loop_per_output(controller: Controller) -> Findings:
     """Find outputs that two loops would switch against each other."""
     heated_by: dict[str, str] = {}

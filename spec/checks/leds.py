@@ -1,0 +1,59 @@
+"""LEDs: a loop to show, and something to show of it."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import modbus_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.indicated import shown_loop
+from heatwright.spec.interfaces import Indicators
+from heatwright.spec.problems import Path
+
+
+def leds_show_one_loop(controller: Controller) -> Findings:
+    """Find indicators that could be any loop's, and loops that would have them twice."""
+    first: dict[str, int] = {}
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Indicators):
+            continue
+        path: Path = ("interfaces", index)
+        if interface.loop is None and len(controller.loops) > 1:
+            yield Finding(
+                path,
+                "it does not say which of the loops it shows",
+                f"Add loop:, such as loop: {next(iter(controller.loops))}",
+                (("loops",),),
+            )
+            continue
+        name = shown_loop(controller, interface)
+        if first.setdefault(name, index) != index:
+            yield Finding(
+                (*path, "leds"),
+                f"interfaces[{first[name]}] already shows the loop {name}",
+                "Put all its LEDs there",
+                (("interfaces", first[name]), ("loops",)),
+            )
+
+
+def leds_have_a_meaning(controller: Controller) -> Findings:
+    """Find LEDs that would never light."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Indicators):
+            continue
+        loop = controller.loops.get(shown_loop(controller, interface))
+        for pin, meaning in interface.leds.items():
+            path: Path = ("interfaces", index, "leds", pin)
+            if meaning == "cooling" and loop is not None and loop.cooler is None:
+                yield Finding(
+                    path,
+                    "the loop has no cooler, so this LED would never light",
+                    "Delete it",
+                    (("loops",), ("interfaces", index, "loop")),
+                )
+            elif meaning == "communicating" and modbus_of(controller) is None:
+                yield Finding(
+                    path,
+                    "there is no modbus_rtu interface, so this LED would never light",
+                    "Delete it, or add {kind: modbus_rtu} to interfaces",
+                    (("interfaces",),),
+                )

@@ -1,0 +1,195 @@
+"""A master on the bus: what it can write, and what only it could do."""
+
+from __future__ import annotations
+
+from heatwright.spec.algorithms import ThreePosition
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import unknown
+from heatwright.spec.checks.timing import MOST_STEPS
+from heatwright.spec.commands import modbus_of, switched, tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import ModbusRtu
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import celsius, duration, number, rounded_up
+from heatwright.spec.suggest import listed
+from heatwright.spec.timers import TICK_S
+from heatwright.spec.writes import COMMANDS, GAINS, Write
+
+LARGEST_REGISTER = 32767
+"""Tenths that a register of 16 bits holds; -32768 says that there is no temperature."""
+
+LONGEST_FRAME = 256
+"""Bytes (Modbus over serial line, 2.5.1)."""
+
+_REMEDY = "add {kind: modbus_rtu} to interfaces"
+
+
+def somebody_switches_on(controller: Controller) -> Findings:
+    """Find loops that would stay off for ever, and loops that wait for a master who never asks."""
+    for name, loop in controller.loops.items():
+        if switched(controller, name):
+            continue
+        if loop.starts == "disabled":
+            yield Finding(
+                ("loops", name, "starts"),
+                "nobody could ever switch it on: there is no modbus_rtu interface",
+                f"Delete it, or {_REMEDY}",
+                (("interfaces",),),
+            )
+        if loop.protection.master_lost_after_s is not None:
+            yield Finding(
+                ("loops", name, "protection", "master_lost_after"),
+                "there is no master to be lost: there is no modbus_rtu interface",
+                f"Delete it, or {_REMEDY}",
+                (("interfaces",),),
+            )
+
+
+def exchange_s(modbus: ModbusRtu) -> float:
+    """Return the time of the longest request and the longest answer, s."""
+    return 2 * LONGEST_FRAME * modbus.character_bits / modbus.baud
+
+
+def masters_have_time(controller: Controller) -> Findings:
+    """Hold `master_lost_after` to the longest exchange on the bus, and to a 16-bit count."""
+    modbus = modbus_of(controller)
+    for name, loop in controller.loops.items():
+        seconds = loop.protection.master_lost_after_s
+        if modbus is None or seconds is None:
+            continue
+        path: Path = ("loops", name, "protection", "master_lost_after")
+        needed_s = exchange_s(modbus)
+        if seconds <= needed_s:
+            yield Finding(
+                path,
+                f"{duration(seconds)} may be over while a single long request and its answer are "
+                f"on the line: at {modbus.baud} baud they take up to "
+                f"{duration(float(rounded_up(needed_s)))}",
+                f"Use more than {duration(float(rounded_up(needed_s)))}, several times what the "
+                "master lets pass between two requests",
+                (("interfaces",),),
+            )
+        elif seconds > MOST_STEPS * TICK_S:
+            yield Finding(path, f"{duration(seconds)} is too long to count", "Use at most 10 min")
+
+
+def setpoints_fit_registers(controller: Controller) -> Findings:
+    """Hold setpoints to what a register can say: tenths of a degree, 16 bits."""
+    for name, loop in controller.loops.items():
+        if not switched(controller, name):
+            continue
+        setpoint = loop.setpoint
+        for key, value_c in (
+            ("initial", setpoint.initial_c),
+            ("minimum", setpoint.minimum_c),
+            ("maximum", setpoint.maximum_c),
+        ):
+            yield from _fits(("loops", name, "setpoint", key), value_c, "°C")
+
+
+def _fits(path: Path, value: float, unit: str) -> Findings:
+    """Find values that a register in tenths cannot hold."""
+    limit = LARGEST_REGISTER / 10
+    if abs(value) > limit:
+        yield Finding(
+            path,
+            f"a register holds {number(limit)} {unit} at most, and a master sets it by one",
+            f"Use at most {number(limit)} {unit}",
+            (("interfaces",),),
+        )
+    elif round(value, 1) != value:
+        yield Finding(
+            path,
+            f"{number(value)} {unit} is finer than a register, which holds 0.1 {unit}, and a "
+            "master sets it by one",
+            f"Use {number(round(value, 1))} {unit}",
+            (("interfaces",),),
+        )
+
+
+def writes_have_a_reader(controller: Controller) -> Findings:
+    """Find writes that no interface takes."""
+    if controller.simulation is None or modbus_of(controller) is not None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.write is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "write"),
+                "no interface takes what a master writes",
+                "Add {kind: modbus_rtu} to interfaces, or delete the event",
+                (("interfaces",),),
+            )
+
+
+def writes_find_their_place(controller: Controller) -> Findings:
+    """Find writes to loops that are not there, or to what these do not have."""
+    if controller.simulation is None or modbus_of(controller) is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        for write in event.write or ():
+            path: Path = ("simulation", "scenario", index, "write", write.name)
+            if write.loop:
+                yield from unknown(path, write.loop, "loops", controller.loops)
+            if not write.loop or write.loop in controller.loops:
+                yield from _place(controller, path, write)
+
+
+def _place(controller: Controller, path: Path, write: Write) -> Findings:
+    because_of: tuple[Path, ...] = (("loops",), ("interfaces",))
+    tuned = [name for name in controller.loops if tunable(controller, name)]
+    if write.what in COMMANDS[1:] and not tuned:
+        yield Finding(
+            path, "no loop has gains to store or restore", "Delete it, or use pid", because_of
+        )
+    elif write.what in ("manual", "manual_duty", "tune", *GAINS) and write.loop not in tuned:
+        kind = controller.loops[write.loop].algorithm.kind
+        yield Finding(
+            path,
+            f"{kind} is neither tuned nor driven by hand",
+            f"Write {listed([f'{write.loop}.{what}' for what in ('setpoint', 'enabled')])}, or use "
+            "pid",
+            because_of,
+        )
+    elif write.what == "tune" and controller.loops[write.loop].autotune is None:
+        yield Finding(
+            path,
+            f"the loop {write.loop} has no autotune",
+            "Add autotune: {} to the loop, or delete this",
+            because_of,
+        )
+
+
+def writes_in_range(controller: Controller) -> Findings:
+    """Find setpoints and duties that the controller would refuse, or could not hold."""
+    if controller.simulation is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        for write in event.write or ():
+            path: Path = ("simulation", "scenario", index, "write", write.name)
+            loop = controller.loops.get(write.loop)
+            if loop is None or write.what not in ("setpoint", "manual_duty"):
+                continue
+            low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+            if write.what == "setpoint" and not low_c <= write.value <= high_c:
+                yield Finding(
+                    path,
+                    f"{celsius(write.value)} is not one of the setpoints that may be chosen",
+                    f"Use {celsius(low_c)} to {celsius(high_c)}",
+                    (("loops", write.loop, "setpoint"),),
+                )
+            else:
+                yield from _fits(path, write.value, "°C" if write.what == "setpoint" else "%")
+
+
+def warm_is_once(controller: Controller) -> Findings:
+    """Find `ready_within` that nothing goes by, for a master is told the dead band."""
+    for name, loop in controller.loops.items():
+        if not switched(controller, name) or not isinstance(loop.algorithm, ThreePosition):
+            continue
+        if loop.ready_within_k is not None:
+            yield Finding(
+                ("loops", name, "ready_within"),
+                "with three_position a loop is warm within its dead_band",
+                "Delete it",
+                (("loops", name, "algorithm"), ("interfaces",)),
+            )

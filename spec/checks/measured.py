@@ -1,0 +1,61 @@
+"""Outputs whose current is measured: what it is in health, and what its sensor resolves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.circuits import reference_v
+from heatwright.spec.controller import Controller
+from heatwright.spec.conversion import CODES
+from heatwright.spec.currents import Current, CurrentSensor
+from heatwright.spec.outputs import DigitalOutput, PwmOutput
+from heatwright.spec.problems import Path
+
+IDLE_SHARE = 0.05
+"""Of what is the most in health: less than that is none."""
+IDLE_STEPS = 3
+"""Steps of the ADC that are taken for none."""
+
+
+class Measured(NamedTuple):
+    """An output whose current is measured, with its sensor."""
+
+    name: str
+    output: DigitalOutput | PwmOutput
+    current: Current
+    sensor: CurrentSensor
+    step_a: float
+    """Step of the ADC."""
+    highest_a: float
+    """The most it reads."""
+
+    @property
+    def path(self) -> Path:
+        """Where the file says so."""
+        return ("outputs", self.name, "current")
+
+    @property
+    def full_a(self) -> float | None:
+        """Mean current at full duty, A; None if nobody knows."""
+        if self.output.power_w is None or self.output.supply_v is None:
+            return None
+        return self.output.power_w / self.output.supply_v
+
+    @property
+    def idle_a(self) -> float:
+        """What is taken for no current, A."""
+        return max(IDLE_SHARE * self.current.nominal_a, IDLE_STEPS * self.step_a)
+
+
+def measured(controller: Controller) -> Iterator[Measured]:
+    """List the outputs whose current is measured by a sensor that is there."""
+    for name, output in controller.outputs.items():
+        if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+            continue
+        sensor = controller.sensors.get(output.current.sensor)
+        if isinstance(sensor, CurrentSensor):
+            full_scale_v = reference_v(sensor, controller.board.mcu)
+            step_a = full_scale_v / CODES / sensor.scale_v_per_a
+            highest_a = (CODES - 0.5) * step_a - sensor.offset_v / sensor.scale_v_per_a
+            yield Measured(name, output, output.current, sensor, step_a, highest_a)

@@ -1,0 +1,57 @@
+"""What sensors of the simulated machine measure: temperatures of nodes, currents of outputs."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import current_sensors
+from heatwright.spec.controller import Controller
+from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.problems import Path
+
+_SENSE: Path = ("simulation", "plant", "sense")
+
+
+def senses_fit(controller: Controller) -> Findings:
+    """Find temperatures that are to be measured in an output, and currents in a node."""
+    if controller.simulation is None:
+        return
+    used = {sensor: output for output, sensor in current_sensors(controller).items()}
+    for name, sense in controller.simulation.plant.sense.items():
+        sensor = controller.sensors.get(name)
+        path = (*_SENSE, name)
+        because_of: tuple[Path, ...] = (("sensors", name), ("outputs",))
+        if sense.node is not None and isinstance(sensor, CurrentSensor):
+            yield Finding(
+                (*path, "node"),
+                f"{name} measures a current, and a node has none",
+                f"Write of: {used.get(name, '…')}",
+                because_of,
+            )
+        elif sense.of is not None and not isinstance(sensor, CurrentSensor):
+            yield Finding(
+                (*path, "of"),
+                f"{name} measures a temperature, and an output has none",
+                "Write node: with the place where it measures",
+                because_of,
+            )
+        elif sense.of is not None and used.get(name, sense.of) != sense.of:
+            yield Finding(
+                (*path, "of"),
+                f"{name} measures the current of {used[name]}",
+                f"Write of: {used[name]}",
+                because_of,
+            )
+
+
+def currents_are_sensed(controller: Controller) -> Findings:
+    """Find measured currents that the plant does not have."""
+    if controller.simulation is None:
+        return
+    for output, sensor in current_sensors(controller).items():
+        if sensor in controller.sensors and sensor not in controller.simulation.plant.sense:
+            yield Finding(
+                _SENSE,
+                f"it does not say what {sensor}, the sensor of the current of {output}, measures",
+                f"Add {sensor}: {{of: {output}}}",
+                (("sensors", sensor), ("outputs", output)),
+            )
