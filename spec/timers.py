@@ -1,4 +1,4 @@
-"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers.
+"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers, a bus's silence.
 
 A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
 of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import ModbusRtu
 from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
@@ -51,6 +52,8 @@ class TimerUse(NamedTuple):
     """By output."""
     steppers: Mapping[str, int]
     """By output."""
+    silence: int | None = None
+    """Of the Modbus line, if there is one: it measures where a frame ends."""
 
 
 class NoTimer(Exception):
@@ -96,24 +99,22 @@ def allocate(controller: Controller) -> TimerUse:
         short.append(_none_left(board, ("controller", "board"), "the tick of 10 ms", made))
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
-    one_wire: dict[str, int] = {}
-    steppers: dict[str, int] = {}
-    for name, sensor in controller.sensors.items():
-        if isinstance(sensor, Ds18b20):
-            if free:
-                one_wire[name] = free.pop(0)
-            else:
-                short.append(_none_left(board, ("sensors", name), "this 1-Wire line", made))
-    for name, output in controller.outputs.items():
-        if isinstance(output, Stepper):
-            if free:
-                steppers[name] = free.pop()
-            else:
-                short.append(_none_left(board, ("outputs", name), "this stepper", made))
+    wires = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
+    motors = [name for name, each in controller.outputs.items() if isinstance(each, Stepper)]
+    lines = [n for n, each in enumerate(controller.interfaces) if isinstance(each, ModbusRtu)]
+    one_wire = {name: free.pop(0) for name in wires[: len(free)]}
+    steppers = {name: free.pop() for name in motors[: len(free)]}
+    silences = {line: free.pop(0) for line in lines[: len(free)]}
+    wanted: list[tuple[Path, str]] = [
+        *((("sensors", name), "this 1-Wire line") for name in wires if name not in one_wire),
+        *((("outputs", name), "this stepper") for name in motors if name not in steppers),
+        *((("interfaces", line), "the silence of this line") for line in lines[len(silences) :]),
+    ]
+    short += [_none_left(board, path, user, made) for path, user in wanted]
     problems += short[:1]  # one timer more, and the rest may be well
     if problems or tick is None:
         raise NoTimer(tuple(problems))
-    return TimerUse(tick, one_wire, made.channels, steppers)
+    return TimerUse(tick, one_wire, made.channels, steppers, next(iter(silences.values()), None))
 
 
 def _best_for_tick(board: Board, free: list[int]) -> int | None:

@@ -113,7 +113,7 @@ def clock(root: Source, timer: int) -> Part:
         "divider": interval.divider,
         "setup": compare_match(names, interval, "CLOCK_COMPARE"),
     }
-    context = {"tick": tick, "tick_ms": TICK_MS}
+    context = {"tick": tick, "tick_ms": TICK_MS, "modbus": modbus_of(root.controller) is not None}
     return Part(
         files=(
             File("src/clock.h", "src/clock.h.j2", context),

@@ -19,6 +19,12 @@ def c_comment(text: str) -> str:
     return _HOSTILE.sub(r"\g<0> ", shown.replace("\\", "/"))
 
 
+def c_string(text: str) -> str:
+    """A C string literal of printable ASCII; any other character becomes `?`."""
+    shown = "".join(each if " " <= each <= "~" else "?" for each in text)
+    return '"' + re.sub(r'(["\\]|\?(?=\?))', r"\\\1", shown) + '"'
+
+
 def markdown(text: str) -> str:
     """Text with every character that Markdown or HTML would act on escaped."""
     shown = "".join(character if character.isprintable() else "?" for character in text)

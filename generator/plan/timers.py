@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.chips import is_old
 from heatwright.spec.boards import Board, Timer
-from heatwright.spec.timers import Interval
+from heatwright.spec.timers import MOST_DIVIDER, Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +108,20 @@ def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
     raise ValueError(message)
 
 
+def round_interval(clock_hz: int, timer: Timer, shortest_s: float) -> Interval:
+    """The fewest matches of a free-running timer that hold `shortest_s`, in the finest counts.
+
+    Rounded up, and never a whole round of the timer: its next match is that far away.
+    """
+    for matches in range(1, MOST_DIVIDER + 1):
+        for prescaler in timer.prescalers:
+            counts = math.ceil(clock_hz * shortest_s / (prescaler * matches))
+            if counts < 1 << timer.bits:
+                return Interval(prescaler, counts, matches)
+    message = f"a {timer.bits}-bit timer cannot count {shortest_s} s"
+    raise ValueError(message)
+
+
 def compare_match(timer: TimerRegisters, interval: Interval, top: str) -> list[str]:
     """Lines that start a timer in CTC mode, with an interrupt at `top`."""
     return counting_to_compare(timer, interval.prescaler, f"{timer.compare()} = {top};")
@@ -139,8 +154,9 @@ def halted(timer: TimerRegisters) -> list[str]:
 
 
 def free_running(timer: TimerRegisters, prescaler: int) -> list[str]:
-    """Lines that let a 16-bit timer count round and round."""
-    return [f"{timer.control_a} = 0;", f"{timer.control_b} = {timer.clock(prescaler)};"]
+    """Lines that let a timer count round and round."""
+    start = f"{timer.control_b} = {timer.clock(prescaler)};"
+    return [start] if timer.alone else [f"{timer.control_a} = 0;", start]
 
 
 def fast_pwm(timer: TimerRegisters, prescaler: int, top: str) -> list[str]:

@@ -37,17 +37,39 @@ class UartRegisters:
         """Flags of a byte that was damaged (its stop bit) or follows one that was lost."""
         return f"(1u << FE{self.number}) | (1u << DOR{self.number})"
 
+    @property
+    def overrun(self) -> str:
+        """Flag of a byte behind one that was lost."""
+        return f"(1u << DOR{self.number})"
+
+    @property
+    def all_errors(self) -> str:
+        """The same flags, and that of a wrong parity."""
+        return f"{self.errors} | (1u << {'PE' if self.old else 'UPE'}{self.number})"
+
     def setup(self, divisor: str, *, receives: bool) -> list[str]:
         """Set 8N1 at double speed; the transmitter, and perhaps the receiver's interrupt, on."""
-        n = self.number
         enabled = ["TXEN", "RXEN", "RXCIE"] if receives else ["TXEN"]
-        bits = " | ".join(f"(1u << {bit}{n})" for bit in enabled)
+        return [*self.formed(divisor, "none", 1), self.enabled(*enabled)]
+
+    def formed(self, divisor: str, parity: str, stop_bits: int) -> list[str]:
+        """Set speed (doubled) and format: 8 bits, `none`, `even` or `odd` parity, 1 or 2 stops."""
+        n = self.number
+        bits = [f"(1u << UCSZ{n}1)", f"(1u << UCSZ{n}0)"]
+        bits += {"none": [], "even": [f"(1u << UPM{n}1)"]}.get(
+            parity, [f"(1u << UPM{n}1)", f"(1u << UPM{n}0)"]
+        )
+        bits += [f"(1u << USBS{n})"] if stop_bits > 1 else []
         return [
             *self._divided_by(divisor),
             f"UCSR{n}A = (1u << U2X{n});",
-            f"UCSR{n}C = {self._format}(1u << UCSZ{n}1) | (1u << UCSZ{n}0); /* 8N1 */",
-            f"UCSR{n}B = {bits};",
+            f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* 8{parity[0].upper()}{stop_bits} */",
         ]
+
+    def enabled(self, *names: str) -> str:
+        """Switch on what is named by its bit, such as TXEN, and everything else off."""
+        bits = " | ".join(f"(1u << {name}{self.number})" for name in names)
+        return f"UCSR{self.number}B = {bits};"
 
     def _divided_by(self, divisor: str) -> list[str]:
         if not self.old:
@@ -68,6 +90,11 @@ class UartRegisters:
     def receive_vector(self) -> str:
         """Interrupt of a byte received."""
         return f"{self.vectors}_RX{'C' if self.old else ''}_vect"
+
+    @property
+    def sent_vector(self) -> str:
+        """Interrupt when the last bit has left and no byte waits."""
+        return f"{self.vectors}_TX{'C' if self.old else ''}_vect"
 
     @property
     def interrupt_on(self) -> str:

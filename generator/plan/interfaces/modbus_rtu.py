@@ -1,0 +1,174 @@
+"""The slave of a Modbus line: its frames, its functions, its register map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from heatwright.generator.plan.interfaces.modbus_map import map_context
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    PinPlan,
+    Stage,
+    Wiring,
+)
+from heatwright.generator.plan.pins import driven, label, pulled_up
+from heatwright.generator.plan.registers import VERSION
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.text import c_string
+from heatwright.generator.plan.timers import free_running, round_interval
+from heatwright.generator.plan.timers import registers as timer_registers
+from heatwright.generator.plan.uart import registers
+from heatwright.spec import ModbusRtu
+from heatwright.spec.timers import Interval, allocate
+from heatwright.spec.uart import baud_setting
+
+SILENT_CHARACTERS = 3.5
+"""End a frame (MODBUS over serial line 1.02, section 2.5.1.1)."""
+FASTEST_COUNTED_BAUD = 19_200
+"""Faster than this the silence is fixed, as the same section recommends."""
+FIXED_SILENCE_S = 0.00175
+VENDOR = "heatwright"
+
+
+def silence_s(interface: ModbusRtu) -> float:
+    """Return the silence that ends a frame, s."""
+    if interface.baud > FASTEST_COUNTED_BAUD:
+        return FIXED_SILENCE_S
+    return SILENT_CHARACTERS * interface.character_bits / interface.baud
+
+
+def plan(source: Source, interface: ModbusRtu) -> Part:
+    """Plan line, functions and map."""
+    return Part(
+        files=tuple(_files(source, interface)),
+        groups=(Group("Modbus", tuple(_constants(source, interface))),),
+        pins=tuple(_pins(source, interface)),
+        start_calls=(Call(Stage.OPERATE, "modbus.h", "modbus_start();"),),
+        tick_calls=(Call(Stage.OPERATE, "modbus.h", "modbus_tick();"),),
+        wiring=tuple(_wiring(source, interface)),
+    )
+
+
+def _files(source: Source, interface: ModbusRtu) -> Iterable[File]:
+    for name in ("modbus.h", "modbus.c", "modbus_line.h", "modbus_identity.h"):
+        yield File(f"src/{name}", f"interfaces/{name}")
+    for name in ("modbus_values.h", "modbus_values.c"):
+        yield File(f"src/{name}", f"interfaces/{name}")
+    yield File("src/modbus_line.c", "interfaces/modbus_line.c.j2", _line(source, interface))
+    yield File("src/modbus_identity.c", "interfaces/modbus_identity.c.j2", _identity(source))
+    context = map_context(source)
+    for name in ("modbus_map.h", "modbus_map.c"):
+        yield File(f"src/{name}", f"interfaces/{name}.j2", context)
+
+
+def _silence(source: Source, interface: ModbusRtu) -> tuple[int, Interval]:
+    """The timer that measures the silence, and how."""
+    board = source.controller.board
+    timer = allocate(source.controller).silence
+    assert timer is not None  # noqa: S101 - the allocation gives a Modbus line one
+    return timer, round_interval(board.clock_hz, board.timers[timer], silence_s(interface))
+
+
+def _constants(source: Source, interface: ModbusRtu) -> Iterable[Constant]:
+    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
+    timer, interval = _silence(source, interface)
+    yield source.at("baud").count(
+        "MODBUS_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
+    )
+    yield source.at("address").count("MODBUS_ADDRESS", interface.address, "of this slave")
+    why = (
+        f"{SILENT_CHARACTERS} characters of {interface.character_bits} bits"
+        if interface.baud <= FASTEST_COUNTED_BAUD
+        else f"fixed above {FASTEST_COUNTED_BAUD} baud"
+    )
+    yield source.at("baud").count(
+        "MODBUS_SILENCE_COUNTS",
+        interval.counts,
+        f"{quantity(silence_s(interface) * 1e3, 'ms')}, {why}; timer {timer}, "
+        f"clock / {interval.prescaler}",
+    )
+    if interval.divider > 1:
+        yield Constant(
+            "MODBUS_SILENCE_MATCHES", f"{interval.divider}u", "so many times these counts"
+        )
+    yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "of the register map")
+
+
+def _line(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+    board = source.controller.board
+    number, interval = _silence(source, interface)
+    timer, uart = timer_registers(board, number), registers(board)
+    return {
+        "where": source.where,
+        "silence": quantity(silence_s(interface) * 1e3, "ms"),
+        "timer": number,
+        "divider": interval.divider,
+        "compare": timer.compare(),
+        "compare_type": "uint16_t" if timer.timer.bits == 16 else "uint8_t",
+        "counter": timer.counter,
+        "forget_match": timer.forget(),
+        "match_on": timer.interrupt_on(),
+        "match_off": timer.interrupt_off(),
+        "match_vector": timer.vector(),
+        "receive_vector": uart.receive_vector,
+        "sent_vector": uart.sent_vector,
+        "data": uart.data,
+        "status": uart.status,
+        "errors": uart.all_errors,
+        "overrun": uart.overrun,
+        "setup": [
+            *uart.formed("MODBUS_DIVISOR", interface.parity, interface.stop_bits),
+            *free_running(timer, interval.prescaler),
+        ],
+        "listening": uart.enabled("TXEN", "TXCIE", "RXEN", "RXCIE"),
+        "speaking": uart.enabled("TXEN", "TXCIE"),
+        "driver": interface.driver_enable is not None,
+    }
+
+
+def _identity(source: Source) -> dict[str, Any]:
+    identity = source.controller.identity
+    texts = {
+        "vendor": VENDOR,
+        "code": identity.name,
+        "revision": f"{VERSION} {source.spec.digest}",
+        "product": identity.title or identity.name,
+    }
+    return {
+        "loops": [{"name": name} for name in source.controller.loops],
+        "longest": max(len(text) for text in texts.values()) + 1,
+        **{key: c_string(text) for key, text in texts.items()},
+    }
+
+
+def _pins(source: Source, interface: ModbusRtu) -> Iterable[PinPlan]:
+    board = source.controller.board
+    yield pulled_up(source, "modbus_rx", board.pins[board.uarts[0].rx], "from the master")
+    if interface.driver_enable is not None:
+        yield driven(
+            source.at("driver_enable"),
+            "modbus_driver",
+            board.pins[interface.driver_enable],
+            "RS-485 driver, high sends",
+        )
+
+
+def _wiring(source: Source, interface: ModbusRtu) -> Iterable[Wiring]:
+    board = source.controller.board
+    uart = board.uarts[0]
+    form = f"8{interface.parity[0].upper()}{interface.stop_bits}"
+    speed = f"{interface.baud} baud, {form}"
+    yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", speed)
+    yield Wiring(label(board.pins[uart.tx]), "Modbus, to the master", "the same")
+    if interface.driver_enable is not None:
+        yield Wiring(
+            label(board.pins[interface.driver_enable]),
+            "Modbus, DE of the RS-485 driver",
+            "high while the slave sends; /RE may be tied to it",
+        )

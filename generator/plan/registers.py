@@ -1,0 +1,267 @@
+"""The register map of a Modbus slave: one value, of which C, Markdown, CSV and client are prints.
+
+Addresses count from 0, as the frames have them. The controller has the block at 0, the loops have
+those at 100, 200 and so on, in the order of the file. Inside a block there are no holes: what a
+loop has not, and what stands before something that it has, reads 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from heatwright.generator.plan.sensors.common import current_sensor
+from heatwright.spec import Controller, Spec
+from heatwright.spec.algorithms import LARGEST_GAIN
+from heatwright.spec.commands import tunable
+
+VERSION = 1
+"""Of the map: it changes when an address changes its meaning."""
+BLOCK = 100
+NO_TEMPERATURE = -32768
+"""What a temperature reads as long as there was none."""
+STATE_FAULT, STATE_VALID = 16, 32
+"""Bits of a loop's state besides those of state.h."""
+
+Table = Literal["coils", "discretes", "holdings", "inputs"]
+Kind = Literal["bit", "u16", "i16", "u32", "f32"]
+Access = Literal["read", "write", "read, write"]
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """Where the firmware has a value: `how` is MAP_* of modbus_map.h, or the mask of a bit."""
+
+    how: str
+    place: str
+    """A C expression; of MAP_NUMBER the number itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """One value of the map, of one bit, one word or two."""
+
+    table: Table
+    address: int
+    name: str
+    """Such as `nozzle.temperature`; the controller's own have no dot."""
+    kind: Kind
+    meaning: str
+    stored: Stored
+    access: Access = "read"
+    scale: float = 1.0
+    """Value of one step, in `unit`."""
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+
+    @property
+    def words(self) -> int:
+        """Addresses that it takes; of two words the first one is the high one."""
+        return 2 if self.kind in {"u32", "f32"} else 1
+
+
+@dataclass(frozen=True, slots=True)
+class RegisterMap:
+    """All registers, in the order of tables and addresses."""
+
+    digest: str
+    registers: tuple[Register, ...]
+
+    def table(self, name: Table) -> tuple[Register, ...]:
+        """Those of one table."""
+        return tuple(each for each in self.registers if each.table == name)
+
+
+def register_map(spec: Spec) -> RegisterMap:
+    """Make the map of a spec."""
+    registers = [*_controller(spec)]
+    for number, name in enumerate(spec.controller.loops, start=1):
+        registers += _loop(spec.controller, name, BLOCK * number)
+    order = {"coils": 0, "discretes": 1, "holdings": 2, "inputs": 3}
+    registers.sort(key=lambda each: (order[each.table], each.address))
+    return RegisterMap(spec.digest, tuple(registers))
+
+
+def _word(address: int, name: str, meaning: str, place: str) -> Register:
+    return Register("inputs", address, name, "u16", meaning, Stored("MAP_WORD", f"&{place}"))
+
+
+def _byte(address: int, name: str, meaning: str, place: str) -> Register:
+    return Register("inputs", address, name, "u16", meaning, Stored("MAP_BYTE", f"&{place}"))
+
+
+def _seconds(address: int, name: str, meaning: str, place: str) -> Register:
+    stored = Stored("MAP_WORD", f"&{place}")
+    return Register("inputs", address, name, "u32", meaning, stored, unit="s")
+
+
+def _celsius(
+    address: int, name: str, meaning: str, stored: Stored, table: Table = "inputs"
+) -> Register:
+    return Register(table, address, name, "i16", meaning, stored, scale=0.1, unit="°C")
+
+
+def _controller(spec: Spec) -> Iterable[Register]:
+    yield from _coils_of_controller(spec.controller)
+    yield Register(
+        "discretes", 0, "fault_latched", "bit", "A fault is latched: all heaters are off.",
+        Stored("0xFF", "&fault.code"),
+    )  # fmt: skip
+    yield Register(
+        "inputs", 0, "map_version", "u16", "Version of this map.",
+        Stored("MAP_NUMBER", "MODBUS_MAP_VERSION"),
+    )  # fmt: skip
+    yield Register(
+        "inputs", 1, "digest", "u32", "Digest of the specification.",
+        Stored("MAP_NUMBER", "SPEC_DIGEST"),
+    )  # fmt: skip
+    yield _byte(3, "fault", "Code of the latched fault, 0 for none.", "fault.code")
+    yield _celsius(
+        4, "fault_temperature", "Temperature of the loop that tripped.",
+        Stored("MAP_TENTHS", "&fault.temperature_c"),
+    )  # fmt: skip
+    yield _seconds(5, "fault_time", "When it tripped, counted from its reset.", "fault.time_s")
+    yield _seconds(7, "uptime", "Time since the reset.", "seen.uptime_s")
+    yield _byte(
+        9, "acknowledgements", "Faults that were acknowledged since the reset; wraps at 256.",
+        "fault.acknowledgements",
+    )  # fmt: skip
+    for address, (name, meaning) in enumerate(_COUNTERS.items(), start=10):
+        yield _word(address, name, f"{meaning}; wraps.", f"modbus_counters.{name}")
+
+
+_COUNTERS = {
+    "messages": "Frames on the line with a good CRC, to any slave",
+    "errors": "Frames that were damaged: CRC, parity, framing, overrun, length",
+    "exceptions": "Requests that were answered with an exception",
+    "requests": "Requests to this slave, or to all",
+    "unanswered": "Of these those to all, which nobody answers",
+    "overruns": "Frames of which a character was lost",
+}
+
+
+def _coils_of_controller(controller: Controller) -> Iterable[Register]:
+    coils = {"acknowledge": "1 acknowledges the latched fault; reads 0."}
+    if any(tunable(controller, name) for name in controller.loops):
+        coils |= {
+            "store": "1 stores all gains, so that they outlive a loss of power; reads 0.",
+            "restore": "1 takes the gains of the specification, and stores nothing; reads 0.",
+        }
+    for address, (name, meaning) in enumerate(coils.items()):
+        yield Register("coils", address, name, "bit", meaning, Stored("0", "&seen"), access="write")
+
+
+def _loop(controller: Controller, name: str, block: int) -> Iterable[Register]:
+    yield from _coils(controller, name, block)
+    yield from _discretes(name, block)
+    yield from _holdings(controller, name, block)
+    yield from _inputs(controller, name, block)
+
+
+def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
+    places = [
+        ("enabled", "1 switches the loop on, 0 off.", Stored("0xFF", f"&seen.{name}_enabled"))
+    ]
+    if tunable(controller, name):
+        mode = f"&seen.{name}_mode"
+        places.append(
+            (
+                "manual",
+                "1 heats with `manual_duty`, 0 goes back to automatic.",
+                Stored("0x02", mode),
+            )
+        )
+        if controller.loops[name].autotune is not None:
+            places.append(
+                ("tune", "1 finds gains at the setpoint, 0 ends that.", Stored("0x04", mode))
+            )
+    for offset, (what, meaning, stored) in enumerate(places):
+        yield Register(
+            "coils", block + offset, f"{name}.{what}", "bit", meaning, stored,
+            access="read, write",
+        )  # fmt: skip
+
+
+_BITS = {
+    "work": ("0x01", "The loop is switched on, and no fault is latched."),
+    "heat": ("0x02", "Its heater is asked for heat."),
+    "cool": ("0x04", "Its cooler is asked for."),
+    "warm": ("0x08", "It works, and is near its setpoint."),
+    "valid": ("0x20", "The last reading of its temperature was good."),
+}
+
+
+def _discretes(name: str, block: int) -> Iterable[Register]:
+    for offset, (what, (mask, meaning)) in enumerate(_BITS.items()):
+        yield Register(
+            "discretes", block + offset, f"{name}.{what}", "bit", meaning,
+            Stored(mask, f"&seen.{name}_state"),
+        )  # fmt: skip
+
+
+def _holdings(controller: Controller, name: str, block: int) -> Iterable[Register]:
+    setpoint = controller.loops[name].setpoint
+    yield Register(
+        "holdings", block, f"{name}.setpoint", "i16", "Setpoint; it switches nothing on.",
+        Stored("MAP_TENTHS", f"&settings.{name}_setpoint_c"), "read, write", 0.1, "°C",
+        setpoint.minimum_c, setpoint.maximum_c,
+    )  # fmt: skip
+    if not tunable(controller, name):
+        return
+    yield Register(
+        "holdings", block + 1, f"{name}.manual_duty", "u16", "Duty while the coil `manual` is on.",
+        Stored("MAP_TENTHS", f"&seen.{name}_manual_percent"), "read, write", 0.1, "%", 0.0, 100.0,
+    )  # fmt: skip
+    for number, (gain, unit) in enumerate({"kp": "%/K", "ki": "%/(K·s)", "kd": "%·s/K"}.items()):
+        yield Register(
+            "holdings", block + 2 + 2 * number, f"{name}.{gain}", "f32",
+            "Gain; both words in one request.", Stored("MAP_WORD", f"&settings.{name}_{gain}"),
+            "read, write", 1.0, unit, 0.0, LARGEST_GAIN,
+        )  # fmt: skip
+
+
+def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]:
+    loop = controller.loops[name]
+    state = f"loop_{name}"
+    yield _celsius(
+        block, f"{name}.temperature",
+        f"Last good reading; {NO_TEMPERATURE} before the first.",
+        Stored("MAP_WORD", f"&seen.{name}_temperature"),
+    )  # fmt: skip
+    yield Register(
+        "inputs", block + 1, f"{name}.duty", "u16", "Duty asked of the heater.",
+        Stored("MAP_TENTHS", f"&{state}.duty_percent"), scale=0.1, unit="%",
+    )  # fmt: skip
+    yield _celsius(
+        block + 2, f"{name}.setpoint_in_force", "Setpoint of the last control step.",
+        Stored("MAP_TENTHS", f"&{state}.setpoint_c"),
+    )  # fmt: skip
+    yield _byte(
+        block + 3, f"{name}.state",
+        "Bits: 1 work, 2 heat, 4 cool, 8 warm, 16 fault latched, 32 last reading good.",
+        f"seen.{name}_state",
+    )  # fmt: skip
+    yield _byte(
+        block + 4, f"{name}.reading", "0, or the code of the rule that the last reading breaks.",
+        f"{state}.reading_status",
+    )  # fmt: skip
+    tuning = tunable(controller, name) and loop.autotune is not None
+    if current_sensor(controller, loop) is not None:
+        yield Register(
+            "inputs", block + 5, f"{name}.current", "u16", "Mean current of the heater.",
+            Stored("MAP_HUNDREDTHS", f"&current_{loop.heater}.amperes"), scale=0.01, unit="A",
+        )  # fmt: skip
+    elif tuning:
+        yield Register(
+            "inputs", block + 5, f"{name}.current", "u16", "No current is measured: 0.",
+            Stored("MAP_NUMBER", "0"), scale=0.01, unit="A",
+        )  # fmt: skip
+    if tuning:
+        yield _byte(
+            block + 6, f"{name}.tuning",
+            "How the last tuning stands: 0 none, 1 runs, 2 done, 3 timed out, 4 stopped, "
+            "5 too hot, 6 no use.",
+            f"autotune_{name}.result",
+        )  # fmt: skip

@@ -1,0 +1,307 @@
+/* The Modbus slave: what each function does (Modbus Application Protocol 1.1b3, section 6).
+ *
+ * A request is checked whole before anything of it is done; its answer is written over it.
+ */
+#include "modbus.h"
+
+#include "modbus_identity.h" /* identity_report */
+#include "modbus_line.h"     /* modbus_frame */
+#include "modbus_map.h"      /* map_write */
+#include "modbus_values.h"   /* map_find */
+
+enum { /* functions */
+    READ_COILS = 1,
+    READ_DISCRETE_INPUTS = 2,
+    READ_HOLDING_REGISTERS = 3,
+    READ_INPUT_REGISTERS = 4,
+    WRITE_COIL = 5,
+    WRITE_REGISTER = 6,
+    WRITE_COILS = 15,
+    WRITE_REGISTERS = 16,
+    REPORT_IDENTITY = 17,
+    MASK_WRITE_REGISTER = 22,
+    READ_AND_WRITE_REGISTERS = 23,
+    IDENTIFY = 43,
+    EXCEPTION = 0x80 /* added to the function in an answer */
+};
+
+enum { /* most of a request */
+    MOST_BITS_READ = 2000,
+    MOST_WORDS_READ = 125,
+    MOST_BITS_WRITTEN = 1968,
+    MOST_WORDS_WRITTEN = 123,
+    MOST_WORDS_WRITTEN_AND_READ = 121
+};
+
+/* Places in a frame: address, function, and words from there on. */
+enum { FUNCTION = 1, FIRST = 2, COUNT = 4, VALUE = 4, OR_MASK = 6, BYTES = 6, DATA = 7 };
+enum { SECOND_FIRST = 6, SECOND_COUNT = 8, SECOND_BYTES = 10, SECOND_DATA = 11 };
+
+static const uint16_t COIL_OFF = 0x0000;
+static const uint16_t COIL_ON = 0xFF00;
+
+static uint16_t length; /* of the request */
+static uint8_t answer_length;
+static uint16_t silent_ticks;
+static bool heard;
+
+static uint16_t word_at(uint8_t place)
+{
+    return (uint16_t)((uint16_t)modbus_frame[place] << 8 | modbus_frame[place + 1u]);
+}
+
+static bool counts(uint8_t place, uint16_t most)
+{
+    const uint16_t count = word_at(place);
+
+    return count != 0 && count <= most;
+}
+
+static uint8_t read_bits(const struct map_entry *table, uint8_t size)
+{
+    if (length != COUNT + 2 || !counts(COUNT, MOST_BITS_READ)) {
+        return MODBUS_BAD_VALUE;
+    }
+    const uint16_t count = word_at(COUNT);
+    uint8_t entry = map_find(table, size, word_at(FIRST), count);
+    if (entry == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    uint8_t place = 2; /* of the count of bytes: those that are full stand behind it */
+    uint8_t bits = 0;
+    for (uint8_t i = 0; i < count; i++) {
+        if (i % 8u == 0) {
+            place++;
+            bits = 0;
+        }
+        if (map_bit(&table[entry])) {
+            bits = (uint8_t)(bits | 1u << i % 8u);
+        }
+        modbus_frame[place] = bits;
+        entry++;
+    }
+    modbus_frame[2] = (uint8_t)(place - 2u);
+    answer_length = (uint8_t)(place + 1u);
+    return MODBUS_DONE;
+}
+
+static void put_words(const struct map_entry *table, uint8_t entry, uint8_t count)
+{
+    uint8_t place = 3;
+
+    modbus_frame[2] = (uint8_t)(2u * count);
+    for (; count != 0; count--) {
+        const uint16_t word = map_word(&table[entry]);
+        modbus_frame[place] = (uint8_t)(word >> 8);
+        modbus_frame[place + 1u] = (uint8_t)word;
+        place = (uint8_t)(place + 2u);
+        entry++;
+    }
+    answer_length = place;
+}
+
+static uint8_t read_words(const struct map_entry *table, uint8_t size)
+{
+    if (length != COUNT + 2 || !counts(COUNT, MOST_WORDS_READ)) {
+        return MODBUS_BAD_VALUE;
+    }
+    const uint16_t count = word_at(COUNT);
+    const uint8_t entry = map_find(table, size, word_at(FIRST), count);
+    if (entry == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    put_words(table, entry, (uint8_t)count);
+    return MODBUS_DONE;
+}
+
+static uint8_t switch_coils(uint16_t count, uint8_t bits)
+{
+    if (map_find(map_coils, MAP_COILS, word_at(FIRST), count) == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    answer_length = COUNT + 2;
+    return map_switch(word_at(FIRST), (uint8_t)count, bits) ? MODBUS_DONE : MODBUS_BAD_VALUE;
+}
+
+static uint8_t write_coil(void)
+{
+    const uint16_t value = word_at(VALUE);
+
+    if (length != VALUE + 2 || (value != COIL_OFF && value != COIL_ON)) {
+        return MODBUS_BAD_VALUE;
+    }
+    return switch_coils(1, value == COIL_ON);
+}
+
+static uint8_t write_coils(void)
+{
+    if (length < DATA || !counts(COUNT, MOST_BITS_WRITTEN)
+        || modbus_frame[BYTES] != (word_at(COUNT) + 7u) / 8u
+        || length != DATA + (uint16_t)modbus_frame[BYTES]) {
+        return MODBUS_BAD_VALUE;
+    }
+    return switch_coils(word_at(COUNT), modbus_frame[DATA]); /* no block has more than eight */
+}
+
+static uint8_t write_words(uint8_t first, uint16_t count, uint8_t data)
+{
+    if (map_find(map_holdings, MAP_HOLDINGS, word_at(first), count) == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    answer_length = COUNT + 2;
+    return map_write(word_at(first), (uint8_t)count, &modbus_frame[data]) ? MODBUS_DONE
+                                                                          : MODBUS_BAD_VALUE;
+}
+
+static uint8_t write_register(void)
+{
+    return length == VALUE + 2 ? write_words(FIRST, 1, VALUE) : MODBUS_BAD_VALUE;
+}
+
+static uint8_t write_registers(void)
+{
+    if (length < DATA || !counts(COUNT, MOST_WORDS_WRITTEN)
+        || modbus_frame[BYTES] != 2u * word_at(COUNT)
+        || length != DATA + (uint16_t)modbus_frame[BYTES]) {
+        return MODBUS_BAD_VALUE;
+    }
+    return write_words(FIRST, word_at(COUNT), DATA);
+}
+
+/* New = (old AND this) OR (that AND NOT this). The answer repeats the request. */
+static uint8_t mask_write_register(void)
+{
+    if (length != OR_MASK + 2) {
+        return MODBUS_BAD_VALUE;
+    }
+    const uint8_t entry = map_find(map_holdings, MAP_HOLDINGS, word_at(FIRST), 1);
+    if (entry == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    const uint16_t mask = word_at(VALUE);
+    const uint16_t word
+        = (uint16_t)((map_word(&map_holdings[entry]) & mask) | (word_at(OR_MASK) & (uint16_t)~mask));
+    const uint8_t bytes[2] = { (uint8_t)(word >> 8), (uint8_t)word };
+
+    answer_length = OR_MASK + 2;
+    return map_write(word_at(FIRST), 1, bytes) ? MODBUS_DONE : MODBUS_BAD_VALUE;
+}
+
+/* It writes first, and reads what is then. */
+static uint8_t read_and_write_registers(void)
+{
+    const uint16_t count = word_at(COUNT);
+
+    if (length < SECOND_DATA || !counts(COUNT, MOST_WORDS_READ)
+        || !counts(SECOND_COUNT, MOST_WORDS_WRITTEN_AND_READ)
+        || modbus_frame[SECOND_BYTES] != 2u * word_at(SECOND_COUNT)
+        || length != SECOND_DATA + (uint16_t)modbus_frame[SECOND_BYTES]) {
+        return MODBUS_BAD_VALUE;
+    }
+    const uint8_t entry = map_find(map_holdings, MAP_HOLDINGS, word_at(FIRST), count);
+    if (entry == MAP_NOT_THERE) {
+        return MODBUS_BAD_ADDRESS;
+    }
+    const uint8_t problem = write_words(SECOND_FIRST, word_at(SECOND_COUNT), SECOND_DATA);
+    if (problem == MODBUS_DONE) {
+        map_look();
+        put_words(map_holdings, entry, (uint8_t)count);
+    }
+    return problem;
+}
+
+static uint8_t report_identity(void)
+{
+    if (length != 2) {
+        return MODBUS_BAD_VALUE;
+    }
+    answer_length = identity_report();
+    return MODBUS_DONE;
+}
+
+/* What all slaves may be told at once; MODBUS_DONE, or an exception's code. */
+static uint8_t write(void)
+{
+    switch (modbus_frame[FUNCTION]) {
+    case WRITE_COIL:
+        return write_coil();
+    case WRITE_REGISTER:
+        return write_register();
+    case WRITE_COILS:
+        return write_coils();
+    case WRITE_REGISTERS:
+        return write_registers();
+    case MASK_WRITE_REGISTER:
+        return mask_write_register();
+    default:
+        return MODBUS_BAD_FUNCTION;
+    }
+}
+
+/* The same of what one slave is asked. */
+static uint8_t serve(void)
+{
+    switch (modbus_frame[FUNCTION]) {
+    case READ_COILS:
+        return read_bits(map_coils, MAP_COILS);
+    case READ_DISCRETE_INPUTS:
+        return read_bits(map_discretes, MAP_DISCRETES);
+    case READ_HOLDING_REGISTERS:
+        return read_words(map_holdings, MAP_HOLDINGS);
+    case READ_INPUT_REGISTERS:
+        return read_words(map_inputs, MAP_INPUTS);
+    case REPORT_IDENTITY:
+        return report_identity();
+    case READ_AND_WRITE_REGISTERS:
+        return read_and_write_registers();
+    case IDENTIFY:
+        return identity_objects(length, &answer_length);
+    default:
+        return write();
+    }
+}
+
+void modbus_start(void)
+{
+    modbus_line_start();
+}
+
+void modbus_answer(void)
+{
+    length = modbus_line_length();
+    silent_ticks = 0;
+    heard = true;
+    modbus_counters.requests++;
+    map_look();
+    if (modbus_frame[0] == MODBUS_TO_ALL) {
+        modbus_counters.unanswered++;
+        (void)write();
+        modbus_line_answer(0);
+        return;
+    }
+    const uint8_t problem = serve();
+    if (problem != MODBUS_DONE) {
+        modbus_counters.exceptions++;
+        modbus_frame[FUNCTION] |= EXCEPTION;
+        modbus_frame[2] = problem;
+        answer_length = 3;
+    }
+    modbus_line_answer(answer_length);
+}
+
+void modbus_tick(void)
+{
+    if (silent_ticks < UINT16_MAX) {
+        silent_ticks++;
+    }
+}
+
+uint16_t modbus_silent_ticks(void)
+{
+    return silent_ticks;
+}
+
+bool modbus_was_heard(void)
+{
+    return heard;
+}
