@@ -78,6 +78,8 @@ class Avr:
         part = self.part
         shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
         shim.lib.hw_adc_mux5(hw, part.adc_mux5)
+        if part.old:
+            shim.lib.hw_old_part(hw)
         return Hw(shim.lib, shim.ffi, shim.ffi.gc(hw, shim.lib.hw_free), self.clock_hz)
 
     def load(self, program: Elf) -> None:

@@ -30,6 +30,7 @@ uint32_t hw_ram_end(hw *h);
 uint8_t *hw_ram(hw *h);
 uint8_t *hw_flash(hw *h);
 void hw_sleep_register(hw *h, uint16_t address, uint8_t enable, uint8_t mode);
+void hw_old_part(hw *h);                /* an ATmega16 or 32 */
 void hw_flash_changed(hw *h);
 void hw_reference_core(hw *h, int on);  /* simavr's own instruction core */
 int hw_run(hw *h, uint64_t until);

@@ -11,6 +11,7 @@
 #define LOOK_CYCLES 400000      /* executed between looks at the clock: under 10 ms */
 #define SLEEP_OPCODE 0x9588
 #define WAKE_CYCLES 4
+#define RESET_FLAGS 0x1f        /* of MCUSR; MCUCSR of the oldest parts has others */
 
 /* simavr's messages; custom.data is the user's, and finds us back. */
 static void logger(struct avr_t *avr, const int level, const char *format, va_list args) {
@@ -162,7 +163,8 @@ void hw_reset(hw *h, int cause) {
         avr_regbit_set(avr, avr->reset_flags.extrf);
     if (cause == HW_BROWN_OUT)
         avr_regbit_set(avr, avr->reset_flags.borf);
-    avr->data[avr->reset_flags.wdrf.reg] |= earlier;
+    avr->data[avr->reset_flags.wdrf.reg] |= earlier & RESET_FLAGS;
+    old_reset(h);
     h->dead_sleep = 0;
     rearm_timers(h);
     relax_external_interrupts(h);

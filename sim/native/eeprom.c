@@ -1,7 +1,8 @@
 /* EEPROM: a write takes its time, EEPE tells, and a power cut may come in between.
 
-   simavr writes at once. Here the cell changes at once too, but EEPE stays set for the part's
-   programming time, and until then the byte counts as undefined (hw_eeprom_writing). */
+   simavr writes at once, and says 3.4 ms later on every part that it is ready: it is not told.
+   Here the cell changes at once too, but EEPE stays set for the part's programming time, and until
+   then the byte counts as undefined (hw_eeprom_writing). */
 #include <string.h>
 #include "hw.h"
 
@@ -28,6 +29,7 @@ static void begin(hw *h, uint16_t at, uint8_t old) {
     h->eeprom_new = h->eeprom->eeprom[at];
     h->eeprom_busy = 1;
     h->eeprom_writes++;
+    avr_regbit_clear(h->avr, h->eeprom->eempe);
     avr_clear_interrupt(h->avr, &h->eeprom->ready);
     avr_regbit_set(h->avr, h->eeprom->eepe);
     timer_set(h->eeprom_timer, h->avr->cycle + (uint64_t)cycles);
@@ -65,6 +67,8 @@ static void on_control(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *para
     }
     int enabled = avr_regbit_get(avr, e->ready.enable);
     int writes = (v >> e->eepe.bit & 1) && avr_regbit_get(avr, e->eempe);
+    if (writes)
+        v &= (uint8_t)~(1u << e->eepe.bit);
     h->tap_eecr.write(avr, a, v, h->tap_eecr.write_param);
     if (writes)
         begin(h, at, old);

@@ -164,6 +164,7 @@ struct hw {
 
     avr_watchdog_t *watchdog;
     struct tap tap_wdtcsr;
+    int old;                    /* an ATmega16 or 32 */
 
     struct snapshot snapshots[HW_SNAPSHOTS];
     int snapshot_count;
@@ -193,6 +194,7 @@ void adc_init(hw *h);
 void eeprom_init(hw *h);
 void eeprom_reset(hw *h);
 void watchdog_init(hw *h);
+void old_reset(hw *h);
 void snapshots_take(hw *h);
 void snapshots_reset(hw *h);
 void onewire_free(hw *h);

@@ -11,6 +11,7 @@ class Part:
     """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s).
 
     adc_mux5 -- in ADCSRB, the bit that chooses channels 8 to 15; 0 where there are none.
+    old -- timers, watchdog and ports of the generation before the others (old.c).
     """
 
     ram_start: int
@@ -19,6 +20,7 @@ class Part:
     sleep_mode: int
     eeprom_write_s: float
     adc_mux5: int = 0
+    old: bool = False
 
 
 PARTS: Mapping[str, Part] = {
@@ -26,6 +28,6 @@ PARTS: Mapping[str, Part] = {
     "atmega1284p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
     "atmega32u4": Part(0x100, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 5),
     "atmega2560": Part(0x200, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 3),
-    "atmega32": Part(0x60, 0x55, 0x80, 0x70, 0.0085),
-    "atmega16": Part(0x60, 0x55, 0x40, 0xB0, 0.0085),
+    "atmega32": Part(0x60, 0x55, 0x80, 0x70, 0.0085, old=True),
+    "atmega16": Part(0x60, 0x55, 0x40, 0xB0, 0.0085, old=True),
 }

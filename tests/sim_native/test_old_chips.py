@@ -1,0 +1,389 @@
+"""ATmega16 and ATmega32: what their older peripherals do, held to the data sheets."""
+
+import numpy as np
+import pytest
+from avr_firmware import CLOCK_HZ, compiled, powered, running
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.elf import Elf
+from heatwright.sim.native.analog import millivolts
+
+OLD = pytest.mark.parametrize("mcu", ["atmega32", "atmega16"])
+
+WATCHDOG_HZ = 1_000_000
+"""The watchdog's oscillator at 5 V (data sheets, table "Watchdog Timer Prescale Select": 16.3 ms
+for 16384 of its cycles)."""
+
+CTC = {
+    "0": (
+        "OCR0 = TOP; TCCR0 = _BV(WGM01) | CS;", "TIMER0_COMP_vect", "OCIE0",
+        (1, 8, 64, 256, 1024),
+    ),
+    "1": (
+        "OCR1A = TOP; TCCR1B = _BV(WGM12) | CS;", "TIMER1_COMPA_vect", "OCIE1A",
+        (1, 8, 64, 256, 1024),
+    ),
+    "2": (
+        "OCR2 = TOP; TCCR2 = _BV(WGM21) | CS;", "TIMER2_COMP_vect", "OCIE2",
+        (1, 8, 32, 64, 128, 256, 1024),
+    ),
+}  # fmt: skip
+
+
+def get(avr: Avr, program: Elf, name: str) -> int:
+    variable = Variables(program)[name]
+    return int.from_bytes(avr.read_ram(variable.address, variable.size), "little")
+
+
+@OLD
+@pytest.mark.parametrize(
+    ("timer", "code"), [(timer, code) for timer, row in CTC.items() for code in range(len(row[3]))]
+)
+def test_a_timer_that_clears_on_compare(mcu: str, timer: str, code: int) -> None:
+    """A match every TOP + 1 counts; simavr's timer 0 knows no mode but the normal one."""
+    setup, vector, enable, prescalers = CTC[timer]
+    avr = running(
+        f"""ISR({vector}) {{ PORTC ^= 1; }} /* its pull-up comes and goes */
+        int main(void) {{
+            TIMSK = _BV({enable}); {setup} sei(); for (;;) {{}}
+        }}""",
+        f"-DCS={code + 1}",
+        "-DTOP=249",
+        mcu=mcu,
+    )
+    avr.pins.watch("PC0")
+    period = 250 * prescalers[code]
+    avr.run_to(20 * period)
+    cycles = avr.pins.take()["cycle"].astype(int)
+    assert len(cycles) >= 18
+    assert np.all(abs(np.diff(cycles) - period) <= 3)
+    assert abs(cycles[-1] - cycles[0] - (len(cycles) - 1) * period) <= 3
+
+
+PWM = {
+    "OC0": ("PB3", 256, 8, "TCCR0 = _BV(WGM01) | _BV(WGM00) | COM << 4 | 2;", "OCR0"),
+    "OC2": ("PD7", 256, 32, "TCCR2 = _BV(WGM21) | _BV(WGM20) | COM << 4 | 3;", "OCR2"),
+    "OC1A": ("PD5", 1000, 1, "ICR1 = 999; TCCR1A = 2 | COM << 6; TCCR1B = 0x19;", "OCR1A"),
+    "OC1B": ("PD4", 1000, 8, "ICR1 = 999; TCCR1A = 2 | COM << 4; TCCR1B = 0x1a;", "OCR1B"),
+}
+
+
+@OLD
+@pytest.mark.parametrize("output", PWM)
+@pytest.mark.parametrize("inverted", [False, True])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99, 1.0])
+def test_fast_pwm(mcu: str, output: str, inverted: bool, share: float) -> None:
+    pin, counts, prescaler, setup, compare = PWM[output]
+    value = min(round(share * counts), counts - 1)
+    avr = running(
+        f"""int main(void) {{
+            DDRB = DDRD = 0xff; {setup} {compare} = {value}; for (;;) PORTD ^= 1;
+        }}""",
+        f"-DCOM={3 if inverted else 2}",
+        mcu=mcu,
+    )
+    number, period = avr.pins.watch(pin), counts * prescaler
+    avr.run_to(10 * period)
+    avr.pins.take()
+    start, high = avr.cycle, avr.pins.high_cycles(number)
+    avr.run_to(start + 200 * period)
+    on = (avr.pins.high_cycles(number) - high) / (avr.cycle - start)
+    expected = (value + 1) / counts
+    assert on == pytest.approx(1 - expected if inverted else expected, abs=1 / 200)
+    edges = avr.pins.take()["cycle"].astype(int)
+    assert len(edges) == (0 if value == counts - 1 else pytest.approx(400, abs=3))
+    assert np.all(abs(np.diff(edges[::2]) - period) <= 4)
+
+
+@OLD
+@pytest.mark.parametrize("output", PWM)
+def test_a_disconnected_timer_gives_the_pin_back_to_the_port(mcu: str, output: str) -> None:
+    pin, counts, prescaler, setup, compare = PWM[output]
+    register, bits = setup.split(" = ")[-2 if "ICR1" in setup else 0].split()[-1], "0x30"
+    if "ICR1" in setup:
+        register, bits = "TCCR1A", "0xf0"
+    avr = running(
+        f"""int main(void) {{
+            DDRB = DDRD = 0xff; {setup} {compare} = {counts - 1};
+            __builtin_avr_delay_cycles({20 * counts * prescaler}L);
+            {register} &= (uint8_t)~{bits}; for (;;) {{}}
+        }}""",
+        "-DCOM=2",
+        mcu=mcu,
+    )
+    avr.pins.watch(pin)
+    avr.run_to(10 * counts * prescaler)
+    assert avr.pins.level(pin)
+    avr.run_to(30 * counts * prescaler)
+    assert not avr.pins.level(pin)
+
+
+@OLD
+def test_three_timers_share_their_registers(mcu: str) -> None:
+    """Each interrupt comes as often as its timer says, whatever the others are told."""
+    program = compiled(
+        """volatile uint16_t n0, n1, n2;
+        ISR(TIMER0_COMP_vect) { n0++; }
+        ISR(TIMER1_COMPA_vect) { n1++; }
+        ISR(TIMER2_COMP_vect) { n2++; }
+        int main(void) {
+            OCR0 = 99; TCCR0 = _BV(WGM01) | 2;
+            OCR1A = 1999; TCCR1B = _BV(WGM12) | 1;
+            OCR2 = 124; TCCR2 = _BV(WGM21) | 2;
+            TIMSK = _BV(OCIE0) | _BV(OCIE1A) | _BV(OCIE2); sei();
+            for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.run_to(800_000)
+    assert get(avr, program, "n0") == pytest.approx(1000, abs=1)
+    assert get(avr, program, "n1") == pytest.approx(400, abs=1)
+    assert get(avr, program, "n2") == pytest.approx(800, abs=1)
+
+
+@OLD
+def test_a_flag_is_cleared_alone(mcu: str) -> None:
+    """TIFR belongs to three timers; simavr forgets the flags of all when one is cleared."""
+    program = compiled(
+        """volatile uint8_t before, after, last;
+        int main(void) {
+            OCR0 = 10; OCR2 = 10; OCR1A = 10; OCR1B = 20; TCCR0 = 1; TCCR2 = 1; TCCR1B = 1;
+            _delay_us(100);
+            before = TIFR; TIFR = _BV(OCF1A); TCCR0 = 0; TCCR1B = 0; TCCR2 = 0; after = TIFR;
+            TIFR = 0xff; last = TIFR;
+            for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.run(0.001)
+    assert get(avr, program, "before") == 0b11011011
+    assert get(avr, program, "after") == 0b11001011
+    assert get(avr, program, "last") == 0
+
+
+@OLD
+def test_a_cleared_flag_is_no_interrupt(mcu: str) -> None:
+    """What waits while interrupts are off is forgotten; another timer's is not."""
+    program = compiled(
+        """volatile uint8_t n0, n2;
+        ISR(TIMER0_COMP_vect) { n0++; }
+        ISR(TIMER2_COMP_vect) { n2++; }
+        int main(void) {
+            OCR0 = 10; OCR2 = 10; TIMSK = _BV(OCIE0) | _BV(OCIE2); TCCR0 = 1; TCCR2 = 1;
+            _delay_us(8); TCCR0 = 0; TCCR2 = 0;
+            TIFR = _BV(OCF0); sei(); for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.run(0.001)
+    assert (get(avr, program, "n0"), get(avr, program, "n2")) == (0, 1)
+
+
+@OLD
+@pytest.mark.parametrize(
+    ("setting", "code"), [("WDTO_15MS", 0), ("WDTO_250MS", 4), ("WDTO_1S", 6), ("WDTO_2S", 7)]
+)
+def test_the_watchdog_bites_in_time_and_is_off_after_it(mcu: str, setting: str, code: int) -> None:
+    """simavr has the newer parts' oscillator, and leaves the watchdog on after its reset."""
+    avr = running(
+        f"""uint8_t cause __attribute__((section(".noinit")));
+        void early(void) __attribute__((naked, used, section(".init3")));
+        void early(void) {{ cause = MCUCSR; MCUCSR = 0; PORTC = WDTCR; }}
+        int main(void) {{
+            if (cause & _BV(WDRF)) for (;;) {{}}
+            wdt_enable({setting}); for (;;) {{}}
+        }}""",
+        mcu=mcu,
+    )
+    seconds = (16384 << code) / WATCHDOG_HZ
+    avr.run(2.5 * seconds)
+    resets = avr.take_resets()
+    assert [int(cause) for cause in resets["cause"]] == [3]
+    assert [int(flags) for flags in resets["mcusr"]] == [8]
+    assert resets["cycle"][0] / CLOCK_HZ == pytest.approx(seconds, rel=1e-4, abs=1e-5)
+    assert avr.read_ram(0x35, 1) == b"\0"
+
+
+@OLD
+def test_the_watchdog_is_reset_and_switched_off(mcu: str) -> None:
+    avr = running(
+        """int main(void) {
+            wdt_enable(WDTO_15MS);
+            for (uint8_t i = 0; i < 100; i++) { _delay_ms(10); wdt_reset(); }
+            wdt_disable(); _delay_ms(100); wdt_enable(WDTO_15MS); for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr.run(1.11)
+    assert len(avr.take_resets()) == 0
+    avr.run(0.02)
+    assert len(avr.take_resets()) == 1
+
+
+@OLD
+def test_the_watchdog_is_not_switched_off_by_one_write(mcu: str) -> None:
+    """Within four cycles after WDTOE only; the timeout may be changed at any time."""
+    avr = running(
+        """int main(void) {
+            WDTCR = _BV(WDE); WDTCR = 0;
+            WDTCR = _BV(WDTOE) | _BV(WDE); _delay_us(1); WDTCR = 0;
+            WDTCR = _BV(WDE) | 2;
+            for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr.run(0.065)
+    assert len(avr.take_resets()) == 0
+    avr.run(0.005)
+    assert len(avr.take_resets()) == 1
+
+
+@OLD
+def test_reset_causes(mcu: str) -> None:
+    program = compiled(
+        """volatile uint8_t first;
+        int main(void) { first = MCUCSR; MCUCSR = _BV(ISC2); for (;;) {} }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.run(0.001)
+    assert get(avr, program, "first") == 1
+    for cause, flag in (("external", 2), ("brown_out", 4)):
+        avr.reset(cause)  # type: ignore[arg-type]
+        avr.run(0.001)
+        assert get(avr, program, "first") == flag
+    assert [int(flags) for flags in avr.take_resets()["mcusr"]] == [2, 4]
+
+
+@OLD
+def test_writing_a_pin_register_does_nothing(mcu: str) -> None:
+    """PIN is read-only on these parts; the newer ones toggle PORT."""
+    avr = running(
+        """int main(void) {
+            DDRC = 0x0f; PORTC = 2; PINC = 0x0f; PINC |= 1; PINC |= _BV(2); for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    for bit in range(4):
+        avr.pins.watch(f"PC{bit}")
+    avr.run(0.001)
+    assert [avr.pins.level(f"PC{bit}") for bit in range(4)] == [False, True, False, False]
+
+
+@OLD
+@pytest.mark.parametrize("channel", range(8))
+def test_the_converter(mcu: str, channel: int) -> None:
+    program = compiled(
+        """volatile uint16_t code, cycles;
+        ISR(ADC_vect) {
+            cycles = TCNT1; code = ADC; TCNT1 = 0; ADCSRA |= _BV(ADSC);
+        }
+        int main(void) {
+            ADMUX = _BV(REFS0) | CHANNEL; TCCR1B = 1;
+            ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADSC) | 7; sei(); for (;;) {}
+        }""",
+        f"-DCHANNEL={channel}",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    for code in (0, 1, 511, 512, 1023):
+        avr.adc.set(channel, millivolts(code))
+        avr.run(0.001)
+        assert get(avr, program, "code") == code
+    assert get(avr, program, "cycles") == pytest.approx(13 * 128, abs=40)
+
+
+@OLD
+def test_the_references(mcu: str) -> None:
+    program = compiled(
+        """volatile uint16_t code[3];
+        int main(void) {
+            ADCSRA = _BV(ADEN) | 7;
+            static const uint8_t REFERENCES[] = { 0, _BV(REFS0), _BV(REFS1) | _BV(REFS0) };
+            for (uint8_t i = 0; i < 3; i++) {
+                ADMUX = REFERENCES[i] | 2; ADCSRA |= _BV(ADSC); while (ADCSRA & _BV(ADSC)) {}
+                code[i] = ADC;
+            }
+            for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.adc.reference(aref_mv=4096, avcc_mv=5000)
+    avr.adc.set(2, 1000.5)
+    avr.run(0.01)
+    raw = avr.read_ram(Variables(program)["code"].address, 6)
+    assert np.frombuffer(raw, "<u2").tolist() == [250, 204, 400]
+
+
+@OLD
+def test_the_eeprom_is_ready_after_its_time(mcu: str) -> None:
+    """8.5 ms a byte (data sheets, table "EEPROM Programming Time"), by interrupt too."""
+    program = compiled(
+        """volatile uint8_t next;
+        ISR(EE_RDY_vect) {
+            if (next == 10) { EECR &= ~_BV(EERIE); return; }
+            EEAR = E2END - 9 + next; EEDR = next; next++;
+            EECR |= _BV(EEMWE); EECR |= _BV(EEWE);
+        }
+        int main(void) { EECR |= _BV(EERIE); sei(); for (;;) {} }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    for written in range(1, 11):
+        avr.run(0.0085)
+        assert get(avr, program, "next") == pytest.approx(min(written + 1, 10), abs=1)
+    avr.run(0.01)
+    size = 1024 if mcu == "atmega32" else 512
+    assert avr.eeprom.contents == b"\xff" * (size - 10) + bytes(range(10))
+    assert (avr.eeprom.writes, avr.eeprom.violations) == (10, 0)
+
+
+@OLD
+def test_sleep_is_idle_and_wakes_by_a_timer(mcu: str) -> None:
+    program = compiled(
+        """volatile uint16_t ticks;
+        ISR(TIMER2_COMP_vect) { ticks++; }
+        int main(void) {
+            OCR2 = 249; TCCR2 = _BV(WGM21) | 4; TIMSK = _BV(OCIE2);
+            for (;;) { sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli(); }
+        }""",
+        mcu=mcu,
+    )
+    avr = powered(program, mcu)
+    avr.run(1)
+    assert get(avr, program, "ticks") == pytest.approx(1000, abs=1)
+    assert avr.sleep_cycles > 0.99 * avr.cycle
+
+
+@OLD
+@pytest.mark.parametrize("mode", ["SLEEP_MODE_PWR_DOWN", "SLEEP_MODE_ADC"])
+def test_other_sleep_modes_are_refused(mcu: str, mode: str) -> None:
+    avr = running(
+        f"int main(void) {{ set_sleep_mode({mode}); sei(); sleep_mode(); for (;;) {{}} }}", mcu=mcu
+    )
+    with pytest.raises(RuntimeError, match="sleep mode other than idle"):
+        avr.run(0.01)
+
+
+@OLD
+def test_an_interrupt_is_entered_in_four_cycles(mcu: str) -> None:
+    """A busy loop of 2 cycles: from the match to the handler's first instruction 4 to 6."""
+    avr = running(
+        """ISR(TIMER0_COMP_vect, ISR_NAKED) {
+            asm volatile("sbi %0, 0\\n\\tcbi %0, 0\\n\\treti" :: "I"(_SFR_IO_ADDR(PORTC)));
+        }
+        int main(void) {
+            DDRC = 1; OCR0 = 249; TIMSK = _BV(OCIE0); TCCR0 = _BV(WGM01) | 2; sei(); for (;;) {}
+        }""",
+        mcu=mcu,
+    )
+    avr.pins.watch("PC0")
+    avr.run_to(200_000)
+    events = avr.pins.take()
+    rises = events["cycle"][(events["state"] & 1) == 1].astype(int)
+    assert np.all(abs(np.diff(rises) - 2000) <= 2)
