@@ -2,8 +2,9 @@
 
 from typing import Protocol
 
+from heatwright.sim.reference.held import HeldCourse, has_minimum, held_of
 from heatwright.sim.reference.output import pwm_period
-from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Controller, DigitalOutput, PwmOutput, TimeProportionalOutput
 
 
 class Course(Protocol):
@@ -80,4 +81,6 @@ def course_of(controller: Controller, name: str) -> Course:
         return WindowCourse(round(output.window_s * 1e6), round(output.resolution_s * 1e6))
     if isinstance(output, PwmOutput):
         return SteadyCourse(pwm_period(controller, name).counts)
+    if isinstance(output, DigitalOutput) and has_minimum(output):
+        return HeldCourse(held_of(output))
     return SteadyCourse(1)

@@ -1,0 +1,73 @@
+"""An output that stays on, and off, for a while at least (docs/control.md, "Output")."""
+
+from heatwright.spec import DigitalOutput
+
+TICK_US = 10_000
+
+
+class Held:
+    """The switch, tick by tick."""
+
+    def __init__(self, minimum_on_ticks: int, minimum_off_ticks: int) -> None:
+        """Start off, as after a reset."""
+        self._minimum = {True: minimum_on_ticks, False: minimum_off_ticks}
+        self._asked = False
+        self._stays = minimum_off_ticks
+        self.on = False
+
+    def set(self, *, asked: bool) -> None:
+        """Ask for it to be on or off."""
+        self._asked = asked
+
+    def stop(self) -> None:
+        """Be off at once, however short it was on."""
+        self._asked = False
+        self._switch(on=False)
+
+    def tick(self, *, permitted: bool = True) -> bool:
+        """Do a tick; return whether it is on from now on."""
+        self._stays = max(0, self._stays - 1)
+        wanted = self.on if self._stays else self._asked
+        self._switch(on=wanted and permitted)
+        return self.on
+
+    def _switch(self, *, on: bool) -> None:
+        if on != self.on:
+            self.on = on
+            self._stays = self._minimum[on]
+
+
+class HeldCourse:
+    """The same in time, with a tick each 10 ms since the start."""
+
+    def __init__(self, held: Held) -> None:
+        """Start off."""
+        self._held = held
+        self._now_us = 0
+
+    def apply(self, counts: int) -> None:
+        """Ask for it to be on (1) or off (0), with the next tick that may."""
+        self._held.set(asked=counts > 0)
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time and return for how many microseconds it was on."""
+        on_us = 0
+        while self._now_us < to_us:
+            tick_us = (self._now_us // TICK_US + 1) * TICK_US
+            end_us = min(to_us, tick_us)
+            on_us += (end_us - self._now_us) * self._held.on
+            self._now_us = end_us
+            if end_us == tick_us:
+                self._held.tick()
+        return float(on_us)
+
+
+def has_minimum(output: DigitalOutput) -> bool:
+    """Tell whether an output has minimum times."""
+    return output.minimum_on_s > 0 or output.minimum_off_s > 0
+
+
+def held_of(output: DigitalOutput) -> Held:
+    """Return the switch of an output."""
+    on_us, off_us = (round(each * 1e6) for each in (output.minimum_on_s, output.minimum_off_s))
+    return Held(on_us // TICK_US, off_us // TICK_US)
