@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import islice
 
@@ -14,6 +15,17 @@ from heatwright.spec.simulation import Simulation
 
 MOST_POINTS = 5_000
 """Points of a course that are followed; only absurd plants and rules have more."""
+
+MOST_POINTS_OF_A_FALL = 64
+"""Quarters of the quickest part's time, in which a fall has been as steep as it will be."""
+
+
+def _limit_w(output: Switch) -> float:
+    """Return the power that the limit of a heater's current leaves it, W."""
+    current, supply_v = getattr(output, "current", None), getattr(output, "supply_v", None)
+    if current is None or current.limit_a is None or supply_v is None:
+        return math.inf
+    return float(current.limit_a * supply_v)
 
 
 class Machine:
@@ -32,7 +44,11 @@ class Machine:
             for fan, output in controller.outputs.items()
             if isinstance(output, DigitalOutput) and output.runs == "always"
         ]
-        self.plant = Heated(simulation.plant, self.loop.heater, self.loop.sensor, running)
+        parts = self.loop.heater, self.loop.sensor
+        self.plant = Heated(simulation.plant, *parts, running)
+        self.cooler = controller.outputs.get(self.loop.cooler) if self.loop.cooler else None
+        cooled = [*running, self.loop.cooler] if self.loop.cooler else running
+        self.cooled = Heated(simulation.plant, *parts, cooled)
         start_c = simulation.plant.initial_c
         self._start_k = 0.0 if start_c is None else start_c - self.ambient_c
         self.power_w = self.output.power_w or 0.0
@@ -52,15 +68,31 @@ class Machine:
 
     @property
     def full_power_w(self) -> float:
-        """The most the algorithm asks for."""
+        """The most the algorithm asks for, as far as the current's limit lets it have it."""
         algorithm = self.loop.algorithm
         share = algorithm.output.maximum_percent / 100 if isinstance(algorithm, Pid) else 1.0
-        return self.power_w * share
+        return min(self.power_w * share, _limit_w(self.output))
 
     @property
     def reaches(self) -> bool:
         """True if full power ends above the highest setpoint."""
         return self.plant.steady_k(self.full_power_w) > self.target_k
+
+    @property
+    def held_on_s(self) -> float:
+        """Time for which the heater stays on after it was switched off."""
+        return self.output.minimum_on_s if isinstance(self.output, DigitalOutput) else 0.0
+
+    @property
+    def held_off_s(self) -> float:
+        """Time for which the heater may have to wait: for its own rest, and for the cooler's."""
+        own_s = self.output.minimum_off_s if isinstance(self.output, DigitalOutput) else 0.0
+        return max(own_s, self.cooler_held_on_s)
+
+    @property
+    def cooler_held_on_s(self) -> float:
+        """Time for which the cooler stays on after it was switched off."""
+        return self.cooler.minimum_on_s if isinstance(self.cooler, DigitalOutput) else 0.0
 
     def _heating(self) -> Iterator[tuple[float, float]]:
         quick_s = self.plant.fastest_s() / 4
@@ -77,9 +109,10 @@ class Machine:
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.
 
-        It goes off late: the reading is one dead time old, and the step up to a period away.
+        It goes off late: the reading is one dead time old, the step up to a period away, and the
+        heater may have to stay on a while.
         """
-        late_s = self.plant.delay_s + self.loop.period_s
+        late_s = self.plant.delay_s + self.loop.period_s + self.held_on_s
         state: Vector = self.plant.advance(self._hot, self.full_power_w, late_s)
         highest_k = self.plant.sensed_k(state)
         quick_s = self.plant.fastest_s() / 4
@@ -90,3 +123,25 @@ class Machine:
             if sensed_k < highest_k:
                 return
             highest_k = sensed_k
+
+    def cooling(self) -> Iterator[tuple[float, float]]:
+        """Yield times and temperatures while it cools, from the highest setpoint on all nodes.
+
+        A change is steepest in the beginning, as soon as the sensor has followed.
+        """
+        quick_s = self.cooled.fastest_s() / 4
+        state = self.cooled.start(self.target_k)
+        course = self.cooled.course(state, 0.0, quick_s, 64 * quick_s)
+        for time_s, later in islice(course, MOST_POINTS_OF_A_FALL):
+            yield time_s, self.cooled.sensed_k(later)
+
+    def rise_k(self, time_s: float) -> float:
+        """Rise in a time at full power from the lowest setpoint, where it is quickest, K."""
+        cold_k = max(self.loop.setpoint.minimum_c - self.ambient_c, 0.0)
+        warm = self.plant.advance(self.plant.start(cold_k), self.full_power_w, time_s)
+        return self.plant.sensed_k(warm) - cold_k
+
+    def fall_k(self, time_s: float) -> float:
+        """Fall in a time with the cooler on from the highest setpoint, where it is quickest, K."""
+        cold = self.cooled.advance(self.cooled.start(self.target_k), 0.0, time_s)
+        return self.target_k - self.cooled.sensed_k(cold)

@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from heatwright.spec.algorithms import OnOff, Pid
+from heatwright.spec.algorithms import Pid
+from heatwright.spec.checks.coasting import (
+    coasting_settles,
+    cooling_is_slow_enough,
+    dead_band_holds,
+    overshoot_stays_below_maximum,
+)
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.power import (
@@ -44,6 +50,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             rise_rate_holds,
             overshoot_stays_below_maximum,
             coasting_settles,
+            cooling_is_slow_enough,
+            dead_band_holds,
             window_is_smoothed,
         ):
             yield from check(machine)
@@ -57,12 +65,12 @@ def heating_rule_holds(machine: Machine) -> Findings:
 
     As in the firmware, each rise starts the time anew. A reading may show up to one step of the
     sensor less than there is, so a rise may need one step more; the first one also waits for the
-    dead time.
+    dead time, and until the heater may be switched on.
     """
     rule = machine.loop.protection.heating
     if rule is None or not machine.course:
         return
-    since_s, from_k = -machine.plant.delay_s, machine.course[0][1]
+    since_s, from_k = -machine.plant.delay_s - machine.held_off_s, machine.course[0][1]
     longest_s = 0.0
     for time_s, sensed_k in machine.course:
         longest_s = max(longest_s, time_s - since_s)
@@ -100,44 +108,6 @@ def rise_rate_holds(machine: Machine) -> Findings:
             f"this plant, healthy and at full power, rises by {about(steepest)} K/s, and a "
             f"reading may add a step of {about(step_k)} K",
             f"Use at least {rounded_up(needed)} K/s",
-            machine.because_of,
-        )
-
-
-def overshoot_stays_below_maximum(machine: Machine) -> Findings:
-    """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
-    algorithm = machine.loop.algorithm
-    if not machine.course or not isinstance(algorithm, OnOff) or algorithm.lead_s > 0:
-        return
-    peak_k = max(sensed_k for _, sensed_k in machine.coasting()) + algorithm.hysteresis_k
-    peak_c = machine.ambient_c + peak_k
-    if peak_c >= machine.loop.protection.maximum_c:
-        yield Finding(
-            (*machine.path, "protection", "maximum"),
-            f"after switching off at {celsius(machine.loop.setpoint.maximum_c)} this plant coasts "
-            f"up to {rounded_up(peak_c)} °C",
-            f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
-            machine.because_of,
-        )
-
-
-def coasting_settles(machine: Machine) -> Findings:
-    """Find a rule `rising_while_off` that the heat already under way breaks."""
-    rule = machine.loop.protection.rising_while_off
-    if rule is None or not machine.course:
-        return
-    settled_k = peak_k = peak_s = 0.0
-    for time_s, sensed_k in machine.coasting():
-        if time_s + machine.plant.delay_s <= rule.settle_s:
-            settled_k = sensed_k
-        if sensed_k > peak_k:
-            peak_s, peak_k = time_s + machine.plant.delay_s, sensed_k
-    if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
-        yield Finding(
-            (*machine.path, "protection", "rising_while_off", "settle"),
-            f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
-            f"{about(peak_k - settled_k)} K after the time to settle",
-            f"Use at least {duration(round(peak_s))}, or a greater rise",
             machine.because_of,
         )
 
