@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from heatwright.sim.coupling import Coupling
+from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
@@ -19,6 +19,8 @@ STEP_S = 0.2
 it only bounds how finely the heater's power and the sensor's temperature are told apart."""
 STEPS_PER_PERIOD = 2
 """Of a loop that is so quick that there would be fewer."""
+TICK_S = 0.010
+"""The step where an ADC sums up readings of a noisy sensor, one a tick: each has its own noise."""
 
 PROGRESS_REPORTS = 200
 
@@ -29,8 +31,8 @@ Progress = Callable[[float, float], None]
 class Device(Protocol):
     """A controller seen from outside: the simulated binary or the reference model."""
 
-    def sense(self, sensor: str, temperature_c: float) -> None:
-        """Give a sensor this temperature from now on, °C."""
+    def sense(self, sensor: str, felt: float) -> None:
+        """Give a sensor this temperature from now on, °C, or this current, A."""
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
@@ -40,6 +42,9 @@ class Device(Protocol):
 
     def send(self, line: str) -> None:
         """Let the host send a line of G-code."""
+
+    def write(self, name: str, value: float | bool) -> None:
+        """Let the master write a value, by its name in a scenario."""
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction (0..1) of an output since the last call."""
@@ -52,7 +57,9 @@ class Device(Protocol):
 
 
 def step_of(controller: Controller) -> float:
-    """Return the time step of the machine that suits a controller's loops, s."""
+    """Return the time step of the machine that suits a controller's loops and sensors, s."""
+    if any(sums_noise(controller, name) for name in controller.thermometers):
+        return TICK_S
     quickest_s = min(loop.period_s for loop in controller.loops.values())
     return min(STEP_S, quickest_s / STEPS_PER_PERIOD)
 
@@ -131,6 +138,8 @@ class _Run:
         self._sensed = np.empty((count + 1, len(self._sensors)))
         self._active = np.zeros((count + 1, len(self._coupling.loads)))
         self._fed = np.zeros(count + 1)
+        self._meters = tuple(plant.currents_a())
+        self._amperes = np.zeros((count + 1, len(self._meters)))
 
     def go(self, progress: Progress | None) -> None:
         device, plant, coupling, step_s = self._device, self._plant, self._coupling, self._step_s
@@ -140,6 +149,8 @@ class _Run:
         for row in range(1, self._count + 1):
             for sensor, temperature_c in felt.items():
                 device.sense(sensor, temperature_c)
+            for sensor, amperes in plant.currents_a().items():
+                device.sense(sensor, amperes)
             until_s = row * step_s
             if self._done < len(self._hand):
                 self._act(until_s)
@@ -160,6 +171,7 @@ class _Run:
             sensed_c=_columns(self._sensors, self._sensed),
             on_fraction=_columns(self._coupling.loads, self._active),
             fed_mm_per_s=self._fed,
+            currents_a=_columns(self._meters, self._amperes),
             steps={loop: self._device.steps(loop) for loop in self._loops},
             events=_events(self._hand),
         )
@@ -167,6 +179,7 @@ class _Run:
     def _note(self, row: int, felt: Mapping[str, float]) -> None:
         self._temperatures[row] = self._plant.temperatures_c
         self._sensed[row] = tuple(felt.values())
+        self._amperes[row] = tuple(self._plant.currents_a().values())
 
     def _act(self, until_s: float) -> None:
         """Do what comes before the next row."""
@@ -179,6 +192,8 @@ class _Run:
     def _do(self, action: Action) -> None:
         if action.line is not None:
             self._device.send(action.line)
+        elif action.write is not None:
+            self._device.write(*action.write)
         elif action.extrude_mm_per_s is not None:
             self._coupling.extruded_mm_per_s = action.extrude_mm_per_s
         else:

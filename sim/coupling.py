@@ -16,6 +16,14 @@ class Driver(Protocol):
         """Return what a stepper has fed since the last call, mm."""
 
 
+def sums_noise(controller: Controller, sensor: str) -> bool:
+    """Tell whether an ADC sums up readings of a sensor that the machine makes noisy."""
+    if controller.simulation is None or getattr(controller.sensors[sensor], "oversample", 1) == 1:
+        return False
+    sense = controller.simulation.plant.sense.get(sensor)
+    return sense is not None and sense.noise_k > 0
+
+
 class Coupling:
     """Reads a device's outputs once in each time step of the machine."""
 

@@ -1,12 +1,14 @@
 """The binary's control steps, done again by the reference model and compared bit for bit.
 
 What went into each step is fed to the reference: the reading, the setpoint, the operator's
-acknowledgement; of a commanded loop also its mode, the duty by hand and the gains, an emergency
-stop and the start of a tuning. Every other member must come out equal, to the last bit.
+acknowledgement; of a commanded loop also its switch and mode, the duty by hand and the gains, an
+emergency stop and the start of a tuning; the heater's current. Every other member must come out
+equal, to the last bit.
 
-Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop in
-the fault's code. A fault that outlived a reset, or caused it, shows in the first step after the
-reset; those are listed in `ReplayResult.restored`, for whoever knows whether there was one.
+Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop and
+a lost master in the fault's code. A fault that outlived a reset, or caused it, shows in the first
+step after the reset; those are listed in `ReplayResult.restored`, for whoever knows whether there
+was one.
 """
 
 from dataclasses import dataclass
@@ -15,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.reference import Reference
-from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
-from heatwright.sim.reference.loop import EMERGENCY_STOP
+from heatwright.sim.reference.inputs import Gains, Orders
+from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST
 from heatwright.sim.reference.members import Member
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.trace import StepLog
@@ -148,7 +150,7 @@ class _Player:
             self._reference.acknowledge()
         starts = _counted(STARTS, self._last, row)
         self._last = row
-        return self._fed(row, starts)
+        return self._fed(row, starts, lost=bool(row["fault.code"] == MASTER_LOST))
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1
@@ -164,9 +166,9 @@ class _Player:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
         self._reference.restore(code, Single(row["fault.temperature_c"]))
-        return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0)
+        return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0, lost=False)
 
-    def _fed(self, row: np.void, starts: int) -> tuple[object, ...]:
+    def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
         if row["fault.code"] == EMERGENCY_STOP:
             self._reference.stop()
         if tuner := self._reference.steering.tuner:
@@ -176,7 +178,7 @@ class _Player:
             int(row["reading_status"]),
             int(row["reading_raw"]),
             Single(row["setpoint_c"]),
-            orders=_orders(row) if self._reference.steering.inputs else NO_ORDERS,
+            orders=_orders(row, lost=lost),
         )
         return tuple(record.values())
 
@@ -185,9 +187,20 @@ class _Player:
         return bool(row["steps"] == 1 and last["steps"] != 0)
 
 
-def _orders(row: np.void) -> Orders:
-    gains = Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields))
-    return Orders(int(row["mode"]), Single(row["manual_percent"]), gains)
+def _orders(row: np.void, *, lost: bool) -> Orders:
+    names = _names(row)
+    orders = Orders(master_lost=lost)
+    if "enabled" in names:
+        orders = orders._replace(enabled=int(row["enabled"]))
+    if "current.raw" in names:
+        orders = orders._replace(current_raw=int(row["current.raw"]))
+    if "mode" in names:
+        orders = orders._replace(
+            mode=int(row["mode"]),
+            manual_percent=Single(row["manual_percent"]),
+            gains=Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields)),
+        )
+    return orders
 
 
 def _counted(member: str, last: np.void, row: np.void) -> int:

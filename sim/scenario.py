@@ -1,9 +1,9 @@
-"""What the operator, the host and the machine's other parts do, from the events of a scenario."""
+"""What the operator, host and master and the machine's other parts do: a scenario's events."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from heatwright.spec import Event
+from heatwright.spec import Event, Write
 
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
@@ -13,7 +13,7 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Action(NamedTuple):
-    """One thing that is done: a line is sent, the feed changes, or else the hand moves."""
+    """One thing that is done: a line or a value is sent, the feed changes, or the hand moves."""
 
     time_s: float
     key: str | None = None
@@ -22,6 +22,8 @@ class Action(NamedTuple):
     """What the host sends."""
     extrude_mm_per_s: float | None = None
     """How fast filament is fed from now on."""
+    write: Write | None = None
+    """What the master writes."""
 
     @property
     def disturbs(self) -> bool:
@@ -34,6 +36,8 @@ class Action(NamedTuple):
         """What the legend of a plot says of it; nothing when a key is let go."""
         if self.extrude_mm_per_s is not None:
             return f"extrude {self.extrude_mm_per_s:g} mm/s"
+        if self.write is not None:
+            return f"{self.write.name} = {_shown(self.write.value)}"
         return self.line or self.key
 
 
@@ -51,6 +55,8 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
             start_s = max(start_s, free_s)
             found += _presses(event, start_s)
             free_s = start_s + event.times * 2 * PRESS_S
+        elif event.write is not None:
+            found += [Action(start_s, write=write) for write in event.write]
         else:
             found.append(Action(start_s, line=event.send, extrude_mm_per_s=event.extrude_mm_per_s))
     return tuple(sorted(found, key=lambda action: action.time_s))
@@ -76,6 +82,12 @@ def _presses(event: Event, start_s: float) -> list[Action]:
         down_s = start_s + number * 2 * PRESS_S
         found += [Action(down_s, event.press), Action(down_s + PRESS_S)]
     return found
+
+
+def _shown(value: float | bool) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:g}"
 
 
 def _begin_s(event: Event) -> float:

@@ -18,7 +18,7 @@ class StateLog:
     """The steps of one loop: images of the whole static RAM, decoded when asked for.
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
-    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``fault.`` and ``output.``.
+    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``fault.``, ``output.``, ``current.``.
     """
 
     def __init__(
@@ -71,6 +71,7 @@ def _columns(variables: Variables, loop: Loop, name: str) -> dict[str, str]:
         "autotune.": f"autotune_{name}",
         "fault.": "fault",
         "output.": f"output_{loop.heater}",
+        "current.": f"current_{loop.heater}",
     }
     return {
         f"{prefix}{member}": f"{source}.{member}"

@@ -48,6 +48,8 @@ class Trace:
     events: tuple[TraceEvent, ...] = ()
     fed_mm_per_s: Series = field(default_factory=lambda: np.zeros(0))
     """Mean speed of the filament since the row before; empty if nobody looked."""
+    currents_a: Mapping[str, Series] = field(default_factory=dict)
+    """By sensor of a current: what it sees, A."""
 
     @property
     def duration_s(self) -> float:
@@ -70,6 +72,7 @@ class Trace:
             *(f"{name} [°C]" for name in self.temperatures_c),
             *(f"{name} sensed [°C]" for name in self.sensed_c),
             *(f"{name} on [1]" for name in self.on_fraction),
+            *(f"{name} [A]" for name in self.currents_a),
             *(
                 f"{loop}.{with_unit(member)}"
                 for loop, log in self.steps.items()
@@ -78,7 +81,12 @@ class Trace:
         ]
 
     def _rows(self) -> Iterator[list[Any]]:
-        world = [*self.temperatures_c.values(), *self.sensed_c.values(), *self.on_fraction.values()]
+        world = [
+            *self.temperatures_c.values(),
+            *self.sensed_c.values(),
+            *self.on_fraction.values(),
+            *self.currents_a.values(),
+        ]
         latest = {
             loop: np.searchsorted(log["time_s"], self.times_s, side="right") - 1
             for loop, log in self.steps.items()

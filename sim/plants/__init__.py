@@ -11,7 +11,7 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.spec import Controller, ThermalNetwork
+from heatwright.spec import Controller, Stepper, ThermalNetwork, full_a
 
 Temperatures = NDArray[np.float64]
 
@@ -29,12 +29,21 @@ class Plant(Protocol):
     def sensed_c(self) -> dict[str, float]:
         """Return what every sensor's tip feels now, °C."""
 
-    def step(self, active: Mapping[str, float], feed_mm_per_s: float = 0.0) -> None:
+    def currents_a(self) -> dict[str, float]:
+        """Return what every current's sensor sees now, A."""
+
+    def step(
+        self,
+        active: Mapping[str, float],
+        feed_mm_per_s: float = 0.0,
+        conducts: Mapping[str, float] | None = None,
+    ) -> None:
         """Go on by one step.
 
         Args:
             active: each output's mean active fraction over it, 0..1.
             feed_mm_per_s: the filament's mean speed over it.
+            conducts: the same for their currents, where some of the heat comes from elsewhere.
 
         """
 
@@ -60,8 +69,26 @@ def plant_of(
     module = plant_module(plant.kind)
     powers_w = powers_of(controller)
     return cast(
-        "Plant", module.Plant(plant, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
+        "Plant",
+        module.Plant(
+            plant,
+            powers_w,
+            ambient_c=ambient_c,
+            step_s=step_s,
+            seed=seed,
+            full_a=_currents_of(controller),
+        ),
     )
+
+
+def _currents_of(controller: Controller) -> dict[str, float]:
+    """Return the current of each output while it is on, A, where power and supply tell it."""
+    currents = {
+        name: full_a(output)
+        for name, output in controller.outputs.items()
+        if not isinstance(output, Stepper)
+    }
+    return {name: amperes for name, amperes in currents.items() if amperes is not None}
 
 
 def powers_of(controller: Controller) -> dict[str, float]:

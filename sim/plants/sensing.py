@@ -1,4 +1,4 @@
-"""What the tip of a sensor feels of the plant: dead time and noise."""
+"""What sensors feel of the plant: dead time and noise of a tip, the filter of a current."""
 
 import math
 from collections import deque
@@ -55,3 +55,25 @@ class Feeler:
         if not self._noise:
             self._noise = self._random.normal(0.0, self._noise_k, NOISE_BLOCK).tolist()
         return self._noise.pop()
+
+
+class Ammeter:
+    """What measures a heater's mean current, behind a first-order filter."""
+
+    def __init__(self, sense: Sense, full_a: float, step_s: float) -> None:
+        """Start without a current.
+
+        Args:
+            sense: the heater and the filter's time constant.
+            full_a: current of the heater while it is on, A.
+            step_s: time between two calls of `follow`, s.
+
+        """
+        self.output = sense.of or ""
+        self._full_a = full_a
+        self._share = 1 - math.exp(-step_s / sense.lag_s) if sense.lag_s else 1.0
+        self.amperes = 0.0
+
+    def follow(self, active: float) -> None:
+        """Go on by one step, with the heater's mean active fraction over it, 0..1."""
+        self.amperes += self._share * (active * self._full_a - self.amperes)

@@ -5,7 +5,8 @@ Of every node i with capacity C_i:
     C_i · dT_i/dt = Σ_j (T_j − T_i) / R_ij + Q_i
 
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
-τ · dy/dt = T − y, a dead time and Gaussian noise. A fan multiplies the conductance of a link by a
+τ · dy/dt = T − y, a dead time and Gaussian noise; that of a heater's current sees its mean over a
+step behind a first-order filter. A fan multiplies the conductance of a link by a
 factor; at an active fraction f by 1 + (factor − 1)·f. Filament that is fed at v mm/s takes
 heat · (T − T_ambient) · v along from its node: a conductance to ambient of heat · v.
 
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from heatwright.sim.plants.sensing import Feeler
+from heatwright.sim.plants.sensing import Ammeter, Feeler
 from heatwright.spec import ThermalNetwork
 
 Matrix = NDArray[np.float64]
@@ -32,7 +33,7 @@ MOST_STEP_MATRICES = 1024
 class Plant:
     """A thermal network that goes on in equal steps of time."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 – all but two are named
         self,
         network: ThermalNetwork,
         powers_w: Mapping[str, float],
@@ -40,6 +41,7 @@ class Plant:
         ambient_c: float,
         step_s: float,
         seed: int = 0,
+        full_a: Mapping[str, float] | None = None,
     ) -> None:
         """Set the network to its initial temperature.
 
@@ -49,13 +51,15 @@ class Plant:
             ambient_c: temperature of the surroundings, °C.
             step_s: time step, s.
             seed: of the sensor noise.
+            full_a: current of each output when active, A; of those whose current is measured.
 
         """
         self.nodes = tuple(network.nodes)
         self._network = network
         self._step_s = step_s
         self._heaters = tuple((name, powers_w[name]) for name in network.heat)
-        self._lagging = tuple(name for name, sense in network.sense.items() if sense.lag_s > 0)
+        tips = {name: sense for name, sense in network.sense.items() if sense.node is not None}
+        self._lagging = tuple(name for name, sense in tips.items() if sense.lag_s > 0)
         self._states = len(self.nodes) + len(self._lagging)
         initial_c = ambient_c if network.initial_c is None else network.initial_c
         self._vector = np.full(self._states + len(self._heaters) + 1, initial_c)
@@ -64,7 +68,12 @@ class Plant:
         self._matrices: dict[tuple[float, ...], Matrix] = {}
         self._feelers = {
             name: Feeler(self.state_of(name), sense, initial_c, step_s, (seed, number))
-            for number, (name, sense) in enumerate(network.sense.items())
+            for number, (name, sense) in enumerate(tips.items())
+        }
+        self._ammeters = {
+            name: Ammeter(sense, (full_a or {})[sense.of], step_s)
+            for name, sense in network.sense.items()
+            if sense.of is not None
         }
 
     @property
@@ -76,14 +85,26 @@ class Plant:
         """Return what every sensor's tip feels now, °C."""
         return {name: feeler.felt_c for name, feeler in self._feelers.items()}
 
-    def step(self, active: Mapping[str, float], feed_mm_per_s: float = 0.0) -> None:
+    def currents_a(self) -> dict[str, float]:
+        """Return what every current's sensor sees now, A."""
+        return {name: meter.amperes for name, meter in self._ammeters.items()}
+
+    def step(
+        self,
+        active: Mapping[str, float],
+        feed_mm_per_s: float = 0.0,
+        conducts: Mapping[str, float] | None = None,
+    ) -> None:
         """Go on by one step.
 
         Args:
             active: each output's mean active fraction over it, 0..1.
             feed_mm_per_s: the filament's mean speed over it.
+            conducts: the same for their currents, where some of the heat comes from elsewhere.
 
         """
+        for meter in self._ammeters.values():
+            meter.follow((active if conducts is None else conducts)[meter.output])
         vector, states = self._vector, self._states
         for place, (name, power_w) in enumerate(self._heaters, states):
             vector[place] = active[name] * power_w
@@ -107,7 +128,7 @@ class Plant:
         """Return the place of what a sensor follows, before its dead time, among the states."""
         if sensor in self._lagging:
             return len(self.nodes) + self._lagging.index(sensor)
-        return self.nodes.index(self._network.sense[sensor].node)
+        return self._node_of(sensor)
 
     def rates(self, fans: tuple[float, ...], feed_mm_per_s: float = 0.0) -> Matrix:
         """Return the derivatives of the states by states and inputs, 1/s."""
@@ -125,9 +146,14 @@ class Plant:
             rates[number, place] = 1 / self._network.nodes[node]
         for state, sensor in enumerate(self._lagging, len(self.nodes)):
             sense = self._network.sense[sensor]
-            rates[state, self.nodes.index(sense.node)] = 1 / sense.lag_s
+            rates[state, self._node_of(sensor)] = 1 / sense.lag_s
             rates[state, state] = -1 / sense.lag_s
         return rates
+
+    def _node_of(self, sensor: str) -> int:
+        node = self._network.sense[sensor].node
+        assert node is not None  # noqa: S101 - only tips are asked for
+        return self.nodes.index(node)
 
     def _join(self, rates: Matrix, between: tuple[str, str], conductance_w_per_k: float) -> None:
         for here, there in (between, between[::-1]):

@@ -1,7 +1,7 @@
 """Analog sensors: the law of their tables, and what an ideal one reads (docs/control.md)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
 from heatwright.sim.reference.numbers import Single
@@ -46,10 +46,21 @@ class IdealSensor:
         self._far_low = (self._low + min(opened, shorted)) / 2
         self._far_high = (self._high + max(opened, shorted)) / 2
 
+    @property
+    def oversample(self) -> int:
+        """How many codes, one a tick, are summed up to a reading."""
+        return self._sensor.oversample
+
     def read(self, temperature_c: float) -> tuple[int, int]:
         """Return the reading's status and the sum of its codes at a temperature."""
         code = self._code(temperature_c)
         return self._status(code), self._sensor.oversample * code
+
+    def read_all(self, temperatures_c: Sequence[float]) -> tuple[int, int]:
+        """Return the same with a temperature for each code."""
+        codes = [self._code(temperature_c) for temperature_c in temperatures_c]
+        beyond = [status for code in codes if (status := self._status(code)) != VALID]
+        return (beyond[-1] if beyond else VALID), sum(codes)
 
     def _status(self, code: int) -> int:
         if code < self._low:

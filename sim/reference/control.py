@@ -8,11 +8,15 @@ from heatwright.sim.reference.guard_rules import Look
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Orders
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.pid import PidControl
+from heatwright.sim.reference.three_position import ThreePositionControl
 from heatwright.sim.reference.tunable_pid import TunablePid
-from heatwright.spec import Controller, Loop, Pid, commanded, tunable
+from heatwright.spec import Controller, Loop, Pid, commanded, switched, tunable
 
+ENABLED: Member = ("enabled", "u1")
+"""Input of a switched loop."""
 INPUTS: tuple[Member, ...] = (("mode", "u1"), ("manual_percent", "f4"))
-"""Of a tunable loop."""
+"""Inputs of a tunable loop."""
 
 
 class Control(Protocol):
@@ -45,43 +49,72 @@ class Steering:
     def __init__(self, controller: Controller, loop: str) -> None:
         """Find the loop's algorithm, and what is commanded of it."""
         spec = controller.loops[loop]
-        self._commanded = commanded(controller, loop)
+        self._switched = switched(controller, loop)
+        self._zero_is_off = commanded(controller, loop) and not self._switched
         self._pid = _tunable_pid(spec) if tunable(controller, loop) else None
         self._control: Control = self._pid or _constant(spec)
         self.tuner = _tuner(spec) if self._pid else None
-        self.inputs: tuple[Member, ...] = INPUTS if self._pid else ()
+        self.inputs: tuple[Member, ...] = (
+            *((ENABLED,) if self._switched else ()),
+            *(INPUTS if self._pid else ()),
+        )
         self.members: tuple[Member, ...] = prefixed("algorithm", self._control.members)
         if self.tuner:
             self.members += prefixed("autotune", self.tuner.members)
 
-    def exemptions(self, setpoint_c: Single, mode: int) -> Exemptions:
+    @property
+    def cooling(self) -> int:
+        """Whether the algorithm wants to cool."""
+        return self._control.cooling if isinstance(self._control, ThreePositionControl) else 0
+
+    def exemptions(self, setpoint_c: Single, orders: Orders) -> Exemptions:
         """Return what the protections must know of the mode."""
+        mode = orders.mode
         full_percent = self._control.full_percent
-        bandless = mode == MANUAL or self._is_off(setpoint_c, mode)
+        bandless = mode == MANUAL
         if self.tuner and mode == TUNING:
             full_percent = self.tuner.swing_percent
             bandless = self.tuner.phase <= SLOPE
+        bandless = bandless or self.is_off(setpoint_c, orders)
         return Exemptions(full_percent, bandless, mode == MANUAL)
 
-    def duty(self, look: Look, orders: Orders, *, fault: bool, valid: bool) -> Single:
-        """Return the duty in percent."""
+    def duty(
+        self, look: Look, orders: Orders, top_percent: Single, *, fault: bool, valid: bool
+    ) -> Single:
+        """Return the duty that is asked for, in percent; more than the top is not given."""
+        off = self.is_off(look.setpoint_c, orders)
         if self.tuner:
             self.tuner.stop_unless(orders.mode, fault=fault)
             moment = Moment(look.temperature_c, look.last_c, look.setpoint_c)
             tuning_percent = self.tuner.step(moment if valid else None)
-        if fault or (valid and self._is_reset(look.setpoint_c, orders.mode)):
+        if fault or (valid and (off or orders.mode == TUNING)):
             self._control.reset()
-        if fault or not valid or self._is_off(look.setpoint_c, orders.mode):
+        if fault or not valid or off:
             return ZERO
         if orders.mode == TUNING:
             return tuning_percent if self.tuner else ZERO
-        return self._steered(look, orders)
+        return self._steered(look, orders, top_percent)
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._control.values(), *(self.tuner.values() if self.tuner else ()))
 
-    def _steered(self, look: Look, orders: Orders) -> Single:
+    def input_values(self, orders: Orders) -> tuple[Value, ...]:
+        """Return the values of `inputs`."""
+        return (
+            *((orders.enabled,) if self._switched else ()),
+            *((orders.mode, orders.manual_percent) if self._pid else ()),
+        )
+
+    def is_off(self, setpoint_c: Single, orders: Orders) -> bool:
+        """Tell whether a commanded loop is off."""
+        if self._switched:
+            return not orders.enabled
+        return self._zero_is_off and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
+
+    def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
+        if isinstance(self._control, PidControl):
+            self._control.top_percent = top_percent
         if self._pid:
             if orders.gains is None:
                 message = "A tunable loop needs its gains"
@@ -92,12 +125,6 @@ class Steering:
                     look.temperature_c, look.gap, look.setpoint_c, orders.manual_percent
                 )
         return self._control.step(look.temperature_c, look.last_c, look.gap, look.setpoint_c)
-
-    def _is_off(self, setpoint_c: Single, mode: int) -> bool:
-        return self._commanded and mode == AUTOMATIC and bool(setpoint_c == ZERO)
-
-    def _is_reset(self, setpoint_c: Single, mode: int) -> bool:
-        return mode == TUNING or self._is_off(setpoint_c, mode)
 
 
 def _constant(spec: Loop) -> Control:

@@ -1,18 +1,20 @@
 """The reference model as a device: it can take the binary's place on the bench."""
 
-from importlib import import_module
-
 import numpy as np
 
+from heatwright.sim.reference.current import IdealSensor
 from heatwright.sim.reference.driven import Driven
 from heatwright.sim.reference.feed import Feed
 from heatwright.sim.reference.host import Host
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.reference.loop import Reference
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.master import Master
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.operator import Operator
+from heatwright.sim.reference.sampling import Sampler
+from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, Stepper
+from heatwright.spec import Controller, CurrentSensor, Stepper, switched
 
 SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
@@ -22,7 +24,8 @@ class ReferenceDevice:
     """The control equations with ideal timing and ideal sensors, for one loop.
 
     Control steps are done at whole multiples of the period after power-up. The sensor is sampled
-    when the firmware starts its conversion. Keys and lines from a host act at once.
+    when the firmware starts its conversion. Keys, lines from a host and a master's writes act at
+    once.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -37,20 +40,23 @@ class ReferenceDevice:
             raise ValueError(message)
         ((self._name, self._loop),) = controller.loops.items()
         self._reference = Reference(controller, self._name)
-        sensor = controller.sensors[self._loop.sensor]
-        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
-        self._sensor = kind.IdealSensor(sensor, controller.board)
+        self._sampler = Sampler(controller, self._loop)
         self._driven, self._feeds = _outputs(controller)
-        self._operator = Operator(controller, self._name, self._reference)
+        self._master: Master | None = None
+        if switched(controller, self._name):
+            operator = SwitchedOperator(controller, self._name, self._reference)
+            self._master = Master(controller, self._name, operator, self._reference)
+            self._operator: Operator = operator
+        else:
+            self._operator = Operator(controller, self._name, self._reference)
         self._host = Host(controller, self._operator, self._reference, self._driven, self._feeds)
         self._key: str | None = None
         self._key_step_k = Single(_key_step_k(controller))
         self._period_us = round(self._loop.period_s * SECOND_US)
         self._step_us = self._period_us
-        self._early_us = round(self._sensor.sampled_before_step_s * SECOND_US)
-        self._sampled = False
-        self._reading = (0, 0)
         self._felt_c = 0.0
+        self._ammeter = _ammeter(controller, self._loop.heater)
+        self._amperes = 0.0
         self._rows: list[tuple[object, ...]] = []
 
     @property
@@ -58,10 +64,12 @@ class ReferenceDevice:
         """The gains of the loop now, if they can be changed."""
         return self._operator.gains
 
-    def sense(self, sensor: str, temperature_c: float) -> None:
-        """Give the sensor this temperature from now on, °C."""
+    def sense(self, sensor: str, felt: float) -> None:
+        """Give a sensor this temperature from now on, °C, or this current, A."""
         if sensor == self._loop.sensor:
-            self._felt_c = temperature_c
+            self._felt_c = felt
+        elif self._ammeter is not None and sensor == self._ammeter[0]:
+            self._amperes = felt
 
     def press(self, key: str | None) -> None:
         """Hold a key from now on."""
@@ -85,19 +93,31 @@ class ReferenceDevice:
         """
         self._host.send(line)
 
+    def write(self, name: str, value: float | bool) -> None:
+        """Let the master write a value; what the firmware would refuse changes nothing.
+
+        Raises:
+            ValueError: the controller has no master.
+            KeyError: there is nothing of that name.
+
+        """
+        if self._master is None:
+            message = "The specification has no modbus_rtu interface"
+            raise ValueError(message)
+        self._master.write(name, value)
+
     def advance(self, until_s: float) -> None:
         """Run to a time since power-up, s. What is due at that very time is done after it."""
         until_us = round(until_s * SECOND_US)
         while True:
-            due_us = self._step_us if self._sampled else self._step_us - self._early_us
+            due_us = self._sampler.due_us(self._step_us)
             if due_us >= until_us:
                 break
             self._go(due_us)
-            if self._sampled:
+            if self._sampler.is_done:
                 self._do_step()
             else:
-                self._reading = self._sensor.read(self._felt_c)
-                self._sampled = True
+                self._sampler.look(self._felt_c)
         self._go(until_us)
 
     def on_fraction(self, output: str) -> float:
@@ -126,24 +146,26 @@ class ReferenceDevice:
             feed.advance(to_us)
 
     def _do_step(self) -> None:
-        record = self._reference.step(
-            *self._reading, self._operator.setpoint_c, orders=self._operator.orders
-        )
+        status, raw = self._sampler.take()
+        orders = self._operator.orders
+        if self._ammeter is not None:
+            orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
+        record = self._reference.step(status, raw, self._operator.setpoint_c, orders=orders)
         self._rows.append((self._step_us / SECOND_US, *record.values()))
         self._driven[self._loop.heater].take(self._reference.output.counts)
+        if self._loop.cooler is not None:
+            self._driven[self._loop.cooler].set(FULL if self._reference.cooling else ZERO)
         self._operator.after_step()
-        self._mind_feeds(float(record["temperature_c"]))
+        self._mind_feeds(float(record["temperature_c"]), valid=not status)
         self._step_us += self._period_us
-        self._sampled = False
 
-    def _mind_feeds(self, temperature_c: float) -> None:
+    def _mind_feeds(self, temperature_c: float, *, valid: bool) -> None:
         within_k = self._loop.ready_within_k or DEFAULT_READY_K
         near = abs(temperature_c - float(self._operator.setpoint_c)) <= within_k
-        status, _ = self._reading
         for feed in self._feeds.values():
             if self._reference.fault_code:
                 feed.forget()
-            feed.may_run = self._operator.is_automatic and near and not status
+            feed.may_run = self._operator.is_automatic and near and valid
 
 
 def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]]:
@@ -154,6 +176,16 @@ def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]
         else:
             driven[name] = Driven(controller, name)
     return driven, feeds
+
+
+def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:
+    """Return the sensor of a heater's current, and its name; None if it is not measured."""
+    current = getattr(controller.outputs[heater], "current", None)
+    if current is None:
+        return None
+    sensor = controller.sensors[current.sensor]
+    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
+    return current.sensor, IdealSensor(sensor, controller.board)
 
 
 def _key_step_k(controller: Controller) -> float:

@@ -1,4 +1,4 @@
-"""What a host may order of a loop, as the next control step takes it over (docs/control.md)."""
+"""What goes into a control step of some loops beside reading and setpoint (docs/control.md)."""
 
 from typing import NamedTuple
 
@@ -20,13 +20,19 @@ class Gains(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """Inputs of a step that only a commanded loop has."""
+    """Inputs of a step that not every loop has: orders, mostly."""
 
     mode: int = AUTOMATIC
     manual_percent: Single = ZERO
     """Duty that was asked for by hand."""
     gains: Gains | None = None
     """Needed by a tunable loop."""
+    enabled: int = 1
+    """Switch of a switched loop."""
+    master_lost: bool = False
+    """Whether a switched loop's master has been silent for too long."""
+    current_raw: int = 0
+    """The heater's current as its sensor reads it."""
 
 
 NO_ORDERS = Orders()

@@ -6,8 +6,9 @@ from heatwright.sim.reference.control import Steering
 from heatwright.sim.reference.guard import MOST_MISSING, Guard
 from heatwright.sim.reference.guard_rules import Look
 from heatwright.sim.reference.inputs import NO_ORDERS, Orders
+from heatwright.sim.reference.limiter import limiter_of
 from heatwright.sim.reference.members import Member, Value, prefixed
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.output import HeaterOutput, heater_of
 from heatwright.spec import Controller
 
@@ -15,6 +16,10 @@ Record = dict[str, Value]
 """Every member of the state after a step, by the names of docs/control.md."""
 
 EMERGENCY_STOP = 19
+MASTER_LOST = 23
+
+FAULT_COOLING_ABOVE_C = Single(50)
+"""While a fault is latched the cooler runs, unless a reading tells that it is colder."""
 
 LOOP_MEMBERS: tuple[Member, ...] = (
     ("steps", "u2"),
@@ -27,6 +32,7 @@ LOOP_MEMBERS: tuple[Member, ...] = (
     ("missing", "u1"),
     ("has_reading", "u1"),
 )
+COOLING: Member = ("cooling", "u1")
 FAULT_MEMBERS: tuple[Member, ...] = (
     ("code", "u1"),
     ("acknowledgements", "u1"),
@@ -45,6 +51,9 @@ class Reference:
         self._convert = kind.converter(sensor, controller.board)
         self._guard = Guard(spec)
         self.steering = Steering(controller, loop)
+        self.limiter = limiter_of(controller, spec.heater, spec.period_s)
+        self._has_cooler = spec.cooler is not None
+        self._minds_master = spec.protection.master_lost_after_s is not None
         self.output: HeaterOutput = heater_of(controller, spec.heater)
         self.members = self._members()
         self._names = tuple(name for name, _ in self.members)
@@ -54,6 +63,8 @@ class Reference:
         self._asked_percent = ZERO
         self._missing = 0
         self._has_reading = 0
+        self.cooling = 0
+        """Whether the cooler is asked for."""
         self.fault_code = 0
         self.fault_temperature_c = ZERO
         self._acknowledgements = 0
@@ -96,7 +107,7 @@ class Reference:
             raw: the sensor's code.
             setpoint: what the operator wants, °C.
             acknowledge: whether the operator acknowledged the fault since the last step.
-            orders: what else a host wants of a commanded loop.
+            orders: what else goes in, mostly what a host wants of a commanded loop.
 
         Returns:
             The state after the step.
@@ -106,13 +117,12 @@ class Reference:
             self.acknowledge()
         self._steps = (self._steps + 1) & 0xFFFF
         look = self._take(status, raw, setpoint, orders)
+        if orders.master_lost and self._minds_master and orders.enabled:
+            self._trip(MASTER_LOST)
+        self._mind_current(orders.current_raw)
         if not self.fault_code:
             self._protect(status, look)
-        self._duty_percent = self.steering.duty(
-            look, orders, fault=bool(self.fault_code), valid=not status
-        )
-        if self.fault_code or not status:
-            self._asked_percent = self._duty_percent
+        self._decide(status, look, orders)
         self.output.apply(self._duty_percent)
         values = self._values(status, raw, setpoint, orders)
         return dict(zip(self._names, values, strict=True))
@@ -136,26 +146,59 @@ class Reference:
             setpoint,
             self._duty_percent,
             self._asked_percent,
-            *self.steering.exemptions(setpoint, orders.mode),
+            *self.steering.exemptions(setpoint, orders),
         )
+
+    def _mind_current(self, raw: int) -> None:
+        if self.limiter is None:
+            return
+        self.limiter.measure(raw, self._duty_percent)
+        if self.fault_code:
+            self.limiter.forget()
+        else:
+            self._trip(self.limiter.watch())
 
     def _protect(self, status: int, look: Look) -> None:
         if status:
             code = self._guard.without_reading(status, self._missing)
         else:
             code = self._guard.with_reading(look)
-        if code:
-            self.fault_code = code
-            self.fault_temperature_c = self._temperature_c
+        self._trip(code)
+
+    def _trip(self, code: int) -> None:
+        """Latch a fault, unless there is one already or the code is that of none."""
+        if code and not self.fault_code:
+            self.restore(code, self._temperature_c)
+
+    def _decide(self, status: int, look: Look, orders: Orders) -> None:
+        """Find what heater and cooler are asked for."""
+        top_percent = FULL if self.limiter is None else self.limiter.top_percent
+        asked_percent = self.steering.duty(
+            look, orders, top_percent, fault=bool(self.fault_code), valid=not status
+        )
+        if self.fault_code or not status:
+            self._asked_percent = asked_percent
+        self._duty_percent = min(asked_percent, top_percent)
+        if self._has_cooler:
+            self.cooling = self._cooled(status, look, orders)
+
+    def _cooled(self, status: int, look: Look, orders: Orders) -> int:
+        if self.fault_code:
+            return int(bool(status) or not look.temperature_c < FAULT_COOLING_ABOVE_C)
+        if self.steering.is_off(look.setpoint_c, orders):
+            return 0
+        return self.cooling if status else self.steering.cooling
 
     def _members(self) -> tuple[Member, ...]:
         return (
             *LOOP_MEMBERS,
+            *((COOLING,) if self._has_cooler else ()),
             *self.steering.inputs,
             *prefixed("guard", self._guard.members),
             *self.steering.members,
             *prefixed("fault", FAULT_MEMBERS),
             *prefixed("output", self.output.members),
+            *prefixed("current", self.limiter.members if self.limiter else ()),
         )
 
     def _values(self, status: int, raw: int, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
@@ -169,11 +212,13 @@ class Reference:
             self._asked_percent,
             self._missing,
             self._has_reading,
-            *((orders.mode, orders.manual_percent) if self.steering.inputs else ()),
+            *((self.cooling,) if self._has_cooler else ()),
+            *self.steering.input_values(orders),
             *self._guard.values(),
             *self.steering.values(),
             self.fault_code,
             self._acknowledgements,
             self.fault_temperature_c,
             *self.output.values(),
+            *(self.limiter.values() if self.limiter else ()),
         )

@@ -1,7 +1,8 @@
 """On-off control with hysteresis and lead (docs/control.md, "on_off")."""
 
+from heatwright.sim.reference.lead import Lead
 from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import FULL, ZERO, Single, filter_share
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.spec import OnOff
 
 
@@ -13,29 +14,20 @@ class OnOffControl:
 
     def __init__(self, algorithm: OnOff, period_s: float) -> None:
         """Derive the constants."""
-        self._leads = algorithm.lead_s > 0
-        self._lead_s = Single(algorithm.lead_s)
-        self._share = filter_share(period_s, algorithm.lead_filter_s)
-        self._per_period = Single(1 / period_s)
+        self._lead = Lead(algorithm.lead_s, algorithm.lead_filter_s, period_s)
         self._has_width = algorithm.hysteresis_k > 0
         self._half_width = Single(algorithm.hysteresis_k)
-        rate: tuple[Member, ...] = (("rate_k_per_s", "f4"),) if self._leads else ()
-        self.members: tuple[Member, ...] = (*rate, ("heating", "u1"))
+        self.members: tuple[Member, ...] = (*self._lead.members, ("heating", "u1"))
         self.reset()
 
     def reset(self) -> None:
         """Start anew after a fault."""
-        self._rate = ZERO
+        self._lead.reset()
         self._heating = 0
 
     def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""
-        expected_c = temperature_c
-        if self._leads:
-            if gap == 1:
-                slope = (temperature_c - last_c) * self._per_period
-                self._rate = self._rate + self._share * (slope - self._rate)
-            expected_c = temperature_c + self._lead_s * self._rate
+        expected_c = self._lead.expected_c(temperature_c, last_c, gap)
         if self._has_width:
             if expected_c >= setpoint_c + self._half_width:
                 self._heating = 0
@@ -47,7 +39,7 @@ class OnOffControl:
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
-        return (self._rate, self._heating) if self._leads else (self._heating,)
+        return (*self._lead.values(), self._heating)
 
 
 Control = OnOffControl

@@ -22,7 +22,7 @@ class Operator:
         self.setpoint_c = Single(loop.setpoint.initial_c)
         self._mode = AUTOMATIC
         self._manual_percent = ZERO
-        self.gains = _gains(loop.algorithm) if tunable(controller, name) else None
+        self.gains = gains_of(loop.algorithm) if tunable(controller, name) else None
 
     @property
     def orders(self) -> Orders:
@@ -117,7 +117,8 @@ class Operator:
         self.setpoint_c = ZERO
 
 
-def _gains(algorithm: object) -> Gains | None:
+def gains_of(algorithm: object) -> Gains | None:
+    """Return the gains that the specification gives an algorithm; None if it has none."""
     if not isinstance(algorithm, Pid):
         return None
     return Gains(Single(algorithm.kp), Single(algorithm.ki), Single(algorithm.kd))

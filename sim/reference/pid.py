@@ -27,6 +27,8 @@ class PidControl:
         self._band = None if algorithm.band_k is None else Single(algorithm.band_k)
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self.full_percent = Single(algorithm.output.maximum_percent)
+        self.top_percent = self.full_percent
+        """What the current's limit leaves of it; the integral is held there."""
         self.members: tuple[Member, ...] = self._members()
         self._last = ZERO
         self.reset()
@@ -114,7 +116,7 @@ class PidControl:
         return clamp(total, self._minimum, self.full_percent)
 
     def _pushes_into_limit(self, total: Single, error: Single) -> bool:
-        if total > self.full_percent:
+        if total > min(self.full_percent, self.top_percent):
             return bool(error > ZERO)
         return bool(total < self._minimum and error < ZERO)
 

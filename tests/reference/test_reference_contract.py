@@ -13,6 +13,7 @@ MEGA = BOARDS["mega2560"]
 SPI = {"chip_select": "D49", "clock": "D52", "data_out": "D50"}
 SENSORS = {
     "analog": {"pin": "A13", "scale": "10 mV/K", "range": "2 °C .. 150 °C"},
+    "current": {"pin": "A13", "scale": "50 mV/A", "offset": "0.5 V"},
     "ds18b20": {"pin": "A1"},
     "max31855": SPI,
     "max6675": SPI,
@@ -35,7 +36,8 @@ HEATERS = {
     "pwm": {"frequency": "490 Hz"},
     "time_proportional": {"window": "1 s"},
 }
-ALGORITHMS = {"on_off": {}, "pid": {"kp": 50}}
+ALGORITHMS = {"on_off": {}, "pid": {"kp": 50}, "three_position": {"dead_band": "2 K"}}
+AMPERES_A_STEP = 5.0 / 1024 / 0.050
 
 
 @pytest.mark.parametrize("kind", kinds(Sensor))
@@ -44,7 +46,8 @@ def test_every_sensor_can_be_read(kind):
     sensor = kinds(Sensor)[kind].model_validate({"kind": kind, **SENSORS[kind]})
     status, raw = module.IdealSensor(sensor, MEGA).read(50.0)
     assert status == 0
-    assert abs(module.converter(sensor, MEGA)(raw) - 50.0) <= sensor.step_k
+    step = AMPERES_A_STEP if kind == "current" else sensor.step_k
+    assert abs(module.converter(sensor, MEGA)(raw) - 50.0) <= step
 
 
 @pytest.mark.parametrize("output", kinds(Switch))

@@ -1,0 +1,119 @@
+"""The current of a heater: what it is, what it may be, what is wrong with it.
+
+docs/control.md, "Current", and the rules 20 to 22 of "Protections".
+"""
+
+from heatwright.sim.reference.current import Converter
+from heatwright.sim.reference.guard_rules import counted
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
+from heatwright.spec import Controller, Current, CurrentSensor, DigitalOutput, PwmOutput
+
+OVER_CURRENT = 20
+CURRENT_WHILE_OFF = 21
+NO_CURRENT = 22
+
+LASTING_S = 0.5
+FEWEST_STEPS = 5
+IDLE_SHARE = 0.05
+IDLE_ADC_STEPS = 3
+START_PERCENT = Single(25)
+"""Where a heater begins, and by how much its limit grows in a step."""
+HALF, TWO = Single(0.5), Single(2)
+
+
+class Limiter:
+    """Watches and limits a heater's current."""
+
+    def __init__(self, controller: Controller, heater: str, period_s: float) -> None:
+        """Derive the constants of a heater whose current is measured.
+
+        Raises:
+            ValueError: it is not.
+
+        """
+        output = controller.outputs[heater]
+        if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+            message = f"The current of {heater} is not measured"
+            raise ValueError(message)
+        current = output.current
+        self._convert = _converter(controller, current)
+        self._limit = None if current.limit_a is None else Single(current.limit_a)
+        self._trip = Single(current.over_a)
+        idle_a = max(IDLE_SHARE * current.nominal_a, IDLE_ADC_STEPS * self._convert.step_a)
+        self._idle = Single(idle_a)
+        self._per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
+        self._lasting = max(FEWEST_STEPS, steps(LASTING_S, period_s))
+        limit: tuple[Member, ...] = (("limit_percent", "f4"),) if self._limit is not None else ()
+        self.members: tuple[Member, ...] = (
+            ("raw", "i2"),
+            ("amperes", "f4"),
+            ("applied_percent", "f4"),
+            *limit,
+            ("leak_steps", "u2"),
+            ("none_steps", "u2"),
+        )
+        self._raw = self._leak_steps = self._none_steps = 0
+        self._amperes = self._applied = self._limit_percent = ZERO
+
+    @property
+    def top_percent(self) -> Single:
+        """The most that the heater may be given, %."""
+        return FULL if self._limit is None else self._limit_percent
+
+    def measure(self, raw: int, applied_percent: Single) -> None:
+        """Take in a reading, and what the heater was asked for meanwhile."""
+        self._raw = raw
+        self._applied = applied_percent
+        self._amperes = self._convert(raw)
+        if self._limit is not None:
+            self._limit_percent = self._limited(self._limit)
+
+    def watch(self) -> int:
+        """Return the code of the fault, 0 for none."""
+        if self._amperes >= self._trip:
+            return OVER_CURRENT
+        leaks = self._applied == ZERO and self._amperes >= self._idle
+        self._leak_steps = counted(self._leak_steps) if leaks else 0
+        if self._leak_steps >= self._lasting:
+            return CURRENT_WHILE_OFF
+        due = self._applied * self._per_percent
+        lacks = due >= TWO * self._idle and self._amperes < HALF * due
+        self._none_steps = counted(self._none_steps) if lacks else 0
+        return NO_CURRENT if self._none_steps >= self._lasting else 0
+
+    def forget(self) -> None:
+        """Watch nothing: there is a fault already."""
+        self._leak_steps = self._none_steps = 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        limit = (self._limit_percent,) if self._limit is not None else ()
+        return (
+            self._raw,
+            self._amperes,
+            self._applied,
+            *limit,
+            self._leak_steps,
+            self._none_steps,
+        )
+
+    def _limited(self, limit_a: Single) -> Single:
+        if self._applied == ZERO:
+            return START_PERCENT
+        wanted = self._applied * limit_a / self._amperes if self._amperes > ZERO else FULL
+        return min(wanted, self._limit_percent + START_PERCENT, FULL)
+
+
+def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter | None:
+    """Return the limiter of a heater, None if its current is not measured."""
+    current = getattr(controller.outputs[heater], "current", None)
+    return Limiter(controller, heater, period_s) if current else None
+
+
+def _converter(controller: Controller, current: Current) -> Converter:
+    sensor = controller.sensors[current.sensor]
+    if not isinstance(sensor, CurrentSensor):
+        message = f"{current.sensor} measures no current"
+        raise TypeError(message)
+    return Converter(sensor, controller.board)

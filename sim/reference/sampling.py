@@ -1,0 +1,50 @@
+"""When an ideal sensor is read before a control step, and what comes of it."""
+
+from importlib import import_module
+from typing import Any
+
+from heatwright.sim.coupling import sums_noise
+from heatwright.spec import Controller, Loop
+
+SECOND_US = 1_000_000
+TICK_US = 10_000
+
+
+class Sampler:
+    """The reading of a loop's sensor for the next step.
+
+    Its codes are all of one moment; but if the machine makes them noisy each is of its own tick,
+    for their sum is less noisy than one of them.
+    """
+
+    def __init__(self, controller: Controller, loop: Loop) -> None:
+        """Find out when to look."""
+        sensor = controller.sensors[loop.sensor]
+        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
+        self._sensor: Any = kind.IdealSensor(sensor, controller.board)
+        self._each = sums_noise(controller, loop.sensor)
+        early_us = round(self._sensor.sampled_before_step_s * SECOND_US)
+        self._early_us = [early_us]
+        if self._each:
+            self._early_us = [turn * TICK_US for turn in range(self._sensor.oversample, 0, -1)]
+        self._felt_c: list[float] = []
+
+    def due_us(self, step_us: int) -> int:
+        """Return when to look next; the time of the step itself if all is seen."""
+        looks = len(self._felt_c)
+        return step_us - self._early_us[looks] if looks < len(self._early_us) else step_us
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the reading is complete."""
+        return len(self._felt_c) == len(self._early_us)
+
+    def look(self, temperature_c: float) -> None:
+        """Take in what the sensor feels now, °C."""
+        self._felt_c.append(temperature_c)
+
+    def take(self) -> tuple[int, int]:
+        """Return the reading's status and raw number, and begin the next one."""
+        felt_c, self._felt_c = self._felt_c, []
+        status, raw = self._sensor.read_all(felt_c) if self._each else self._sensor.read(felt_c[0])
+        return status, raw
