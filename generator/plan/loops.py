@@ -14,8 +14,9 @@ from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Indicators, Loop, ThreePosition
+from heatwright.spec import Controller, Loop, ThreePosition
 from heatwright.spec.commands import commanded, switched, tunable
+from heatwright.spec.indicated import indicated
 
 FULL_PERCENT = 100.0
 
@@ -62,7 +63,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
     prefix = prefix_of(name)
     kind = import_module(f"heatwright.generator.plan.algorithms.{loop.algorithm.kind}")
     algorithm = kind.plan(source.at("algorithm"), name, loop, prefix)
-    told = _told(source.controller, name)
+    told = switched(source.controller, name) or indicated(source.controller, name)
     by_host = _hosted(source.controller, name)
     experiment = loop.autotune if tunable(source.controller, name) else None
     current = current_of(loop, source)
@@ -199,11 +200,3 @@ def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 def _hosted(controller: Controller, name: str) -> bool:
     """Tell whether a host commands a loop by its setpoint alone, 0 for off."""
     return commanded(controller, name) and not switched(controller, name)
-
-
-def _told(controller: Controller, name: str) -> bool:
-    """Tell whether somebody reads the loop's state: a master, or lights that show it."""
-    shown = any(
-        isinstance(each, Indicators) and each.loop in (name, None) for each in controller.interfaces
-    )
-    return shown or switched(controller, name)

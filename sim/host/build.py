@@ -92,9 +92,11 @@ def build_host(
 
 
 def _names(parts: Parts) -> list[str]:
-    outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan) if name]
+    outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan, parts.cooler) if name]
     control = [f"{kind}_{parts.loop}.c" for kind in control_files(parts)]
     control += [f"celsius_{parts.sensor}.c"] * parts.table
+    if parts.current:
+        control += [f"current_{parts.heater}.c", f"amperes_{parts.current}.c"]
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 

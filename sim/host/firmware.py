@@ -15,13 +15,17 @@ INPUT = np.dtype(
     [
         ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i2"),
         ("setpoint_c", "f4"), ("command", "u1"), ("value", "f4"), ("gains", "f4", 3),
+        ("current_status", "u1"), ("current_raw", "i2"), ("silent_ticks", "u2"),
     ]
 )  # fmt: skip
 """What goes into one control step: `struct host_input`."""
 
 
 READY = "ready"
-"""The last member of a commanded loop's state: what `loop_X_is_ready` says after the step."""
+"""The last member of the state of a loop that a host commands by its setpoint: what
+`loop_X_is_ready` says after the step."""
+STATE = "state"
+"""The last member of a switched loop's state: what `loop_X_state` says after the step."""
 
 
 class Command(IntEnum):
@@ -37,6 +41,10 @@ class Command(IntEnum):
     RELOAD = 7
     DEFAULTS = 8
     EMERGENCY = 9
+    ENABLE = 10
+    DISABLE = 11
+    PERCENT = 12
+    AUTOMATIC = 13
 
 
 class HostHangs(RuntimeError):

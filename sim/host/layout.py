@@ -26,7 +26,9 @@ def declarations(project: Path, parts: Parts) -> Any:
     names = ["fault", "settings", "gate", "reset"]
     names += ["mode"] * parts.tunable
     names += [f"{kind}_{parts.loop}" for kind in control_files(parts)]
-    names.append(f"output_{parts.heater}")
+    names += [f"output_{name}" for name in (parts.heater, parts.cooler) if name]
+    names += [f"current_{parts.heater}"] * (parts.current is not None)
+    names += ["state"] * parts.switched
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in names), HERE / "world.h"):
@@ -50,12 +52,15 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         structures["output."] = f"output_{parts.heater}_state"
     if parts.autotune:
         structures["autotune."] = f"autotune_{parts.loop}_state"
+    if parts.current:
+        structures["current."] = f"current_{parts.heater}_state"
     fields = [
         (f"{prefix}{name}", _width(field.type))
         for prefix, structure in structures.items()
         for name, field in ffi.typeof(f"struct {structure}").fields
     ]
-    return np.dtype([*fields, *([("ready", "u1")] if parts.commanded else [])])
+    told = "state" if parts.switched else "ready"
+    return np.dtype([*fields, *([(told, "u1")] if parts.commanded else [])])
 
 
 def _width(kind: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.spec import Controller, DigitalOutput, Loop
-from heatwright.spec.commands import commanded, tunable
+from heatwright.spec.commands import commanded, switched, tunable
 from heatwright.spec.timers import allocate
 
 TABLED = ("thermistor", "rtd", "analog")
@@ -21,11 +21,15 @@ class Parts(NamedTuple):
     sensor: str
     heater: str
     fan: str | None
+    cooler: str | None
     stepper: str | None
+    current: str | None
+    """The sensor of the heater's current."""
     has_output_state: bool
     table: bool
     """The sensor's readings are made temperatures by a table in a file of its own."""
     commanded: bool
+    switched: bool
     tunable: bool
     autotune: bool
 
@@ -42,16 +46,20 @@ def parts_of(controller: Controller) -> Parts:
         raise ValueError(message)
     ((name, loop),) = controller.loops.items()
     by_gain = tunable(controller, name)
+    current = getattr(controller.outputs[loop.heater], "current", None)
     steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
     return Parts(
         loop=name,
         sensor=loop.sensor,
         heater=loop.heater,
         fan=loop.fan,
+        cooler=loop.cooler,
         stepper=next(iter(steppers), None),
+        current=current.sensor if current else None,
         has_output_state=controller.outputs[loop.heater].kind != "digital",
         table=controller.sensors[loop.sensor].kind in TABLED,
         commanded=commanded(controller, name),
+        switched=switched(controller, name),
         tunable=by_gain,
         autotune=by_gain and loop.autotune is not None,
     )
@@ -68,10 +76,17 @@ def names_for_world(controller: Controller, parts: Parts) -> list[str]:
     flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
     flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
-    flags += ["-DCOMMANDED"] * parts.commanded + ["-DTUNABLE"] * parts.tunable
+    flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
+    flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune
     headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
     headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
+    if parts.cooler:
+        flags.append(f"-DCOOLER={parts.cooler}")
+        headers.append(f"output_{parts.cooler}.h")
+    if parts.current:
+        flags.append(f"-DCURRENT={parts.current}")
+        headers += [f"sensor_{parts.current}.h", f"current_{parts.heater}.h"]
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
     pins = controller.board.pins

@@ -1,9 +1,9 @@
 /* The world around the firmware's own files in the host build.
  *
  * Linked first, so that its data begin the memory that a reset restores. The names of the loop
- * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, STEPPER, HAS_STATE,
- * and what a host can command: COMMANDED, TUNABLE, AUTOTUNE; the firmware's headers are included
- * there, too.
+ * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, COOLER, STEPPER,
+ * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE; the
+ * firmware's headers are included there, too.
  */
 #include "world.h"
 
@@ -22,6 +22,7 @@
 #define ALGORITHM JOIN(algorithm_, LOOP, )
 #define OUTPUT JOIN(output_, HEATER, )
 #define EXPERIMENT JOIN(autotune_, LOOP, )
+#define MEASURED JOIN(current_, HEATER, )
 
 extern char _end[] __attribute__((visibility("hidden")));
 
@@ -72,6 +73,26 @@ void plotter_send(void)
 void panel_refresh(void);
 void panel_refresh(void)
 {
+}
+
+#ifdef CURRENT
+uint8_t JOIN(sensor_, CURRENT, _take)(int16_t *raw)
+{
+    if (input.current_status == READING_OK) {
+        memcpy(raw, &input.current_raw, sizeof *raw);
+    }
+    return input.current_status;
+}
+
+void JOIN(sensor_, CURRENT, _begin)(void)
+{
+}
+#endif
+
+uint16_t modbus_silent_ticks(void);
+uint16_t modbus_silent_ticks(void)
+{
+    return input.silent_ticks;
 }
 
 #ifdef STEPPER
@@ -204,6 +225,11 @@ void host_power_up(void)
         host_ddr[i] = 0xFF;
     }
     JOIN(pin_output_, HEATER, _off)(); /* as reset.c does */
+#ifdef COOLER
+    world->cooler_ticks = 0;
+    world->both_on = 0;
+    JOIN(pin_output_, COOLER, _off)();
+#endif
     settings_start();
 #ifdef FAN
     JOIN(output_, FAN, _start)();
@@ -220,6 +246,11 @@ void host_tick(void)
     world->ticks++;
     gate_tick();
     world->heater_counts += host_heater();
+#ifdef COOLER
+    const bool cools = JOIN(pin_output_, COOLER, _is_on)();
+    world->cooler_ticks += cools;
+    world->both_on += cools && host_heater() != 0;
+#endif
     if (world->main_hangs) {
         return;
     }
@@ -234,9 +265,25 @@ void host_tick(void)
 static bool command(const struct host_input *asked)
 {
     switch (asked->command) {
-#ifdef COMMANDED
+#if defined(HOSTED) || defined(SWITCHED)
     case HOST_SET:
         return JOIN(loop_, LOOP, _set)(asked->value);
+#endif
+#ifdef SWITCHED
+    case HOST_ENABLE:
+        return JOIN(loop_, LOOP, _enable)();
+    case HOST_DISABLE:
+        JOIN(loop_, LOOP, _disable)();
+        break;
+#endif
+#if defined(SWITCHED) && defined(TUNABLE)
+    case HOST_PERCENT:
+        return JOIN(loop_, LOOP, _set_manual_percent)(asked->value);
+    case HOST_AUTOMATIC:
+        JOIN(loop_, LOOP, _set_automatic)();
+        break;
+#endif
+#ifdef HOSTED
     case HOST_EMERGENCY:
         fault_trip(FAULT_EMERGENCY_STOP, 0.0f);
         break;
@@ -275,7 +322,7 @@ static bool command(const struct host_input *asked)
 void host_set(const struct host_input *next)
 {
     input = *next;
-#ifndef COMMANDED
+#if !defined(HOSTED) && !defined(SWITCHED)
     SETTING(_setpoint_c) = input.setpoint_c;
 #endif
     if (input.acknowledge) {
@@ -303,8 +350,14 @@ uint32_t host_state(uint8_t *to)
 #ifdef AUTOTUNE
     end = put(end, &EXPERIMENT, sizeof EXPERIMENT);
 #endif
-#ifdef COMMANDED
+#ifdef CURRENT
+    end = put(end, &MEASURED, sizeof MEASURED);
+#endif
+#ifdef HOSTED
     *end++ = JOIN(loop_, LOOP, _is_ready)();
+#endif
+#ifdef SWITCHED
+    *end++ = JOIN(loop_, LOOP, _state)();
 #endif
     return (uint32_t)(end - to);
 }

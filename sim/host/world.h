@@ -13,9 +13,12 @@ struct host_input {
     uint8_t command;
     float value;
     float gains[3]; /* kp, ki, kd */
+    uint8_t current_status;
+    int16_t current_raw;
+    uint16_t silent_ticks; /* since the master was heard */
 };
 
-/* Commands to a loop that a host commands. */
+/* Commands to a loop that a host or a master commands. */
 enum {
     HOST_NOTHING = 0,
     HOST_SET = 1,    /* a setpoint of `value` */
@@ -26,7 +29,11 @@ enum {
     HOST_KEEP = 6,
     HOST_RELOAD = 7,
     HOST_DEFAULTS = 8,
-    HOST_EMERGENCY = 9
+    HOST_EMERGENCY = 9,
+    HOST_ENABLE = 10,
+    HOST_DISABLE = 11,
+    HOST_PERCENT = 12, /* a duty by hand of `value`, now or later */
+    HOST_AUTOMATIC = 13
 };
 
 /* Survives a reset of the firmware. */
@@ -42,6 +49,8 @@ struct host_world {
     uint32_t eeprom_writes;
     int32_t writes_left;      /* until the power fails; below 0: it does not */
     uint8_t refused;          /* the last command was */
+    uint32_t cooler_ticks;    /* in which the cooler was on, since the reset */
+    uint32_t both_on;         /* ticks in which heater and cooler were */
     int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
 };
 
@@ -59,8 +68,8 @@ uint32_t host_heater(void);
 /* Put the inputs at the next step's disposal. */
 void host_set(const struct host_input *input);
 
-/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune;
- * of a commanded loop whether it is ready, too. */
+/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune,
+ * current; of a commanded loop whether it is ready, or its state, too. */
 uint32_t host_state(uint8_t *to);
 
 /* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's

@@ -1,5 +1,6 @@
 """Commands of a course, given to the reference model's operator; what they keep and when ready."""
 
+from collections.abc import Callable
 from typing import Any
 
 from heatwright.sim.host import Command
@@ -8,10 +9,20 @@ from heatwright.sim.reference.autotune import DONE
 from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.operator import Operator
-from heatwright.spec import Controller, commanded
+from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.spec import Controller, ThreePosition, commanded
+from heatwright.spec.commands import switched
 
 READY_WITHIN_K = 1.0
 """Of a loop whose specification does not say it."""
+
+
+_SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {
+    Command.ENABLE: lambda operator, _: operator.enable(),
+    Command.DISABLE: lambda operator, _: operator.disable(),
+    Command.PERCENT: lambda operator, percent: operator.set_manual_percent(percent),
+    Command.AUTOMATIC: lambda operator, _: operator.steer_by_hand(on=False),
+}
 
 
 class Commands:
@@ -19,9 +30,13 @@ class Commands:
         loop = controller.loops[name]
         self.commanded = commanded(controller, name)
         self._reference = reference
-        self._operator = Operator(controller, name, reference)
+        self.switched = switched(controller, name)
+        kind = SwitchedOperator if self.switched else Operator
+        self._operator = kind(controller, name, reference)
         self._kept = self._defaults = self._operator.gains
         within_k = loop.ready_within_k
+        if self.switched and isinstance(loop.algorithm, ThreePosition):
+            within_k = loop.algorithm.dead_band_k
         self._within_k = Single(READY_WITHIN_K if within_k is None else within_k)
 
     @property
@@ -42,7 +57,10 @@ class Commands:
         if command == Command.SET:
             self._operator.set(value)
         elif command == Command.EMERGENCY:
-            self._reference.stop()
+            if not self.switched:
+                self._reference.stop()
+        elif isinstance(self._operator, SwitchedOperator) and command in _SWITCHING:
+            _SWITCHING[command](self._operator, value)
         elif self._operator.gains is not None:
             self._tuned(command, value, [float(each) for each in row["gains"]])
 
@@ -64,6 +82,11 @@ class Commands:
             case Command.DEFAULTS:
                 operator.gains = self._defaults
 
+    @property
+    def has_closed(self) -> bool:
+        """Whether a loop is off at once, before the step that takes it over."""
+        return self.switched and self._operator.is_off
+
     def after_step(self) -> None:
         """What a tuning found is kept."""
         before: Gains | None = self._operator.gains
@@ -74,8 +97,21 @@ class Commands:
 
     def is_ready(self, record: Record) -> bool:
         """Whether the loop is ready, by docs/control.md, "Commands"."""
-        setpoint_c = Single(record["setpoint_c"])
-        automatic = record.get("mode", 0) == 0 and setpoint_c != 0
+        automatic = record.get("mode", 0) == 0 and record["setpoint_c"] != 0
+        return bool(automatic and self._is_near(record))
+
+    def state(self, record: Record) -> int:
+        """What a master reads of the loop, by docs/control.md, "Switched loops"."""
+        works = bool(record["enabled"] and record["fault.code"] == 0)
+        bits = (
+            works,
+            record["duty_percent"] > 0,
+            record.get("cooling", 0),
+            works and self._is_near(record),
+        )
+        return sum(bool(bit) << place for place, bit in enumerate(bits))
+
+    def _is_near(self, record: Record) -> bool:
         well = record["fault.code"] == 0 and record["reading_status"] == 0
-        off_by_k = abs(setpoint_c - Single(record["temperature_c"]))
-        return bool(automatic and well and off_by_k <= self._within_k)
+        off_by_k = abs(Single(record["setpoint_c"]) - Single(record["temperature_c"]))
+        return bool(well and off_by_k <= self._within_k)

@@ -7,13 +7,12 @@ from typing import Any
 import host_specs
 import numpy as np
 from host_courses import (
-    COMMAND_KINDS,
-    KINDS,
     LONG_SILENCE,
     LOWERED,
     TUNINGS,
     Stretch,
     inputs_of,
+    kinds_of,
     random_course,
 )
 from host_reference import Expected, expected, first_difference
@@ -31,7 +30,7 @@ STRETCHES = 14
 def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]]:
     controller = host_specs.spec_of(name).controller
     found = []
-    kinds = KINDS + COMMAND_KINDS * (2 * (name in host_specs.COMMANDED))
+    kinds = kinds_of(controller)
     drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(COURSES))  # noqa: S311
     tunings = [
         *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),

@@ -4,11 +4,13 @@ from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
+from host_reference import fill_currents
 from host_scale import scale_of
 from numpy.typing import NDArray
 
 from heatwright.sim.host.firmware import INPUT, Command
-from heatwright.spec import Controller, Loop, commanded
+from heatwright.spec import Controller, Current, Loop, ThreePosition, commanded
+from heatwright.spec.commands import switched
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
@@ -18,6 +20,12 @@ COMMAND_KINDS = (
     "setpoint", "order", "manual", "gains", "gains", "off_and_on", "tune", "tune_in_part",
 )  # fmt: skip
 """What else a course of a commanded loop is made of; on others they hold."""
+
+
+SWITCH_KINDS = ("switch", "order_switched", "by_percent", "silence")
+"""Of a switched loop, besides."""
+CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
+"""Where the heater's current is measured, besides."""
 
 
 class Stretch(NamedTuple):
@@ -34,6 +42,11 @@ class Stretch(NamedTuple):
 LONGEST = 2000
 """Steps of a course."""
 
+CODES_PER_AMPERE = 4096 / 25
+"""Of the sum of four codes at 0.2 V/A and 5 V, as host_switched has it; 0 A is two codes below 0."""
+IDLE_CODES = 10
+"""The sum that is just three steps of the ADC."""
+
 NO_GAINS = (0.0, 0.0, 0.0)
 NO_COMMAND = (Command.NOTHING, 0.0, NO_GAINS)
 ORDERS: tuple[tuple[Any, ...], ...] = (
@@ -45,6 +58,15 @@ ORDERS: tuple[tuple[Any, ...], ...] = (
         Command.STOP_TUNING, Command.KEEP, Command.RELOAD, Command.DEFAULTS, Command.EMERGENCY,
     )),
 )  # fmt: skip
+
+SWITCHED_ORDERS: tuple[tuple[Any, ...], ...] = (
+    *ORDERS,
+    *((each, 0.0, NO_GAINS) for each in (Command.ENABLE, Command.DISABLE, Command.AUTOMATIC)),
+    *((Command.PERCENT, value, NO_GAINS) for value in (0.0, 100.0, 100.5, -0.5, float("nan"))),
+)
+SHARES = (300, 150, 75, 60, 50, 49, 30, 10, 0, 1000)
+"""Of the current that is due, %."""
+AS_DUE = 100
 
 LONG_SILENCE = [
     Stretch("setpoint", 1, 3),
@@ -101,7 +123,23 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...] = KINDS
 
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
-    return _Walk(controller).inputs(course)
+    inputs = _Walk(controller).inputs(course)
+    if current_of(controller):
+        fill_currents(controller, inputs)
+    return inputs
+
+
+def current_of(controller: Controller) -> Current | None:
+    ((_, loop),) = controller.loops.items()
+    return getattr(controller.outputs[loop.heater], "current", None)
+
+
+def kinds_of(controller: Controller) -> tuple[str, ...]:
+    """The kinds of stretches that a controller has something to answer to."""
+    ((name, _),) = controller.loops.items()
+    kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
+    kinds += SWITCH_KINDS * (2 * switched(controller, name))
+    return kinds + CURRENT_KINDS * (2 * (current_of(controller) is not None))
 
 
 class _Walk:
@@ -110,6 +148,13 @@ class _Walk:
         protection = loop.protection
         self._scale = scale_of(controller)
         self._commanded = commanded(controller, name)
+        self._switched = switched(controller, name)
+        self._current = current_of(controller)
+        self._share = AS_DUE
+        self._current_status = 0
+        self._silent_ticks = 0
+        self._lost_ticks = round((protection.master_lost_after_s or 0) * 100)
+        self._waiting = [_order(Command.DISABLE), _order(Command.ENABLE)] * self._switched
         self._raw = self._scale.first
         self._setpoint_c = loop.setpoint.initial_c
         self._setpoints_c = (
@@ -131,6 +176,8 @@ class _Walk:
     def inputs(self, course: list[Stretch]) -> NDArray[Any]:
         for stretch in course:
             begin = len(self._rows)
+            if stretch.acknowledge and self._switched and not self._waiting:
+                self._waiting = [_order(Command.DISABLE), _order(Command.ENABLE)]
             getattr(self, f"_{stretch.kind}")(stretch)
             if stretch.acknowledge or stretch.kind.startswith("tune"):
                 status, _, *others = self._rows[begin]
@@ -147,7 +194,10 @@ class _Walk:
         self._append(status, self._taken)
 
     def _append(self, status: int, raw: int) -> None:
-        self._rows.append((status, 0, raw, self._setpoint_c, *self._command))
+        if self._waiting and self._command == NO_COMMAND:
+            self._command = self._waiting.pop(0)
+        others = self._current_status, self._share, self._silent_ticks
+        self._rows.append((status, 0, raw, self._setpoint_c, *self._command, *others))
         self._command = NO_COMMAND
 
     def _hold(self, stretch: Stretch) -> None:
@@ -245,10 +295,67 @@ class _Walk:
         self._command = ORDERS[stretch.value % len(ORDERS)]
         self._hold(stretch)
 
+    def _order_switched(self, stretch: Stretch) -> None:
+        self._command = SWITCHED_ORDERS[stretch.value % len(SWITCHED_ORDERS)]
+        self._zigzag(stretch)
+
+    def _switch(self, stretch: Stretch) -> None:
+        """Off and on, or only one of them, or on twice."""
+        orders = [_order(Command.DISABLE), _order(Command.ENABLE), _order(Command.ENABLE)]
+        self._waiting = orders[stretch.value % 3 :][: 1 + stretch.value // 3 % 3]
+        self._zigzag(stretch)
+
+    def _by_percent(self, stretch: Stretch) -> None:
+        """By hand with a duty given before and after, and back."""
+        self._command = (Command.PERCENT, abs(stretch.value) / 1.9, NO_GAINS)
+        self._hold(stretch)
+        self._command = (Command.MANUAL, abs(stretch.value) / 2.0, NO_GAINS)
+        self._hold(stretch)
+        self._command = (Command.PERCENT, abs(stretch.value) / 2.1, NO_GAINS)
+        self._hold(stretch)
+        self._command = _order(Command.AUTOMATIC)
+        self._hold(stretch)
+
+    def _silence(self, stretch: Stretch) -> None:
+        self._silent_ticks = max(0, self._lost_ticks + stretch.nudge)
+        self._zigzag(stretch._replace(steps=1 + stretch.steps // 4))
+        self._silent_ticks = 0
+
+    def _load(self, stretch: Stretch) -> None:
+        """The heater draws another share of what is due, at the setpoint or below it."""
+        if stretch.value % 3 == 0:
+            self._ramp_to(self._setpoint_c - 5)
+        self._share = SHARES[stretch.value % len(SHARES)]
+        self._zigzag(stretch)
+        self._share = AS_DUE
+
+    def _leak(self, stretch: Stretch) -> None:
+        """About as little current as is called none, far above the setpoint or anywhere."""
+        if stretch.value % 3:
+            self._ramp_to(self._setpoint_c + 6)
+        self._draw(IDLE_CODES + stretch.nudge, stretch)
+
+    def _over(self, stretch: Stretch) -> None:
+        assert self._current is not None
+        self._draw(round(self._current.over_a * CODES_PER_AMPERE) - 2 + stretch.nudge, stretch)
+
+    def _draw(self, codes: int, stretch: Stretch) -> None:
+        self._share = -1 - codes
+        self._zigzag(stretch)
+        self._share = AS_DUE
+
+    def _no_scan(self, stretch: Stretch) -> None:
+        self._current_status = 4
+        self._load(stretch)
+        self._current_status = 0
+
     def _off_and_on(self, stretch: Stretch) -> None:
         """Begin anew near the setpoint, on either side of it."""
         goal_c = self._setpoint_c
         self._set(0.0)
+        if self._switched:
+            self._command = _order(Command.DISABLE)
+            self._waiting = [_order(Command.ENABLE)]
         self._good(self._last_good)
         if stretch.value % 3 == 0:
             self._command = (Command.GAINS, 0.0, (abs(stretch.value) / 8, 0.125, 2.0))
@@ -326,6 +433,10 @@ class _Walk:
             self._hold(stretch._replace(steps=2))
 
 
+def _order(command: Command) -> tuple[Any, ...]:
+    return (command, 0.0, NO_GAINS)
+
+
 def _offsets_k(loop: Loop) -> list[float]:
     """Where rules and algorithm change their mind, from the setpoint."""
     algorithm, runaway = loop.algorithm, loop.protection.runaway
@@ -336,6 +447,9 @@ def _offsets_k(loop: Loop) -> list[float]:
     for band_k in (getattr(algorithm, "band_k", None), getattr(algorithm, "dead_band_k", None)):
         if band_k:
             offsets_k += [band_k, -band_k]
+    if isinstance(algorithm, ThreePosition):
+        inside_k = algorithm.dead_band_k - algorithm.hysteresis_k
+        offsets_k += [inside_k, -inside_k]
     if loop.ready_within_k:
         offsets_k += [loop.ready_within_k, -loop.ready_within_k]
     return offsets_k

@@ -1,16 +1,20 @@
 """The reference model's way through a course, and how the host's way is compared with it."""
 
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from host_commands import Commands
 from numpy.typing import NDArray
 
-from heatwright.sim.host.firmware import READY, Run
-from heatwright.sim.reference import Reference
+from heatwright.sim.host.firmware import READY, STATE, Run
+from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.course import course_of
+from heatwright.sim.reference.current import IdealSensor
+from heatwright.sim.reference.held import has_minimum
+from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.output import pwm_period
-from heatwright.spec import Controller
+from heatwright.spec import Controller, DigitalOutput
 
 TICK_US = 10_000
 SLACK = 0.001
@@ -20,12 +24,18 @@ SLACK = 0.001
 class Expected(NamedTuple):
     states: NDArray[Any]
     heater_counts: NDArray[np.float64]
+    """Not numbers where the output decides by itself: nothing is expected then."""
     ticks: int
 
 
 def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
     """What `Host.run` should give: the state after each step and the heater's counts before it."""
     return _Way(controller).expected(inputs, kind)
+
+
+def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
+    """Make currents of what the rows of a course say of them, by the reference's duty."""
+    _Way(controller).fill_currents(inputs)
 
 
 class _Way:
@@ -39,6 +49,26 @@ class _Way:
         self._whole = pwm_period(controller, self._loop.heater).counts if pwm else 1
         self._period_us = round(self._loop.period_s * 1e6)
         self._time_s = 0
+        self._takes_turn = False
+        self._holds = isinstance(output, DigitalOutput) and has_minimum(output)
+        lost_s = self._loop.protection.master_lost_after_s
+        self._silence_ticks = None if lost_s is None else round(lost_s * 100)
+        self._current = getattr(output, "current", None)
+        if self._current is not None:
+            sensor = controller.sensors[self._current.sensor]
+            self._sensor = IdealSensor(sensor, controller.board)
+            self._due_a = output.power_w / output.supply_v / 100
+
+    def fill_currents(self, inputs: NDArray[Any]) -> None:
+        """Make currents of what the rows say: per cent of what is due, or -1 - codes."""
+        taken = 0
+        for number, row in enumerate(inputs):
+            self._give(number, row)
+            share = int(row["current_raw"])
+            amperes = float(self._reference.duty_percent) * self._due_a * share / 100
+            raw = -1 - share if share < 0 else self._sensor.read(amperes)[1]
+            taken = row["current_raw"] = taken if row["current_status"] else raw
+            self._step(number, row)
 
     def expected(self, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
         rows: list[tuple[Any, ...]] = []
@@ -46,7 +76,9 @@ class _Way:
         for number, row in enumerate(inputs):
             self._give(number, row)
             on_us = self._course.advance(number * self._period_us)
-            total += on_us * self._whole / TICK_US
+            if self._takes_turn:  # from the cooler: on a tick later
+                on_us -= on_us * TICK_US / self._period_us
+            total += nan if self._holds else on_us * self._whole / TICK_US
             counts.append(total)
             rows.append(self._step(number, row))
         states = np.zeros(len(rows), kind)
@@ -56,8 +88,8 @@ class _Way:
 
     @property
     def _members(self) -> list[str]:
-        ready = [READY] if self._commands.commanded else []
-        return [*(name for name, _ in self._reference.members), "fault.time_s", *ready]
+        told = [STATE if self._commands.switched else READY] * self._commands.commanded
+        return [*(name for name, _ in self._reference.members), "fault.time_s", *told]
 
     def _give(self, number: int, row: Any) -> None:
         """Acknowledge and command, at once after the last step; a stop does not wait for one."""
@@ -68,29 +100,43 @@ class _Way:
         if self._reference.fault_code != code:
             self._time_s = number * self._period_us // 1_000_000
             self._course.apply(0)
+        if self._commands.has_closed:
+            self._course.apply(0)
 
     def _step(self, number: int, row: Any) -> tuple[Any, ...]:
         reference, commands = self._reference, self._commands
-        code = reference.fault_code
+        code, cooled = reference.fault_code, reference.cooling
         record = reference.step(
             int(row["reading_status"]),
             int(row["reading_raw"]),
             commands.setpoint_c(row),
-            orders=commands.orders,
+            orders=self._orders(row),
         )
+        self._takes_turn = bool(cooled and not reference.cooling)
         commands.after_step()
         self._course.apply(reference.output.counts)
         if record["fault.code"] != code:
             self._time_s = (number + 1) * self._period_us // 1_000_000
-        ready = [commands.is_ready(record)] if commands.commanded else []
-        return (*record.values(), self._time_s, *ready)
+        return (*record.values(), self._time_s, *self._told(record))
+
+    def _orders(self, row: Any) -> Orders:
+        silence = self._silence_ticks
+        return self._commands.orders._replace(
+            current_raw=int(row["current_raw"]),
+            master_lost=silence is not None and int(row["silent_ticks"]) >= silence,
+        )
+
+    def _told(self, record: Record) -> list[int | bool]:
+        if not self._commands.commanded:
+            return []
+        tell = self._commands.state if self._commands.switched else self._commands.is_ready
+        return [tell(record)]
 
 
 def first_difference(found: Run, wanted: Expected) -> str:
     """Name the first step after which the two differ, by whatever bit; empty if none."""
-    if found.states.tobytes() == wanted.states.tobytes() and np.allclose(
-        found.heater_counts, wanted.heater_counts, rtol=0, atol=SLACK
-    ):
+    off = np.abs(found.heater_counts - wanted.heater_counts) > SLACK
+    if found.states.tobytes() == wanted.states.tobytes() and not off.any():
         return ""
     differences = []
     for member in wanted.states.dtype.names or ():
@@ -99,7 +145,7 @@ def first_difference(found: Run, wanted: Expected) -> str:
         if len(rows):
             row = int(rows[0])
             differences.append((row, member, ours[row], theirs[row]))
-    rows = np.flatnonzero(np.abs(found.heater_counts - wanted.heater_counts) > SLACK)
+    rows = np.flatnonzero(off)
     if len(rows):
         row = int(rows[0])
         counts = found.heater_counts[row], wanted.heater_counts[row]

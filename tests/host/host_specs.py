@@ -4,6 +4,7 @@ from functools import cache
 from random import Random
 
 import host_commanded
+import host_switched
 
 from heatwright.spec import Spec, load_text
 
@@ -156,9 +157,11 @@ def _texts() -> dict[str, str]:
     }
 
 
-TEXTS = _texts() | host_commanded.texts()
+TEXTS = _texts() | host_commanded.texts() | host_switched.texts()
 NAMES = tuple(TEXTS)
-COMMANDED = tuple(host_commanded.texts())
+HOSTED = tuple(host_commanded.texts())
+SWITCHED = tuple(name for name, text in host_switched.texts().items() if "modbus" in text)
+COMMANDED = (*HOSTED, *SWITCHED)
 
 
 @cache

@@ -4,7 +4,7 @@ import host_specs
 import pytest
 from host_ready import ready_problem
 
-WITH_AIR = [name for name in host_specs.COMMANDED if "loops:\n  air:" in host_specs.TEXTS[name]]
+WITH_AIR = [name for name in host_specs.HOSTED if "loops:\n  air:" in host_specs.TEXTS[name]]
 
 
 @pytest.mark.parametrize("name", WITH_AIR)

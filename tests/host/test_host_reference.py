@@ -4,7 +4,7 @@ import host_specs
 import numpy as np
 import pytest
 from host_control import run_problem
-from host_courses import COMMAND_KINDS, KINDS, Stretch, inputs_of
+from host_courses import Stretch, inputs_of, kinds_of
 from host_reference import expected
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -31,8 +31,10 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
     state = hosts(name).type
     found = {member: state[member].str.lstrip("<|") for member in state.names}
     assert found.pop("fault.time_s") == "u4"  # for the log, of no effect
-    assert ("ready" in found) == (name in host_specs.COMMANDED)
+    assert ("ready" in found) == (name in host_specs.HOSTED)
+    assert ("state" in found) == (name in host_specs.SWITCHED)
     found.pop("ready", None)
+    found.pop("state", None)
     assert found == members
 
 
@@ -40,9 +42,8 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
 @given(data=st.data())
 @settings(max_examples=150)
 def test_equal_to_the_reference_bit_for_bit(hosts, name, data):
-    kinds = KINDS + COMMAND_KINDS * (name in host_specs.COMMANDED)
-    course = data.draw(st.lists(stretch(kinds), min_size=1, max_size=14))
     controller = host_specs.spec_of(name).controller
+    course = data.draw(st.lists(stretch(kinds_of(controller)), min_size=1, max_size=14))
     host = hosts(name)
     inputs = inputs_of(controller, course)
     assert run_problem(host, inputs, expected(controller, inputs, host.type)) == ""
