@@ -14,7 +14,11 @@ from heatwright.generator.compiled import CompiledTemplates
 from heatwright.generator.plan import Plan
 
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
-_COMMENTS = {".ini": "; {}\n", ".md": "<!-- {} -->\n"}
+_COMMENTS = {
+    ".ini": "; {}\n",
+    **dict.fromkeys((".md", ".xml"), "<!-- {} -->\n"),
+    **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
+}
 
 
 def _load(template: str) -> str:

@@ -6,6 +6,9 @@ import re
 
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]<>#|&~])")
 
+_STRING = re.compile(r'(["\\]|(?<=\?)\?)')
+"""What a C string literal must escape: its end, and the second character of a trigraph."""
+
 _HOSTILE = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)|-(?=-!?>)")
 """The first character of what ends or begins a comment of C, a trigraph, or the end of HTML's."""
 
@@ -22,7 +25,7 @@ def c_comment(text: str) -> str:
 def c_string(text: str) -> str:
     """A C string literal of printable ASCII; any other character becomes `?`."""
     shown = "".join(each if " " <= each <= "~" else "?" for each in text)
-    return '"' + re.sub(r'(["\\]|\?(?=\?))', r"\\\1", shown) + '"'
+    return '"' + _STRING.sub(r"\\\1", shown) + '"'
 
 
 def markdown(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from heatwright.generator.plan.interfaces.modbus_documents import documents
 from heatwright.generator.plan.interfaces.modbus_map import map_context
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
@@ -62,6 +63,7 @@ def _files(source: Source, interface: ModbusRtu) -> Iterable[File]:
         yield File(f"src/{name}", f"interfaces/{name}")
     yield File("src/modbus_line.c", "interfaces/modbus_line.c.j2", _line(source, interface))
     yield File("src/modbus_identity.c", "interfaces/modbus_identity.c.j2", _identity(source))
+    yield from documents(source, interface)
     context = map_context(source)
     for name in ("modbus_map.h", "modbus_map.c"):
         yield File(f"src/{name}", f"interfaces/{name}.j2", context)
