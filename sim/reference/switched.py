@@ -94,6 +94,13 @@ class SwitchedOperator(Operator):
         self._mode = TUNING
         return True
 
+    def acknowledge(self) -> None:
+        """Acknowledge a fault: the loop is off then, and as released as it was."""
+        released = self._released
+        super().acknowledge()
+        self._released = released
+        self._had_fault = False
+
     def after_step(self) -> None:
         """Take over what a tuning has come to; a new fault asks for another release."""
         super().after_step()
