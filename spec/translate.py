@@ -86,7 +86,7 @@ def _literal_words(place: Place) -> tuple[str, ...]:
     while stack:
         annotation = stack.pop()
         if get_origin(annotation) is Literal:
-            found += get_args(annotation)
+            found += map(str, get_args(annotation))
         else:
             stack += get_args(annotation)
     return tuple(found)

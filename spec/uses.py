@@ -67,11 +67,11 @@ def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, s
         for name, purpose in LCD_KEYPAD_PINS.items():
             yield (), name, purpose
         return
-    yield from named_pins(interface)
     if not isinstance(interface, Indicators):
         uart = board.uarts[0]
         for name in (uart.tx, uart.rx):
             yield (), name, SERIAL_PORT
+    yield from named_pins(interface)
 
 
 def named_pins(interface: Interface) -> Iterator[tuple[Path, str, str]]:

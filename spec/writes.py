@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BeforeValidator
-
 from heatwright.spec.algorithms import Gain
-from heatwright.spec.problems import refuse, shown
+from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.quantity import parse
 from heatwright.spec.suggest import advice
 from heatwright.spec.units import PERCENT, TEMPERATURE
@@ -67,4 +65,18 @@ def _writes(value: Any) -> Any:
     return tuple(Write(str(name), _value(str(name), each)) for name, each in value.items())
 
 
-Writes = Annotated[tuple[Write, ...], BeforeValidator(_writes)]
+Writes = Annotated[
+    tuple[Write, ...],
+    Checked(
+        _writes,
+        type="object",
+        minProperties=1,
+        patternProperties={
+            rf"^[a-z0-9_]+\.({'|'.join(AMOUNTS)})$": {"type": "string"},
+            rf"^[a-z0-9_]+\.({'|'.join(GAINS)})$": {"type": "number", "minimum": 0},
+            rf"^[a-z0-9_]+\.({'|'.join(SWITCHES)})$": {"type": "boolean"},
+            f"^({'|'.join(COMMANDS)})$": {"const": True},
+        },
+        additionalProperties=False,
+    ),
+]

@@ -10,13 +10,17 @@ from heatwright.spec.problems import Path
 def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     """Put a row's setpoint, algorithm and output in the place of the first loop's own.
 
-    The row's setpoint becomes the initial one, so that a run needs no operator.
+    The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
     """
     name, loop = next(iter(controller.loops.items()))
     setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
-    tuned = loop.autotune if row.algorithm.kind == "pid" else None
     changed = loop.model_copy(
-        update={"algorithm": row.algorithm, "setpoint": setpoint, "autotune": tuned}
+        update={
+            "algorithm": row.algorithm,
+            "setpoint": setpoint,
+            "autotune": loop.autotune if row.algorithm.kind == "pid" else None,
+            "starts": "enabled",
+        }
     )
     outputs = dict(controller.outputs)
     if row.output is not None:

@@ -69,13 +69,14 @@ def coolers_cool(controller: Controller) -> Findings:
     """Find coolers that change nothing in the plant."""
     if controller.simulation is None:
         return
+    fans = controller.simulation.plant.fans
     for name, loop in controller.loops.items():
         cooler = loop.cooler
-        if cooler in controller.outputs and cooler not in controller.simulation.plant.fans:
+        if cooler in controller.outputs and cooler not in fans:
             yield Finding(
-                (*_PLANT, "fans"),
+                (*_PLANT, "fans") if fans else _PLANT,
                 f"it does not say what {cooler}, the cooler of the loop {name}, changes",
-                f"Add {cooler}: {{link: […, ambient], factor: …}}",
+                f"Write fans: {{{cooler}: {{link: […, ambient], factor: …}}}}",
                 (("loops", name), ("outputs", str(cooler)), _PLANT),
             )
 

@@ -20,14 +20,6 @@ MOST_POINTS_OF_A_FALL = 64
 """Quarters of the quickest part's time, in which a fall has been as steep as it will be."""
 
 
-def _limit_w(output: Switch) -> float:
-    """Return the power that the limit of a heater's current leaves it, W."""
-    current, supply_v = getattr(output, "current", None), getattr(output, "supply_v", None)
-    if current is None or current.limit_a is None or supply_v is None:
-        return math.inf
-    return float(current.limit_a * supply_v)
-
-
 class Machine:
     """One loop with its part of the plant."""
 
@@ -71,7 +63,23 @@ class Machine:
         """The most the algorithm asks for, as far as the current's limit lets it have it."""
         algorithm = self.loop.algorithm
         share = algorithm.output.maximum_percent / 100 if isinstance(algorithm, Pid) else 1.0
-        return min(self.power_w * share, _limit_w(self.output))
+        return min(self.power_w * share, self._limit_w)
+
+    @property
+    def limit_a(self) -> float:
+        """What the heater's current is limited to, A; infinite where it is not."""
+        current = getattr(self.output, "current", None)
+        return math.inf if current is None or current.limit_a is None else float(current.limit_a)
+
+    @property
+    def _limit_w(self) -> float:
+        """Power that the limit of the current leaves."""
+        return self.limit_a * float(getattr(self.output, "supply_v", None) or math.inf)
+
+    @property
+    def is_limited(self) -> bool:
+        """True if the heater has as much power as the limit of its current leaves it."""
+        return self.full_power_w == self._limit_w
 
     @property
     def reaches(self) -> bool:

@@ -177,6 +177,8 @@ def writes_in_range(controller: Controller) -> Findings:
                     f"Use {celsius(low_c)} to {celsius(high_c)}",
                     (("loops", write.loop, "setpoint"),),
                 )
+            elif write.what == "manual_duty" and not 0 <= write.value <= 100:
+                yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
             else:
                 yield from _fits(path, write.value, "°C" if write.what == "setpoint" else "%")
 

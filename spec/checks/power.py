@@ -13,12 +13,27 @@ def heater_suffices(machine: Machine) -> Findings:
     if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
         return
     highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
+    if machine.is_limited:
+        yield _limit_suffices(machine, highest_c)
+        return
     needed_w = machine.target_k / machine.plant.steady_k(machine.full_power_w / machine.power_w)
     yield Finding(
         ("outputs", machine.loop.heater, "power"),
         f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
         f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
         f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
+        machine.because_of,
+    )
+
+
+def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
+    """Tell that the limit of the heater's current leaves too little power."""
+    share = machine.target_k / (highest_c - machine.ambient_c)
+    return Finding(
+        ("outputs", machine.loop.heater, "current", "limit"),
+        f"it leaves {about(machine.full_power_w)} W, which end at {about(highest_c)} °C in this "
+        f"plant and never reach the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"Use at least {rounded_up(machine.limit_a * share)} A, or a lower highest setpoint",
         machine.because_of,
     )
 

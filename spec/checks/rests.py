@@ -61,10 +61,10 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
         heater = controller.outputs.get(loop.heater)
         if getattr(heater, "current", None) is None:
             continue
-        for part in (loop.heater, loop.cooler or loop.heater):
-            for key, seconds in rests(controller.outputs.get(part)).items():
+        for part in (loop.heater, loop.cooler):
+            for key, seconds in rests(controller.outputs.get(str(part))).items():
                 yield Finding(
-                    ("outputs", part, key),
+                    ("outputs", str(part), key),
                     f"for {duration(seconds)} the heater of the loop {name} may not be what is "
                     "asked of it, and its current would be taken for a fault",
                     f"Delete it, or current of {loop.heater}",

@@ -147,6 +147,10 @@ def test_rules_keep_their_codes() -> None:
         17: "sensor_open",
         18: "sensor_range",
         19: "emergency_stop",
+        20: "over_current",
+        21: "current_while_off",
+        22: "no_current",
+        23: "master_lost",
     }
     for code, rule in RULES.items():
         assert rule.code == code

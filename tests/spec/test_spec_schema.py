@@ -50,7 +50,7 @@ def test_an_editors_yaml_reads_the_same(file: Path) -> None:
             return [words(inner) for inner in value]
         return "off" if value is False else value  # YAML 1.1
 
-    assert words(yaml.safe_load(file.read_text(encoding="utf-8"))) == ours
+    assert words(yaml.safe_load(file.read_text(encoding="utf-8"))) == words(ours)
 
 
 def test_every_key_and_kind_is_described(validator: Any) -> None:
