@@ -1,0 +1,29 @@
+"""The LinuxCNC side of a Modbus slave: mb2hal's configuration, HAL files, a PyVCP panel."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.linuxcnc.bus import bus_context
+from heatwright.generator.plan.linuxcnc.hal import hal_context
+from heatwright.generator.plan.linuxcnc.panel import panel_context
+from heatwright.generator.plan.parts import File
+from heatwright.generator.plan.source import Source
+from heatwright.spec import ModbusRtu
+
+FOLDER = "linuxcnc"
+"""In the project; its files are copied into LinuxCNC's configuration, or used where they are."""
+
+
+def files(source: Source, interface: ModbusRtu) -> tuple[File, ...]:
+    """Plan the files; source -- the place of `interface` in the spec."""
+    name = source.controller.identity.name
+    hal = hal_context(source, interface)
+    bus, panel = bus_context(source, interface), panel_context(source)
+    return (
+        File(f"{FOLDER}/{name}.hal", "linuxcnc/loops.hal.j2", hal),
+        File(f"{FOLDER}/{name}_alone.hal", "linuxcnc/alone.hal.j2", hal),
+        File(
+            f"{FOLDER}/{name}_mb2hal.ini", "linuxcnc/mb2hal.ini.j2", bus_context(source, interface)
+        ),
+        File(f"{FOLDER}/{name}_panel.hal", "linuxcnc/panel.hal.j2", panel),
+        File(f"{FOLDER}/{name}_panel.xml", "linuxcnc/panel.xml.j2", panel),
+    )

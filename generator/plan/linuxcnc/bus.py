@@ -1,0 +1,82 @@
+"""The line as mb2hal is told of it: its format, how often it is used, how long to wait."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Any
+
+from heatwright.generator.plan.linuxcnc.names import controller_name
+from heatwright.generator.plan.linuxcnc.transactions import Transaction, transactions
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.source import Source
+from heatwright.spec import ModbusRtu
+
+SILENCE_CHARACTERS = 3.5
+"""Between frames (MODBUS over serial line 1.02, section 2.5.1.1)."""
+ANSWER_S = 0.005
+"""Within this time after the silence the slave answers."""
+MARGIN_S = 0.25
+"""For a PC without real time, and for a USB adapter that keeps bytes for 16 ms."""
+RATES_HZ = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+MOST_LOAD = 0.5
+"""Share of the time for which the line may be busy: what fails is asked again at once."""
+
+
+def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+    """All that mb2hal's configuration needs to know."""
+    round_ = transactions(source)
+    return {
+        "name": controller_name(source.controller),
+        "where": source.where,
+        "port": port_name(source),
+        "address": interface.address,
+        "baud": interface.baud,
+        "parity": interface.parity,
+        "stop_bits": interface.stop_bits,
+        "delay_ms": ceil(1000 * _silence_s(interface)),
+        "timeout_ms": ceil(1000 * _answer_within_s(interface)),
+        "round": quantity(round(round_s(interface, round_), 3), "s"),
+        "rate": f"{rate_hz(interface, round_):g}",
+        "transactions": [
+            {
+                "section": f"TRANSACTION_{number:02d}",
+                "name": each.name,
+                "first": each.first,
+                "function": each.function,
+                "pins": ",".join(each.pins),
+                "where": each.where,
+            }
+            for number, each in enumerate(round_)
+        ],
+    }
+
+
+def port_name(source: Source) -> str:
+    """Name of the link to the serial port that the user makes beside the configuration."""
+    return f"{source.controller.identity.name}_port"
+
+
+def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
+    """How long all transactions take, one after the other, s."""
+    line_s = sum(each.line_bytes for each in round_) * _character_s(interface)
+    return line_s + len(round_) * (2 * _silence_s(interface) + ANSWER_S)
+
+
+def rate_hz(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
+    """How often a round is made: as often as the line bears it, five times a second at most."""
+    busy_s = round_s(interface, round_)
+    return next((rate for rate in RATES_HZ if rate * busy_s <= MOST_LOAD), RATES_HZ[-1])
+
+
+def _character_s(interface: ModbusRtu) -> float:
+    return interface.character_bits / interface.baud
+
+
+def _silence_s(interface: ModbusRtu) -> float:
+    return SILENCE_CHARACTERS * _character_s(interface)
+
+
+def _answer_within_s(interface: ModbusRtu) -> float:
+    """From the end of mb2hal's writing to the first byte of an answer; the line has to send all."""
+    longest_request = 8 * _character_s(interface)
+    return longest_request + _silence_s(interface) + ANSWER_S + MARGIN_S

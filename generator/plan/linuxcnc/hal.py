@@ -1,0 +1,59 @@
+"""HAL of the loops: converters, the latch of ON, what shows that the slave is heard."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heatwright.generator.plan.linuxcnc.bus import rate_hz
+from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
+from heatwright.generator.plan.linuxcnc.transactions import transactions
+from heatwright.generator.plan.sensors.common import current_sensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import ModbusRtu
+
+HEARD_WITHIN_S = 5.0
+"""The exchange counts as lost after so long, if the spec does not say when a master is lost."""
+UPTIME_S = 1.0
+"""The slave's uptime counts in these steps: each is a sign of life."""
+ROUNDS, STEPS = 3, 2
+"""In so many rounds and control steps a command has arrived, and its effect has come back."""
+DECIMALS = 3
+
+
+def hal_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+    """All that the HAL files need to know, the panel's aside."""
+    controller = source.controller
+    round_s = 1 / rate_hz(interface, transactions(source))
+    step_s = max(loop.period_s for loop in controller.loops.values())
+    return {
+        "name": controller_name(controller),
+        "file": controller.identity.name,
+        "where": source.where,
+        "loops": _loops(source),
+        "heard_s": _seconds(max(_lost_after_s(source), UPTIME_S + ROUNDS * round_s)),
+        "obeyed_s": _seconds(ROUNDS * round_s + STEPS * step_s),
+    }
+
+
+def _loops(source: Source) -> list[dict[str, Any]]:
+    controller = source.controller
+    names = loop_names(controller)
+    return [
+        {
+            "loop": loop,
+            "name": names[loop],
+            "where": Source(source.spec, ("loops", loop)).where,
+            "initial": f"{control.setpoint.initial_c:g}",
+            "current": current_sensor(controller, control) is not None,
+        }
+        for loop, control in controller.loops.items()
+    ]
+
+
+def _lost_after_s(source: Source) -> float:
+    times = [each.protection.master_lost_after_s for each in source.controller.loops.values()]
+    return min((time for time in times if time is not None), default=HEARD_WITHIN_S)
+
+
+def _seconds(duration_s: float) -> str:
+    return f"{round(duration_s, DECIMALS):g}"

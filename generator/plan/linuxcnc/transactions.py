@@ -1,0 +1,97 @@
+"""What mb2hal reads and writes in one round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import ceil
+
+from heatwright.generator.plan.linuxcnc.names import blocks, loop_names
+from heatwright.generator.plan.registers import Register, RegisterMap, Table, register_map
+from heatwright.generator.plan.source import Source
+
+FUNCTIONS: dict[Table, str] = {
+    "discretes": "fnct_02_read_discrete_inputs",
+    "inputs": "fnct_04_read_input_registers",
+    "coils": "fnct_05_write_single_coil",
+    "holdings": "fnct_06_write_single_register",
+}
+READ_OF_THE_CONTROLLER = ("fault", "fault_temperature", "fault_time", "uptime")
+SHORT = {"setpoint_in_force": "in-force"}
+"""Names that would be too long in HAL."""
+FRAME_BYTES = 8
+"""Of every request here, and of the answer to a write: address, function, 2 + 2 bytes, CRC."""
+ANSWER_BYTES = 5
+"""Of the answer to a reading, besides the data: address, function, length, CRC."""
+
+
+@dataclass(frozen=True, slots=True)
+class Transaction:
+    """One request: registers of one table that stand side by side.
+
+    name -- the middle of its pins' names, `CONTROLLER.name.PIN.bit` (or `.float` and `.int`).
+    """
+
+    name: str
+    table: Table
+    first: int
+    pins: tuple[str, ...]
+    where: str
+
+    @property
+    def function(self) -> str:
+        """As mb2hal calls it."""
+        return FUNCTIONS[self.table]
+
+    @property
+    def line_bytes(self) -> int:
+        """Bytes of request and answer together."""
+        if self.table in {"coils", "holdings"}:
+            return 2 * FRAME_BYTES
+        words = self.table == "inputs"
+        data = 2 * len(self.pins) if words else ceil(len(self.pins) / 8)
+        return FRAME_BYTES + ANSWER_BYTES + data
+
+
+def transactions(source: Source) -> tuple[Transaction, ...]:
+    """List one round: readings before writings, and the acknowledgement before a switching on."""
+    registers = register_map(source.spec)
+    return (*_readings(source, registers), *_writings(source, registers))
+
+
+def _readings(source: Source, registers: RegisterMap) -> Iterable[Transaction]:
+    yield _request("in", _named(registers, "inputs", READ_OF_THE_CONTROLLER), source)
+    yield _request("bits", _named(registers, "discretes", ("fault_latched",)), source)
+    names = loop_names(source.controller)
+    for loop, addresses in blocks(source.controller).items():
+        where = Source(source.spec, ("loops", loop))
+        inputs, bits = (
+            [each for each in registers.table(table) if each.address in addresses]
+            for table in ("inputs", "discretes")
+        )
+        yield _request(f"{names[loop]}-in", inputs, where)
+        yield _request(f"{names[loop]}-bits", bits, where)
+
+
+def _writings(source: Source, registers: RegisterMap) -> Iterable[Transaction]:
+    yield _request("acknowledge", _named(registers, "coils", ("acknowledge",)), source)
+    for loop, name in loop_names(source.controller).items():
+        where = Source(source.spec, ("loops", loop))
+        setpoint = _named(registers, "holdings", (f"{loop}.setpoint",))
+        yield _request(f"{name}-setpoint", setpoint, where.at("setpoint"))
+        yield _request(f"{name}-enabled", _named(registers, "coils", (f"{loop}.enabled",)), where)
+
+
+def _named(registers: RegisterMap, table: Table, names: Sequence[str]) -> list[Register]:
+    return [each for each in registers.table(table) if each.name in names]
+
+
+def _request(name: str, registers: list[Register], source: Source) -> Transaction:
+    pins = tuple(pin for each in registers for pin in _pins(each))
+    return Transaction(name, registers[0].table, registers[0].address, pins, source.where)
+
+
+def _pins(register: Register) -> tuple[str, ...]:
+    last = register.name.rpartition(".")[2]
+    name = SHORT.get(last, last.replace("_", "-"))
+    return (name,) if register.words == 1 else (f"{name}-high", f"{name}-low")
