@@ -10,7 +10,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of
+from heatwright.spec.commands import gcode_of, modbus_of
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -27,6 +27,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "host": _host(spec),
+        "modbus": _modbus(spec),
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
         ],
@@ -49,6 +50,15 @@ def _host(spec: Spec) -> dict[str, Any] | None:
             for address, name in names.items()
         ],
     }  # fmt: skip
+
+
+def _modbus(spec: Spec) -> dict[str, Any] | None:
+    """What the master has to know; None if there is none."""
+    modbus = modbus_of(spec.controller)
+    if modbus is None:
+        return None
+    form = f"8{modbus.parity[0].upper()}{modbus.stop_bits}"
+    return {"address": modbus.address, "form": f"{modbus.baud} baud, {form}"}
 
 
 def _loops(spec: Spec) -> list[dict[str, Any]]:
@@ -128,4 +138,7 @@ def _limits(protection: Protection) -> dict[str, str]:
             f"a rise of {quantity(rising.rise_k, 'K')}, "
             f"from {quantity(rising.settle_s, 's')} after switching off"
         )
+    if protection.master_lost_after_s is not None:
+        lost = quantity(protection.master_lost_after_s, "s")
+        limits["master_lost"] = f"no request for {lost} while the loop is enabled"
     return limits
