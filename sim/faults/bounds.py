@@ -10,15 +10,13 @@ in the next exchange: P later at the latest, and one P more if the exchange in h
 
 from __future__ import annotations
 
+from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, Loop
 from heatwright.spec.controller import WATCHDOG_S
 
 TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
 """Time without the main loop after which the gate closes."""
-WATCHDOG_LEAST_CYCLES = 2048
-WATCHDOG_HZ = 128_000
-"""The watchdog counts 2048 · 2ⁿ of its own oscillator's cycles, typically 128 kHz (data sheet)."""
 CYCLES_A_BIT = 24
 """At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
 
@@ -46,7 +44,8 @@ def lasting_s(duration_s: float, loop: Loop) -> float:
 def watchdog_s(controller: Controller) -> float:
     """The main loop hangs: the watchdog's own time, then the start-up."""
     turns = WATCHDOG_S.index(controller.safety.watchdog_s)
-    return WATCHDOG_LEAST_CYCLES * (1 << turns) / WATCHDOG_HZ + start_up_s(controller)
+    shortest_s = PARTS[controller.board.mcu].shortest_watchdog_s
+    return shortest_s * (1 << turns) + start_up_s(controller)
 
 
 def start_up_s(controller: Controller) -> float:

@@ -22,6 +22,11 @@ class Part:
     adc_mux5: int = 0
     old: bool = False
 
+    @property
+    def shortest_watchdog_s(self) -> float:
+        """2048 cycles of typically 128 kHz; on the old parts 16384 of 1 MHz (data sheets)."""
+        return 16384 / 1e6 if self.old else 2048 / 128e3
+
 
 PARTS: Mapping[str, Part] = {
     "atmega328p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
