@@ -17,7 +17,12 @@ enum { HW_POWER_ON = 0, HW_EXTERNAL = 1, HW_BROWN_OUT = 2, HW_WATCHDOG = 3 };
 enum { HW_PIN_LOG = 0, HW_UART_LOG, HW_RESET_LOG, HW_ENTRY_LOG, HW_SNAPSHOT_LOG, HW_LOGS = 16 };
 
 typedef struct { uint64_t cycle; uint8_t pin, state, pad[6]; } hw_pin_event;
-typedef struct { uint64_t written, end; uint8_t uart, value, lost, pad[5]; } hw_uart_byte;
+/* format: data bits | parity (as UPM) << 4 | two stop bits << 6 | ninth bit << 7 */
+typedef struct {
+    uint64_t written, end;
+    uint8_t uart, value, lost, format;
+    uint32_t bit_cycles;
+} hw_uart_byte;
 typedef struct { uint64_t cycle; uint32_t pc; uint8_t cause, mcusr, pad[2]; } hw_reset_event;
 typedef struct { uint64_t cycle; uint32_t pc, pad; } hw_entry;
 
@@ -58,8 +63,13 @@ uint64_t hw_pin_high_cycles(hw *h, int pin);
 uint64_t hw_pin_rises(hw *h, int pin);
 uint64_t hw_pin_contention_cycles(hw *h, int pin);
 
-/* UART. */
-void hw_uart_send(hw *h, int uart, const uint8_t *data, size_t size, double cycles_per_frame);
+/* UART. A character to it: levels of its bits, the start bit lowest; all times in cycles. */
+typedef struct {
+    double gap, bit;
+    uint16_t levels;
+    uint8_t bits, pad[5];
+} hw_uart_character;
+void hw_uart_send(hw *h, int uart, const hw_uart_character *characters, size_t count);
 size_t hw_uart_unsent(hw *h, int uart);
 void hw_uart_unsend(hw *h, int uart);
 double hw_uart_frame_cycles(hw *h, int uart);

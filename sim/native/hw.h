@@ -90,18 +90,41 @@ struct port {
     struct tap tap_port, tap_ddr, tap_pin;
 };
 
+/* What comes to a UART: each character's bits, the start bit first, and when. */
+struct character {
+    double start, bit;          /* cycles */
+    uint16_t levels;
+    uint8_t bits;
+};
+struct line {
+    struct character *queue;
+    size_t first, count;
+    double free;                /* the cycle from which on another may be sent */
+};
+
+#define RECEIVED 3              /* two in the buffer, and one in the shift register */
+struct received {
+    uint16_t value;
+    uint8_t framing, parity;    /* errors */
+};
+struct receiver {
+    int on, count, overrun;
+    struct received buffer[RECEIVED];
+    double from, first;         /* looks for a start bit since; its first low sample */
+    int samples, period, data, parity;  /* of the character that arrives */
+    struct timer *timer;
+};
+
 struct uart {
     hw *h;
     int index;
     avr_uart_t *io;
-    struct tap taps[6];
-    uint8_t format, divisor_high;       /* where they share an address */
-    double frame_cycles;        /* of the firmware's setting */
-    uint64_t busy_until, overruns;
-    uint8_t *queue;
-    size_t queued, sent;
-    double host_frame, next;
-    struct timer *line, *buffer_free, *all_sent;
+    uint8_t format, divisor_high;       /* UCSRC, UBRRH */
+    uint64_t shared_read;               /* the cycle they were last read where they share one */
+    uint64_t begins, ends, overruns;    /* of the last character sent */
+    struct timer *buffer_free, *all_sent;
+    struct line line;
+    struct receiver receiver;
 };
 
 /* One compare output of a timer, on its pin. */

@@ -2,51 +2,64 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.native.characters import EIGHT_N_ONE, UART_BYTE, Format, characters
 from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.log import Log
 
-UART_BYTE = np.dtype(
-    {
-        "names": ["written", "end", "uart", "value", "lost"],
-        "formats": ["<u8", "<u8", "u1", "u1", "?"],
-        "itemsize": 24,
-    }
-)
-"""A byte sent: the cycle it was written to UDR, the cycle its last stop bit ends, which UART, its
-value, and whether it was lost because transmitter and buffer were full."""
-
-BITS_8N1 = 10
-
 
 class Uart:
-    """One UART, 8N1 on the side of the host."""
+    """One UART, and the line to its receiver."""
 
     def __init__(self, hw: Hw, number: int) -> None:
-        self._lib, self._hw, self._clock_hz = hw.lib, hw.pointer, hw.clock_hz
+        self._lib, self._ffi, self._hw = hw.lib, hw.ffi, hw.pointer
+        self._clock_hz = hw.clock_hz
         self._number = number
 
-    def send(self, data: bytes, baud: float) -> None:
-        """Send bytes to the processor back to back, after those still waiting."""
-        frame = self._clock_hz / baud * BITS_8N1
-        self._lib.hw_uart_send(self._hw, self._number, data, len(data), frame)
+    def send(
+        self,
+        data: bytes,
+        baud: float,
+        form: Format = EIGHT_N_ONE,
+        *,
+        gap_s: float | Sequence[float] = 0.0,
+        flips: Sequence[int] = (),
+    ) -> None:
+        """Send bytes to the processor, after those still waiting.
+
+        gap_s -- silence before each, or before all alike, s; flips -- for each byte the bits of its
+        character that a disturbance turns over, the start bit lowest.
+        """
+        gaps = np.asarray(gap_s, np.float64) * self._clock_hz
+        self._put(characters(data, form, self._clock_hz / baud, gaps, flips))
+
+    def send_break(self, seconds: float) -> None:
+        """Hold the line low for a time, s, after the bytes still waiting."""
+        made = characters(b"\0", EIGHT_N_ONE, seconds * self._clock_hz, np.zeros(1), ())
+        made["levels"], made["bits"] = 0, 1
+        self._put(made)
+
+    def _put(self, made: NDArray[Any]) -> None:
+        raw = self._ffi.from_buffer("hw_uart_character[]", made)
+        self._lib.hw_uart_send(self._hw, self._number, raw, len(made))
 
     @property
     def unsent(self) -> int:
-        """Bytes that still wait to be sent to the processor."""
+        """Characters to the processor that have not begun yet."""
         return int(self._lib.hw_uart_unsent(self._hw, self._number))
 
     def unsend(self) -> None:
-        """Forget the bytes that still wait."""
+        """Forget the characters that have not begun."""
         self._lib.hw_uart_unsend(self._hw, self._number)
 
     @property
     def frame_s(self) -> float:
-        """Length of a frame as the firmware has set it, start to stop bit, s."""
+        """Length of a character as the firmware has set it, start to stop bit, s."""
         return float(self._lib.hw_uart_frame_cycles(self._hw, self._number)) / self._clock_hz
 
     @property

@@ -1,0 +1,113 @@
+"""Characters of a serial line, bit by bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Parity = Literal["none", "even", "odd"]
+
+CHARACTER = np.dtype(
+    {
+        "names": ["gap", "bit", "levels", "bits"],
+        "formats": ["<f8", "<f8", "<u2", "u1"],
+        "itemsize": 24,
+    }
+)
+"""A character to the processor: cycles of silence before it, cycles of a bit, the levels of its
+bits from the start bit up, how many they are."""
+
+UART_BYTE = np.dtype(
+    {
+        "names": ["written", "end", "uart", "value", "lost", "format", "bit_cycles"],
+        "formats": ["<u8", "<u8", "u1", "u1", "?", "u1", "<u4"],
+        "itemsize": 24,
+    }
+)
+"""A byte sent: the cycle it was written to UDR, the cycle its last stop bit ends, which UART, its
+value, whether it was lost because transmitter and buffer were full, its format (see `Format.of`)
+and the cycles of a bit."""
+
+_PARITIES: tuple[Parity | None, ...] = ("none", None, "even", "odd")
+
+
+@dataclass(frozen=True)
+class Format:
+    """How bytes are sent: data bits, parity, stop bits."""
+
+    data_bits: int = 8
+    parity: Parity = "none"
+    stop_bits: int = 1
+
+    @cached_property
+    def bits(self) -> int:
+        """Bits of a character, the start bit and the stop bits included."""
+        return 1 + self.data_bits + (self.parity != "none") + self.stop_bits
+
+    @cached_property
+    def levels(self) -> NDArray[np.uint16]:
+        """The levels of each byte's character, the start bit lowest."""
+        data = np.arange(256, dtype=np.uint16) & ((1 << self.data_bits) - 1)
+        levels = data << 1 | self._stop << (self.bits - self.stop_bits)
+        if self.parity == "none":
+            return levels.astype(np.uint16)
+        ones = np.array([int(byte).bit_count() & 1 for byte in data], np.uint16)
+        bit = ones ^ (self.parity == "odd")
+        return (levels | bit << (1 + self.data_bits)).astype(np.uint16)
+
+    @property
+    def _stop(self) -> int:
+        return (1 << self.stop_bits) - 1
+
+    @classmethod
+    def of(cls, code: int) -> Format:
+        """Read the format of a UART_BYTE."""
+        parity = _PARITIES[code >> 4 & 3]
+        return cls(code & 15, parity or "none", 2 if code & 0x40 else 1)
+
+
+EIGHT_N_ONE = Format()
+
+
+def characters(
+    data: bytes, form: Format, bit_cycles: float, gap: NDArray[Any], flips: Sequence[int]
+) -> NDArray[Any]:
+    """Return bytes as characters.
+
+    gap -- cycles of silence before each, or one for all; flips -- for each the bits that a
+    disturbance turns over, the start bit lowest; none if it is empty.
+    """
+    made = np.zeros(len(data), CHARACTER)
+    made["gap"] = gap
+    made["bit"] = bit_cycles
+    made["levels"] = form.levels[np.frombuffer(data, np.uint8)]
+    if len(flips):
+        made["levels"] ^= np.asarray(flips, np.uint16)
+    made["bits"] = form.bits
+    return made
+
+
+def heard(sent: Any, form: Format, bit_cycles: float) -> tuple[int, bool]:
+    """Return the value a receiver makes of one UART_BYTE, and whether parity and stop are right.
+
+    It samples each bit once, in its middle, from the start bit's edge on by its own clock.
+    """
+    own = Format.of(int(sent["format"]))
+    levels = int(own.levels[sent["value"]])
+
+    def sampled(bit: int) -> int:
+        at = int((bit + 0.5) * bit_cycles / float(sent["bit_cycles"]))
+        return levels >> at & 1 if at < own.bits else 1
+
+    value = sum(sampled(1 + bit) << bit for bit in range(form.data_bits))
+    stop = 1 + form.data_bits + (form.parity != "none")
+    right = sampled(0) == 0 and sampled(stop) == 1
+    if form.parity != "none":
+        ones = value.bit_count() + sampled(stop - 1)
+        right = right and ones % 2 == (form.parity == "odd")
+    return value, right
