@@ -43,7 +43,7 @@ LONGEST = 2000
 """Steps of a course."""
 
 CODES_PER_AMPERE = 4096 / 25
-"""Of the sum of four codes at 0.2 V/A and 5 V, as host_switched has it; 0 A is two codes below 0."""
+"""Of the sum of four codes at 0.2 V/A and 5 V, as host_switched has it; 0 A is at -2 codes."""
 IDLE_CODES = 10
 """The sum that is just three steps of the ADC."""
 

@@ -91,6 +91,14 @@ def _variants() -> dict[str, _Variant]:
             cooler=", active: high",
             fan=True,
         ),
+        "three_window": _Variant(
+            "kind: time_proportional, pin: D3, window: 1 s",
+            "kind: three_position, dead_band: 3 K, lead: 0.7 s",
+            "stale_after: 3 s, heating: off, runaway: off, frozen: off, rising_while_off: off",
+            period="1 s",
+            cooler=", active: high",
+            master=False,
+        ),
         "tuned_by_master": _Variant(
             f"{_PWM}, {_LIMITED}",
             "kind: pid, kp: 9.41, ki: 0.345, kd: 31.4, derivative_filter: 1 s, band: 10 K, "

@@ -11,22 +11,34 @@ from heatwright.generator import plan_firmware
 
 TEMPLATES = (
     "src/loop.c.j2",
+    "src/loop_hosted.c.j2",
+    "src/loop_regulates.c.j2",
+    "src/loop_switched.c.j2",
+    "src/current.c.j2",
     "src/guard.c.j2",
     "src/settings.c.j2",
     "src/gate.c.j2",
     "algorithms/on_off.c.j2",
+    "algorithms/lead.c.j2",
+    "algorithms/three_position.c.j2",
     "algorithms/pid.c.j2",
     "algorithms/autotune.c.j2",
     "src/fault.c.j2",
     "outputs/time_proportional.c.j2",
 )
+INCLUDED_BY = {
+    "src/loop_hosted.c.j2": "src/loop.c.j2",
+    "src/loop_regulates.c.j2": "src/loop.c.j2",
+    "src/loop_switched.c.j2": "src/loop.c.j2",
+    "algorithms/lead.c.j2": "algorithms/three_position.c.j2",
+}
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
 
 def contexts(template):
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:
-            if file.template == template:
+            if file.template == INCLUDED_BY.get(template, template):
                 loops = file.context.get("loops") or [{}]
                 yield {**file.context, "control": loops[0]}
 
