@@ -85,7 +85,10 @@ def _limit(spec: Spec, rule: str) -> str:
     anywhere = _limits_of_the_controller(spec)
     if rule in anywhere:
         return anywhere[rule]
-    limits = {name: _limits(loop.protection).get(rule, "") for name, loop in loops.items()}
+    limits = {
+        name: (_limits(loop.protection) | _of_current(spec, loop.heater)).get(rule, "")
+        for name, loop in loops.items()
+    }
     if len(set(limits.values())) == 1:
         return next(iter(limits.values())) or "not used here"
     return "; ".join(f"{name}: {limit or 'not used'}" for name, limit in limits.items())
@@ -93,12 +96,24 @@ def _limit(spec: Spec, rule: str) -> str:
 
 def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
     """What trips the rules that belong to no loop, by the rule's id."""
-    return {
+    stop = {"emergency_stop": "`M112`"} if gcode_of(spec.controller) else {}
+    return stop | {
         "watchdog_reset": f"a reset after {quantity(spec.controller.safety.watchdog_s, 's')} "
         "without the main loop",
         "brown_out": "a reset by the brown-out detector",
         "settings_corrupt": "records in the EEPROM, and none of them valid",
-        "emergency_stop": "`M112`",
+    }
+
+
+def _of_current(spec: Spec, heater: str) -> dict[str, str]:
+    """What trips the rules of a heater's current, by the rule's id."""
+    current = getattr(spec.controller.outputs[heater], "current", None)
+    if current is None:
+        return {}
+    return {
+        "over_current": f"{quantity(current.over_a, 'A')} or more, in the mean",
+        "current_while_off": "a current for half a second, or five steps, after it went off",
+        "no_current": "less than half of the current that its duty must bring, for as long",
     }
 
 
@@ -118,6 +133,9 @@ def _limits(protection: Protection) -> dict[str, str]:
             f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of heat "
             "below the setpoint"
         )
+    if protection.master_lost_after_s is not None:
+        silence = quantity(protection.master_lost_after_s, "s")
+        limits["master_lost"] = f"no request for {silence} while the loop is enabled"
     if protection.heating is not None:
         limits["heating_failed"] = (
             f"less than {quantity(protection.heating.rise_k, 'K')} in "
