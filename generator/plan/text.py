@@ -9,14 +9,14 @@ _MARKDOWN = re.compile(r"([\\`*_{}\[\]<>#|&~])")
 _STRING = re.compile(r'(["\\]|(?<=\?)\?)')
 """What a C string literal must escape: its end, and the second character of a trigraph."""
 
-_HOSTILE = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)|-(?=-!?>)")
-"""The first character of what ends or begins a comment of C, a trigraph, or the end of HTML's."""
+_HOSTILE = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)|-(?=-)")
+"""The first character of what ends or begins a comment of C, a trigraph, or what XML's forbid."""
 
 
 def c_comment(text: str) -> str:
     """Text that cannot close a comment, open one, continue a line or form a trigraph.
 
-    The same in HTML, for a README begins with a comment too.
+    The same in HTML and XML, for a README and a panel begin with a comment too.
     """
     shown = "".join(character if character.isprintable() else "?" for character in text)
     return _HOSTILE.sub(r"\g<0> ", shown.replace("\\", "/"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from heatwright.generator.plan import linuxcnc
 from heatwright.generator.plan.interfaces.modbus_documents import documents
 from heatwright.generator.plan.interfaces.modbus_map import map_context
 from heatwright.generator.plan.numbers import quantity
@@ -67,6 +68,8 @@ def _files(source: Source, interface: ModbusRtu) -> Iterable[File]:
     context = map_context(source)
     for name in ("modbus_map.h", "modbus_map.c"):
         yield File(f"src/{name}", f"interfaces/{name}.j2", context)
+    if interface.linuxcnc:
+        yield from linuxcnc.files(source, interface)
 
 
 def _silence(source: Source, interface: ModbusRtu) -> tuple[int, Interval]:

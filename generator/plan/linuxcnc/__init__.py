@@ -21,9 +21,7 @@ def files(source: Source, interface: ModbusRtu) -> tuple[File, ...]:
     return (
         File(f"{FOLDER}/{name}.hal", "linuxcnc/loops.hal.j2", hal),
         File(f"{FOLDER}/{name}_alone.hal", "linuxcnc/alone.hal.j2", hal),
-        File(
-            f"{FOLDER}/{name}_mb2hal.ini", "linuxcnc/mb2hal.ini.j2", bus_context(source, interface)
-        ),
+        File(f"{FOLDER}/{name}_mb2hal.ini", "linuxcnc/mb2hal.ini.j2", bus),
         File(f"{FOLDER}/{name}_panel.hal", "linuxcnc/panel.hal.j2", panel),
         File(f"{FOLDER}/{name}_panel.xml", "linuxcnc/panel.xml.j2", panel),
     )
