@@ -19,8 +19,14 @@ def display(device: AvrDevice) -> tuple[str, str] | None:
 
 
 def complaints(device: AvrDevice) -> tuple[str, ...]:
-    """Return what went against a data sheet, and resets that nobody asked for."""
-    return (*_resets(device), *_sensors(device), *_interfaces(device))
+    """Return what went against a data sheet or the interlock, and resets nobody asked for."""
+    return (*_resets(device), *_interlocks(device), *_sensors(device), *_interfaces(device))
+
+
+def _interlocks(device: AvrDevice) -> Iterator[str]:
+    for loop, watch in device.interlocks.items():
+        if watch.overlap_s is not None:
+            yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"
 
 
 def _resets(device: AvrDevice) -> Iterator[str]:

@@ -15,6 +15,7 @@ from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
+from heatwright.sim.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
 from heatwright.sim.outputs.switch import Switch
 from heatwright.sim.state import StateLog
@@ -39,8 +40,8 @@ class StaleBinary(ValueError):
 class Sensor(Protocol):
     """A simulated sensor."""
 
-    def sense(self, temperature_c: float) -> None:
-        """Give it this temperature from now on, °C."""
+    def sense(self, felt: float, /) -> None:
+        """Give it this temperature from now on, °C, or this current, A."""
 
 
 class Interface(Protocol):
@@ -72,6 +73,7 @@ class AvrDevice:
             for loop in controller.loops
         }
         self._resets: list[NDArray[Any]] = []
+        self.interlocks: dict[str, Interlock] = {}
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
@@ -84,11 +86,22 @@ class AvrDevice:
         self.outputs: dict[str, Switch] = self._attach("outputs", self._controller.outputs)
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
+        self._watch_interlocks()
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self._feed_at = 0
         keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
         self._run_to = keypads[0].advance if keypads else self.avr.run_to
+
+    def _watch_interlocks(self) -> None:
+        for name, loop in self._controller.loops.items():
+            if loop.cooler is None:
+                continue
+            watch = self.interlocks.setdefault(
+                name,
+                Interlock(self.outputs[loop.heater], self.outputs[loop.cooler], self.avr.clock_hz),
+            )
+            watch.power_on(self._start_s)
 
     def _attach(self, folder: str, parts: Any) -> dict[Any, Any]:
         """Find each part's simulation by its kind."""
@@ -102,9 +115,9 @@ class AvrDevice:
 
     # -- the bench -----------------------------------------------------------------------------
 
-    def sense(self, sensor: str, temperature_c: float) -> None:
-        """Give a sensor this temperature from now on, °C."""
-        self.sensors[sensor].sense(temperature_c)
+    def sense(self, sensor: str, felt: float) -> None:
+        """Give a sensor this temperature from now on, °C, or this current, A."""
+        self.sensors[sensor].sense(felt)
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
@@ -187,7 +200,7 @@ class AvrDevice:
         for output in self.outputs.values():
             if isinstance(output, Stepper):
                 output.feed(pins, sent)
-        for recorder in self._recorders:
+        for recorder in (*self.interlocks.values(), *self._recorders):
             recorder.feed(pins, sent)
         self._feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
 

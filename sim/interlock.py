@@ -1,0 +1,56 @@
+"""Heater and cooler of a loop, watched at their pins: they are never on together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.native.pins import pin_number
+from heatwright.sim.outputs.switch import Switch
+
+
+class Interlock:
+    """Both pins of a loop, cycle by cycle."""
+
+    def __init__(self, heater: Switch, cooler: Switch, clock_hz: int) -> None:
+        self._pins = tuple(pin_number(switch.pin) for switch in (heater, cooler))
+        self._active = tuple(int(switch.active == "high") for switch in (heater, cooler))
+        self._clock_hz = clock_hz
+        self._overlap_s: float | None = None
+        self.power_on(0.0)
+
+    def power_on(self, start_s: float) -> None:
+        """Begin with both off, at a time of the device, s."""
+        self._start_s = start_s
+        self._on = [False, False]
+        self._since = 0
+
+    @property
+    def overlap_s(self) -> float | None:
+        """When both were on for the first time, on the device's time, s; None: never."""
+        if self._overlap_s is None and all(self._on):
+            return self._start_s + self._since / self._clock_hz
+        return self._overlap_s
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take pin changes (PIN_EVENT records)."""
+        del sent
+        mine = pins[np.isin(pins["pin"], self._pins)]
+        if not len(mine):
+            return
+        cycles = np.concatenate(([self._since], mine["cycle"].astype(np.int64)))
+        heats, cools = (self._levels(mine, which) for which in (0, 1))
+        lengths = np.where(heats & cools, np.diff(cycles, append=cycles[-1]), 0)
+        if self._overlap_s is None and lengths.any():
+            self._overlap_s = self._start_s + int(cycles[np.argmax(lengths > 0)]) / self._clock_hz
+        self._since = int(cycles[-1])
+
+    def _levels(self, mine: NDArray[Any], which: int) -> NDArray[np.bool_]:
+        """Return whether one of them is on, from the last change before these and from each on."""
+        own = mine["pin"] == self._pins[which]
+        latest = np.maximum.accumulate(np.where(own, np.arange(1, len(mine) + 1), 0))
+        on = np.concatenate(([self._on[which]], (mine["state"] & 1) == self._active[which]))
+        self._on[which] = bool(on[latest[-1]])
+        return on[np.concatenate(([0], latest))]
