@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 
 from heatwright.sim.elf import Elf
-from heatwright.sim.faults import healthy, heaters, memory, operators, processor, tips
+from heatwright.sim.faults import (
+    coolers,
+    healthy,
+    heaters,
+    memory,
+    operators,
+    processor,
+    tips,
+    wires,
+)
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
@@ -30,14 +40,27 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
 
 
 def _of_loop(site: Site) -> list[Fault]:
-    kind = site.controller.sensors[site.loop.sensor].kind
-    own = import_module(f"heatwright.sim.faults.sensors.{kind}")
     return [
-        *own.faults(site),
+        *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
         *tips.faults(site),
         *heaters.faults(site),
+        *wires.faults(site),
+        *coolers.faults(site),
         *healthy.faults(site),
     ]
+
+
+def _sensors(site: Site) -> list[str]:
+    """Name the loop's sensor, and that of its heater's current."""
+    current = getattr(site.controller.outputs[site.loop.heater], "current", None)
+    return [site.loop.sensor, *([current.sensor] if current else [])]
+
+
+def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
+    kind = site.controller.sensors[sensor].kind
+    own = import_module(f"heatwright.sim.faults.sensors.{kind}")
+    found: Iterator[Fault] = own.faults(site)
+    return found
 
 
 def _of_controller(site: Site) -> list[Fault]:

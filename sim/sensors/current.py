@@ -10,12 +10,14 @@ from heatwright.spec import Board, CurrentSensor
 class CurrentProbe:
     """A current sensor behind its filter, wired to a channel.
 
-    amperes -- what flows through it, as the filter lets it through: the mean over the heater's
-    pulses; wiring -- what is wrong with it (see Wiring).
+    amperes -- what it says of the current, as its filter lets it through: the mean over the
+    heater's pulses; wiring -- what is wrong with it (see Wiring); stands -- it goes on saying what
+    it said last, whatever flows.
     """
 
     def __init__(self, avr: Avr, channel: int, sensor: CurrentSensor) -> None:
         self.amperes = 0.0
+        self.stands = False
         self._wiring = Wiring()
         self._avr = avr
         self._channel = channel
@@ -24,8 +26,9 @@ class CurrentProbe:
 
     def sense(self, amperes: float) -> None:
         """Let this current flow from now on, A."""
-        self.amperes = amperes
-        self._update()
+        if not self.stands:
+            self.amperes = amperes
+            self._update()
 
     @property
     def wiring(self) -> Wiring:
