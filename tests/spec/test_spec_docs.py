@@ -22,16 +22,19 @@ HEADINGS = {
     "Rtd": "### rtd",
     "Amplifier": "### amplifier",
     "Analog": "### analog",
+    "CurrentSensor": "### current",
     "Max6675": "### max6675",
     "Max31855": "### max31855",
     "DigitalOutput": "### digital",
     "PwmOutput": "### pwm",
+    "Current": "### heater current",
     "TimeProportionalOutput": "### time_proportional",
     "Stepper": "### stepper",
     "Loop": "## loops",
     "Autotune": "### autotune",
     "Setpoint": "### setpoint",
     "OnOff": "### on_off",
+    "ThreePosition": "### three_position",
     "Pid": "### pid",
     "IntegralLimits": "### integral",
     "OutputLimits": "### output",
@@ -44,6 +47,8 @@ HEADINGS = {
     "LcdKeypad": "### lcd_keypad",
     "SerialPlotter": "### serial_plotter",
     "Gcode": "### gcode",
+    "ModbusRtu": "### modbus_rtu",
+    "Indicators": "### indicators",
     "Simulation": "## simulation",
     "ThermalNetwork": "### thermal_network",
     "Link": "### links",
@@ -91,7 +96,10 @@ def test_every_key_and_default(model: str) -> None:
 
 
 def test_links_lead_somewhere() -> None:
-    anchors = {heading.strip("# ").lower() for heading in re.findall(r"^#+ .*$", TEXT, re.M)}
+    anchors = {
+        heading.strip("# ").lower().replace(" ", "-")
+        for heading in re.findall(r"^#+ .*$", TEXT, re.M)
+    }
     assert set(re.findall(r"\]\(#([^)]*)\)", TEXT)) <= anchors
     for link in re.findall(r"\]\(([^)#]+)", TEXT):
         assert (Path(__file__).parents[2] / "docs" / link).exists()
@@ -128,27 +136,46 @@ simulation:
 """
 
 
+COOLED = {
+    "outputs:\n": "outputs:\n  cooler: {kind: digital, pin: D12}\n",
+    "    heater: heater\n": "    heater: heater\n    cooler: cooler\n",
+    "    heat: {heater: air}\n": "    heat: {heater: air}\n"
+    "    fans: {cooler: {link: [air, ambient], factor: 4}}\n",
+}
+"""What a loop of three positions needs around it."""
+
+
+def without(section: str, text: str) -> str:
+    return re.sub(rf"^{section}:.*\n(?:[ -].*\n)*", "", text, flags=re.M)
+
+
 def put_in(fragment: str) -> str:
-    """Put a fragment of the page in the place of its section."""
-    section = fragment.split(":", 1)[0]
-    if section == "algorithm":
-        inner = fragment.replace("\n", "\n    ").rstrip()
-        return AROUND.replace("algorithm: {kind: on_off}", inner)
-    if section == "outputs" and "fan:" not in fragment:
+    """Put a fragment of the page in the place of its sections."""
+    sections = re.findall(r"^(\w+):", fragment, re.M)
+    if sections == ["algorithm"]:
+        around = AROUND
+        for old, new in COOLED.items() if "three_position" in fragment else ():
+            around = around.replace(old, new)
+        return around.replace(
+            "algorithm: {kind: on_off}", fragment.replace("\n", "\n    ").rstrip()
+        )
+    if sections == ["outputs"] and "fan:" not in fragment:
         fragment += "  fan: {kind: digital, pin: D11, runs: always}\n"
-    elif section == "outputs":
+    elif sections == ["outputs"]:
         fragment += "  heater: {kind: digital, pin: D3, power: 240 W}\n"
+    around = AROUND
     if "kind: stepper" in fragment:  # somebody must move it, and a loop hold it back
         fragment += "interfaces:\n  - {kind: gcode, loops: {T0: air}, steppers: {E: feed}}\n"
-        around = re.sub(r"^interfaces:\n.*\n", "", AROUND, flags=re.M)
         around = around.replace("period: 1 s", "period: 1 s\n    ready_within: 2 K")
-        return re.sub(r"^outputs:\n(?: .*\n)*", "", around, flags=re.M) + fragment
-    around = AROUND
+        sections.append("interfaces")
     if "kind: max6675" in fragment:  # it may be wrong by 5.25 K, and ends at 0 °C
         cold = "algorithm: {kind: on_off}\n    protection: {minimum: 6 °C}"
         around = around.replace("algorithm: {kind: on_off}", cold)
-    kept = re.sub(rf"^{section}:.*\n(?:[ -].*\n)*", "", around, flags=re.M)
-    return f"{kept}{fragment}"
+    if "kind: current" in fragment:  # the plant must have it
+        around = around.replace("sense: {", "sense: {wire: {of: heater}, ")
+    for section in sections:
+        around = without(section, around)
+    return f"{around}{fragment}"
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=lambda text: text[:40].replace("\n", " "))
