@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 from time import monotonic, sleep
 from typing import Protocol
 
+from heatwright.sim.bench import step_of
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
 
-STEP_S = 0.1
-"""Time step of the machine, s."""
-EXCHANGES = 20
-"""How often in a step bytes are exchanged with the world: every 5 ms of the board's time."""
+EXCHANGE_S = 0.005
+"""How often bytes are exchanged with the world, in the board's time, s."""
 MOST_BEHIND_S = 0.5
 """Real time that may be made up for; what is lost beyond it stays lost."""
 LEAST_SLEEP_S = 0.001
@@ -66,16 +66,18 @@ def run(
     simulation = controller.simulation
     if simulation is None:
         raise ValueError("A live board needs a machine: the specification has no `simulation`.")
+    step_s = step_of(controller)
+    exchanges = ceil(step_s / EXCHANGE_S)
     plant = plant_of(
-        controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=0
+        controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=step_s, seed=0
     )
-    coupling = Coupling(controller, device, STEP_S)
+    coupling = Coupling(controller, device, step_s)
     row = 0
-    while until_s is None or row * STEP_S < until_s:
-        for sensor, temperature_c in plant.sensed_c().items():
-            device.sense(sensor, temperature_c)
-        for part in range(1, EXCHANGES + 1):
-            time_s = (row + part / EXCHANGES) * STEP_S
+    while until_s is None or row * step_s < until_s:
+        for sensor, felt in (plant.sensed_c() | plant.currents_a()).items():
+            device.sense(sensor, felt)
+        for part in range(1, exchanges + 1):
+            time_s = (row + part / exchanges) * step_s
             line.to_board()
             device.advance(time_s)
             device.feed()
