@@ -36,9 +36,9 @@ def leaking(share: float) -> Heat:
     return lambda asked: max(asked, share)
 
 
-def held_hot(world: World, hold_c: float, share: float) -> Heat:
-    """Add another source that keeps the sensor at a temperature: a fire, a second heater."""
-    return lambda asked: asked + (share if world.sensed_c < hold_c else 0.0)
+def held_hot(world: World, hold_c: float, share: float) -> Callable[[], float]:
+    """Give another source that keeps the sensor at a temperature: a fire, a second heater."""
+    return lambda: share if world.sensed_c < hold_c else 0.0
 
 
 # -- sensors: from the machine's temperature to the tip's, °C ----------------------------------

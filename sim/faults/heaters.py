@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from heatwright.sim.faults import effects, starts, trips
+from heatwright.sim.faults import currents, effects, starts, trips
 from heatwright.sim.faults.bounds import TICK_S, lasting_s
 from heatwright.sim.faults.conditions import falls_below
 from heatwright.sim.faults.effects import Heat
@@ -62,8 +62,8 @@ def _powerless(site: Site) -> Iterator[Fault]:
         lambda: starts.cold(site),
         demanded(lambda _: effects.opened),
         _mend(site),
-        trip=trip,
-        again=trip,
+        trip=currents.no_current(site) or trip,
+        again=currents.no_current(site) or trip,
     )
     share = rule.rise_k / rise_k(site, rule.within_s) / 4
     yield Fault(
@@ -71,8 +71,8 @@ def _powerless(site: Site) -> Iterator[Fault]:
         lambda: starts.cold(site),
         demanded(lambda _: effects.weakened(share)),
         _mend(site),
-        trip=trip,
-        again=trip,
+        trip=currents.no_current(site, share) or trip,
+        again=currents.no_current(site, share) or trip,
     )
 
 
@@ -87,8 +87,8 @@ def _shorted(site: Site) -> Iterator[Fault]:
             lambda: starts.hot(site),
             short,
             _mend(site),
-            trip=trips.too_hot(site),
-            again=trips.too_hot(site),
+            trip=currents.current_while_off(site, 1.0, "over_temperature") or trips.too_hot(site),
+            again=currents.current_while_off(site, 1.0, "over_temperature") or trips.too_hot(site),
         )
     lowest_c = starts.setpoints_c(site)[0]
     band = trips.runaway_above(site, lowest_c)
@@ -98,8 +98,8 @@ def _shorted(site: Site) -> Iterator[Fault]:
             lambda: starts.at_rest(site, above_k=0.0),
             short,
             _mend(site),
-            trip=band,
-            again=_later(site),
+            trip=currents.current_while_off(site) or band,
+            again=currents.current_while_off(site) or _later(site),
         )
 
 
@@ -136,7 +136,7 @@ def _leaking(site: Site) -> Iterator[Fault]:
     start_c = starts.setpoints_c(site)[0] + above_k
     if start_c + rule.rise_k + MARGIN_K >= site.loop.protection.maximum_c:
         return
-    share = share_for(site, start_c + 3 * rule.rise_k + MARGIN_K, ambient_c=start_c)
+    share = share_for(site, start_c + 3 * rule.rise_k + MARGIN_K, ambient_c=start_c, cooled=True)
 
     def settled() -> World:
         world = starts.at_rest(site, above_k=above_k)
@@ -148,8 +148,8 @@ def _leaking(site: Site) -> Iterator[Fault]:
         settled,
         _wire(site, lambda _: effects.leaking(share)),
         _mend(site),
-        trip=trip,
-        again=_later(site),
+        trip=currents.current_while_off(site, share) or trip,
+        again=currents.current_while_off(site, share) or _later(site),
     )
 
 
@@ -160,16 +160,23 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
     band = trips.runaway_above(site, lowest_c)
     hold_c = lowest_c + _above_k(site) + MARGIN_K
 
-    def held(to_c: float, ambient_c: float) -> Act:
-        share = 2 * share_for(site, to_c, ambient_c=ambient_c)
-        return _wire(site, lambda world: effects.held_hot(world, to_c, share))
+    def held(to_c: float, ambient_c: float, *, cooled: bool = False) -> Act:
+        share = 2 * share_for(site, to_c, ambient_c=ambient_c, cooled=cooled)
+
+        def cause(world: World) -> None:
+            world.wiring.besides[site.loop.heater] = effects.held_hot(world, to_c, share)
+
+        return cause
+
+    def put_out(world: World) -> None:
+        world.wiring.besides.pop(site.loop.heater)
 
     if band and hold_c + MARGIN_K < maximum_c:
         yield Fault(
             "heat_from_elsewhere",
             lambda: starts.at_rest(site, above_k=0.0),
-            held(hold_c, lowest_c),
-            _mend(site),
+            held(hold_c, lowest_c, cooled=True),
+            put_out,
             trip=band,
         )
     hot = trips.too_hot(site)
@@ -177,7 +184,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
         "fire",
         lambda: starts.hot(site),
         held(maximum_c + MARGIN_K, starts.ambient_c(site)),
-        _mend(site),
+        put_out,
         trip=hot,
         again=hot,
     )
@@ -195,13 +202,14 @@ def _heat_lost(site: Site) -> Iterator[Fault]:
         lambda: starts.held(site),
         _wire(site, lambda _: effects.opened),
         _mend(site),
-        trip=Trip(
+        trip=currents.no_current(site)
+        or Trip(
             rules,
             lasting_s(runaway.for_s, site.loop),
             falls_below(target_c - runaway.below_k),
             trips.LONGEST_S,
         ),
-        again=trips.no_rise_but_moving(site),
+        again=currents.no_current(site) or trips.no_rise_but_moving(site),
     )
 
 

@@ -15,16 +15,20 @@ COURSE_STEP_S = 1.0
 LONGEST_S = 24 * 3600.0
 
 
-def steady_c(site: Site, share: float, *, ambient_c: float) -> float:
-    """Return where the loop's sensor settles with its heater at a share (0..1) of its power, °C."""
+def steady_c(site: Site, share: float, *, ambient_c: float, cooled: bool = False) -> float:
+    """Return where the loop's sensor settles with its heater at a share (0..1) of its power, °C.
+
+    cooled -- whether its cooler runs, as above the band, and while a fault is latched.
+    """
     plant = plant_of(site.controller, site.network, ambient_c=ambient_c, step_s=FOREVER_S)
-    plant.step(_powered(site, share))
+    plant.step(_powered(site, share, cooled=cooled))
     return plant.sensed_c()[site.loop.sensor]
 
 
-def share_for(site: Site, hold_c: float, *, ambient_c: float) -> float:
+def share_for(site: Site, hold_c: float, *, ambient_c: float, cooled: bool = False) -> float:
     """Return the share of the heater's power that would hold a temperature, °C; it may exceed 1."""
-    return (hold_c - ambient_c) / (steady_c(site, 1.0, ambient_c=ambient_c) - ambient_c)
+    full_c = steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled)
+    return (hold_c - ambient_c) / (full_c - ambient_c)
 
 
 def rise_k(site: Site, after_s: float) -> float:
@@ -103,8 +107,11 @@ def blur_k(site: Site, temperature_c: float) -> float:
     return float(sensor.step_at_k(temperature_c, site.controller.board.mcu))
 
 
-def _powered(site: Site, share: float) -> dict[str, float]:
-    """Everything on but other loops' heaters."""
-    others = {loop.heater for loop in site.controller.loops.values()} - {site.loop.heater}
+def _powered(site: Site, share: float, *, cooled: bool = False) -> dict[str, float]:
+    """Everything on but coolers and other loops' heaters."""
+    loops = site.controller.loops.values()
+    others = {loop.heater for loop in loops} | {loop.cooler for loop in loops if loop.cooler}
     asked = dict.fromkeys(site.controller.outputs, 1.0) | dict.fromkeys(others, 0.0)
+    if cooled and site.loop.cooler:
+        asked[site.loop.cooler] = 1.0
     return asked | {site.loop.heater: share}

@@ -79,7 +79,9 @@ def cut_short(world: World) -> None:
     """Acknowledge, and cut the power in the middle of the record that says so."""
     eeprom = world.device.avr.eeprom
     before = eeprom.writes
-    if world.site.is_commanded:
+    if world.site.is_switched:
+        world.device.write("acknowledge", True)
+    elif world.site.is_commanded:
         world.device.send("M999")
     else:
         world.device.press("select")

@@ -31,7 +31,7 @@ def faults(site: Site) -> Iterator[Fault]:
             watch_s=RESYNC_S,
             judge=_shows_again,
         )
-    if site.is_commanded:
+    if site.is_hosted:
         yield from hosts.faults(site)
     if site.controller.board.uarts:
         yield Fault(

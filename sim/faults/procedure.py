@@ -15,10 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from heatwright.sim.faults import cooling
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.records import Change
-from heatwright.sim.faults.world import STEP_S, World
+from heatwright.sim.faults.world import World
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -26,6 +27,9 @@ LATE_S = 5.0
 REST_S = 2.0
 """How long a latched fault is watched. Longer than a display needs for both lines (one cell a tick,
 after its start-up of at most ten) and an EEPROM for a record (one byte a tick)."""
+
+SHOWN_S = 0.1
+"""How long after a trip its peak is still looked for; a gate is closed in a tenth of that."""
 
 COOLER_K = 5.0
 COOLING_S = 4 * 3600.0
@@ -66,9 +70,9 @@ class _Trial:
             self._must_trip(self.fault.trip)
         else:
             self._may_not_trip()
-        complaint = self.fault.judge(self.world)
-        if complaint:
-            self._wrong(complaint)
+        for complaint in (self.fault.judge(self.world), *cooling.overlaps(self.world)):
+            if complaint:
+                self._wrong(complaint)
 
     def result(self) -> FaultResult:
         first, trip = self.first, self.fault.trip
@@ -153,12 +157,12 @@ class _Trial:
             if not trip.due(world):
                 since_s = None
             elif since_s is None:
-                since_s = max(began_s, world.now_s - STEP_S)
+                since_s = max(began_s, world.now_s - world.step_s)
             late_s = give_up_s if since_s is None else since_s + trip.allowed_s + LATE_S
             if world.now_s > late_s:
                 return since_s
             world.step()
-        return max(began_s, world.now_s - STEP_S) if since_s is None else since_s
+        return max(began_s, world.now_s - world.step_s) if since_s is None else since_s
 
     def _judge_trip(self, trip: Trip, found: Change, since_s: float, when: str) -> None:
         if RULES[found.code].id not in trip.rules:
@@ -171,7 +175,7 @@ class _Trial:
         """See how soon the heater was off."""
         limit_s = self.fault.off_within_s
         since_s = self.since_s if limit_s is None else self.cause_s
-        self.world.run(STEP_S)
+        self.world.run(SHOWN_S)
         last_on_s = self.world.heaters.last_on_s(since_s)
         self.off_s = 0.0 if last_on_s is None else last_on_s - since_s
         if limit_s is not None and self.off_s > limit_s:
@@ -196,8 +200,13 @@ class _Trial:
         wanted = f"E{rule.code:02d} {rule.display}"
         if world.site.has_keys and world.screen[1].rstrip() != wanted:
             self._wrong(f"the display says {world.screen[1]!r}, not {wanted!r}, {when}")
-        if world.site.is_commanded and not world.device.host.texts(f"Error:{wanted}"):
+        if world.site.is_hosted and not world.device.host.texts(f"Error:{wanted}"):
             self._wrong(f"the host was not told {wanted!r}, {when}")
+        if world.site.is_switched and world.device.master.fault != latched.code:
+            self._wrong(f"the master was not told {wanted!r}, {when}")
+        complaint = cooling.complaint(world)
+        if complaint:
+            self._wrong(f"{complaint} {when}")
 
     # -- acknowledgements ----------------------------------------------------------------------
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from heatwright.sim.bench import step_of
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.plants import Plant, plant_of
-from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of
+from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of, switched
 
 STEP_S = 0.1
-"""Time step of the machine; a tenth of the usual control period."""
+"""Time step of the machine at most; a tenth of the usual control period."""
 PRESS_S = 0.1
 """A brisk press: this long down, then this long up."""
 ANSWER_S = 1.0
@@ -53,6 +54,16 @@ class Site:
         return commanded(self.controller, self.loop_name)
 
     @property
+    def is_switched(self) -> bool:
+        """Whether a master commands the loop, and switches it on and off."""
+        return switched(self.controller, self.loop_name)
+
+    @property
+    def is_hosted(self) -> bool:
+        """Whether a host commands the loop by G-code."""
+        return self.is_commanded and not self.is_switched
+
+    @property
     def has_operator(self) -> bool:
         """Whether there is somebody to set setpoints and acknowledge faults."""
         return self.has_keys or self.is_commanded
@@ -88,11 +99,13 @@ class Weather:
 class Wiring:
     """What lies between controller and machine, and can break.
 
-    heat -- by output: from what its pin asks for (0..1) to what it really gives; more than 1 is
-    heat from elsewhere. feel -- by sensor: from the machine's temperature to the tip's, °C.
+    heat -- by output: from what its pin asks for (0..1) to what it really conducts. besides -- by
+    output: heat from elsewhere at the same place, in shares of its power. feel -- by sensor: from
+    the machine's temperature to the tip's, °C.
     """
 
     heat: dict[str, Callable[[float], float]] = field(default_factory=dict)
+    besides: dict[str, Callable[[], float]] = field(default_factory=dict)
     feel: dict[str, Callable[[float], float]] = field(default_factory=dict)
 
 
@@ -109,12 +122,14 @@ class World:
         self.site = site
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
+        self.step_s = min(STEP_S, step_of(site.controller))
         self.device = AvrDevice(site.controller, site.program)
-        self.coupling = Coupling(site.controller, self.device, STEP_S)
+        self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._plant = self._machine(weather)
         self._felt = self._plant.sensed_c()
         self._row = 0
         self._power_on_s = 0.0
+        self._switched_on = False
         self.peak_c = self.sensed_c
         self.rising = False
         self.trips = TripLog(self.device)
@@ -133,7 +148,7 @@ class World:
             self.site.controller,
             network,
             ambient_c=weather.ambient_c,
-            step_s=STEP_S,
+            step_s=self.step_s,
             seed=weather.seed,
         )
 
@@ -161,12 +176,12 @@ class World:
 
     def run(self, seconds: float) -> None:
         """Go on for a time, in whole steps."""
-        for _ in range(round(seconds / STEP_S)):
+        for _ in range(round(seconds / self.step_s)):
             self.step()
 
     def until(self, condition: Condition, within_s: float) -> bool:
         """Go on until something is so; False if it takes longer."""
-        for _ in range(round(within_s / STEP_S)):
+        for _ in range(round(within_s / self.step_s)):
             if condition(self):
                 return True
             self.step()
@@ -176,16 +191,19 @@ class World:
         """Go on by one step of time."""
         for sensor in self._felt:
             self.device.sense(sensor, self._tip(sensor))
+        for sensor, amperes in self._plant.currents_a().items():
+            self.device.sense(sensor, amperes)
         self._row += 1
-        self.device.advance(self._power_on_s + self._row * STEP_S)
+        self.device.advance(self._power_on_s + self._row * self.step_s)
         self._heat(self.coupling.active(), self.coupling.feed_mm_per_s())
 
     def _heat(self, asked: Mapping[str, float], feed_mm_per_s: float) -> None:
-        heat = self.wiring.heat
-        self._plant.step(
-            {name: heat[name](share) if name in heat else share for name, share in asked.items()},
-            feed_mm_per_s,
-        )
+        heat, besides = self.wiring.heat, self.wiring.besides
+        conducts = {
+            name: heat[name](share) if name in heat else share for name, share in asked.items()
+        }
+        heats = {name: conducts[name] + more() for name, more in besides.items()}
+        self._plant.step({**conducts, **heats}, feed_mm_per_s, conducts)
         before_c = self.sensed_c
         self._felt = self._plant.sensed_c()
         self.rising = self.sensed_c > before_c
@@ -206,11 +224,22 @@ class World:
         self.device.send(line)
         self.until(lambda now: not now.device.host.is_busy, ANSWER_S)
 
+    def write(self, name: str, value: float | bool) -> None:
+        """Let the master write a value, and give the board time to answer."""
+        self.device.write(name, value)
+        self.until(lambda now: not now.device.master.is_busy, ANSWER_S)
+
     def acknowledge(self) -> None:
         """Acknowledge the latched fault, by key or by command.
 
-        A loop that a host commands is off then; the host asks for the same setpoint again.
+        A loop that a host or a master commands is off then, and asked for the same once more.
         """
+        if self.site.is_switched:
+            was_on = self._switched_on
+            self.write("acknowledge", True)
+            if was_on and not self.fault:
+                self.switch(on=True)
+            return
         if not self.site.is_commanded:
             self.press("select")
             return
@@ -219,8 +248,20 @@ class World:
         if setpoint_c and not self.fault:
             self.set_setpoint(setpoint_c)
 
+    def switch(self, *, on: bool) -> None:
+        """Have the master switch the loop."""
+        self._switched_on = on
+        self.write(f"{self.site.loop_name}.enabled", on)
+
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for a setpoint: by command, or with UP and DOWN as near as the keys come."""
+        """Ask for a setpoint: by command, or with UP and DOWN as near as the keys come.
+
+        A loop that a master switches is switched on, too.
+        """
+        if self.site.is_switched:
+            self.write(f"{self.site.loop_name}.setpoint", setpoint_c)
+            self.switch(on=True)
+            return
         if self.site.is_commanded:
             self.send(f"M104 {self.site.tool} S{setpoint_c:g}")
             return
@@ -257,7 +298,7 @@ class World:
         self.device.feed()
         self.trips.collect()
         self.heaters.power_cut()
-        for _ in range(round(off_s / STEP_S)):
+        for _ in range(round(off_s / self.step_s)):
             self._heat(dict.fromkeys(self.coupling.loads, 0.0), 0.0)
         self.device.power_cycle(undefined)
         self._power_on_s, self._row = self.device.time_s, 0

@@ -1,0 +1,39 @@
+"""The cooler: never on together with the heater, and on while a fault is latched and it is hot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults.machine import blur_k
+from heatwright.sim.faults.world import World
+
+COOLED_ABOVE_C = 50.0
+"""A latched fault has the cooler on unless a reading is below (docs/control.md, "Cooler")."""
+
+
+def overlaps(world: World) -> Iterator[str]:
+    """Yield each loop whose heater and cooler have been on together."""
+    world.device.feed()
+    for loop, watch in world.device.interlocks.items():
+        if watch.overlap_s is not None:
+            yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"
+
+
+def complaint(world: World) -> str:
+    """See that the cooler does what a latched fault asks of it; "" if so, or if it has none."""
+    loop = world.site.loop
+    if loop.cooler is None:
+        return ""
+    runs = world.device.outputs[loop.cooler].on
+    if runs == _has_to(world):
+        return ""
+    return f"{loop.cooler} is {'on' if runs else 'off'} at {world.tip_c:.1f} °C"
+
+
+def _has_to(world: World) -> bool:
+    """Whether the cooler must run; near the limit what it does is right."""
+    if world.loop("reading_status"):
+        return True
+    if abs(world.tip_c - COOLED_ABOVE_C) <= blur_k(world.site, COOLED_ABOVE_C):
+        return world.device.outputs[world.site.loop.cooler or ""].on
+    return world.tip_c > COOLED_ABOVE_C
