@@ -214,6 +214,9 @@ static int is_tail_call(struct profile *p, uint32_t pc) {
 
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
 
+/* OUT SPH: half of a stack pointer is none. SPL follows before an interrupt may come. */
+static int is_half_moved(uint16_t op) { return (op & 0xfe0f) == 0xbe0e; }
+
 void profile_after(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     avr_t *avr = h->avr;
@@ -222,7 +225,7 @@ void profile_after(hw *h, uint32_t pc) {
     uint16_t sp = hw_stack_pointer(h);
     if (function != NO_FUNCTION)
         p->totals[function].own += avr->cycle - p->began;
-    if (sp < p->lowest)
+    if (sp < p->lowest && !is_half_moved(op))
         p->lowest = sp;
     if (is_call(op))
         push(h, pc, p->sp, avr->cycle, CALLED);

@@ -7,6 +7,7 @@ from matrix import PINS, Row, drawn, fewest
 CHOICES: dict[str, tuple[str, ...]] = {
     "board": (
         "uno", "nano", "mega2560", "leonardo", "atmega328p", "atmega2560", "atmega1284p",
+        "atmega32",  # the ATmega16 has the same registers, and too little flash
     ),
     "algorithm": ("on_off", "pid"),
     "autotune": ("", "{}", "{cycles: 3, swing: 80 %, timeout: 10 min}"),
@@ -31,7 +32,7 @@ WIRES = {
     "mega2560": ("D25", "D26", "D27", "D22", "D28"),
     "atmega328p": ("PC2", "PC4", "PC5", "PD2", "PD4"),
     "atmega2560": ("PA1", "PA2", "PA3", "PA0", "PA4"),
-    "atmega1284p": ("PA2", "PA5", "PA6", "PA0", "PA4"),
+    **dict.fromkeys(("atmega1284p", "atmega32"), ("PA2", "PA5", "PA6", "PA0", "PA4")),
 }
 SENSOR = (
     "{{kind: thermistor, pin: {pin}, divider: {{pull_up: 4.7 kΩ}}, oversample: 4, "
@@ -48,6 +49,8 @@ def can_be(row: Row) -> bool:
         return False
     if row["feed"] and not serves_air:
         return False
+    if row["feed"] and row["fan"] == "pwm" and row["board"] == "leonardo":
+        return False  # three timers, one of them with a single channel
     return row["fan"] != "pwm" or row["algorithm"] != "on_off"
 
 

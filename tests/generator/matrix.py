@@ -9,6 +9,7 @@ Row = Mapping[str, str]
 CHOICES: dict[str, tuple[str, ...]] = {
     "board": (
         "uno", "nano", "mega2560", "leonardo", "atmega328p", "atmega2560", "atmega1284p",
+        "atmega32", "atmega16",
     ),
     "output": ("digital", "pwm8a", "pwm8b", "pwm16", "time_proportional"),
     "active": ("high", "low"),
@@ -31,8 +32,8 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "fan": ("no", "yes"),
 }  # fmt: skip
 
-FEW_TIMERS = {"uno", "nano", "atmega328p", "leonardo"}
-NO_SHIELD = {"nano", "atmega328p", "atmega2560", "atmega1284p"}
+FEW_TIMERS = {"uno", "nano", "atmega328p", "leonardo", "atmega32", "atmega16"}
+NO_SHIELD = {"nano", "atmega328p", "atmega2560", "atmega1284p", "atmega32", "atmega16"}
 
 # A pin with a timer's compare output for each kind of PWM, by board.
 PWM_PINS = {
@@ -43,6 +44,9 @@ PWM_PINS = {
     "atmega328p": {"pwm8a": "PD6", "pwm8b": "PD3", "pwm16": "PB1"},
     "atmega2560": {"pwm8a": "PB4", "pwm8b": "PG5", "pwm16": "PL5"},
     "atmega1284p": {"pwm8a": "PD7", "pwm8b": "PD6", "pwm16": "PD5"},
+    # One channel to an 8-bit timer: a timer each.
+    "atmega32": {"pwm8a": "PB3", "pwm8b": "PD7", "pwm16": "PD5"},
+    "atmega16": {"pwm8a": "PB3", "pwm8b": "PD7", "pwm16": "PD5"},
 }
 SHIELD = {"D4", "D5", "D6", "D7", "D8", "D9", "D10"}
 """Pins of the LCD keypad shield."""
@@ -54,7 +58,9 @@ PINS = {
     "mega2560": ("D22", "A9", "D41", "A1", "A3", "D42", "D25"),
     "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3", "PC4", "PC5"),
     "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3", "PL2", "PA1"),
-    "atmega1284p": ("PA0", "PA7", "PC6", "PA1", "PA3", "PA2", "PA4"),
+    **dict.fromkeys(
+        ("atmega1284p", "atmega32", "atmega16"), ("PA0", "PA7", "PC6", "PA1", "PA3", "PA2", "PA4")
+    ),
 }
 
 SENSORS = {

@@ -10,6 +10,7 @@ from chip import lay_out
 from matrix import pairwise, spec_of
 
 from heatwright.generator import plan_firmware, render
+from heatwright.generator.plan.assembly import MCU_MACROS
 from heatwright.spec import load_text
 
 CPPCHECK = [
@@ -43,9 +44,5 @@ def widest(algorithm: str, output: str) -> str:
 )
 def test_nothing_is_found_in_other_shapes(algorithm: str, output: str, tmp_path: Path) -> None:
     spec = load_text(widest(algorithm, output))
-    macros = {"atmega328p": "328P", "atmega2560": "2560", "atmega32u4": "32U4"}
-    chip = macros.get(spec.controller.board.mcu, "1284P")
-    check(
-        render(plan_firmware(spec)), tmp_path, f"__AVR_ATmega{chip}__",
-        spec.controller.board.clock_hz,
-    )  # fmt: skip
+    board = spec.controller.board
+    check(render(plan_firmware(spec)), tmp_path, MCU_MACROS[board.mcu], board.clock_hz)

@@ -46,6 +46,8 @@ PINS = {
     "atmega328p": ("PC1", "PD2"),
     "atmega2560": ("PF1", "PA0"),
     "atmega1284p": ("PA1", "PA2"),
+    "atmega32": ("PA1", "PA2"),
+    "atmega16": ("PA1", "PA2"),
 }
 """A sensor's and a heater's, of no interest to the test."""
 

@@ -12,7 +12,11 @@ HEATERS = {
     "timer 0": ("leonardo", "D3", "976.5625 Hz"),
     "timer 4": ("mega2560", "D8", "1 kHz"),
     "timer 3": ("atmega1284p", "PB6", "1 kHz"),
+    "timer 0 of old": ("atmega32", "PB3", "976.5625 Hz"),
+    "timer 1 of old": ("atmega16", "PD5", "1 kHz"),
+    "timer 2 of old": ("atmega16", "PD7", "976.5625 Hz"),
     "interrupts": ("uno", "D4", "100 Hz"),
+    "interrupts of old": ("atmega32", "PC0", "100 Hz"),
     "interrupts, far port": ("mega2560", "D9", "122 Hz"),
 }
 TICK_S = 0.01

@@ -10,7 +10,7 @@ from heatwright.spec import BOARDS
 from heatwright.spec.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
 
 CLOCK_HZ = 16_000_000
-CHIPS = ("uno", "mega2560", "leonardo", "atmega1284p")
+CHIPS = ("uno", "mega2560", "leonardo", "atmega1284p", "atmega32", "atmega16")
 LATENCY = 200
 """Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
 INSTRUCTION = 12
@@ -78,6 +78,12 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
         ("atmega1284p", "PD4", 31_000, False),
         ("atmega1284p", "PB3", 122, True),
         ("atmega1284p", "PA5", 499, True),
+        ("atmega32", "PD5", 30, False),
+        ("atmega32", "PD4", 31_000, False),
+        ("atmega32", "PD7", 488.28125, False),  # timer 2 divides by 128, timer 0 does not
+        ("atmega32", "PB3", 488.28125, True),
+        ("atmega16", "PB3", 62_500, False),
+        ("atmega16", "PA5", 122, True),
     ],
 )
 @pytest.mark.parametrize("active", ["high", "low"])
@@ -112,15 +118,18 @@ def test_by_interrupts_too_short_is_none(percent: float) -> None:
     assert bench.outputs["fan"].on == (percent > 50)
 
 
-def test_two_on_one_timer_keep_apart() -> None:
+@pytest.mark.parametrize(
+    ("board", "pins", "timer"), [("mega2560", ("D10", "D9"), 5), ("atmega32", ("PC0", "PC1"), 1)]
+)
+def test_two_on_one_timer_keep_apart(board: str, pins: tuple[str, str], timer: int) -> None:
     bench = PwmBoard(
-        "mega2560",
+        board,
         {
-            "hot": "kind: pwm, pin: D10, frequency: 30 Hz",
-            "part": "kind: pwm, pin: D9, frequency: 122 Hz, active: low",
+            "hot": f"kind: pwm, pin: {pins[0]}, frequency: 30 Hz",
+            "part": f"kind: pwm, pin: {pins[1]}, frequency: 122 Hz, active: low",
         },
     )
-    assert {channel.timer for channel in bench.channels.values()} == {5}
+    assert {channel.timer for channel in bench.channels.values()} == {timer}
     bench.ask("hot", 20.0)
     bench.ask("part", 70.0)
     for name, share in (("hot", 0.2), ("part", 0.7)):
@@ -157,7 +166,7 @@ def test_a_late_interrupt_costs_no_more_than_it_is_late(deaf_us: int, percent: f
 
 def test_an_interrupt_is_short() -> None:
     """20 us at most with interrupts off."""
-    for board, pin in (("uno", "D4"), ("mega2560", "A8")):
+    for board, pin in (("uno", "D4"), ("mega2560", "A8"), ("atmega32", "PC0")):
         bench = PwmBoard(board, {"fan": f"kind: pwm, pin: {pin}, frequency: 490 Hz"})
         profile = bench.avr.profile(bench.program)
         for percent in (3.0, 50.0, 97.0):

@@ -15,6 +15,7 @@ BOARDS = {
     "leonardo": "step: D4, direction: D5, enable: D6",
     "mega2560": "step: D6, direction: A8, enable: A9",  # ports beyond sbi and cbi
     "atmega1284p": "step: PC0, direction: PC1, enable: PC6, enable_active: high",
+    "atmega32": "step: PC0, direction: PC1, enable: PC6, enable_active: high",  # TIMSK is shared
 }
 
 

@@ -16,7 +16,7 @@ Measure = Callable[..., WorstStack]
 
 HEAD = "#include <avr/io.h>\n#include <avr/interrupt.h>\n#include <stdint.h>\n"
 LOOP = "int main(void) { for (;;); }\n"
-C = {"atmega328p": 2, "atmega2560": 3}
+C = {"atmega328p": 2, "atmega2560": 3, "atmega16": 2}
 
 
 def compiled(folder: Path, source: str, mcu: str, *flags: str) -> Path:

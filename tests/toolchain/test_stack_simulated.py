@@ -59,9 +59,16 @@ ISR(TIMER0_OVF_vect) { sink++; }
 int main(void)
 {
     TCCR1B = 1 << CS10;
+#ifdef TIMSK1
     TIMSK1 = 1 << TOIE1;
+#endif
+#ifdef TIMSK0
     TCCR0B = 1 << CS00;
     TIMSK0 = 1 << TOIE0;
+#else
+    TCCR0 = 1 << CS00;
+    TIMSK = 1 << TOIE0 | 1 << TOIE1;
+#endif
     sei();
     for (uint8_t n = 0;; n++)
         sink += choose(n % 8);
@@ -70,7 +77,7 @@ int main(void)
 
 
 @pytest.mark.parametrize("flags", ["-Os", "-Os -flto", "-O2", "-O1 -mcall-prologues", "-O0"])
-@pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560", "atmega1284p"])
+@pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560", "atmega1284p", "atmega32"])
 def test_the_bound_is_reached(tmp_path: Path, mcu: str, flags: str) -> None:
     (tmp_path / "main.c").write_text(PROGRAM)
     command = ["avr-gcc", f"-mmcu={mcu}", *flags.split(), "-o", "main.elf", "main.c"]
