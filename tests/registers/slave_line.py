@@ -1,0 +1,106 @@
+"""What happens on the line, case by case: bytes, flags, silences, and what follows."""
+
+import struct
+from pathlib import Path
+from typing import NamedTuple
+
+from slave_model import framed
+from slave_spec import ADDRESS
+from slave_world import frame, received, run, ticks
+
+PARITY, OVERRUN, FRAMING = 1 << 2, 1 << 3, 1 << 4
+SILENCE, MAIN, MAIN_ALONE, STATE = b"q", b"m", b"M", b"s"
+
+ASK = framed(ADDRESS, bytes.fromhex("04 0000 0001"))
+ANSWER = framed(ADDRESS, bytes.fromhex("04 02 0001"))
+WRITE = framed(ADDRESS, struct.pack(">BHH", 6, 100, 300))
+TO_ALL = framed(0, struct.pack(">BHH", 6, 100, 300))
+FOREIGN = framed(ADDRESS + 1, struct.pack(">BHH", 6, 100, 300))
+REFUSED = framed(ADDRESS, bytes.fromhex("04 0010 0001"))
+REFUSAL = framed(ADDRESS, bytes.fromhex("84 02"))
+
+
+def flagged(flags: int, byte: int) -> bytes:
+    """A byte with the receiver's flags."""
+    return b"x" + bytes([flags, byte])
+
+
+def leaves(count: int) -> bytes:
+    """So many bytes of the answer leave."""
+    return b"p" + bytes([count])
+
+
+class Case(NamedTuple):
+    name: str
+    script: tuple[bytes, ...]
+    sent: tuple[bytes, ...]
+    """For each of `frame` and MAIN."""
+    counters: tuple[int, ...]
+    """Messages, errors, exceptions, requests, unanswered, overruns."""
+
+
+CASES = [
+    Case("asked", (frame(ASK),), (ANSWER,), (1, 0, 0, 1, 0, 0)),
+    Case("twice", (frame(ASK), frame(ASK)), (ANSWER, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("refused", (frame(REFUSED),), (REFUSAL,), (1, 0, 1, 1, 0, 0)),
+    Case("foreign", (frame(FOREIGN), frame(ASK)), (b"", ANSWER), (2, 0, 0, 1, 0, 0)),
+    Case("to_all", (frame(TO_ALL), frame(ASK)), (b"", ANSWER), (2, 0, 0, 2, 1, 0)),
+    Case("no_silence", (received(ASK), MAIN), (b"",), (0, 0, 0, 0, 0, 0)),
+    Case("silence", (received(ASK), SILENCE, MAIN), (ANSWER,), (1, 0, 0, 1, 0, 0)),
+    Case("two_in_one", (frame(ASK + ASK),), (b"",), (0, 1, 0, 0, 0, 0)),
+    Case("half", (frame(ASK[:4]), frame(ASK[4:])), (b"", b""), (0, 2, 0, 0, 0, 0)),
+    *(
+        Case(f"{size}_bytes", (frame(framed(ADDRESS, b"")[:size]), frame(ASK)), (b"", ANSWER),
+             (1, 1, 0, 1, 0, 0))
+        for size in (1, 2, 3)
+    ),
+    Case("longest_foreign", (frame(framed(9, bytes(253))), frame(ASK)), (b"", ANSWER),
+         (2, 0, 0, 1, 0, 0)),
+    Case("too_long_foreign", (frame(framed(9, bytes(254))), frame(ASK)), (b"", ANSWER),
+         (1, 1, 0, 1, 0, 0)),
+    *(
+        Case(f"{name}_at_{place}",
+             (received(ASK[:place]), flagged(flag, ASK[place]), received(ASK[place + 1 :]),
+              SILENCE, MAIN, frame(ASK)),
+             (b"", ANSWER), (1, 1, 0, 1, 0, int(flag == OVERRUN)))
+        for name, flag in (("parity", PARITY), ("overrun", OVERRUN), ("framing", FRAMING))
+        for place in (0, 5, 7)
+    ),
+    Case("while_it_is_asked",
+         (received(WRITE), SILENCE, received(ASK), SILENCE, MAIN, frame(ASK)),
+         (WRITE, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("while_to_all_waits",
+         (received(TO_ALL), SILENCE, received(ASK[:3]), MAIN, received(ASK[3:]), SILENCE, MAIN,
+          frame(ASK)),
+         (b"", b"", ANSWER), (2, 1, 0, 2, 1, 0)),
+    Case("while_it_answers",
+         (received(WRITE), SILENCE, MAIN_ALONE, leaves(3), received(ASK), SILENCE, MAIN,
+          frame(ASK)),
+         (WRITE, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("silence_while_it_answers",
+         (received(WRITE), SILENCE, received(ASK[:1]), MAIN_ALONE, leaves(3), SILENCE, MAIN,
+          frame(ASK)),
+         (WRITE, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("damaged_while_asked",
+         (received(WRITE), SILENCE, flagged(OVERRUN, 1), SILENCE, MAIN, frame(ASK)),
+         (WRITE, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("ticks", (ticks(7), frame(ASK), ticks(5)), (ANSWER,), (1, 0, 0, 1, 0, 0)),
+]  # fmt: skip
+
+
+def line_problem(program: Path, case: Case) -> str:
+    """Say what is otherwise than it should be; an empty text if nothing is."""
+    state, *_ = run(program, [STATE])
+    *sent, last = run(program, [*case.script, STATE])
+    if tuple(sent) != case.sent:
+        return f"{case.name}: sent {[each.hex(' ') for each in sent]}"
+    counters = tuple(int(number) for number in last.split()[-8:-2])
+    if counters != case.counters:
+        return f"{case.name}: counters {counters}"
+    silent = 5 if case.name == "ticks" else 0
+    if int(last.split()[-2]) != silent:
+        return f"{case.name}: silent for {int(last.split()[-2])} ticks"
+    written = any(WRITE in part or TO_ALL in part for part in case.script)
+    if not written and last.split()[:15] != state.split()[:15]:
+        return f"{case.name}: something was written"
+    return ""

@@ -1,0 +1,412 @@
+/* The world around the generated Modbus files, on this computer: a line and two loops, air (with
+ * gains) and bed.
+ *
+ * Standard input holds commands of one letter:
+ *   'f' count (16 bits) bytes: these come in, then silence, then the main loop runs to the end of
+ *       the answer;  'r' count bytes: these come in;  'x' flags byte: one with these flags;
+ *   'q': silence;  'm': the main loop, and the answer to its end;  'M': the main loop alone;
+ *   'p' count (8 bits): so many bytes leave;  't' count (16 bits): ticks;
+ *   'v' what (8 bits), value (float): a value of the world;  's': show the state.
+ * 'f' and 'm' write the bytes that were sent, with their count (16 bits) before them; 's' a text
+ * in the same form.
+ */
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define REGISTER /* here they are */
+#include <avr/io.h>
+
+#include "autotune_air.h"
+#include "config.h"
+#include "current_hot_bed.h"
+#include "fault.h"
+#include "loop_air.h"
+#include "loop_bed.h"
+#include "modbus.h"
+#include "modbus_line.h"
+#include "pins.h"
+#include "settings.h"
+
+void USART0_RX_vect(void);
+void USART0_TX_vect(void);
+void TIMER2_COMPA_vect(void);
+
+#ifndef MODBUS_SILENCE_MATCHES
+#define MODBUS_SILENCE_MATCHES 1u
+#endif
+#define PORT_DRIVER 1u /* PC0 */
+#define LISTENING (1u << TXEN0 | 1u << TXCIE0 | 1u << RXEN0 | 1u << RXCIE0)
+#define SPEAKING (1u << TXEN0 | 1u << TXCIE0)
+
+struct fault_state fault;
+struct settings settings;
+struct loop_air_state loop_air;
+struct loop_bed_state loop_bed;
+struct autotune_air_state autotune_air;
+struct current_hot_bed_state current_hot_bed;
+
+static struct {
+    bool enabled, released;
+} air, bed;
+static uint8_t mode;
+static float percent;
+static uint8_t air_state, bed_state, cycles_asked;
+static unsigned kept, defaulted;
+static uint32_t now_s;
+
+static void wrong(const char *what)
+{
+    fprintf(stderr, "%s\n", what);
+    exit(3);
+}
+
+uint32_t clock_seconds(void);
+uint32_t clock_seconds(void)
+{
+    return now_s;
+}
+
+void fault_acknowledge(void)
+{
+    if (fault.code != FAULT_NONE) {
+        fault.code = FAULT_NONE;
+        fault.acknowledgements++;
+        air.enabled = bed.enabled = false;
+        mode = MODE_AUTOMATIC;
+    }
+}
+
+void settings_keep(void)
+{
+    kept++;
+}
+
+void settings_defaults(void)
+{
+    defaulted++;
+}
+
+uint8_t loop_air_state(void)
+{
+    return air_state;
+}
+
+uint8_t loop_bed_state(void)
+{
+    return bed_state;
+}
+
+bool loop_air_may_set(float setpoint_c)
+{
+    return !(mode == MODE_TUNING && setpoint_c != settings.air_setpoint_c)
+        && setpoint_c >= LOOP_AIR_SETPOINT_MINIMUM_C && setpoint_c <= LOOP_AIR_SETPOINT_MAXIMUM_C;
+}
+
+bool loop_air_set(float setpoint_c)
+{
+    if (!loop_air_may_set(setpoint_c)) {
+        return false;
+    }
+    settings.air_setpoint_c = setpoint_c;
+    return true;
+}
+
+bool loop_bed_set(float setpoint_c)
+{
+    if (!(setpoint_c >= LOOP_BED_SETPOINT_MINIMUM_C && setpoint_c <= LOOP_BED_SETPOINT_MAXIMUM_C)) {
+        return false;
+    }
+    settings.bed_setpoint_c = setpoint_c;
+    return true;
+}
+
+bool loop_air_may_enable(void)
+{
+    return fault.code == FAULT_NONE && (air.released || air.enabled);
+}
+
+bool loop_air_enable(void)
+{
+    if (!loop_air_may_enable()) {
+        return false;
+    }
+    air.enabled = true;
+    return true;
+}
+
+void loop_air_disable(void)
+{
+    air.enabled = false;
+    air.released = true;
+    mode = MODE_AUTOMATIC;
+}
+
+bool loop_bed_enable(void)
+{
+    if (fault.code != FAULT_NONE || !(bed.released || bed.enabled)) {
+        return false;
+    }
+    bed.enabled = true;
+    return true;
+}
+
+void loop_bed_disable(void)
+{
+    bed.enabled = false;
+    bed.released = true;
+}
+
+bool loop_air_is_enabled(void)
+{
+    return air.enabled;
+}
+
+bool loop_bed_is_enabled(void)
+{
+    return bed.enabled;
+}
+
+bool loop_air_set_manual_percent(float value)
+{
+    if (!(value >= 0.0f && value <= 100.0f)) {
+        wrong("a duty that was not looked at");
+    }
+    percent = value;
+    return true;
+}
+
+bool loop_air_set_manual(float value)
+{
+    if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set_manual_percent(value)) {
+        wrong("manual that was not looked at");
+    }
+    mode = MODE_MANUAL;
+    return true;
+}
+
+void loop_air_set_automatic(void)
+{
+    if (mode == MODE_MANUAL) {
+        mode = MODE_AUTOMATIC;
+    }
+}
+
+float loop_air_manual_percent(void)
+{
+    return percent;
+}
+
+uint8_t loop_air_mode(void)
+{
+    return mode;
+}
+
+bool loop_air_tune(float target_c, uint8_t cycles)
+{
+    if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set(target_c)) {
+        wrong("a tuning that was not looked at");
+    }
+    mode = MODE_TUNING;
+    cycles_asked = cycles;
+    return true;
+}
+
+void loop_air_stop_tuning(void)
+{
+    if (mode == MODE_TUNING) {
+        air.enabled = air.released = false;
+        mode = MODE_AUTOMATIC;
+    }
+}
+
+static unsigned word(void)
+{
+    const int low = getchar();
+    const int high = getchar();
+
+    return high < 0 ? 0 : (unsigned)low | (unsigned)high << 8;
+}
+
+static void put(const void *data, unsigned count)
+{
+    putchar((int)(count & 0xFF));
+    putchar((int)(count >> 8));
+    fwrite(data, 1, count, stdout);
+}
+
+static void receive(uint8_t flags, uint8_t byte)
+{
+    if ((UCSR0B & (1u << RXEN0)) == 0) {
+        return;
+    }
+    TCNT2++; /* it runs all the time */
+    UCSR0A = flags;
+    UDR0 = byte;
+    USART0_RX_vect();
+    if ((TIMSK2 & (1u << OCIE2A)) == 0 || (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
+        wrong("the silence is not measured from this byte on");
+    }
+}
+
+static void receive_all(unsigned count)
+{
+    for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
+        receive(0, (uint8_t)byte);
+    }
+}
+
+static void silence(void)
+{
+    for (unsigned matches = 0; (TIMSK2 & (1u << OCIE2A)) != 0; matches++) {
+        if (matches == MODBUS_SILENCE_MATCHES) {
+            wrong("the silence does not end");
+        }
+        TCNT2 = OCR2A;
+        TIMER2_COMPA_vect();
+    }
+}
+
+static uint8_t line[2 * MODBUS_FRAME_SIZE];
+static unsigned sent;
+
+static void leave(unsigned count)
+{
+    while (count-- != 0 && UCSR0B == SPEAKING) {
+        if ((PORTC & PORT_DRIVER) == 0) {
+            wrong("the driver is off before the last byte has left");
+        }
+        if (sent == sizeof line) {
+            wrong("an answer without end");
+        }
+        line[sent++] = UDR0;
+        USART0_TX_vect();
+    }
+    if (UCSR0B == LISTENING && (PORTC & PORT_DRIVER) != 0) {
+        wrong("the driver stays on");
+    }
+}
+
+static void run_main(void)
+{
+    if (modbus_line_is_asked()) {
+        modbus_answer();
+        if (modbus_line_is_asked()) {
+            wrong("it asks to be answered again");
+        }
+    }
+}
+
+static void run_to_end(void)
+{
+    run_main();
+    leave(sizeof line);
+    put(line, sent);
+    sent = 0;
+}
+
+static void set(uint8_t what, float value)
+{
+    switch (what) {
+    case 'f': fault.code = (uint8_t)value; break;
+    case 'F': fault.temperature_c = value; break;
+    case 'T': fault.time_s = (uint32_t)value; break;
+    case 'n': now_s = (uint32_t)value; break;
+    case 't': loop_air.temperature_c = value; break;
+    case 'h': loop_air.has_reading = (uint8_t)value; break;
+    case 'm': loop_air.missing = (uint8_t)value; break;
+    case 'r': loop_air.reading_status = (uint8_t)value; break;
+    case 'd': loop_air.duty_percent = value; break;
+    case 'c': loop_air.setpoint_c = value; break;
+    case 'S': air_state = (uint8_t)value; break;
+    case 'B': bed_state = (uint8_t)value; break;
+    case 'a': autotune_air.result = (uint8_t)value; break;
+    case 'A': current_hot_bed.amperes = value; break;
+    case 'M': mode = (uint8_t)value; break;
+    case 'P': percent = value; break;
+    default: wrong("what is that?");
+    }
+}
+
+static void show(void)
+{
+    char text[400];
+    const int size = snprintf(text, sizeof text,
+        "%d %d %.9g %d %d %d %.9g %.9g %.9g %.9g %.9g %d %d %u %u %d %u %u %u %u %u %u %u %d",
+        fault.code, fault.acknowledgements, (double)settings.air_setpoint_c, air.enabled,
+        air.released, mode, (double)percent, (double)settings.air_kp, (double)settings.air_ki,
+        (double)settings.air_kd, (double)settings.bed_setpoint_c, bed.enabled, bed.released, kept,
+        defaulted, cycles_asked, modbus_counters.messages, modbus_counters.errors,
+        modbus_counters.exceptions, modbus_counters.requests, modbus_counters.unanswered,
+        modbus_counters.overruns, modbus_silent_ticks(), modbus_was_heard());
+
+    put(text, (unsigned)size);
+}
+
+static void do_one(int command)
+{
+    switch (command) {
+    case 'f':
+        receive_all(word());
+        silence();
+        run_to_end();
+        break;
+    case 'r':
+        receive_all(word());
+        break;
+    case 'x': {
+        const int flags = getchar();
+        receive((uint8_t)flags, (uint8_t)getchar());
+        break;
+    }
+    case 'q':
+        silence();
+        break;
+    case 'm':
+        run_to_end();
+        break;
+    case 'M':
+        run_main();
+        break;
+    case 'p':
+        leave((unsigned)getchar());
+        break;
+    case 't':
+        for (unsigned count = word(); count != 0; count--) {
+            modbus_tick();
+        }
+        break;
+    case 'v': {
+        const int what = getchar();
+        float value = 0.0f;
+        if (fread(&value, sizeof value, 1, stdin) == 1) {
+            set((uint8_t)what, value);
+        }
+        break;
+    }
+    case 's':
+        show();
+        break;
+    default:
+        wrong("what is that?");
+    }
+}
+
+int main(void)
+{
+    air.enabled = bed.enabled = true;
+    settings.air_setpoint_c = LOOP_AIR_SETPOINT_INITIAL_C;
+    settings.bed_setpoint_c = LOOP_BED_SETPOINT_INITIAL_C;
+    settings.air_kp = LOOP_AIR_KP;
+    settings.air_ki = LOOP_AIR_KI;
+    settings.air_kd = LOOP_AIR_KD;
+    modbus_start();
+    if (UCSR0B != LISTENING || (PORTC & PORT_DRIVER) != 0 || (DDRC & PORT_DRIVER) == 0) {
+        wrong("it does not listen");
+    }
+    for (int command; (command = getchar()) >= 0;) {
+        do_one(command);
+    }
+    return 0;
+}
