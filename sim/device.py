@@ -14,6 +14,8 @@ from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
+from heatwright.sim.interfaces.registers import registers
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
@@ -26,8 +28,6 @@ DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
 FEED_S = 10.0
 """How often what chips and lines have recorded is read, s of simulated time."""
-TALK_S = 0.02
-"""The same while a host talks with the program: so long it takes to answer at most."""
 
 
 Kind = TypeVar("Kind")
@@ -87,6 +87,9 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._watch_interlocks()
+        for part in self.interfaces:
+            if isinstance(part, ModbusMaster):
+                part.serve(registers(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self._feed_at = 0
@@ -127,18 +130,33 @@ class AvrDevice:
         """Have the host send a line of G-code, when the lines before it are answered."""
         self.host.send(line)
 
+    def write(self, name: str, value: float | bool) -> None:
+        """Have the master write a value, such as nozzle.setpoint, as soon as the line is free."""
+        self.master.write(name, value)
+
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
-        while self._talks() and self.avr.cycle < cycle:
-            self._run_to(min(cycle, self.avr.cycle + round(TALK_S * self.avr.clock_hz)))
+        while (wake := self._wake_cycle()) is not None and wake < cycle:
+            self._run_to(wake)
             self.feed()
         self._run_to(cycle)
-        if cycle >= self._feed_at:
+        if cycle >= self._feed_at or self._talks():
             self.feed()
 
+    def _wake_cycle(self) -> int | None:
+        """Return the cycle at which a host or a master wants to hear and to talk next."""
+        wakes = [
+            part.wake_cycle
+            for part in self.interfaces
+            if isinstance(part, GcodeHost | ModbusMaster)
+        ]
+        return min((wake for wake in wakes if wake is not None), default=None)
+
     def _talks(self) -> bool:
-        return any(isinstance(part, GcodeHost) and part.is_busy for part in self.interfaces)
+        return any(
+            part.is_busy for part in self.interfaces if isinstance(part, GcodeHost | ModbusMaster)
+        )
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
@@ -178,6 +196,11 @@ class AvrDevice:
     def host(self) -> GcodeHost:
         """The host on the serial line; raises LookupError when the spec has none."""
         return self._interface(GcodeHost)
+
+    @property
+    def master(self) -> ModbusMaster:
+        """The Modbus master on the serial line; raises LookupError when the spec has none."""
+        return self._interface(ModbusMaster)
 
     def _interface(self, kind: type[Kind]) -> Kind:
         self.feed()

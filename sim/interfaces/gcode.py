@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
+TALK_S = 0.02
+"""How often it listens while it talks: so long the board takes to answer at most."""
 MOST_WAITING = 10_000
 """Bytes of a line that never ends, kept at most."""
 
@@ -90,6 +92,11 @@ class GcodeHost:
     def is_busy(self) -> bool:
         """Whether it still has lines to send, or waits for an answer."""
         return self._awaits_ok or bool(self._queue) or self._next < len(self._history)
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """The cycle at which it wants to hear again; None while it waits for nothing."""
+        return self._avr.cycle + round(TALK_S * self._avr.clock_hz) if self.is_busy else None
 
     def texts(self, start: str = "") -> list[str]:
         """Return the lines that begin with `start`."""

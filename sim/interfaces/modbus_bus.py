@@ -1,0 +1,161 @@
+"""The line of a Modbus master, RS-232 or RS-485, at the pins of a UART and of a driver."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.characters import Format, heard
+
+FIXED_ABOVE_BAUD = 19_200
+FIXED_SILENCE_S = 1.75e-3
+"""Above 19200 baud silence has a fixed length (serial line 1.02, 2.5.1.1)."""
+SILENT_CHARACTERS = 3.5
+
+
+def silence_s(baud: int, character_bits: int) -> float:
+    """Return the silence that ends a frame, s."""
+    if baud > FIXED_ABOVE_BAUD:
+        return FIXED_SILENCE_S
+    return SILENT_CHARACTERS * character_bits / baud
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Bytes from the board between two silences.
+
+    start_s, end_s -- from its first start bit to its last stop bit; whole -- whether each byte came
+    with the right parity and stop bit; longest_gap_s -- between two of its bytes.
+    """
+
+    start_s: float
+    end_s: float
+    data: bytes
+    whole: bool
+    longest_gap_s: float
+
+
+@dataclass(frozen=True)
+class _Byte:
+    start_s: float
+    end_s: float
+    record: Any
+
+
+class Bus:
+    """A line of one master and one slave.
+
+    unheard -- bytes the board sent while its driver was off; collisions -- how often it switched
+    its driver on while the master sent; slowest_release_s -- from the end of an answer until the
+    driver was off, at most.
+    """
+
+    def __init__(self, avr: Avr, uart: int, baud: int, form: Format, driver: int | None) -> None:
+        """Connect a UART, and perhaps the pin, by its number, that switches a driver to sending."""
+        self.baud, self.form = baud, form
+        self.silence_s = silence_s(baud, form.bits)
+        self.unheard = self.collisions = 0
+        self.slowest_release_s = 0.0
+        self._avr = avr
+        self._number = uart
+        self._uart = avr.uarts[uart]
+        self._driver = driver
+        self._driven: deque[tuple[float, bool]] = deque([(0.0, driver is None)])
+        self._coming: list[_Byte] = []
+        self._frame: list[_Byte] = []
+        self._quiet_s = 0.0
+
+    def send(
+        self,
+        data: bytes,
+        *,
+        baud: float | None = None,
+        form: Format | None = None,
+        gap_s: float | Sequence[float] = 0.0,
+        flips: Sequence[int] = (),
+    ) -> float:
+        """Send bytes to the board after those that wait; return when the last will end, s."""
+        form, baud = form or self.form, baud or self.baud
+        gaps_s = sum(gap_s) if isinstance(gap_s, Sequence) else gap_s * len(data)
+        self._quiet_s = max(self._quiet_s, self._avr.time_s)
+        self._quiet_s += gaps_s + len(data) * form.bits / baud
+        self._uart.send(data, baud, form, gap_s=gap_s, flips=flips)
+        return self._quiet_s
+
+    @property
+    def hears(self) -> bool:
+        """Whether an answer has begun."""
+        return bool(self._frame or self._coming)
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> list[Frame]:
+        """Take pin changes and bytes of the UARTs; return the frames that have ended."""
+        self._follow(pins)
+        clock_hz, now_s = self._avr.clock_hz, self._avr.time_s
+        for record in sent[(sent["uart"] == self._number) & ~sent["lost"]]:
+            cycles = Format.of(int(record["format"])).bits * int(record["bit_cycles"])
+            end = int(record["end"])
+            self._coming.append(_Byte((end - cycles) / clock_hz, end / clock_hz, record))
+        found: list[Frame] = []
+        while self._coming and self._coming[0].end_s <= now_s:
+            self._take(self._coming.pop(0), found)
+        if self._frame and not self._coming:
+            self._close(now_s, found)
+        return found
+
+    def _take(self, byte: _Byte, found: list[Frame]) -> None:
+        if not self._is_driven(byte.start_s, byte.end_s):
+            self.unheard += 1
+            return
+        if self._frame:
+            self._close(byte.start_s, found)
+        self._frame.append(byte)
+
+    def _close(self, until_s: float, found: list[Frame]) -> None:
+        if until_s - self._frame[-1].end_s > self.silence_s:
+            self._see_release(self._frame[-1].end_s)
+            found.append(self._framed())
+            self._frame = []
+
+    def _framed(self) -> Frame:
+        bit = self._avr.clock_hz / self.baud
+        read = [heard(byte.record, self.form, bit) for byte in self._frame]
+        gaps = [later.start_s - byte.end_s for byte, later in pairwise(self._frame)]
+        return Frame(
+            self._frame[0].start_s,
+            self._frame[-1].end_s,
+            bytes(value for value, _ in read),
+            all(right for _, right in read),
+            max(gaps, default=0.0),
+        )
+
+    # -- the driver ----------------------------------------------------------------------------
+
+    def _follow(self, pins: NDArray[Any]) -> None:
+        if self._driver is None:
+            return
+        for event in pins[pins["pin"] == self._driver]:
+            time_s, high = int(event["cycle"]) / self._avr.clock_hz, bool(event["state"] & 1)
+            if high and time_s < self._quiet_s:
+                self.collisions += 1
+            self._driven.append((time_s, high))
+
+    def _is_driven(self, start_s: float, end_s: float) -> bool:
+        """Tell whether the driver was on for all of a byte."""
+        while len(self._driven) > 1 and self._driven[1][0] <= start_s:
+            self._driven.popleft()
+        if len(self._driven) == 1:
+            return self._driven[0][1]
+        return self._driven[0][1] and self._driven[1][0] >= end_s
+
+    def _see_release(self, end_s: float) -> None:
+        if self._driver is None:
+            return
+        off = (time_s for time_s, high in self._driven if not high and time_s >= end_s)
+        late_s = next(off, self._avr.time_s) - end_s
+        self.slowest_release_s = max(self.slowest_release_s, late_s)

@@ -1,0 +1,81 @@
+"""Modbus frames: what a master asks and a slave answers.
+
+Written from the specification: Modbus Application Protocol 1.1b3; over serial line 1.02.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+POLYNOMIAL = 0xA001
+EXCEPTION = 0x80
+"""Added to the function in an answer that refuses."""
+SHORTEST = 4
+LONGEST = 256
+
+
+def crc(data: bytes) -> bytes:
+    """Return the checksum as it is sent, low byte first (serial line, 6.2.2)."""
+    register = 0xFFFF
+    for byte in data:
+        register ^= byte
+        for _ in range(8):
+            register = register >> 1 ^ (POLYNOMIAL if register & 1 else 0)
+    return struct.pack("<H", register)
+
+
+def framed(address: int, pdu: bytes) -> bytes:
+    """Return a request or an answer with address and checksum."""
+    data = bytes([address]) + pdu
+    return data + crc(data)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a slave has answered: its function and what follows; the exception's code, or 0."""
+
+    pdu: bytes
+    exception: int = 0
+
+    def words(self) -> tuple[int, ...]:
+        """Return the registers that were read."""
+        return struct.unpack(f">{self.pdu[1] // 2}H", self.pdu[2:])
+
+    def bits(self) -> tuple[bool, ...]:
+        """Return the bits that were read, with those that fill the last byte."""
+        return tuple(bool(byte >> bit & 1) for byte in self.pdu[2:] for bit in range(8))
+
+
+def answer_to(address: int, pdu: bytes, frame: bytes) -> Answer | None:
+    """Return the answer in a frame; None when it is damaged or answers something else."""
+    if not SHORTEST <= len(frame) <= LONGEST or crc(frame[:-2]) != frame[-2:]:
+        return None
+    found = frame[1:-2]
+    if frame[0] != address or found[0] & ~EXCEPTION != pdu[0]:
+        return None
+    if found[0] & EXCEPTION:
+        return Answer(found, found[1]) if len(found) == 2 else None
+    return Answer(found)
+
+
+def read(function: int, first: int, count: int) -> bytes:
+    """Ask for coils (1), discrete inputs (2), holding (3) or input registers (4)."""
+    return struct.pack(">BHH", function, first, count)
+
+
+def write_coil(address: int, *, on: bool) -> bytes:
+    """Switch a coil."""
+    return struct.pack(">BHH", 5, address, 0xFF00 if on else 0)
+
+
+def write_register(address: int, word: int) -> bytes:
+    """Write a holding register."""
+    return struct.pack(">BHH", 6, address, word & 0xFFFF)
+
+
+def write_registers(address: int, words: Sequence[int]) -> bytes:
+    """Write holding registers in a row."""
+    count = len(words)
+    return struct.pack(f">BHHB{count}H", 16, address, count, 2 * count, *words)

@@ -1,0 +1,102 @@
+"""The registers of a Modbus slave, as docs/modbus.md states them: what a master goes by."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Literal, NamedTuple
+
+from heatwright.spec import Controller
+from heatwright.spec.commands import tunable
+
+Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
+Kind = Literal["bit", "u16", "i16", "u32", "f32"]
+
+BLOCK = 100
+"""Addresses of a loop; the first loop's begin here, those below are the controller's."""
+TENTH, HUNDREDTH = 0.1, 0.01
+_CODES: dict[Kind, str] = {"bit": ">H", "u16": ">H", "i16": ">h", "u32": ">I", "f32": ">f"}
+
+
+class Register(NamedTuple):
+    """One value: where it is, and how it is written as words, the high one first."""
+
+    table: Table
+    address: int
+    name: str
+    kind: Kind = "u16"
+    scale: float = 1.0
+
+    @property
+    def words(self) -> int:
+        """How many addresses it takes."""
+        return struct.calcsize(_CODES[self.kind]) // 2
+
+    def value(self, words: Sequence[int]) -> float:
+        """Read it from its words."""
+        raw = struct.unpack(_CODES[self.kind], struct.pack(f">{self.words}H", *words))[0]
+        return float(raw * self.scale)
+
+    def raw(self, value: float) -> tuple[int, ...]:
+        """Write a value as its words."""
+        number = value / self.scale
+        packed = struct.pack(_CODES[self.kind], number if self.kind == "f32" else round(number))
+        return struct.unpack(f">{self.words}H", packed)
+
+
+def registers(controller: Controller) -> Mapping[str, Register]:
+    """Return all registers of a controller by their names, such as `nozzle.setpoint`."""
+    found = [*_controller(controller)]
+    for number, loop in enumerate(controller.loops, start=1):
+        found += [
+            each._replace(address=BLOCK * number + each.address, name=f"{loop}.{each.name}")
+            for each in _loop(controller, loop)
+        ]
+    return MappingProxyType({register.name: register for register in found})
+
+
+def _controller(controller: Controller) -> Iterator[Register]:
+    yield Register("coil", 0, "acknowledge", "bit")
+    if any(tunable(controller, loop) for loop in controller.loops):
+        yield Register("coil", 1, "store", "bit")
+        yield Register("coil", 2, "restore", "bit")
+    yield Register("discrete_input", 0, "fault_latched", "bit")
+    yield Register("input_register", 0, "map_version")
+    yield Register("input_register", 1, "digest", "u32")
+    yield Register("input_register", 3, "fault")
+    yield Register("input_register", 4, "fault_temperature", "i16", TENTH)
+    yield Register("input_register", 5, "fault_time", "u32")
+    yield Register("input_register", 7, "uptime", "u32")
+    counters = ("messages", "errors", "exceptions", "requests", "unanswered", "overruns")
+    for number, name in enumerate(("acknowledgements", *counters)):
+        yield Register("input_register", 9 + number, name)
+
+
+def _loop(controller: Controller, name: str) -> Iterator[Register]:
+    loop = controller.loops[name]
+    yield Register("coil", 0, "enabled", "bit")
+    for number, state in enumerate(("work", "heat", "cool", "warm", "valid")):
+        yield Register("discrete_input", number, state, "bit")
+    yield Register("holding_register", 0, "setpoint", "i16", TENTH)
+    yield Register("input_register", 0, "temperature", "i16", TENTH)
+    yield Register("input_register", 1, "duty", "u16", TENTH)
+    yield Register("input_register", 2, "setpoint_in_force", "i16", TENTH)
+    yield Register("input_register", 3, "state")
+    yield Register("input_register", 4, "reading")
+    is_tunable = tunable(controller, name)
+    has_autotune = is_tunable and loop.autotune is not None
+    if getattr(controller.outputs[loop.heater], "current", None) or has_autotune:
+        yield Register("input_register", 5, "current", "u16", HUNDREDTH)
+    if is_tunable:
+        yield from _tunable()
+    if has_autotune:
+        yield Register("coil", 2, "tune", "bit")
+        yield Register("input_register", 6, "tuning")
+
+
+def _tunable() -> Iterator[Register]:
+    yield Register("coil", 1, "manual", "bit")
+    yield Register("holding_register", 1, "manual_duty", "u16", TENTH)
+    for number, gain in enumerate(("kp", "ki", "kd")):
+        yield Register("holding_register", 2 + 2 * number, gain, "f32")
