@@ -42,10 +42,11 @@ loops:
     period: 200 ms
     setpoint: {initial: 100 °C, minimum: 10 °C, maximum: 250 °C}
     algorithm: {kind: three_position, dead_band: 2 K}
-    protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 200 K/s, stale_after: 5 s}
+    PROTECTION
 safety: {watchdog: 1 s}
 interfaces:
 """
+PROTECTION = "protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 200 K/s, stale_after: 5 s"
 LEDS = """\
   - kind: indicators
     leds: {D10: enabled, D11: heating, D12: cooling, D13: warm, D2: fault, D3: fault}
@@ -55,6 +56,8 @@ MASTER = """\
   - {kind: modbus_rtu}
   - {kind: indicators, leds: {D10: enabled, D11: communicating}}
 """
+IMPATIENT = f"# LOST\n{MASTER}"
+"""The same with the rule `master_lost`."""
 FLAGS = ["-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections", "-Wall"]
 FLAGS += ["-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror", "-mmcu=atmega328p"]
 FLAGS += ["-DF_CPU=16000000UL"]
@@ -75,7 +78,10 @@ class Broken(NamedTuple):
 
 
 def spec_of(interfaces: str = LEDS, active: str = "high") -> Spec:
-    return load_text(SPEC + interfaces.replace("ACTIVE", active), "shown.yaml")
+    lost = ", master_lost_after: 3 s" if "LOST" in interfaces else ""
+    text = SPEC.replace("PROTECTION", PROTECTION + lost + "}")
+    interfaces = interfaces.replace("ACTIVE", active).replace("# LOST\n", "")
+    return load_text(text + interfaces, "shown.yaml")
 
 
 def _compile(source: Path, made: Path, *flags: str) -> Path:
