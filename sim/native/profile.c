@@ -30,6 +30,7 @@ struct profile {
     struct window window;
     uint32_t pc, masked_pc;
     uint16_t sp, lowest;
+    int half_moved;             /* the stack pointer: SPH is written, SPL not yet */
     uint64_t began, masked_since;
     hw_stretch longest_masked, longest_busy;
 };
@@ -214,8 +215,16 @@ static int is_tail_call(struct profile *p, uint32_t pc) {
 
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
 
-/* OUT SPH: half of a stack pointer is none. SPL follows before an interrupt may come. */
-static int is_half_moved(uint16_t op) { return (op & 0xfe0f) == 0xbe0e; }
+/* From OUT SPH to OUT SPL, between which no interrupt comes, half of the stack pointer is another's. */
+static void note_stack(struct profile *p, uint16_t op, uint16_t sp) {
+    uint16_t written = op & 0xfe0f;
+    if (written == 0xbe0e)
+        p->half_moved = 1;
+    else if (written == 0xbe0d)
+        p->half_moved = 0;
+    if (sp < p->lowest && !p->half_moved)
+        p->lowest = sp;
+}
 
 void profile_after(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
@@ -225,8 +234,7 @@ void profile_after(hw *h, uint32_t pc) {
     uint16_t sp = hw_stack_pointer(h);
     if (function != NO_FUNCTION)
         p->totals[function].own += avr->cycle - p->began;
-    if (sp < p->lowest && !is_half_moved(op))
-        p->lowest = sp;
+    note_stack(p, op, sp);
     if (is_call(op))
         push(h, pc, p->sp, avr->cycle, CALLED);
     else if (is_return(op))
