@@ -215,7 +215,7 @@ static int is_tail_call(struct profile *p, uint32_t pc) {
 
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
 
-/* From OUT SPH to OUT SPL, between which no interrupt comes, half of the stack pointer is another's. */
+/* From OUT SPH to OUT SPL, where no interrupt comes between, half of it is of the one before. */
 static void note_stack(struct profile *p, uint16_t op, uint16_t sp) {
     uint16_t written = op & 0xfe0f;
     if (written == 0xbe0e)
