@@ -12,7 +12,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import talk
 
 if TYPE_CHECKING:
-    from heatwright.spec import Controller, Gcode, Spec
+    from heatwright.spec import Controller, Gcode, ModbusRtu, Spec
 
 
 def serve(
@@ -22,34 +22,40 @@ def serve(
 
     speed -- seconds of the board to one of ours.
     """
-    from heatwright.spec.commands import gcode_of  # noqa: PLC0415
+    from heatwright.spec.commands import gcode_of, modbus_of  # noqa: PLC0415
 
-    gcode = gcode_of(controller)
-    if gcode is None:
-        raise Refused("No interface of this spec listens to a serial port: add one, kind: gcode.")
+    line = gcode_of(controller) or modbus_of(controller)
+    if line is None:
+        raise Refused(
+            "No interface of this spec listens to a serial port: add one, kind: gcode or "
+            "kind: modbus_rtu."
+        )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")
-    _run(spec, controller, gcode, speed, until_s, as_json)
+    _run(spec, controller, line, speed, until_s, as_json)
 
 
 def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     spec: Spec,
     controller: Controller,
-    gcode: Gcode,
+    line: Gcode | ModbusRtu,
     speed: float,
     until_s: float | None,
     as_json: bool,
 ) -> None:
     from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
+    from heatwright.sim.interfaces.modbus_rtu import format_of  # noqa: PLC0415
     from heatwright.sim.live import Clock, run  # noqa: PLC0415
+    from heatwright.sim.native.characters import EIGHT_N_ONE  # noqa: PLC0415
     from heatwright.sim.serial_port import SerialPort  # noqa: PLC0415
 
     with talk() as shown:
         built = build_firmware(spec, shown.begin("Building the firmware"))
     device = AvrDevice(controller, built.elf)
-    with SerialPort(device, gcode.baud) as port, suppress(KeyboardInterrupt):
-        _announce(port.name, gcode.baud, speed, as_json)
+    form = format_of(line) if line.kind == "modbus_rtu" else EIGHT_N_ONE
+    with SerialPort(device, line.baud, form) as port, suppress(KeyboardInterrupt):
+        _announce(port.name, line.baud, speed, as_json)
         run(controller, device, port, Clock(speed), until_s=until_s)
 
 

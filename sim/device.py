@@ -87,9 +87,8 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._watch_interlocks()
-        for part in self.interfaces:
-            if isinstance(part, ModbusMaster):
-                part.serve(registers(self._controller))
+        for master in self._masters:
+            master.serve(registers(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self._feed_at = 0
@@ -134,6 +133,15 @@ class AvrDevice:
         """Have the master write a value, such as nozzle.setpoint, as soon as the line is free."""
         self.master.write(name, value)
 
+    def unplug(self) -> None:
+        """Take the simulated master from the line, to give it to another."""
+        for master in self._masters:
+            master.unplug()
+
+    @property
+    def _masters(self) -> list[ModbusMaster]:
+        return [part for part in self.interfaces if isinstance(part, ModbusMaster)]
+
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
@@ -174,6 +182,11 @@ class AvrDevice:
     def steps(self, loop: str) -> StepLog:
         """Return one row for each control step so far."""
         return self._logs[loop].steps()
+
+    @property
+    def uart(self) -> int:
+        """The number of the board's first serial port."""
+        return self._controller.board.uarts[0].number
 
     # -- looking in ----------------------------------------------------------------------------
 
@@ -244,7 +257,10 @@ class AvrDevice:
         for log in self._logs.values():
             log.collect()
         self._start_s = self.time_s
+        plugged = all(master.is_plugged for master in self._masters)
         self._power_on(eeprom)
+        if not plugged:
+            self.unplug()
 
 
 def _check_digest(program: Elf, expected: str) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.native.characters import EIGHT_N_ONE, Format
 from heatwright.sim.serial_noise import SerialNoise
 
 READ_BYTES = 4096
@@ -22,18 +23,27 @@ class SerialPort:
 
     name -- such as /dev/pts/3. A context manager; at its end the port is gone.
 
-    What the program sends goes to the board at the line's speed; what the board says while nobody
-    reads is lost, as on a cable.
+    What the program sends goes to the board at the line's speed and in its format, which a
+    pseudo-terminal does not know: a program opens it without parity. What the board says while
+    nobody reads is lost, as on a cable. A simulated master leaves the line to the program.
     """
 
-    def __init__(self, device: AvrDevice, baud: int, *, noise: SerialNoise | None = None) -> None:
+    def __init__(
+        self,
+        device: AvrDevice,
+        baud: int,
+        form: Format = EIGHT_N_ONE,
+        *,
+        noise: SerialNoise | None = None,
+    ) -> None:
         self._device = device
-        self._baud = baud
+        self._baud, self._form = baud, form
         self._noise = noise or SerialNoise()
         self._board_end, self._program_end = pty.openpty()
         tty.setraw(self._program_end)
         os.set_blocking(self._board_end, False)
         self.name = os.ttyname(self._program_end)
+        device.unplug()
         device.record(self)
 
     def __enter__(self) -> SerialPort:
@@ -54,12 +64,13 @@ class SerialPort:
         """Send the board what the program has written."""
         with suppress(BlockingIOError):
             data = os.read(self._board_end, READ_BYTES)
-            self._device.avr.uarts[0].send(self._noise.to_board(data), self._baud)
+            uart = self._device.avr.uarts[self._device.uart]
+            uart.send(self._noise.to_board(data), self._baud, self._form)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Give the program what the board has sent (UART_BYTE records)."""
         del pins
-        data = self._noise.to_host(sent["value"][sent["uart"] == 0].tobytes())
+        data = self._noise.to_host(sent["value"][sent["uart"] == self._device.uart].tobytes())
         with suppress(BlockingIOError):
             while data:
                 data = data[os.write(self._board_end, data) :]

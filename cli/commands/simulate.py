@@ -59,7 +59,8 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     `scenario:` in a spec, with that key.
 
     With --serial no scenario is played: the board waits for a host (Printrun, OctoPrint, a
-    terminal) at the port whose name is printed, until Ctrl-C.
+    terminal) or a Modbus master at the port whose name is printed, until Ctrl-C. A master opens
+    it without parity, whatever the spec says: such a port has none.
     """
     if serial:
         _serve(spec, (scenario, plot, csv, vcd), model, speed, length_s, as_json)

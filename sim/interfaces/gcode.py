@@ -170,5 +170,4 @@ class GcodeHost:
 
 def attach(avr: Avr, board: Board, interface: Spec) -> GcodeHost:
     """Connect the computer to the board's first UART."""
-    del board
-    return GcodeHost(avr, interface.baud)
+    return GcodeHost(avr, interface.baud, board.uarts[0].number)

@@ -118,6 +118,11 @@ class ModbusMaster:
         """The latched fault as the slave has told, 0 for none or when it has told nothing yet."""
         return int(self.values.get("fault", 0))
 
+    @property
+    def is_plugged(self) -> bool:
+        """Whether it is on the line."""
+        return self._plugged
+
     def unplug(self) -> None:
         """Pull the plug: it says and hears nothing more."""
         self._plugged = False
@@ -253,6 +258,11 @@ class ModbusMaster:
             self.refusals.append(Refusal(self._avr.time_s, name, exchange.refusal))
 
 
+def format_of(interface: Spec) -> Format:
+    """Return the format of a character on the line."""
+    return Format(8, interface.parity, interface.stop_bits)
+
+
 def attach(avr: Avr, board: Board, interface: Spec) -> ModbusMaster:
     """Connect the master to the board's first UART, and to its driver's pin."""
     driver = None
@@ -261,6 +271,5 @@ def attach(avr: Avr, board: Board, interface: Spec) -> ModbusMaster:
         driver = pin_number(name)
         avr.pins.pull(name, "low")
         avr.pins.watch(name)
-    form = Format(8, interface.parity, interface.stop_bits)
-    uart = int(board.uarts[0].suffix or 0)
-    return ModbusMaster(avr, Bus(avr, uart, interface.baud, form, driver), interface.address)
+    bus = Bus(avr, board.uarts[0].number, interface.baud, format_of(interface), driver)
+    return ModbusMaster(avr, bus, interface.address)

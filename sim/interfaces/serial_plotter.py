@@ -77,5 +77,4 @@ class SerialPlotter:
 
 def attach(avr: Avr, board: Board, interface: Spec) -> SerialPlotter:
     """Connect the computer to the board's first UART."""
-    del board
-    return SerialPlotter(avr, interface.baud)
+    return SerialPlotter(avr, interface.baud, board.uarts[0].number)

@@ -50,6 +50,11 @@ class Uart(NamedTuple):
     rx: str
     tx: str
 
+    @property
+    def number(self) -> int:
+        """Its number; 0 where it is the only one and has none."""
+        return int(self.suffix or 0)
+
 
 class Chip(NamedTuple):
     """One microcontroller, from its data sheet."""
