@@ -1,8 +1,9 @@
 """Figures of merit of a run, as the operator sees it: from the readings of the control steps.
 
 All of them look at the response to the last change of the setpoint (or to power-up, if it never
-changed), until something happens to the machine; what happens is in `Metrics.disturbances`. The
-*step* of the response is the setpoint minus the reading at its start.
+changed), until something happens to the machine; of a loop that is switched, to that or to being
+switched on, whichever was later, until it is switched off. What happens to the machine is in
+`Metrics.disturbances`. The *step* of the response is the setpoint minus the reading at its start.
 """
 
 from dataclasses import dataclass
@@ -72,7 +73,7 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     name = loop or next(iter(controller.loops))
     spec = controller.loops[name]
     log = trace.steps[name]
-    response = log[response_start(log) :]
+    response = response_of(log)
     response = response[response["has_reading"] != 0]
     if not len(response):
         message = f"Loop {name} had no reading in this run"
@@ -106,6 +107,16 @@ def response_start(log: StepLog) -> int:
     """Return the row of the last change of the setpoint, 0 if it never changed."""
     changes = np.flatnonzero(np.diff(log["setpoint_c"]))
     return int(changes[-1]) + 1 if len(changes) else 0
+
+
+def response_of(log: StepLog) -> StepLog:
+    """Return the steps of the last response: while a switched loop was on, all if it never was."""
+    if "enabled" in (log.dtype.names or ()) and log["enabled"].any():
+        on = np.flatnonzero(log["enabled"])
+        log = log[: int(on[-1]) + 1]
+        off = np.flatnonzero(log["enabled"] == 0)
+        log = log[int(off[-1]) + 1 if len(off) else 0 :]
+    return log[response_start(log) :]
 
 
 def overshoot(readings_c: Series, setpoint_c: float) -> float:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.metrics import response_start
+from heatwright.sim.metrics import response_of
 from heatwright.sim.scenario import PRESS_S
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec.rules import RULES
@@ -86,7 +86,7 @@ def with_reading(log: StepLog) -> StepLog:
 
 def closer(log: StepLog) -> tuple[float, float]:
     """Choose the range of the closer look, °C: what readings do once they met the setpoint."""
-    response = with_reading(log[response_start(log) :])
+    response = with_reading(response_of(log))
     if not len(response):
         setpoint_c = float(log["setpoint_c"][-1])
         return setpoint_c - LEAST_ZOOM_K, setpoint_c + LEAST_ZOOM_K
