@@ -15,8 +15,9 @@ SILENCE_CHARACTERS = 3.5
 """Between frames (MODBUS over serial line 1.02, section 2.5.1.1)."""
 ANSWER_S = 0.005
 """Within this time after the silence the slave answers."""
-MARGIN_S = 0.25
-"""For a PC without real time, and for a USB adapter that keeps bytes for 16 ms."""
+MARGIN_S = 1.0
+"""For a PC without real time and a USB adapter that keeps bytes. Ample, for an answer that comes
+later is taken for that to the next request: RTU frames have no numbers."""
 RATES_HZ = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
 MOST_LOAD = 0.5
 """Share of the time for which the line may be busy: what fails is asked again at once."""

@@ -16,7 +16,9 @@ FUNCTIONS: dict[Table, str] = {
     "coils": "fnct_05_write_single_coil",
     "holdings": "fnct_06_write_single_register",
 }
-READ_OF_THE_CONTROLLER = ("fault", "fault_temperature", "fault_time", "uptime")
+READ_OF_THE_CONTROLLER = (
+    "map_version", "digest", "fault", "fault_temperature", "fault_time", "uptime",
+)  # fmt: skip
 SHORT = {"setpoint_in_force": "in-force"}
 """Names that would be too long in HAL."""
 FRAME_BYTES = 8

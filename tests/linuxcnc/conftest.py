@@ -1,0 +1,65 @@
+from collections.abc import Iterator
+from pathlib import Path
+
+import hal_session
+import pytest
+from hal_session import Hal
+from made_up_board import MadeUpBoard
+
+from heatwright.generator.plan import plan_firmware
+from heatwright.generator.render import render
+from heatwright.spec import load
+
+FABRICATOR = Path(__file__).parents[2] / "spec" / "examples" / "fabricator.yaml"
+ALONE = """
+loadrt threads name1=servo-thread period1=1000000
+source fabricator.hal
+start
+"""
+
+
+@pytest.fixture
+def linuxcnc() -> None:
+    """LinuxCNC's HAL; in CI a test that is skipped for the want of it fails."""
+    absent = hal_session.missing()
+    if absent:
+        pytest.skip(f"LinuxCNC is not installed ({', '.join(absent)}): make setup LINUXCNC=1")
+
+
+@pytest.fixture(scope="session")
+def generated() -> dict[str, str]:
+    """The LinuxCNC files of the fabricator by their names."""
+    files = render(plan_firmware(load(FABRICATOR)))
+    return {
+        path.removeprefix("linuxcnc/"): text
+        for path, text in files.items()
+        if path.startswith("linuxcnc/")
+    }
+
+
+@pytest.fixture
+def place(generated: dict[str, str]) -> Iterator[Path]:
+    """A configuration folder with the generated files, as a user copies them.
+
+    One word is changed: the kernel's pseudo-terminals have no parity.
+    """
+    with hal_session.folder() as folder:
+        for name, text in generated.items():
+            (folder / name).write_text(text.replace("SERIAL_PARITY = even", "SERIAL_PARITY = none"))
+        (folder / "test.hal").write_text(ALONE)
+        yield folder
+
+
+@pytest.fixture
+def board(place: Path) -> Iterator[MadeUpBoard]:
+    with MadeUpBoard(int(load(FABRICATOR).digest, 16)) as board:
+        (place / "fabricator_port").symlink_to(board.port)
+        yield board
+
+
+@pytest.fixture
+def hal(linuxcnc: None, board: MadeUpBoard, place: Path) -> Iterator[Hal]:
+    """The generated HAL with the made-up board, no panel."""
+    with Hal(place, "test.hal") as session:
+        session.wait("fabricator-exchange", 1)
+        yield session
