@@ -54,6 +54,10 @@ def run_problem(host: Host, inputs: NDArray[Any], wanted: Expected) -> str:
         return str(problem)
     if not difference and host.world.ticks != wanted.ticks:
         return f"{len(inputs)} steps took {host.world.ticks} ticks, not {wanted.ticks}"
+    if not difference and host.world.cooler_ticks != wanted.cooler_ticks:
+        return f"it cools for {host.world.cooler_ticks} ticks, not {wanted.cooler_ticks}"
+    if not difference and host.world.both_on:
+        return f"heater and cooler are on together for {host.world.both_on} ticks"
     return difference
 
 

@@ -26,6 +26,7 @@ class Expected(NamedTuple):
     heater_counts: NDArray[np.float64]
     """Not numbers where the output decides by itself: nothing is expected then."""
     ticks: int
+    cooler_ticks: int
 
 
 def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
@@ -84,7 +85,9 @@ class _Way:
         states = np.zeros(len(rows), kind)
         for member, column in zip(self._members, zip(*rows, strict=True), strict=True):
             states[member] = column
-        return Expected(states, np.array(counts), len(inputs) * self._period_us // TICK_US)
+        period_ticks = self._period_us // TICK_US
+        cooled = int(states["cooling"][:-1].sum()) if self._loop.cooler else 0
+        return Expected(states, np.array(counts), len(inputs) * period_ticks, cooled * period_ticks)
 
     @property
     def _members(self) -> list[str]:

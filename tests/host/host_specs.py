@@ -12,7 +12,7 @@ _TEMPLATE = """\
 heatwright: 1
 controller: {{name: {name}, board: {board}}}
 sensors:
-  air: {{kind: ds18b20, pin: A1, resolution: {bits} bit}}
+  air: {{kind: ds18b20, pin: {sensor}, resolution: {bits} bit}}
 outputs:
   heater: {{{output}, power: 240 W}}
 {fan_output}
@@ -55,11 +55,13 @@ def _variant(
     shield: bool = False,
     board: str = "uno",
     bits: int = 12,
+    sensor: str = "A1",
 ) -> str:
     return _TEMPLATE.format(
         name="host",
         board=board,
         bits=bits,
+        sensor=sensor,
         output=output,
         fan_output=f"  fan: {{kind: digital, {fan}, runs: always}}" if fan else "",
         fan="    fan: fan" if fan else "",
@@ -154,12 +156,26 @@ def _texts() -> dict[str, str]:
             period="0.3 s",
             bits=9,
         ),
+        "old_chip": _variant(
+            f"kind: pid, {gains('kp')}",
+            "kind: pwm, pin: PB3, frequency: 976.5625 Hz, active: low",
+            _NO_RULES,
+            board="atmega32",
+            sensor="PA1",
+        ),
+        "old_chip_interrupts": _variant(
+            f"kind: pid, {gains('kp')}",
+            "kind: pwm, pin: PC0, frequency: 100 Hz",
+            _NO_RULES,
+            board="atmega16",
+            sensor="PA1",
+        ),
     }
 
 
 TEXTS = _texts() | host_commanded.texts() | host_switched.texts()
 NAMES = tuple(TEXTS)
-HOSTED = tuple(host_commanded.texts())
+HOSTED = (*host_commanded.texts(), "held_by_host")
 SWITCHED = tuple(name for name, text in host_switched.texts().items() if "modbus" in text)
 COMMANDED = (*HOSTED, *SWITCHED)
 

@@ -16,8 +16,13 @@ class _Variant(NamedTuple):
     stored: bool = False
     cooler: str = ""
     measured: bool = False
-    master: bool = True
+    interface: str = "modbus_rtu"
     fan: bool = False
+    sensor: str = (
+        "kind: rtd, pin: A0, element: pt1000, divider: {pull_up: 2 kΩ}, "
+        "range: -10 °C .. 400 °C, oversample: 8"
+    )
+    setpoint_maximum: str = "250 °C"
 
     @property
     def text(self) -> str:
@@ -25,8 +30,7 @@ class _Variant(NamedTuple):
             "heatwright: 1",
             "controller: {name: host, board: uno}",
             "sensors:",
-            "  air: {kind: rtd, pin: A0, element: pt1000, divider: {pull_up: 2 kΩ}, "
-            "range: -10 °C .. 400 °C, oversample: 8}",
+            f"  air: {{{self.sensor}}}",
             *(["  amps: {kind: current, pin: A1, scale: 0.2 V/A}"] * self.measured),
             "outputs:",
             f"  heater: {{{self.heater}, power: 37.5 W}}",
@@ -39,13 +43,13 @@ class _Variant(NamedTuple):
             *(["    cooler: cooler"] * bool(self.cooler)),
             *(["    fan: fan"] * self.fan),
             f"    period: {self.period}",
-            "    setpoint: {initial: 30 °C, minimum: 0 °C, maximum: 250 °C, "
+            f"    setpoint: {{initial: 30 °C, minimum: 0 °C, maximum: {self.setpoint_maximum}, "
             f"stored: {str(self.stored).lower()}}}",
             f"    algorithm: {{{self.algorithm}}}",
             *([f"    {self.loop}"] * bool(self.loop)),
             f"    protection: {{minimum: -5 °C, rise_rate: 60 K/s, {self.protection}}}",
             "safety: {watchdog: 250 ms}",
-            *(["interfaces:", "  - {kind: modbus_rtu}"] * self.master),
+            *(["interfaces:", f"  - {{kind: {self.interface}}}"] * bool(self.interface)),
         ]
         return "\n".join(lines) + "\n"
 
@@ -75,12 +79,12 @@ def _variants() -> dict[str, _Variant]:
         ),
         "three_watched": _Variant(
             "kind: digital, pin: D3, supply: 12 V, current: {sensor: amps, trip: 8 A}",
-            "kind: three_position, dead_band: 3 K",
+            "kind: three_position, dead_band: 3 K, lead: 0.7 s",
             _RULES,
             period="250 ms",
             cooler=", active: high",
             measured=True,
-            master=False,
+            interface="",
         ),
         "three_held": _Variant(
             "kind: digital, pin: D3",
@@ -93,11 +97,13 @@ def _variants() -> dict[str, _Variant]:
         ),
         "three_window": _Variant(
             "kind: time_proportional, pin: D3, window: 1 s",
-            "kind: three_position, dead_band: 3 K, lead: 0.7 s",
+            "kind: three_position, dead_band: 3 K",
             "stale_after: 3 s, heating: off, runaway: off, frozen: off, rising_while_off: off",
             period="1 s",
             cooler=", active: high",
-            master=False,
+            interface="",
+            sensor="kind: ds18b20, pin: A2",
+            setpoint_maximum="80 °C",
         ),
         "tuned_by_master": _Variant(
             f"{_PWM}, {_LIMITED}",
@@ -115,9 +121,16 @@ def _variants() -> dict[str, _Variant]:
             loop="ready_within: 2.5 K",
         ),
         "switched_by_master": _Variant(
-            "kind: digital, pin: D3, minimum_on: 50 ms, minimum_off: 0 ms",
+            "kind: digital, pin: D3, minimum_on: 2 s",
             "kind: on_off, hysteresis: 0.5 K",
-            f"{_RULES}, master_lost_after: 400 ms",
+            "stale_after: 1 s, heating: off, runaway: off, frozen: {for: 3 s}, "
+            "rising_while_off: {rise: 8 K, settle: 3 s}, master_lost_after: 400 ms",
             loop="starts: disabled",
+        ),
+        "held_by_host": _Variant(
+            "kind: digital, pin: D3, minimum_on: 2 s, minimum_off: 300 ms",
+            "kind: on_off",
+            "stale_after: 1 s, heating: off, runaway: off, frozen: off, rising_while_off: off",
+            interface="gcode, loops: {T0: air}",
         ),
     }

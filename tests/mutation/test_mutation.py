@@ -2,13 +2,16 @@
 
 from pathlib import Path
 
+import host_switched
 import mutants_algorithms
 import mutants_autotune
 import mutants_commanded
+import mutants_current
 import mutants_guard
 import mutants_loop
 import mutants_outputs
 import mutants_storage
+import mutants_switched
 import pytest
 from host_builds import plain_build_of
 from host_control import control_problem
@@ -17,6 +20,7 @@ from host_kept import kept_problem
 from host_output import output_problem
 from host_ready import ready_problem
 from host_storage import storage_problem
+from host_switching import switching_problem
 from host_text import all_text_problems
 from mutant import Mutant
 
@@ -30,7 +34,12 @@ MUTANTS = [
     *mutants_storage.ALL,
     *mutants_commanded.ALL,
     *mutants_autotune.ALL,
+    *mutants_switched.ALL,
+    *mutants_current.ALL,
 ]
+
+
+SWITCHED = tuple(host_switched.texts())
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +48,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def problem_of(host: Host, mutant: Mutant) -> str:
+    if mutant.build in SWITCHED:
+        return control_problem(host, mutant.build) or switching_problem(host)
     if mutant.file == "settings.c":
         return storage_problem(host) or kept_problem(host)
     if mutant.file == "text.c":
