@@ -67,6 +67,9 @@ def test_no_physics_without_a_file_that_needs_it() -> None:
         "coasts up to",
         "goes on rising for",
         "swings by",
+        "it leaves",
+        "on this plant falls by",
+        "through the whole band",
     ):
         assert words in expected
     assert thermal.__module__ == "heatwright.spec.checks.thermal"

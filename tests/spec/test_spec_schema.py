@@ -94,6 +94,34 @@ def test_what_the_schema_refuses_the_loader_refuses(validator: Any, old: str, ne
         load_text(text)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("parity: even", "parity: mark"),
+        ("address: 1", "address: 248"),
+        ("baud: 19200", "baud: fast"),
+        ("linuxcnc: true", "linuxcnc: yes"),
+        ("limit: 3 A", "limit: 3"),
+        ("scale: 0.2 V/A", "scale: 0.2 V"),
+        ("dead_band: 2 K", "dead_band: 2 °C"),
+        ("starts: disabled", "starts: later"),
+        ("PB0: enabled", "PB0: off"),
+        ("PB0: enabled", "PB9: enabled"),
+        ("master_lost_after: 5 s", "master_lost_after: off"),
+        ("write: {nozzle.setpoint: 30 °C}", "write: {nozzle.speed: 30 °C}"),
+        ("write: {nozzle.enabled: false}", "write: {nozzle.enabled: 0}"),
+        ("write: {nozzle.enabled: false}", "write: {acknowledge: false}"),
+    ],
+)
+def test_of_the_bus_too(validator: Any, old: str, new: str) -> None:
+    text = (ROOT / "spec" / "examples" / "fabricator.yaml").read_text(encoding="utf-8")
+    assert old in text
+    text = text.replace(old, new, 1)
+    assert not validator.is_valid(plain(parse_tree(text, "x").data))
+    with pytest.raises(SpecError):
+        load_text(text)
+
+
 def test_defaults_are_those_of_the_models() -> None:
     """A default shown to the user, written into the file, must change nothing."""
     text = (ROOT / "spec" / "examples" / "chamber.yaml").read_text(encoding="utf-8")
