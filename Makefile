@@ -13,7 +13,13 @@ ARGS ?=
 help: ## list what there is to make
 	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
 
-setup: $(READY) ## Debian packages where missing, .venv, the simulator's native part
+setup: $(READY) ## Debian packages where missing, .venv, the simulator's native part (LINUXCNC=1: and LinuxCNC)
+
+# Asked for, it is looked for even where all else is ready.
+ifdef LINUXCNC
+export LINUXCNC
+.PHONY: $(READY)
+endif
 
 $(READY): pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
 	@tools/setup.sh

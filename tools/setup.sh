@@ -16,6 +16,12 @@ PACKAGES=(
     arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt
 )
 
+# LinuxCNC is large, and only one interface needs it: it is installed in CI, and where one asks
+# for it (make setup LINUXCNC=1); elsewhere its tests are skipped. Xvfb is the panel's screen.
+if [ "${CI:-}" = true ] || [ -n "${LINUXCNC:-}" ]; then
+    PACKAGES+=(linuxcnc-uspace:halrun xvfb:Xvfb)
+fi
+
 say() { printf '%s\n' "$*"; }
 
 stop() {
