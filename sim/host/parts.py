@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, DigitalOutput, Loop
 from heatwright.spec.commands import commanded, switched, tunable
 from heatwright.spec.timers import allocate
@@ -111,6 +112,7 @@ def _pwm_flags(controller: Controller, heater: str) -> list[str]:
     if pwm is None:
         return []
     timer, channel = pwm.timer, pwm.channel
+    old = PARTS[controller.board.mcu].old
     flags = [
         f"-DPWM_COMPARE=OCR{timer}{channel}",
         f"-DPWM_WHOLE=OUTPUT_{heater.upper()}_PERIOD_COUNTS",
@@ -119,7 +121,8 @@ def _pwm_flags(controller: Controller, heater: str) -> list[str]:
         return [
             *flags,
             f"-DPWM_COUNT=TCNT{timer}",
-            f"-DPWM_ENABLED=(TIMSK{timer}&(1u<<OCIE{timer}{channel}))",
+            f"-DPWM_ENABLED=(TIMSK{'' if old else timer}&(1u<<OCIE{timer}{channel}))",
             f"-DPWM_INTERRUPT=TIMER{timer}_COMP{channel}_vect",
         ]
-    return [*flags, f"-DPWM_CONTROL=TCCR{timer}A", f"-DPWM_BITS=(1u<<COM{timer}{channel}1)"]
+    letter = "" if old and not channel else "A"
+    return [*flags, f"-DPWM_CONTROL=TCCR{timer}{letter}", f"-DPWM_BITS=(1u<<COM{timer}{channel}1)"]

@@ -206,4 +206,8 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 #define CS51 1
 #define CS52 2
 
+#if defined(__AVR_ATmega16__) || defined(__AVR_ATmega32__)
+#include <avr/io_old.h>
+#endif
+
 #endif

@@ -1,0 +1,28 @@
+/* What the ATmega16 and 32 name otherwise: one TIMSK, one control register to an 8-bit timer. */
+#ifndef HOST_IO_OLD_H
+#define HOST_IO_OLD_H
+
+#undef OCIE1A
+#undef OCIE1B
+#undef WGM00
+#undef WGM01
+#undef WGM20
+#undef WGM21
+
+#define TIMSK host_timer[0].interrupts
+#define OCIE1A 4
+#define OCIE1B 3
+#define TCCR0 host_timer[0].control_a
+#define OCR0 host_timer[0].compare[0]
+#define WGM00 6
+#define COM01 5
+#define COM00 4
+#define WGM01 3
+#define TCCR2 host_timer[2].control_a
+#define OCR2 host_timer[2].compare[0]
+#define WGM20 6
+#define COM21 5
+#define COM20 4
+#define WGM21 3
+
+#endif
