@@ -77,8 +77,8 @@ class Kept(Storage):
             yield from self._expect(f"{stored} in the record", wanted)
 
     def setpoint(self) -> Iterator[str]:
-        """A loop comes back with its setpoint if it held one; else it is off."""
-        if not (self.ring.stores_setpoint and self.host.build.parts.commanded):
+        """A loop that 0 switches off comes back with its setpoint if it held one; else off."""
+        if not (self.ring.stores_setpoint and self._hosted):
             return
         library = self.host.library
         self.boot(bytes([BLANK]) * self.ring.bytes)

@@ -12,7 +12,7 @@ from heatwright.sim.host import Host
 from heatwright.spec.algorithms import Algorithm
 
 SETTINGS_CORRUPT = 16
-LAST_CODE, LAST_CODE_WITH_HOST = 16, 19
+LAST_CODE, LAST_CODE_WITH_HOST, LAST_CODE_WITH_MASTER = 16, 19, 23
 DELAY_TICKS = 1000
 GAINS = ("kp", "ki", "kd")
 OLD_GAINS, NEW_GAINS = (2.0, 0.25, 8.5), (1e6, 0.0, 3.125)
@@ -30,7 +30,11 @@ class Storage:
         self.ring = Ring(host.build)
         ((self._name, loop),) = host.build.controller.loops.items()
         by_host = self.ring.keeps_gains
-        self._last_code = LAST_CODE_WITH_HOST if host.build.parts.commanded else LAST_CODE
+        parts = host.build.parts
+        self._hosted = parts.commanded and not parts.switched
+        self._last_code = LAST_CODE_WITH_HOST if self._hosted else LAST_CODE
+        if parts.switched:
+            self._last_code = LAST_CODE_WITH_MASTER
         self.old, self.new = (
             each._replace(gains=gains if by_host else ())
             for each, gains in ((OLD, OLD_GAINS), (NEW, NEW_GAINS))
@@ -199,7 +203,7 @@ class Storage:
         for value in (low, high, 0.0, *beyond):
             record = self.ring.record(1, self.old._replace(setpoint_c=value))
             self.boot(self.ring.image({0: record}))
-            off = value == 0 and self.host.build.parts.commanded
+            off = value == 0 and self._hosted
             wanted = value if off or low <= value <= high else setpoint.initial_c
             if self.now().setpoint_c != wanted:
                 yield f"setpoint {value} is restored as {self.now().setpoint_c}"

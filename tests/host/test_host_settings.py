@@ -4,8 +4,12 @@ import pytest
 from host_kept import kept_problem
 from host_storage import Storage
 
-NAMES = ["switch_lead", "pid_hold", "tuned_hot", "tuned_slow", "switched_by_host"]
-"""Without and with a stored setpoint, with gains and without; a host may switch the last off."""
+NAMES = [
+    "switch_lead", "pid_hold", "tuned_hot", "tuned_slow", "switched_by_host", "three_held",
+    "tuned_by_master",
+]  # fmt: skip
+"""Without and with a stored setpoint, with gains and without; a host may switch some off by 0, a
+master others by their switch."""
 
 
 @pytest.fixture(scope="module", params=NAMES)
