@@ -13,6 +13,7 @@ from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts, trips
 from heatwright.sim.faults.bounds import reading_s, steps
+from heatwright.sim.faults.currents import measured
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k
 from heatwright.sim.faults.readings import no_reading
@@ -122,11 +123,18 @@ def _converter(site: Site) -> Iterator[Fault]:
 
 
 def _stands_still(site: Site) -> Trip | None:
-    """A reading that stands still below the setpoint: 10 from full power on, or 9 before."""
+    """A reading that stands still below the setpoint: 10 from full power on, or 9 before.
+
+    A measured current stands still, too: sooner or later it is not what the duty asks for.
+    """
     trip, frozen = trips.no_rise_but_moving(site), site.loop.protection.frozen
     if trip is None or frozen is None:
-        return trips.no_rise(site)
-    return replace(trip, rules=("heating_failed", "sensor_frozen"))
+        trip = trips.no_rise(site)
+    else:
+        trip = replace(trip, rules=("heating_failed", "sensor_frozen"))
+    if trip is None or measured(site) is None:
+        return trip
+    return replace(trip, rules=(*trip.rules, "no_current", "current_while_off"))
 
 
 def _fail(*, hung: bool = False, stuck: bool = False) -> Act:

@@ -35,7 +35,12 @@ def faults(site: Site) -> Iterator[Fault]:
         yield from hosts.faults(site)
     if site.controller.board.uarts:
         yield Fault(
-            "serial_flood", lambda: starts.heating(site), _flood, watch_s=WATCH_S, judge=keeps_time
+            "serial_flood",
+            lambda: starts.heating(site),
+            _flood,
+            watch_s=WATCH_S,
+            may=("master_lost",),
+            judge=keeps_time,
         )
 
 
