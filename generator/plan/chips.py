@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from heatwright.spec.boards import Board
 
 OLD = frozenset({"atmega16", "atmega32"})
@@ -13,3 +15,21 @@ address, and there is no DIDR (data sheets, "Register Summary")."""
 def is_old(board: Board) -> bool:
     """Tell whether a board's chip is one of them."""
     return board.mcu in OLD
+
+
+class Fuses(NamedTuple):
+    """What the builder of a bare chip has to set before it keeps time and notices a low supply."""
+
+    clock: str
+    brown_out: str
+    brown_out_v: str
+    """Of the levels for 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
+
+
+def fuses(board: Board) -> Fuses | None:
+    """Name the fuses of a bare chip; boards come with theirs set."""
+    if board.name != board.mcu:
+        return None
+    if is_old(board):
+        return Fuses("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0")
+    return Fuses("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3")

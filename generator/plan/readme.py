@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
@@ -22,6 +23,8 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "title": markdown(identity.title or identity.name),
         "digest": spec.digest,
         "board": identity.board,
+        "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
+        "fuses": fuses(controller.board),
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "loops": _loops(spec),
         "rules": [rule | {"limit": _limit(spec, str(rule["id"]))} for rule in rules(controller)],
