@@ -67,7 +67,7 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
     if "relay" in asked and not possible:
         raise Refused(
             f"Loop {task.loop} does not tune itself: the relay needs `autotune: {{}}` in the loop, "
-            "the algorithm pid, and an interface gcode that serves it (one loop)."
+            "the algorithm pid, and an interface gcode or modbus_rtu that serves it (one loop)."
         )
     wanted = asked or every
     return tuple(method for method in every if method in wanted and (possible or method != "relay"))
@@ -105,6 +105,9 @@ def _sent(controller: Controller) -> Iterator[float]:
             found = _ASKED.search(event.send) if event.send is not None else None
             if found:
                 yield float(found[1])
+            for write in event.write or ():
+                if write.what == "setpoint":
+                    yield write.value
 
 
 def _within(loop: Loop, at_c: float) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.plot_data import fault_label, faults
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.trial import Progress, asking, ending
+from heatwright.sim.tuning.orders import tune
+from heatwright.sim.tuning.trial import Progress, ending
 from heatwright.spec import Controller, Pid
 
 DONE = 2
@@ -29,7 +30,7 @@ class TuningFailed(Exception):
 def relay(
     controller: Controller, loop: str, target_c: float, progress: Progress | None = None
 ) -> Gains:
-    """Run the relay experiment from cold, as `M303` does, and return what it found.
+    """Run the relay experiment from cold, as the firmware does, and return what it found.
 
     Raises:
         TuningFailed: a protection tripped, or the experiment found nothing.
@@ -38,9 +39,8 @@ def relay(
     spec = controller.loops[loop]
     assert spec.autotune is not None  # noqa: S101 - the caller has looked
     assert isinstance(spec.algorithm, Pid)  # noqa: S101 - as the language has it
-    line = f"M303 {{}} S{target_c:g} C{spec.autotune.cycles}"
     length_s = spec.autotune.timeout_s + AFTERWARDS_S
-    scenario = (*asking(controller, loop, line), ending(length_s))
+    scenario = (*tune(controller, loop, target_c, spec.autotune.cycles), ending(length_s))
     trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)
     log = trace.steps[loop]
     for _, code in faults(log):

@@ -7,14 +7,12 @@ from collections.abc import Callable
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.orders import heat
 from heatwright.spec import Controller, Event, Pid
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.commands import gcode_of
+from heatwright.spec.commands import commanded
 
 Progress = Callable[[float, float], None]
-
-COMMAND_S = 1.0
-"""When a host asks for the temperature; a controller without one asks for it from the start."""
 
 
 def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
@@ -48,29 +46,20 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 ) -> Trace:
     """Heat from cold to a temperature and hold it."""
     tuned = at_setpoint(with_gains(controller, loop, gains), loop, target_c)
-    scenario = (*asking(tuned, loop, f"M104 {{}} S{target_c:g}"), ending(length_s))
+    scenario = (*heat(tuned, loop, target_c), ending(length_s))
     return bench(tuned, ReferenceDevice(tuned), scenario, progress=progress)
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Let a loop that no host commands start with a setpoint."""
+    """Let a loop that nobody commands start with a setpoint."""
     spec = controller.loops[loop]
-    if gcode_of(controller) is not None:
+    if commanded(controller, loop):
         return controller
     setpoint = spec.setpoint.model_copy(update={"initial_c": target_c, "stored": False})
     changed = spec.model_copy(update={"setpoint": setpoint})
     return controller.model_copy(
         update={"loops": ReadOnlyDict({**controller.loops, loop: changed})}
     )
-
-
-def asking(controller: Controller, loop: str, line: str) -> tuple[Event, ...]:
-    """Have the host send a line, with the loop's tool at `{}`; nothing where there is no host."""
-    gcode = gcode_of(controller)
-    if gcode is None:
-        return ()
-    tool = next(name for name, served in gcode.loops.items() if served == loop)
-    return (Event.model_validate({"at": f"{COMMAND_S!r} s", "send": line.format(tool)}),)
 
 
 def ending(length_s: float) -> Event:

@@ -68,6 +68,16 @@ def test_the_firmwares_own_experiment(heatwright: Heatwright) -> None:
     assert relay["faults"] == []
 
 
+def test_the_experiment_of_a_loop_under_a_master(heatwright: Heatwright) -> None:
+    found = heatwright("tune", EXAMPLES / "dryer.yaml", "--method", "relay", "--json").json
+    relay = row(found, "relay")
+    assert found["at"] == 70.0, "what the master writes in the scenario"
+    assert relay["failed"] is None
+    assert relay["margins"]["gain"] >= 2
+    assert relay["closed_loop"]["overshoot"] <= 1
+    assert relay["faults"] == []
+
+
 def test_an_experiment_that_fails_is_told(heatwright: Heatwright) -> None:
     text = (EXAMPLES / "extruder.yaml").read_text(encoding="utf-8")
     assert "autotune: {" in text

@@ -1,0 +1,37 @@
+"""What a host or a master is made to order of a commanded loop, as events of a scenario."""
+
+from __future__ import annotations
+
+from heatwright.spec import Controller, Event
+from heatwright.spec.commands import gcode_of, modbus_of
+
+ORDER_S = 1.0
+"""When it is ordered; a controller that nobody commands begins by itself, from the start."""
+
+
+def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...]:
+    """Have a loop heat to a temperature, °C; nothing where nobody commands it."""
+    if modbus_of(controller) is not None:
+        return (_written({f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}),)
+    return _sent(controller, loop, f"M104 {{}} S{target_c:g}")
+
+
+def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tuple[Event, ...]:
+    """Have a loop find its gains at a temperature, °C; a master has no say in the cycles."""
+    if modbus_of(controller) is not None:
+        orders = {f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}
+        return (_written({**orders, f"{loop}.tune": True}),)
+    return _sent(controller, loop, f"M303 {{}} S{target_c:g} C{cycles}")
+
+
+def _sent(controller: Controller, loop: str, line: str) -> tuple[Event, ...]:
+    """Send a line with the loop's tool at `{}`."""
+    gcode = gcode_of(controller)
+    if gcode is None:
+        return ()
+    tool = next(name for name, served in gcode.loops.items() if served == loop)
+    return (Event.model_validate({"at": f"{ORDER_S!r} s", "send": line.format(tool)}),)
+
+
+def _written(values: dict[str, object]) -> Event:
+    return Event.model_validate({"at": f"{ORDER_S!r} s", "write": values})
