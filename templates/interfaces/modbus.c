@@ -67,21 +67,16 @@ static uint8_t read_bits(const struct map_entry *table, uint8_t size)
     if (entry == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
     }
-    uint8_t place = 2; /* of the count of bytes: those that are full stand behind it */
     uint8_t bits = 0;
-    for (uint8_t i = 0; i < count; i++) {
-        if (i % 8u == 0) {
-            place++;
-            bits = 0;
-        }
+    for (uint8_t i = 0; i < count; i++) { /* no block has more than eight */
         if (map_bit(&table[entry])) {
-            bits = (uint8_t)(bits | 1u << i % 8u);
+            bits = (uint8_t)(bits | 1u << i);
         }
-        modbus_frame[place] = bits;
         entry++;
     }
-    modbus_frame[2] = (uint8_t)(place - 2u);
-    answer_length = (uint8_t)(place + 1u);
+    modbus_frame[2] = 1;
+    modbus_frame[3] = bits;
+    answer_length = 4;
     return MODBUS_DONE;
 }
 
@@ -135,12 +130,12 @@ static uint8_t write_coil(void)
 
 static uint8_t write_coils(void)
 {
-    if (length < DATA || !counts(COUNT, MOST_BITS_WRITTEN)
+    if (!counts(COUNT, MOST_BITS_WRITTEN)
         || modbus_frame[BYTES] != (word_at(COUNT) + 7u) / 8u
         || length != DATA + (uint16_t)modbus_frame[BYTES]) {
         return MODBUS_BAD_VALUE;
     }
-    return switch_coils(word_at(COUNT), modbus_frame[DATA]); /* no block has more than eight */
+    return switch_coils(word_at(COUNT), modbus_frame[DATA]);
 }
 
 static uint8_t write_words(uint8_t first, uint16_t count, uint8_t data)
@@ -160,7 +155,7 @@ static uint8_t write_register(void)
 
 static uint8_t write_registers(void)
 {
-    if (length < DATA || !counts(COUNT, MOST_WORDS_WRITTEN)
+    if (!counts(COUNT, MOST_WORDS_WRITTEN)
         || modbus_frame[BYTES] != 2u * word_at(COUNT)
         || length != DATA + (uint16_t)modbus_frame[BYTES]) {
         return MODBUS_BAD_VALUE;
@@ -192,7 +187,7 @@ static uint8_t read_and_write_registers(void)
 {
     const uint16_t count = word_at(COUNT);
 
-    if (length < SECOND_DATA || !counts(COUNT, MOST_WORDS_READ)
+    if (!counts(COUNT, MOST_WORDS_READ)
         || !counts(SECOND_COUNT, MOST_WORDS_WRITTEN_AND_READ)
         || modbus_frame[SECOND_BYTES] != 2u * word_at(SECOND_COUNT)
         || length != SECOND_DATA + (uint16_t)modbus_frame[SECOND_BYTES]) {

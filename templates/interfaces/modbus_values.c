@@ -16,7 +16,7 @@ uint8_t map_find(const struct map_entry *table, uint8_t size, uint16_t address, 
     while (first < size && pgm_read_word(&table[first].address) != address) {
         first++;
     }
-    if (count == 0 || count > (uint16_t)(size - first)) {
+    if (count > (uint16_t)(size - first)) {
         return MAP_NOT_THERE;
     }
     const uint16_t last = pgm_read_word(&table[first + (uint8_t)(count - 1u)].address);

@@ -6,7 +6,8 @@
 
 enum { MAP_NOT_THERE = 0xFF };
 
-/* The entry with this address; MAP_NOT_THERE unless `count` addresses from there on all are. */
+/* The entry with this address; MAP_NOT_THERE unless `count` addresses from there on all are. There
+ * is one at least. */
 uint8_t map_find(const struct map_entry *table, uint8_t size, uint16_t address, uint16_t count);
 
 uint16_t map_word(const struct map_entry *entry);

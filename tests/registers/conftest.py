@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 from slave_spec import SLAVE
-from slave_world import SANITIZE, STRICT, compiled, write_sources
+from slave_world import SANITIZE, STRICT, WORLD, compiled, linked, write_sources
 
 from heatwright.generator import plan_firmware, render
 from heatwright.spec import load_text
@@ -19,4 +19,5 @@ def slave_program(slave_files: Mapping[str, str], tmp_path_factory: pytest.TempP
     """The slave as a program of this computer: see slave_world."""
     folder = tmp_path_factory.mktemp("slave")
     sources = write_sources(slave_files, folder)
-    return compiled(sources, folder, folder / "world", *SANITIZE, *STRICT)
+    objects = compiled([*sources, WORLD], folder, folder / "objects", *SANITIZE, *STRICT)
+    return linked(objects, folder / "world", *SANITIZE)

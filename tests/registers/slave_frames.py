@@ -1,5 +1,6 @@
 """Frames of every kind: right ones near the edges of the map, wrong lengths, damage, noise."""
 
+import math
 import random
 import struct
 from collections.abc import Iterator
@@ -70,6 +71,8 @@ def _pdu(chance: random.Random) -> bytes:
     )
     first = chance.choice(ADDRESSES) & 0xFFFF
     head = bytes([function])
+    if chance.random() < 0.4:
+        return _apt(chance)
     counted = struct.pack(">HH", first, chance.choice(COUNTS))
     count = chance.choice((*range(1, 9), *COUNTS))
     size = (count + 7) // 8
@@ -77,21 +80,51 @@ def _pdu(chance: random.Random) -> bytes:
         **dict.fromkeys((1, 2, 3, 4), counted),
         5: struct.pack(">HH", first, chance.choice((0, 0, 0xFF00, 0xFF00, 1, 0xFFFF))),
         6: struct.pack(">HH", first, chance.choice(WORDS)),
-        15: struct.pack(">HHB", first, count, size & 0xFF) + chance.randbytes(min(size, 246)),
+        15: struct.pack(">HH", first, count) + _sized(chance, chance.randbytes(min(size, 246))),
         16: struct.pack(">H", first) + _words(chance, chance.choice(COUNTS)),
         17: b"",
         22: struct.pack(">HHH", first, chance.choice(WORDS), chance.choice(WORDS)),
-        23: struct.pack(">HH", first, chance.choice(COUNTS[1:10]))
+        23: counted
         + struct.pack(">H", chance.choice(ADDRESSES) & 0xFFFF)
-        + _words(chance, chance.choice(COUNTS[1:12])),
+        + _words(chance, min(chance.choice(COUNTS), 121)),
         43: bytes([chance.choice((14, 14, 14, 14, 13)), chance.randrange(6), chance.randrange(7)]),
     }
     other = chance.randbytes(chance.randrange(8))
     return head + bodies.get(function, other)
 
 
+def _apt(chance: random.Random) -> bytes:
+    """Choose what a master says that knows the map."""
+    on, coil = chance.choice((0, 0xFF00)), chance.choice((0, 1, 2, 100, 100, 101, 102, 200))
+    duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001)), chance.choice(GAINS)
+    write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
+    some, many = chance.randrange(1, 4), chance.randrange(8)
+    return chance.choice(
+        (
+            struct.pack(">BHH", 5, coil, on),
+            struct.pack(">BHH", 5, coil, on),
+            struct.pack(">BHHBB", 15, 100, 3, 1, many),
+            struct.pack(">BHHBB", 15, 103 - some, some, 1, chance.randrange(256)),
+            struct.pack(">BHH", 6, 101, duty),
+            struct.pack(">BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
+            b"\x10" + write_gain,
+            struct.pack(">BHHBHHf", 16, 100, 4, 8, chance.choice((200, 9999)), duty, kp),
+            struct.pack(">BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
+            struct.pack(">BHH", 23, 102, 2) + write_gain,
+        )
+    )
+
+
+GAINS = (0.0, -0.0, 0.1, 1e6, 1_000_000.0625, 1e9, -1e-3, math.inf, math.nan)
+
+
+def _sized(chance: random.Random, data: bytes) -> bytes:
+    """Put its size before data; now and then another one, and data that go with that."""
+    if chance.random() < 0.05:
+        data = (data + bytes(3))[: max(0, len(data) + chance.choice((-1, 1, 2)))]
+    return bytes([len(data) & 0xFF]) + data
+
+
 def _words(chance: random.Random, count: int) -> bytes:
-    size = min(count, 121)
-    values = [chance.choice(WORDS) for _ in range(size)]
-    stated = 2 * count if chance.random() < 0.97 else chance.randrange(256)
-    return struct.pack(">HB", count, stated & 0xFF) + struct.pack(f">{size}H", *values)
+    values = [chance.choice(WORDS) for _ in range(min(count, 123))]
+    return struct.pack(">H", count) + _sized(chance, struct.pack(f">{len(values)}H", *values))

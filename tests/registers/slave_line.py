@@ -84,6 +84,11 @@ CASES = [
     Case("damaged_while_asked",
          (received(WRITE), SILENCE, flagged(OVERRUN, 1), SILENCE, MAIN, frame(ASK)),
          (WRITE, ANSWER), (2, 0, 0, 2, 0, 0)),
+    Case("noise_behind_a_frame", (received(WRITE), flagged(FRAMING, 0), SILENCE, MAIN, frame(ASK)),
+         (b"", ANSWER), (1, 1, 0, 1, 0, 0)),
+    Case("damage_after_overrun",
+         (flagged(OVERRUN, 1), SILENCE, flagged(PARITY, 1), SILENCE, frame(ASK)),
+         (ANSWER,), (1, 2, 0, 1, 0, 1)),
     Case("ticks", (ticks(7), frame(ASK), ticks(5)), (ANSWER,), (1, 0, 0, 1, 0, 0)),
 ]  # fmt: skip
 

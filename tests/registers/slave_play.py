@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from slave_frames import frames
 from slave_model import Slave, framed
@@ -35,25 +36,39 @@ def model() -> Slave:
     return Slave(int(spec.digest, 16), identity.name, identity.title or identity.name)
 
 
-def played(program: Path, steps: Iterable[bytes | tuple[str, float]]) -> str:
-    """Say at which step slave and model differ; an empty text if nowhere."""
+class Play(NamedTuple):
+    """What is said to the slave, and what it has to answer."""
+
+    script: tuple[bytes, ...]
+    asked: tuple[bytes, ...]
+    expected: tuple[bytes, ...]
+    """To each that is asked the answer, and the state afterwards."""
+
+
+def written(steps: Iterable[bytes | tuple[str, float]]) -> Play:
+    """Let the model answer frames, in a world that others change."""
     slave = model()
-    script, expected = [], []
+    script, asked, expected = [], [], []
     for step in steps:
         if isinstance(step, bytes):
             script += [frame(step), b"s"]
+            asked.append(step)
             expected += [slave.frame(step), shown(slave)]
         else:
             what, number = step
             script.append(value(what, number))
             _tell(slave, what, number)
-    answers = run(program, script)
-    if len(answers) != len(expected):
-        return f"{len(answers)} answers, not {len(expected)}"
-    asked = [step for step in steps if isinstance(step, bytes)]
-    for index, (got, want) in enumerate(zip(answers, expected, strict=True)):
+    return Play(tuple(script), tuple(asked), tuple(expected))
+
+
+def played(program: Path, play: Play) -> str:
+    """Say where the slave differs from the model; an empty text if nowhere."""
+    answers = run(program, play.script)
+    if len(answers) != len(play.expected):
+        return f"{len(answers)} answers, not {len(play.expected)}"
+    for index, (got, want) in enumerate(zip(answers, play.expected, strict=True)):
         if got != want:
-            return f"{asked[index // 2].hex(' ')}: {got!r} instead of {want!r}"
+            return f"{play.asked[index // 2].hex(' ')}: {got!r} instead of {want!r}"
     return ""
 
 

@@ -265,6 +265,10 @@ static void silence(void)
         }
         TCNT2 = OCR2A;
         TIMER2_COMPA_vect();
+        if ((TIMSK2 & (1u << OCIE2A)) != 0
+            && (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
+            wrong("the silence goes on with another length");
+        }
     }
 }
 
