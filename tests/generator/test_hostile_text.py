@@ -32,13 +32,13 @@ HOSTILE = (
 def test_a_comment_holds_any_text(text: str) -> None:
     shown = c_comment(text)
     assert shown.isprintable()
-    for ending in ("*/", "/*", "??", "\\", "-->", "--!>"):
+    for ending in ("*/", "/*", "??", "\\", "--"):
         assert ending not in shown
     assert re.sub(" ", "", shown).replace("\\", "/").count("*") == text.count("*")
     assert c_comment(shown) == shown
 
 
-@given(st.text("abc xyz 0189.,:;-_+%()°CΩ"))
+@given(st.text("abc xyz 0189.,:;-_+%()°CΩ").filter(lambda text: "--" not in text))
 def test_harmless_text_is_left_alone(text: str) -> None:
     assert c_comment(text) == text
 

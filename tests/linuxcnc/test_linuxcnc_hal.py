@@ -6,10 +6,11 @@ import pytest
 from hal_session import Hal
 from made_up_board import MadeUpBoard
 
-OBEYED_S = 1.5 + 0.4
-"""Three rounds at 2 Hz and two steps of 200 ms: `obeyed` of the generated HAL."""
+ROUND_S = 1 / 3.6
+"""MAX_UPDATE_RATE of the generated mb2hal.ini."""
+OBEYED_S = 3 * ROUND_S + 2 * 0.2
+"""Three rounds and two control steps: until then ON waits for WORK."""
 HEARD_S = 5.0
-ROUND_S = 0.5
 LATE_S = 3.0
 """What a busy machine may take on top."""
 
@@ -90,7 +91,7 @@ def test_a_fault_resets_the_latch_and_neither_its_acknowledgement_nor_a_held_but
     hal.wait("fabricator-fault-temperature", 351.2, LATE_S)
     hal.press("fabricator-acknowledge")
     hal.wait("fabricator-fault", 0, LATE_S)
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert board.acknowledged == 1
     assert not board.enabled
     assert hal.signal(ENABLED) == 0
@@ -102,7 +103,7 @@ def test_a_controller_that_restarts_stays_off(hal: Hal, board: MadeUpBoard) -> N
     switch_on(hal, board)
     board.restart()
     hal.wait(ENABLED, 0, OBEYED_S + LATE_S)
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert not board.enabled
     switch_on(hal, board)
 
@@ -117,7 +118,7 @@ def test_a_lost_exchange_switches_off_and_its_return_does_not_switch_on(
     board.deaf = False
     hal.wait("fabricator-exchange", 1, LATE_S)
     until(board, "enabled", False)
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert not board.enabled
 
 
@@ -127,7 +128,7 @@ def test_the_machine_can_forbid_heat(hal: Hal, board: MadeUpBoard) -> None:
     until(board, "enabled", False)
     hal.press("fabricator-nozzle-on")
     hal.set_signal("fabricator-inhibit", 0)
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert not board.enabled
 
 
@@ -135,8 +136,8 @@ def test_the_firmware_of_another_spec_is_not_switched_on(hal: Hal, board: MadeUp
     board.digest ^= 1 << 16
     hal.wait("fabricator-exchange", 0, LATE_S)
     hal.press("fabricator-nozzle-on")
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert not board.enabled
     board.digest ^= 1 << 16 | 1
-    time.sleep(2 * ROUND_S)
+    time.sleep(4 * ROUND_S)
     assert hal.signal("fabricator-exchange") == 0

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, floor, log10
 from typing import Any
 
 from heatwright.generator.plan.linuxcnc.names import controller_name
 from heatwright.generator.plan.linuxcnc.transactions import Transaction, transactions
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.source import Source
-from heatwright.spec import ModbusRtu
+from heatwright.spec import Controller, ModbusRtu
 
 SILENCE_CHARACTERS = 3.5
 """Between frames (MODBUS over serial line 1.02, section 2.5.1.1)."""
@@ -18,9 +18,14 @@ ANSWER_S = 0.005
 MARGIN_S = 1.0
 """For a PC without real time and a USB adapter that keeps bytes. Ample, for an answer that comes
 later is taken for that to the next request: RTU frames have no numbers."""
-RATES_HZ = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+FASTEST_HZ = 5.0
+"""More does not show on a panel."""
 MOST_LOAD = 0.5
-"""Share of the time for which the line may be busy: what fails is asked again at once."""
+"""Share of the time for which the line may be busy."""
+MOST_SILENCE = 0.25
+"""Share of the time after which the master counts as lost that may pass between two rounds."""
+HEARD_WITHIN_S = 5.0
+"""The exchange counts as lost after so long, if the spec does not say when a master is lost."""
 
 
 def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
@@ -37,7 +42,7 @@ def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "delay_ms": ceil(1000 * _silence_s(interface)),
         "timeout_ms": ceil(1000 * _answer_within_s(interface)),
         "round": quantity(round(round_s(interface, round_), 3), "s"),
-        "rate": f"{rate_hz(interface, round_):g}",
+        "rate": f"{rate_hz(source, interface):.2g}",
         "transactions": [
             {
                 "section": f"TRANSACTION_{number:02d}",
@@ -63,10 +68,22 @@ def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
     return line_s + len(round_) * (2 * _silence_s(interface) + ANSWER_S)
 
 
-def rate_hz(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
-    """How often a round is made: as often as the line bears it, five times a second at most."""
-    busy_s = round_s(interface, round_)
-    return next((rate for rate in RATES_HZ if rate * busy_s <= MOST_LOAD), RATES_HZ[-1])
+def rate_hz(source: Source, interface: ModbusRtu) -> float:
+    """How often a round is made, rounded down: as often as the line bears it.
+
+    On a slow line that may be so seldom that the master would count as lost: then more often.
+    """
+    busy_s = round_s(interface, transactions(source))
+    seldom_hz = 1 / (busy_s + MOST_SILENCE * lost_after_s(source.controller))
+    hertz = min(FASTEST_HZ, max(MOST_LOAD / busy_s, seldom_hz))
+    step = 10.0 ** (floor(log10(hertz)) - 1)
+    return floor(hertz / step) * step
+
+
+def lost_after_s(controller: Controller) -> float:
+    """After so long without a request one of the loops counts its master as lost, s."""
+    times = [loop.protection.master_lost_after_s for loop in controller.loops.values()]
+    return min((time for time in times if time is not None), default=HEARD_WITHIN_S)
 
 
 def _character_s(interface: ModbusRtu) -> float:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from heatwright.generator.plan.linuxcnc.bus import rate_hz
+from heatwright.generator.plan.linuxcnc.bus import lost_after_s, rate_hz
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
-from heatwright.generator.plan.linuxcnc.transactions import transactions
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import ModbusRtu
 
-HEARD_WITHIN_S = 5.0
-"""The exchange counts as lost after so long, if the spec does not say when a master is lost."""
 UPTIME_S = 1.0
 """The slave's uptime counts in these steps: each is a sign of life."""
 ROUNDS, STEPS = 3, 2
@@ -23,7 +20,7 @@ DECIMALS = 3
 def hal_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
     """All that the HAL files need to know, the panel's aside."""
     controller = source.controller
-    round_s = 1 / rate_hz(interface, transactions(source))
+    round_s = 1 / rate_hz(source, interface)
     step_s = max(loop.period_s for loop in controller.loops.values())
     return {
         "name": controller_name(controller),
@@ -33,7 +30,7 @@ def hal_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "digest_high": int(source.spec.digest, 16) >> 16,
         "digest_low": int(source.spec.digest, 16) & 0xFFFF,
         "loops": _loops(source),
-        "heard_s": _seconds(max(_lost_after_s(source), UPTIME_S + ROUNDS * round_s)),
+        "heard_s": _seconds(max(lost_after_s(controller), UPTIME_S + ROUNDS * round_s)),
         "obeyed_s": _seconds(ROUNDS * round_s + STEPS * step_s),
     }
 
@@ -51,11 +48,6 @@ def _loops(source: Source) -> list[dict[str, Any]]:
         }
         for loop, control in controller.loops.items()
     ]
-
-
-def _lost_after_s(source: Source) -> float:
-    times = [each.protection.master_lost_after_s for each in source.controller.loops.values()]
-    return min((time for time in times if time is not None), default=HEARD_WITHIN_S)
 
 
 def _seconds(duration_s: float) -> str:
