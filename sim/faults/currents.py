@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.sim.circuits import reference_v
 from heatwright.sim.faults.bounds import TICK_S, steps
-from heatwright.sim.faults.fault import Trip, at_once
+from heatwright.sim.faults.fault import Trip
 from heatwright.sim.faults.trips import LONGEST_S
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.spec import Current, CurrentSensor, DigitalOutput, PwmOutput, full_a
@@ -76,4 +76,8 @@ def current_while_off(site: Site, share: float = 1.0, *others: str) -> Trip | No
         return None
     over = ("over_current",) if share * heater.full_a >= heater.over_a else ()
     rules = ("current_while_off", *over, *others)
-    return Trip(rules, lasting_current_s(site), at_once)
+
+    def due(world: World) -> bool:
+        return world.loop("duty_percent") == 0
+
+    return Trip(rules, lasting_current_s(site), due, LONGEST_S)
