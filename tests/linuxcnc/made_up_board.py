@@ -1,7 +1,7 @@
 """A slave with the register map of the fabricator, made with pymodbus: no firmware, no machine.
 
 It keeps the rules that the master side leans on: a loop is switched on only after it was off, and
-never while a fault is latched.
+never while a fault is latched; a fault is acknowledged by a change from 0 to 1.
 """
 
 import asyncio
@@ -40,6 +40,7 @@ class MadeUpBoard:
         self.refused: list[tuple[int, int, int]] = []
         """Writes that were answered with an exception: function, address, value."""
         self.acknowledged = 0
+        self._reset = 0
         self._start = time.monotonic()
         self._board_end, board = _terminal()
         self._master_end, self._master = _terminal()
@@ -128,8 +129,9 @@ class MadeUpBoard:
             self.enabled = bool(value) and good
         elif function == WRITE_COIL and address == 0:
             good = True
-            if value and self.fault:
+            if value > self._reset and self.fault:
                 self.fault, self.acknowledged = 0, self.acknowledged + 1
+            self._reset = value
         else:
             return ExcCodes.ILLEGAL_ADDRESS
         if good:
