@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -64,11 +64,12 @@ class Format:
     def _stop(self) -> int:
         return (1 << self.stop_bits) - 1
 
-    @classmethod
-    def of(cls, code: int) -> Format:
+    @staticmethod
+    @cache
+    def of(code: int) -> Format:
         """Read the format of a UART_BYTE."""
         parity = _PARITIES[code >> 4 & 3]
-        return cls(code & 15, parity or "none", 2 if code & 0x40 else 1)
+        return Format(code & 15, parity or "none", 2 if code & 0x40 else 1)
 
 
 EIGHT_N_ONE = Format()
@@ -97,17 +98,23 @@ def heard(sent: Any, form: Format, bit_cycles: float) -> tuple[int, bool]:
 
     It samples each bit once, in its middle, from the start bit's edge on by its own clock.
     """
-    own = Format.of(int(sent["format"]))
-    levels = int(own.levels[sent["value"]])
+    own, value = Format.of(int(sent["format"])), int(sent["value"])
+    return _sampled(own, value, bit_cycles / int(sent["bit_cycles"]), form)
+
+
+@cache
+def _sampled(own: Format, value: int, ratio: float, form: Format) -> tuple[int, bool]:
+    """Receive a byte; ratio -- how much longer than the sender's the receiver's bits are."""
+    levels = int(own.levels[value])
 
     def sampled(bit: int) -> int:
-        at = int((bit + 0.5) * bit_cycles / float(sent["bit_cycles"]))
+        at = int((bit + 0.5) * ratio)
         return levels >> at & 1 if at < own.bits else 1
 
-    value = sum(sampled(1 + bit) << bit for bit in range(form.data_bits))
+    found = sum(sampled(1 + bit) << bit for bit in range(form.data_bits))
     stop = 1 + form.data_bits + (form.parity != "none")
     right = sampled(0) == 0 and sampled(stop) == 1
     if form.parity != "none":
-        ones = value.bit_count() + sampled(stop - 1)
+        ones = found.bit_count() + sampled(stop - 1)
         right = right and ones % 2 == (form.parity == "odd")
-    return value, right
+    return found, right

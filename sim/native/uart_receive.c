@@ -118,10 +118,14 @@ void receiver_switch(struct uart *u, int on) {
     seek(u, (double)u->h->avr->cycle);
 }
 
-/* The settings or the line have changed: what has begun to arrive goes on. */
+/* The settings or the line have changed: what has begun to arrive goes on. Where no start bit was
+   found, none has come up to now. */
 void receiver_again(struct uart *u) {
     struct receiver *r = &u->receiver;
-    if (!r->timer->armed || r->first > (double)u->h->avr->cycle)
+    double now = (double)u->h->avr->cycle;
+    if (!r->timer->armed)
+        seek(u, r->from > now ? r->from : now);
+    else if (r->first > now)
         seek(u, r->from);
 }
 

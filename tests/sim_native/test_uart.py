@@ -201,6 +201,19 @@ def test_another_speed_gives_errors(baud: int) -> None:
     assert any(array(avr, program, "flags"))
 
 
+def test_a_character_without_an_edge_stays_unheard() -> None:
+    """Its start bit follows a low stop bit; what is sent later does not bring it back."""
+    avr = listening("atmega16", 0x36)
+    form = Format(8, "odd")
+    avr.uarts[0].send(b"\x5d\xfc", BAUD, form, flips=[1 << 10, 0])
+    avr.run(0.005)
+    avr.uarts[0].send(b"\x11", BAUD, form)
+    avr.run(0.005)
+    program = listener("atmega16", 0x36)
+    assert array(avr, program, "values") == b"\x5d\x11"
+    assert list(array(avr, program, "flags")) == [FE, 0]
+
+
 def test_a_break_is_one_zero_without_stop_bit() -> None:
     avr = listening("atmega32", 0x26)
     avr.uarts[0].send_break(0.01)

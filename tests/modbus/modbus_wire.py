@@ -1,0 +1,87 @@
+"""A bare line to a slave: what goes in to the bit, and what comes out."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.modbus_bus import Bus, Frame
+from heatwright.sim.interfaces.modbus_rtu import format_of
+from heatwright.sim.native.characters import Format
+from heatwright.sim.native.pins import pin_number
+from heatwright.spec import Controller, modbus_of
+
+ANSWER_S = 0.005
+"""An answer begins within this long after the silence that ends its request."""
+SETTLE_S = 0.1
+"""What the unplugged master had on the line is over by then."""
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A frame for the line: its bytes, the bits turned over in each, the silence before each, s."""
+
+    data: bytes
+    flips: tuple[int, ...] = ()
+    gaps_s: tuple[float, ...] = ()
+    form: Format | None = None
+    baud: int | None = None
+
+
+class Wire:
+    """The line of a device whose own master is unplugged.
+
+    frames -- what has come from the board; slowest_s -- the longest an answer has begun after the
+    silence.
+    """
+
+    def __init__(self, controller: Controller, device: AvrDevice) -> None:
+        interface = modbus_of(controller)
+        assert interface is not None
+        device.unplug()
+        driver = None
+        if interface.driver_enable is not None:
+            driver = pin_number(controller.board.pins[interface.driver_enable].port_name)
+        form = format_of(interface)
+        self.device = device
+        self.bus = Bus(device.avr, device.uart, interface.baud, form, driver)
+        self.frames: list[Frame] = []
+        self.slowest_s = 0.0
+        device.record(self)
+        self.run_to(device.avr.time_s + SETTLE_S)
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        self.frames += self.bus.feed(pins, sent)
+
+    @property
+    def character_s(self) -> float:
+        return self.bus.form.bits / self.bus.baud
+
+    def put(self, sent: Sent) -> float:
+        """Send a frame; return when it will have ended, s."""
+        gaps_s = sent.gaps_s or 0.0
+        return self.bus.send(
+            sent.data, form=sent.form, baud=sent.baud, gap_s=gaps_s, flips=sent.flips
+        )
+
+    def ask(self, sent: Sent) -> Frame | None:
+        """Send a frame and wait for its answer, as long as one may take to begin."""
+        self.frames.clear()
+        end_s = self.put(sent)
+        return self.answer_since(end_s)
+
+    def answer_since(self, end_s: float) -> Frame | None:
+        """Wait for the answer to what ended then."""
+        self.run_to(end_s + self.bus.silence_s + ANSWER_S)
+        while self.bus.hears and not self.frames:
+            self.run_to(self.device.avr.time_s + self.bus.silence_s)
+        if not self.frames:
+            return None
+        frame = self.frames.pop(0)
+        self.slowest_s = max(self.slowest_s, frame.start_s - end_s - self.bus.silence_s)
+        return frame
+
+    def run_to(self, time_s: float) -> None:
+        self.device.avr.run_to(round(time_s * self.device.avr.clock_hz))
+        self.device.feed()
