@@ -36,6 +36,8 @@ MOVES: dict[str, tuple[tuple[str, str], ...]] = {
         ("pin: D10,", "pin: PC0,"),
         ("pin: D9,", "pin: PC1,"),
     ),
+    # The machine's own bench had an ATmega16.
+    "fabricator": (("board: atmega32", "board: {board}"),),
 }
 
 

@@ -16,8 +16,8 @@ from heatwright.sim.replay import replay
 from heatwright.spec import load_text
 from heatwright.spec.timers import allocate
 
-TICK_TIMER = {"chamber": 1, "press": 1, "hotplate": 1, "extruder": 2}
-"""The extruder's two PWM outputs, made by interrupts, have timer 1."""
+TICK_TIMER = {"chamber": 1, "press": 1, "hotplate": 1, "extruder": 2, "fabricator": 2}
+"""PWM has timer 1 of the last two: the extruder's by interrupts, the fabricator's at its pin."""
 
 
 @pytest.mark.parametrize("name", TICK_TIMER)
@@ -45,8 +45,12 @@ def test_all_that_is_to_be_proven_is(name: str, board: str, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "board"), [("chamber", "atmega32"), ("press", "atmega16"), ("hotplate", "atmega32")]
-)
+    ("name", "board"),
+    [
+        ("chamber", "atmega32"), ("press", "atmega16"), ("hotplate", "atmega32"),
+        ("fabricator", "atmega16"),
+    ],
+)  # fmt: skip
 def test_every_step_is_the_models(name: str, board: str, tmp_path: Path) -> None:
     spec = load_text(moved(name, board), f"{name}.yaml")
     write(render(plan_firmware(spec)), tmp_path / name)
