@@ -49,6 +49,7 @@ CHECKS: tuple[Check, ...] = (
     currents.currents_are_held,
     currents.currents_can_be_read,
     currents.currents_in_time,
+    currents.currents_can_be_smoothed,
     pins.pins_exist,
     pins.pins_can_be_switched,
     pins.analog_pins,

@@ -11,12 +11,15 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import LEAST_MARGIN_STEPS, TICK_S
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.loops import Loop
-from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.outputs import DigitalOutput, PwmOutput
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import about, duration, number, rounded_up
+from heatwright.spec.quantity import about, duration, hertz, number, rounded_up
 
 LONGEST_PERIOD_S = 1.0
 """The current is looked at once a period, and so long a short circuit may burn."""
+
+FILTER_PULSES = 5
+"""Periods of the PWM in the time constant of the filter that makes their mean."""
 
 
 def current_sensors_measure_currents(controller: Controller) -> Findings:
@@ -158,6 +161,24 @@ def currents_in_time(controller: Controller) -> Findings:
                     f"{duration(needed_s)}",
                     f"Use at least {duration(needed_s)}, or a smaller oversample there",
                     because_of,
+                )
+
+
+def currents_can_be_smoothed(controller: Controller) -> Findings:
+    """Find pulses so slow that no filter makes their mean within a control period."""
+    for each in measured(controller):
+        if not isinstance(each.output, PwmOutput):
+            continue
+        for name, loop in _loops_of(controller, each.name):
+            needed_hz = FILTER_PULSES / loop.period_s
+            if each.output.frequency_hz < needed_hz:
+                yield Finding(
+                    ("outputs", each.name, "frequency"),
+                    f"the current is measured as the mean of the pulses, by a filter as slow as "
+                    f"{FILTER_PULSES} of them, and in a period of {duration(loop.period_s)} there "
+                    f"are fewer of {hertz(each.output.frequency_hz)}",
+                    f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
+                    (("loops", name, "period"), each.path),
                 )
 
 
