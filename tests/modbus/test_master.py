@@ -1,0 +1,187 @@
+"""The simulated master on the binary: it reads, writes by name, is refused, and judges the line."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from modbus_build import Build
+
+from heatwright.generator import plan_firmware, render
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces import modbus_frames as frames
+from heatwright.sim.interfaces.modbus_rtu import POLL_S
+from heatwright.sim.interfaces.registers import registers
+from heatwright.spec import load
+
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+ROOM_C = 45.0
+LOST, EARLY_S = 23, 0.5
+
+
+def powered(built: Build, name: str, *replaced: tuple[str, str]) -> AvrDevice:
+    controller, program = built(name, *replaced)
+    device = AvrDevice(controller, program)
+    for sensor in controller.thermometers:
+        device.sense(sensor, ROOM_C)
+    return device
+
+
+def run(device: AvrDevice, seconds: float) -> None:
+    device.advance(device.time_s + seconds)
+
+
+@pytest.mark.parametrize("name", ["fabricator", "dryer"])
+def test_its_registers_are_those_of_the_generated_table(name: str) -> None:
+    """Two lists, written apart from the same page of the documents."""
+    spec = load(EXAMPLES / f"{name}.yaml")
+    text = render(plan_firmware(spec))["registers.csv"]
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    generated = {
+        (row["table"], int(row["address"]), int(row["words"]), row["name"], row["type"],
+         float(row["step"]))
+        for row in rows
+    }  # fmt: skip
+    ours = {
+        (each.table, each.address, each.words, each.name, each.kind, each.scale)
+        for each in registers(spec.controller).values()
+    }
+    assert ours == generated
+
+
+@pytest.mark.parametrize("name", ["fabricator", "dryer"])
+def test_it_polls_by_itself(built: Build, name: str) -> None:
+    device = powered(built, name)
+    device.advance(10.2)
+    master = device.master
+    assert master.polls == 2 * 10
+    assert (master.unanswered, master.strangers, master.damaged) == (0, 0, 0)
+    assert master.values["uptime"] == 10
+    loop = next(iter(built(name)[0].loops))
+    assert master.values[f"{loop}.temperature"] == pytest.approx(ROOM_C, abs=1.3)
+    assert master.slowest_s <= 0.005
+    assert master.longest_gap_s < 1.5 * master.bus.form.bits / master.bus.baud
+
+
+def test_what_it_writes_arrives(built: Build) -> None:
+    device = powered(built, "dryer")
+    device.advance(1.5)
+    for name, value in {"air.setpoint": 62.5, "air.kp": 12.25, "air.manual_duty": 33.3}.items():
+        device.write(name, value)
+    run(device, 1.0)
+    assert device.read("settings.air_setpoint_c") == 62.5
+    assert device.read("settings.air_kp") == 12.25
+    device.write("air.enabled", True)
+    device.write("air.manual", True)
+    run(device, 2.0)
+    assert device.master.values["air.duty"] == pytest.approx(33.3)
+    assert device.master.refusals == []
+    assert not device.master.is_busy
+
+
+def test_it_shows_a_loop_the_change_from_off_to_on(built: Build) -> None:
+    device = powered(built, "dryer")
+    device.advance(1.5)
+    device.write("air.enabled", True)
+    run(device, 1.0)
+    assert device.read("loop_air.enabled") == 1
+    assert device.master.refusals == []
+    assert device.read("modbus_counters.exceptions") == 1
+    device.write("air.enabled", True)
+    run(device, 1.0)
+    assert device.read("modbus_counters.exceptions") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "exception"),
+    [("air.setpoint", 80.1, 3), ("air.setpoint", 29.9, 3), ("air.manual", True, 3),
+     ("air.kp", -1.0, 3), ("air.kp", float("nan"), 3), ("air.manual_duty", 100.1, 3)],
+)  # fmt: skip
+def test_what_is_refused_changes_nothing(
+    built: Build, name: str, value: float, exception: int
+) -> None:
+    device = powered(built, "dryer")
+    device.advance(1.5)
+    before = [device.read(f"settings.air_{each}") for each in ("setpoint_c", "kp", "ki", "kd")]
+    device.write(name, value)
+    run(device, 1.0)
+    assert [(each.name, each.exception) for each in device.master.refusals] == [(name, exception)]
+    after = [device.read(f"settings.air_{each}") for each in ("setpoint_c", "kp", "ki", "kd")]
+    assert before == after
+
+
+def test_a_lost_master_is_a_fault_that_it_acknowledges(built: Build) -> None:
+    off = (
+        ("{rise: 2 K, within: 2 min}", "off"),
+        ("{above: 8 K, for: 1 min}", "off\n      frozen: off\n      rising_while_off: off"),
+    )
+    device = powered(built, "dryer", *off)
+    device.advance(1.5)
+    device.write("air.enabled", True)
+    run(device, 2.0)
+    device.unplug()
+    run(device, 30.0 - EARLY_S)
+    assert device.read("fault.code") == 0
+    run(device, POLL_S + EARLY_S)
+    assert device.read("fault.code") == LOST
+    assert device.read("loop_air.duty_percent") == 0
+    device.master.plug()
+    run(device, 1.0)
+    assert device.master.fault == LOST
+    device.write("acknowledge", True)
+    run(device, 2.0)
+    assert device.master.fault == 0
+    assert device.master.values["acknowledgements"] == 1
+    assert device.read("loop_air.enabled") == 0
+    assert device.master.refusals == []
+
+
+def test_a_driver_is_on_for_the_answer_and_not_longer(built: Build) -> None:
+    """RS-485: whoever holds the line a moment too long talks into the next request."""
+    device = powered(built, "dryer")
+    device.advance(10.0)
+    bus = device.master.bus
+    assert device.master.polls > 0
+    assert (bus.unheard, bus.collisions) == (0, 0)
+    assert 0 < bus.slowest_release_s < 10e-6
+    assert not device.avr.pins.level("PD2")
+
+
+def test_all_hear_a_broadcast_and_nobody_answers(built: Build) -> None:
+    device = powered(built, "fabricator")
+    device.advance(1.5)
+    asked = device.master.ask(frames.write_register(100, 1234), address=0)
+    run(device, 0.3)
+    assert asked.done
+    assert asked.answer is None
+    assert device.read("settings.nozzle_setpoint_c") == pytest.approx(123.4)
+    run(device, 2.0)
+    assert device.master.strangers == 0
+    assert device.master.values["unanswered"] == 1
+
+
+def test_another_address_stays_silent(built: Build) -> None:
+    device = powered(built, "fabricator")
+    device.advance(1.5)
+    asked = device.master.ask(frames.write_register(100, 1234), address=2)
+    run(device, 0.5)
+    assert asked.done
+    assert asked.answer is None
+    assert device.master.unanswered == 1
+    assert device.read("settings.nozzle_setpoint_c") == 30
+
+
+def test_a_power_cut_leaves_the_master_where_it_was(built: Build) -> None:
+    device = powered(built, "dryer")
+    device.advance(1.5)
+    device.unplug()
+    device.power_cycle()
+    run(device, 5.0)
+    assert device.master.polls == 0
+    device.master.plug()
+    run(device, 3.0)
+    assert device.master.polls > 0
+
+
+def test_it_does_not_know_what_is_not_there(built: Build) -> None:
+    with pytest.raises(LookupError, match=r"no nozzle\.kp"):
+        powered(built, "fabricator").write("nozzle.kp", 1.0)
