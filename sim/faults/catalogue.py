@@ -11,6 +11,7 @@ from heatwright.sim.faults import (
     coolers,
     healthy,
     heaters,
+    masters,
     memory,
     operators,
     processor,
@@ -64,4 +65,9 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
 
 
 def _of_controller(site: Site) -> list[Fault]:
-    return [*processor.faults(site), *memory.faults(site), *operators.faults(site)]
+    return [
+        *processor.faults(site),
+        *memory.faults(site),
+        *operators.faults(site),
+        *masters.faults(site),
+    ]

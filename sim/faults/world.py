@@ -270,6 +270,11 @@ class World:
         self.press("up" if steps > 0 else "down", abs(steps))
 
     @property
+    def power_on_s(self) -> float:
+        """When the controller's power came on last, on its own time, s."""
+        return self._power_on_s
+
+    @property
     def setpoint_c(self) -> float:
         """What the operator has asked for, °C."""
         return float(self.device.read(f"settings.{self.site.loop_name}_setpoint_c"))

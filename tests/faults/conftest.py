@@ -31,3 +31,9 @@ def bare_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
 def extruder_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
     spec = load(EXAMPLES / "extruder.yaml")
     return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("extruder"))), "nozzle")
+
+
+@pytest.fixture(scope="session")
+def fabricator_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = load(EXAMPLES / "fabricator.yaml")
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("fabricator"))), "nozzle")

@@ -1,7 +1,13 @@
 """Each fault, on the binary that PlatformIO built."""
 
 import pytest
-from rules_tripped import BARE_RULES, CHAMBER_RULES, EXTRUDER_RULES, PID_RULES
+from rules_tripped import (
+    BARE_RULES,
+    CHAMBER_RULES,
+    EXTRUDER_RULES,
+    FABRICATOR_RULES,
+    PID_RULES,
+)
 
 from heatwright.sim.faults import Fault, catalogue, try_fault
 from heatwright.sim.faults.world import Site
@@ -44,15 +50,31 @@ def test_the_extruder_under_its_host(extruder_site: Site, name: str, rule: str |
     hold(extruder_site, name, rule)
 
 
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [each for each in FABRICATOR_RULES.items() if not each[0].startswith("healthy")],
+)
+def test_the_fabricator_under_its_master(
+    fabricator_site: Site, name: str, rule: str | None
+) -> None:
+    hold(fabricator_site, name, rule)
+
+
 def test_every_fault_is_tried(
-    site: Site, pid_site: Site, bare_site: Site, extruder_site: Site
+    site: Site, pid_site: Site, bare_site: Site, extruder_site: Site, fabricator_site: Site
 ) -> None:
     assert list(faults(site)) == list(CHAMBER_RULES)
     assert list(faults(pid_site)) == list(PID_RULES)
     assert list(faults(bare_site)) == list(BARE_RULES)
     assert list(faults(extruder_site)) == list(EXTRUDER_RULES)
+    assert list(faults(fabricator_site)) == list(FABRICATOR_RULES)
 
 
 def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
-    tripped = {*CHAMBER_RULES.values(), *PID_RULES.values(), *EXTRUDER_RULES.values()}
+    tripped = {
+        *CHAMBER_RULES.values(),
+        *PID_RULES.values(),
+        *EXTRUDER_RULES.values(),
+        *FABRICATOR_RULES.values(),
+    }
     assert {rule.id for rule in RULES.values()} - tripped == set()
