@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import commanded
+import mastered
 import pytest
 from chip import compile_and_link
 from jinja2 import UndefinedError
@@ -19,6 +20,7 @@ Generate = Callable[..., Mapping[str, str]]
 TEMPLATES = Path(__file__).parents[2] / "templates"
 ROWS = pairwise()
 COMMANDED = commanded.pairwise()
+MASTERED = mastered.pairwise()
 
 
 def name_of(row: Row) -> str:
@@ -37,6 +39,14 @@ def test_it_compiles_and_links(row: Row, generate: Generate, tmp_path: Path) -> 
 @pytest.mark.parametrize("row", COMMANDED, ids=lambda row: f"{row['board']}-{row['tools']}")
 def test_what_a_host_commands_does_too(row: Row, generate: Generate, tmp_path: Path) -> None:
     text = commanded.spec_of(row)
+    files = generate(text)
+    assert [name for name in defined(files["src/config.h"]) if not used(name, files)] == []
+    assert compile_and_link(files, tmp_path, load_text(text).controller.board).is_file()
+
+
+@pytest.mark.parametrize("row", MASTERED, ids=lambda row: f"{row['board']}-{row['form']}")
+def test_what_a_master_commands_does_too(row: Row, generate: Generate, tmp_path: Path) -> None:
+    text = mastered.spec_of(row)
     files = generate(text)
     assert [name for name in defined(files["src/config.h"]) if not used(name, files)] == []
     assert compile_and_link(files, tmp_path, load_text(text).controller.board).is_file()
@@ -64,12 +74,15 @@ def test_the_rows_hold_every_choice_and_pair() -> None:
     assert len({variant(row) for row in ROWS}) == 4 + 9
     for choice, values in commanded.CHOICES.items():
         assert {row[choice] for row in COMMANDED} == set(values)
+    for choice, values in mastered.CHOICES.items():
+        assert {row[choice] for row in MASTERED} == set(values)
     # Another draw finds no pair that could be and is not there.
     assert frozenset().union(*map(pairs, pairwise(seed=2))) == shown
 
 
 def test_every_template_is_used() -> None:
     texts = [*map(spec_of, ROWS), *map(commanded.spec_of, COMMANDED)]
+    texts += map(mastered.spec_of, MASTERED)
     specs = [load_text(text) for text in texts]
     used_here = {file.template for spec in specs for file in plan_firmware(spec).files}
     there_are = {
@@ -85,7 +98,7 @@ def with_included(templates: set[str]) -> set[str]:
     found, left = set(templates), list(templates)
     while left:
         text = (TEMPLATES / left.pop()).read_text("utf-8")
-        named = set(re.findall(r'{% (?:include|extends) "([^"]+)" %}', text))
+        named = set(re.findall(r'(?:{%|//%) (?:include|extends) "([^"]+)"', text))
         left += named - found
         found |= named
     return found
