@@ -61,7 +61,11 @@ def _modbus(spec: Spec) -> dict[str, Any] | None:
     if modbus is None:
         return None
     form = f"8{modbus.parity[0].upper()}{modbus.stop_bits}"
-    return {"address": modbus.address, "form": f"{modbus.baud} baud, {form}"}
+    return {
+        "address": modbus.address,
+        "form": f"{modbus.baud} baud, {form}",
+        "linuxcnc": modbus.linuxcnc,
+    }
 
 
 def _loops(spec: Spec) -> list[dict[str, Any]]:
