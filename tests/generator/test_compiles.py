@@ -7,6 +7,7 @@ from pathlib import Path
 import commanded
 import mastered
 import pytest
+import switching
 from chip import compile_and_link
 from jinja2 import UndefinedError
 from matrix import CHOICES, Row, can_be, pairs, pairwise, spec_of, variant
@@ -81,7 +82,8 @@ def test_the_rows_hold_every_choice_and_pair() -> None:
 
 
 def test_every_template_is_used() -> None:
-    texts = [*map(spec_of, ROWS), *map(commanded.spec_of, COMMANDED)]
+    switched = map(switching.spec_of, switching.pairwise())
+    texts = [*map(spec_of, ROWS), *map(commanded.spec_of, COMMANDED), *switched]
     texts += map(mastered.spec_of, MASTERED)
     specs = [load_text(text) for text in texts]
     used_here = {file.template for spec in specs for file in plan_firmware(spec).files}
