@@ -36,6 +36,13 @@ MOVES: dict[str, tuple[tuple[str, str], ...]] = {
         ("pin: D10,", "pin: PC0,"),
         ("pin: D9,", "pin: PC1,"),
     ),
+    # Both by timers, which leaves timer 0 for the tick.
+    "extruder by timers": (
+        ("board: mega2560", "board: {board}"),
+        ("pin: A13", "pin: PA5"),
+        ("pin: D10,", "pin: PD5,"),
+        ("pin: D9, frequency: 122 Hz", "pin: PD7, frequency: 488.28125 Hz"),
+    ),
     # The machine's own bench had an ATmega16.
     "fabricator": (("board: atmega32", "board: {board}"),),
 }
@@ -43,7 +50,7 @@ MOVES: dict[str, tuple[tuple[str, str], ...]] = {
 
 def moved(name: str, board: str) -> str:
     """Write the spec of an example for another board."""
-    text = (EXAMPLES / f"{name}.yaml").read_text(encoding="utf-8")
+    text = (EXAMPLES / f"{name.split(maxsplit=1)[0]}.yaml").read_text(encoding="utf-8")
     for old, new in MOVES[name]:
         assert text.count(old) == 1, (name, old)
         text = text.replace(old, new.replace("{board}", board))

@@ -16,8 +16,14 @@ from heatwright.sim.replay import replay
 from heatwright.spec import load_text
 from heatwright.spec.timers import allocate
 
-TICK_TIMER = {"chamber": 1, "press": 1, "hotplate": 1, "extruder": 2, "fabricator": 2}
-"""PWM has timer 1 of the last two: the extruder's by interrupts, the fabricator's at its pin."""
+TICK_TIMER = {
+    "chamber": 1,
+    "press": 1,
+    "hotplate": 1,
+    "extruder": 2,  # PWM by interrupts has timer 1
+    "fabricator": 2,  # and here PWM at its pin
+    "extruder by timers": 0,
+}
 
 
 @pytest.mark.parametrize("name", TICK_TIMER)
@@ -48,7 +54,7 @@ def test_all_that_is_to_be_proven_is(name: str, board: str, tmp_path: Path) -> N
     ("name", "board"),
     [
         ("chamber", "atmega32"), ("press", "atmega16"), ("hotplate", "atmega32"),
-        ("fabricator", "atmega16"),
+        ("fabricator", "atmega16"), ("extruder by timers", "atmega32"),
     ],
 )  # fmt: skip
 def test_every_step_is_the_models(name: str, board: str, tmp_path: Path) -> None:
