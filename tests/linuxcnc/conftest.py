@@ -4,13 +4,12 @@ from pathlib import Path
 import hal_session
 import pytest
 from hal_session import Hal
-from made_up_board import MadeUpBoard
+from made_up_board import FABRICATOR, MadeUpBoard
 
 from heatwright.generator.plan import plan_firmware
 from heatwright.generator.render import render
 from heatwright.spec import load
 
-FABRICATOR = Path(__file__).parents[2] / "spec" / "examples" / "fabricator.yaml"
 ALONE = """
 loadrt threads name1=servo-thread period1=1000000
 source fabricator.hal

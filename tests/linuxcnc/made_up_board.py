@@ -11,6 +11,7 @@ import threading
 import time
 import tty
 from contextlib import suppress
+from pathlib import Path
 from types import TracebackType
 
 from pymodbus.constants import ExcCodes
@@ -18,6 +19,7 @@ from pymodbus.framer import FramerType
 from pymodbus.server import ModbusSerialServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
+FABRICATOR = Path(__file__).parents[2] / "spec" / "examples" / "fabricator.yaml"
 READ_DISCRETES, READ_INPUTS, WRITE_COIL, WRITE_HOLDING = 2, 4, 5, 6
 UPTIME_LOW = 8
 LOOP = 100

@@ -7,8 +7,8 @@ from xml.etree import ElementTree as ET
 
 import hal_session
 import pytest
-from conftest import FABRICATOR
 from hal_session import Hal
+from made_up_board import FABRICATOR
 from many_loops import MOST_LOOPS, many_loops
 
 from heatwright.generator.plan import plan_firmware

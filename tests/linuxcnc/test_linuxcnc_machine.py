@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import FABRICATOR
 from hal_session import Hal
+from made_up_board import FABRICATOR
 
 SPEED = 3
 """The board's seconds to one of ours. The master is lost after 5 s of the board; mb2hal's round

@@ -7,7 +7,6 @@ from typing import Any
 
 from heatwright.generator.plan.linuxcnc.names import controller_name
 from heatwright.generator.plan.linuxcnc.transactions import Transaction, transactions
-from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, ModbusRtu
 
@@ -41,7 +40,7 @@ def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "stop_bits": interface.stop_bits,
         "delay_ms": ceil(1000 * _silence_s(interface)),
         "timeout_ms": ceil(1000 * _answer_within_s(interface)),
-        "round": quantity(round(round_s(interface, round_), 3), "s"),
+        "round": f"{round_s(interface, round_):.2g} s",
         "rate": f"{rate_hz(source, interface):.2g}",
         "transactions": [
             {
