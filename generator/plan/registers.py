@@ -26,7 +26,7 @@ STATE_FAULT, STATE_VALID = 16, 32
 
 Table = Literal["coils", "discretes", "holdings", "inputs"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
-Access = Literal["read", "write", "read, write"]
+Access = Literal["read", "read, write"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +143,15 @@ _COUNTERS = {
 
 
 def _coils_of_controller(controller: Controller) -> Iterable[Register]:
-    coils = {"acknowledge": "1 acknowledges the latched fault; reads 0."}
+    coils = {"acknowledge": "A change from 0 to 1 acknowledges the latched fault."}
     if any(tunable(controller, name) for name in controller.loops):
         coils |= {
-            "store": "1 stores all gains, so that they outlive a loss of power; reads 0.",
-            "restore": "1 takes the gains of the specification, and stores nothing; reads 0.",
+            "store": "A change from 0 to 1 stores all gains, for after a loss of power.",
+            "restore": "A change from 0 to 1 takes the gains of the specification.",
         }
     for address, (name, meaning) in enumerate(coils.items()):
-        yield Register("coils", address, name, "bit", meaning, Stored("0", "&seen"), access="write")
+        stored = Stored(f"0x{1 << address:02x}", "&coils")
+        yield Register("coils", address, name, "bit", meaning, stored, "read, write")
 
 
 def _loop(controller: Controller, name: str, block: int) -> Iterable[Register]:

@@ -46,6 +46,8 @@ class State:
     bed: Loop = field(default_factory=lambda: Loop(20.0, 10.0, 70.5))
     fault: int = 0
     acknowledged: int = 0
+    orders: dict[int, int] = field(default_factory=lambda: dict.fromkeys(range(3), 0))
+    """The controller's coils, as they were last written."""
     kept: int = 0
     defaulted: int = 0
     cycles: int = 0
@@ -59,7 +61,7 @@ class State:
     def coils(self) -> dict[int, int]:
         air = self.air
         return {
-            0: 0, 1: 0, 2: 0, 100: air.enabled, 101: air.mode == 1, 102: air.mode == 2,
+            **self.orders, 100: air.enabled, 101: air.mode == 1, 102: air.mode == 2,
             200: self.bed.enabled,
         }  # fmt: skip
 
@@ -144,13 +146,15 @@ class State:
                 self.cycles = 5
 
     def _switch_controller(self, named: dict[int, bool]) -> None:
-        if named.get(0) and self.fault:
+        risen = {coil for coil, on in named.items() if on and not self.orders[coil]}
+        self.orders |= named
+        if 0 in risen and self.fault:
             self.fault = 0
             self.acknowledged += 1
             self.air.enabled = self.bed.enabled = False
             self.air.mode = 0
-        self.kept += bool(named.get(1))
-        self.defaulted += bool(named.get(2))
+        self.kept += 1 in risen
+        self.defaulted += 2 in risen
 
 
 def _look(loop: Loop, named: dict[int, bool], *, faulty: bool) -> None:

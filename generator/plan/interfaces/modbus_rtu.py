@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan import linuxcnc
-from heatwright.generator.plan.interfaces.modbus_documents import documents
-from heatwright.generator.plan.interfaces.modbus_map import map_context
+from heatwright.generator.plan.modbus.documents import documents
+from heatwright.generator.plan.modbus.table import map_context
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
     Call,

@@ -164,6 +164,7 @@ def _member(register: Register) -> dict[str, Any]:
         "per_unit": round(1 / register.scale),
         "type": _type(register),
         "access": register.access,
+        "order": register.table == "coils" and "." not in register.name,
         "doc": register.meaning + within,
     }
 
