@@ -1,0 +1,188 @@
+"""pymodbus, as it is, and the simulated slave behind a pseudo-terminal."""
+
+import struct
+from collections.abc import Iterator
+
+import pytest
+from live_slave import LiveSlave, live_slave
+from modbus_build import Build
+from pymodbus.client import ModbusSerialClient
+from pymodbus.pdu import ModbusPDU
+
+from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.spec import Controller, digest, modbus_of
+
+SPEED = 10.0
+"""The slave's seconds in one of ours."""
+SLAVE = 17
+BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
+SETPOINT, MANUAL_DUTY, KP = 100, 101, 102
+ENABLED, MANUAL, TUNE = 100, 101, 102
+
+
+@pytest.fixture(scope="module")
+def dryer(built: Build) -> Controller:
+    return built("dryer")[0]
+
+
+@pytest.fixture
+def slave(built: Build) -> Iterator[LiveSlave]:
+    controller, program = built("dryer")
+    with live_slave(controller, program.path, SPEED) as live:
+        while not live.ask("loop_air.has_reading"):  # it listens by then
+            pass
+        yield live
+        assert live.ask("resets") == 0
+        assert live.ask("fault.code") == 0
+
+
+@pytest.fixture
+def master(slave: LiveSlave) -> Iterator[ModbusSerialClient]:
+    client = ModbusSerialClient(slave.port, baudrate=38_400, timeout=2, retries=0)
+    assert client.connect()
+    yield client
+    client.close()
+
+
+def of(controller: Controller, table: str) -> list[Register]:
+    return [each for each in registers(controller).values() if each.table == table]
+
+
+def good(answer: ModbusPDU) -> ModbusPDU:
+    assert not answer.isError(), answer
+    return answer
+
+
+def words(value: float) -> list[int]:
+    return list(struct.unpack(">2H", struct.pack(">f", value)))
+
+
+def test_it_reads_every_register(master: ModbusSerialClient, dryer: Controller) -> None:
+    read = {
+        "coil": master.read_coils,
+        "discrete_input": master.read_discrete_inputs,
+        "holding_register": master.read_holding_registers,
+        "input_register": master.read_input_registers,
+    }
+    values = {}
+    for table, ask in read.items():
+        for register in of(dryer, table):
+            found = good(ask(register.address, count=register.words, device_id=SLAVE))
+            raw = found.registers or [int(found.bits[0])]
+            values[register.name] = register.value(raw)
+    assert values["map_version"] == 1
+    assert values["digest"] == int(digest(dryer), 16)
+    assert values["air.setpoint"] == values["air.setpoint_in_force"] == 45
+    assert values["air.temperature"] == pytest.approx(20, abs=0.5)
+    gains = dryer.loops["air"].algorithm
+    assert [values[f"air.{gain}"] for gain in ("kp", "ki", "kd")] == [
+        pytest.approx(getattr(gains, gain)) for gain in ("kp", "ki", "kd")
+    ]
+    counters = good(master.read_input_registers(10, count=6, device_id=SLAVE)).registers
+    messages = len(registers(dryer)) + 1
+    assert counters == [messages, 0, 0, messages, 0, 0]
+    assert (values["air.valid"], values["air.work"], values["air.enabled"]) == (1, 0, 0)
+
+
+def test_it_reads_blocks(master: ModbusSerialClient) -> None:
+    assert len(good(master.read_input_registers(0, count=16, device_id=SLAVE)).registers) == 16
+    assert len(good(master.read_input_registers(100, count=7, device_id=SLAVE)).registers) == 7
+    assert len(good(master.read_holding_registers(100, count=8, device_id=SLAVE)).registers) == 8
+    assert good(master.read_coils(0, count=3, device_id=SLAVE)).bits[:3] == [False] * 3
+    assert good(master.read_discrete_inputs(100, count=5, device_id=SLAVE)).bits[4]
+
+
+def test_it_writes_registers_in_every_way(master: ModbusSerialClient, slave: LiveSlave) -> None:
+    good(master.write_register(SETPOINT, 615, device_id=SLAVE))
+    assert slave.ask("settings.air_setpoint_c") == 61.5
+    good(master.write_registers(SETPOINT, [620, 250, *words(11.5)], device_id=SLAVE))
+    assert slave.ask("settings.air_setpoint_c") == 62
+    assert slave.ask("settings.air_kp") == 11.5
+    good(master.write_registers(KP, [*words(1.5), *words(0.25), *words(99)], device_id=SLAVE))
+    assert [slave.ask(f"settings.air_{gain}") for gain in ("kp", "ki", "kd")] == [1.5, 0.25, 99]
+    good(master.mask_write_register(address=SETPOINT, and_mask=0xFF00, or_mask=0x0090,
+                                    device_id=SLAVE))  # fmt: skip
+    assert slave.ask("settings.air_setpoint_c") == pytest.approx((0x200 | 0x90) / 10)
+    both = good(master.readwrite_registers(read_address=SETPOINT, read_count=2,
+                                           write_address=MANUAL_DUTY, values=[777],
+                                           device_id=SLAVE))  # fmt: skip
+    assert both.registers == [0x290, 777]
+
+
+def test_it_switches_coils_in_every_way(master: ModbusSerialClient, slave: LiveSlave) -> None:
+    assert master.write_coil(ENABLED, True, device_id=SLAVE).exception_code == BAD_VALUE
+    good(master.write_coil(ENABLED, False, device_id=SLAVE))
+    good(master.write_coil(ENABLED, True, device_id=SLAVE))
+    assert good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3] == [
+        True,
+        False,
+        False,
+    ]
+    good(master.write_coil(MANUAL, True, device_id=SLAVE))
+    good(master.write_coils(ENABLED, [True, False, True], device_id=SLAVE))
+    assert good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3] == [
+        True,
+        False,
+        True,
+    ]
+    good(master.write_coil(TUNE, False, device_id=SLAVE))
+    assert not good(master.read_coils(ENABLED, device_id=SLAVE)).bits[0]
+    for command in (1, 2, 0):
+        good(master.write_coil(command, True, device_id=SLAVE))
+        good(master.write_coil(command, False, device_id=SLAVE))
+    assert slave.ask("settings.air_kp") == 60
+
+
+def test_everybody_is_told_at_once(master: ModbusSerialClient, slave: LiveSlave) -> None:
+    master.write_register(SETPOINT, 500, device_id=0, no_response_expected=True)
+    while not slave.ask("modbus_counters.unanswered"):  # pymodbus itself leaves no time for it
+        pass
+    assert slave.ask("settings.air_setpoint_c") == 50
+    assert good(master.read_holding_registers(SETPOINT, device_id=SLAVE)).registers == [500]
+
+
+def test_it_says_who_it_is(master: ModbusSerialClient, dryer: Controller) -> None:
+    resting = good(master.report_device_id(device_id=SLAVE))
+    assert resting.identifier == b"H\x00drye"  # pymodbus takes the last byte for the indicator
+    basic = good(master.read_device_information(read_code=1, device_id=SLAVE))
+    revision = f"1 {digest(dryer)}".encode()
+    assert basic.information == {0: b"heatwright", 1: b"dryer", 2: revision}
+    regular = good(master.read_device_information(read_code=2, device_id=SLAVE))
+    assert regular.information[4] == b"Filament dryer on a bus"
+    single = good(master.read_device_information(read_code=4, object_id=1, device_id=SLAVE))
+    assert single.information == {1: b"dryer"}
+
+
+def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveSlave) -> None:
+    def code(answer: ModbusPDU) -> int:
+        return int(answer.exception_code)
+
+    assert code(master.read_input_registers(16, device_id=SLAVE)) == BAD_ADDRESS
+    assert code(master.read_holding_registers(107, count=2, device_id=SLAVE)) == BAD_ADDRESS
+    assert code(master.write_coil(103, True, device_id=SLAVE)) == BAD_ADDRESS
+    assert code(master.write_register(SETPOINT, 801, device_id=SLAVE)) == BAD_VALUE
+    assert code(master.write_register(KP, 0, device_id=SLAVE)) == BAD_VALUE
+    assert code(master.write_registers(SETPOINT, [700, 1001], device_id=SLAVE)) == BAD_VALUE
+    assert code(master.write_coil(TUNE, True, device_id=SLAVE)) == BAD_VALUE
+    assert code(master.diag_query_data(b"\0\0", device_id=SLAVE)) == BAD_FUNCTION
+    assert slave.ask("settings.air_setpoint_c") == 45
+    assert slave.ask("modbus_counters.exceptions") == 8
+
+
+def test_it_heats_until_it_is_switched_off(
+    master: ModbusSerialClient, slave: LiveSlave, dryer: Controller
+) -> None:
+    assert modbus_of(dryer) is not None
+    good(master.write_register(SETPOINT, 500, device_id=SLAVE))
+    good(master.write_coil(ENABLED, False, device_id=SLAVE))
+    good(master.write_coil(ENABLED, True, device_id=SLAVE))
+
+    def tenths() -> int:
+        return int(good(master.read_input_registers(100, device_id=SLAVE)).registers[0])
+
+    while tenths() < 300:
+        assert slave.ask("fault.code") == 0
+    assert good(master.read_discrete_inputs(100, count=2, device_id=SLAVE)).bits[:2] == [True, True]
+    assert good(master.report_device_id(device_id=SLAVE)).identifier[:2] == b"H\xff"
+    good(master.write_coil(ENABLED, False, device_id=SLAVE))
+    assert not good(master.read_coils(ENABLED, device_id=SLAVE)).bits[0]
