@@ -1,17 +1,14 @@
 """A heater whose current is measured, with that current in the test's hand."""
 
-import subprocess
-import tempfile
 from functools import cache
-from pathlib import Path
-from typing import NamedTuple
 
-from heatwright.generator import plan_firmware, render
+from whole_firmware import Broken, spec_of, whole
+
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.reference.current import Converter
 from heatwright.sim.sensors.current import CurrentProbe
-from heatwright.spec import CurrentSensor, Spec, load_text
+from heatwright.spec import Controller, CurrentSensor
 
 SPEC = """
 heatwright: 1
@@ -44,59 +41,33 @@ CIRCUITS = {
     "far": "pin: A13, scale: 0.2 V/A",
 }
 """What a spec says of the sensor; `far` is on a channel beyond MUX5."""
-FLAGS = ["-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections", "-Wall"]
-FLAGS += ["-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"]
-
-
-class Broken(NamedTuple):
-    """A line of a source, and what stands in its place."""
-
-    file: str
-    right: str
-    wrong: str
 
 
 def board_of(circuit: str) -> str:
     return "mega2560" if circuit == "far" else "uno"
 
 
-def spec_of(circuit: str, period: str = "1 s") -> Spec:
+def text_of(circuit: str, period: str = "1 s") -> str:
+    """Write the spec."""
     board = board_of(circuit)
     text = SPEC.replace("THERMOMETER", BOARDS[board]).replace("BOARD", board)
-    text = text.replace("PERIOD", period).replace("SENSOR", CIRCUITS[circuit])
-    return load_text(text, "measured.yaml")
+    return text.replace("PERIOD", period).replace("SENSOR", CIRCUITS[circuit])
+
+
+def controller_of(circuit: str) -> Controller:
+    return spec_of(text_of(circuit)).controller
 
 
 @cache
 def program(circuit: str, broken: Broken | None = None) -> Elf:
-    """Compile the whole firmware, as strictly as a project is."""
-    folder = Path(tempfile.mkdtemp(prefix="current-"))
-    spec = spec_of(circuit)
-    texts = {
-        Path(path).name: text
-        for path, text in render(plan_firmware(spec)).items()
-        if path.startswith("src/")
-    }
-    if broken:
-        assert broken.right in texts[broken.file], broken
-        texts[broken.file] = texts[broken.file].replace(broken.right, broken.wrong, 1)
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    board = spec.controller.board
-    chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL", *(["-w"] if broken else [])]
-    sources = [str(each) for each in sorted(folder.glob("*.c"))]
-    elf = folder / "firmware.elf"
-    link = ["-Wl,--gc-sections", "-lm", "-o", str(elf)]
-    subprocess.run(["avr-gcc", *chip, *FLAGS, *sources, *link], check=True)
-    return Elf(elf)
+    return whole(text_of(circuit), broken)
 
 
 class Measured:
     """The board, run period by period."""
 
     def __init__(self, circuit: str, broken: Broken | None = None) -> None:
-        spec = spec_of(circuit)
-        self.controller = spec.controller
+        self.controller = controller_of(circuit)
         self.device = AvrDevice(self.controller, program(circuit, broken))
         probe = self.device.sensors["amps"]
         assert isinstance(probe, CurrentProbe)

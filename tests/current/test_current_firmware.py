@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from current_board import CIRCUITS, Broken, Measured, program, spec_of
+from current_board import CIRCUITS, Measured, controller_of, program
+from whole_firmware import Broken
 
 from heatwright.sim.chain import chain_errors
 from heatwright.sim.circuits import Wiring
@@ -17,7 +18,7 @@ SAFE_A = 3.9
 
 @pytest.mark.parametrize("circuit", CIRCUITS)
 def test_the_chain_is_exact_to_one_step(circuit: str) -> None:
-    (found,) = chain_errors(spec_of(circuit).controller, program(circuit))
+    (found,) = chain_errors(controller_of(circuit), program(circuit))
     assert found.passed
     assert found.measures == "current"
     assert found.chain_steps <= 0.5 + 1e-3  # a line has no error of its own
@@ -86,12 +87,11 @@ def test_a_wire_that_is_torn_reads_nothing_and_a_short_everything() -> None:
 
 
 def test_a_line_that_is_off_is_found() -> None:
-    spec = spec_of("shunt")
     elf = Elf(program("shunt").path)
     at = elf.symbols["sensor_amps_line"]
     worse = np.array([1.0], "<f4").tobytes()
     elf.flash = elf.flash[:at] + worse + elf.flash[at + 4 :]
-    (found,) = chain_errors(spec.controller, elf)
+    (found,) = chain_errors(controller_of("shunt"), elf)
     assert not found.passed
 
 

@@ -1,17 +1,10 @@
 """A small oven whose loop is shown by LEDs, with its temperature and current in the test's hand."""
 
-import subprocess
-import tempfile
-from functools import cache
-from pathlib import Path
-from typing import NamedTuple
+from whole_firmware import Broken, spec_of, whole
 
-from heatwright.generator import plan_firmware, render
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.indicators import Indicators, Light
-from heatwright.spec import Spec, load_text
 
 SPEC = """
 heatwright: 1
@@ -58,10 +51,6 @@ MASTER = """\
 """
 IMPATIENT = f"# LOST\n{MASTER}"
 """The same with the rule `master_lost`."""
-FLAGS = ["-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections", "-Wall"]
-FLAGS += ["-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror", "-mmcu=atmega328p"]
-FLAGS += ["-DF_CPU=16000000UL"]
-
 FULL_A = 76.6 / 43
 STEP_S = 0.1
 FASTEST_K = 10.0
@@ -70,62 +59,26 @@ SETTLED_S = 4.0
 """A step of the loop or some, the current's soft start, and two seconds of looking."""
 
 
-class Broken(NamedTuple):
-    """A line of the indicators' C, and what stands in its place."""
-
-    right: str
-    wrong: str
-
-
-def spec_of(interfaces: str = LEDS, active: str = "high") -> Spec:
+def text_of(interfaces: str = LEDS, active: str = "high") -> str:
+    """Write the spec."""
     lost = ", master_lost_after: 3 s" if "LOST" in interfaces else ""
-    text = SPEC.replace("PROTECTION", PROTECTION + lost + "}")
     interfaces = interfaces.replace("ACTIVE", active).replace("# LOST\n", "")
-    return load_text(text + interfaces, "shown.yaml")
+    return SPEC.replace("PROTECTION", PROTECTION + lost + "}") + interfaces
 
 
-def _compile(source: Path, made: Path, *flags: str) -> Path:
-    command = ["avr-gcc", *FLAGS, *flags, "-c", str(source), "-o", str(made)]
-    subprocess.run(command, check=True)
-    return made
-
-
-@cache
-def _project(interfaces: str, active: str) -> Path:
-    folder = Path(tempfile.mkdtemp(prefix="indicators-"))
-    for path, text in render(plan_firmware(spec_of(interfaces, active))).items():
-        if path.startswith("src/"):
-            (folder / Path(path).name).write_text(text, encoding="utf-8")
-    for source in folder.glob("*.c"):
-        _compile(source, source.with_suffix(".o"))
-    return folder
-
-
-def program(interfaces: str = LEDS, active: str = "high", broken: Broken | None = None) -> Elf:
-    """Compile the whole firmware, as strictly as a project is."""
-    folder = _project(interfaces, active)
-    objects = [str(each) for each in sorted(folder.glob("*.o"))]
-    elf = folder / "firmware.elf"
-    if broken:
-        text = (folder / "indicators_block.c").read_text("utf-8")
-        assert broken.right in text, broken
-        place = Path(tempfile.mkdtemp(prefix="broken-", dir=folder))
-        changed = place / "indicators_block.c"
-        changed.write_text(text.replace(broken.right, broken.wrong, 1), encoding="utf-8")
-        made = _compile(changed, place / "changed.o", "-w", f"-I{folder}")
-        objects = [each for each in objects if not each.endswith("/indicators_block.o")]
-        objects.append(str(made))
-        elf = place / "firmware.elf"
-    link = ["avr-gcc", *FLAGS, "-Wl,--gc-sections", *objects, "-lm", "-o", str(elf)]
-    subprocess.run(link, check=True)
-    return Elf(elf)
+def broken_line(right: str, wrong: str) -> Broken:
+    """Break a line of the indicators' C."""
+    return Broken("indicators_block.c", right, wrong)
 
 
 class Shown:
     """The board, its sensors fed by hand; `strength` is the heater's current, in its own."""
 
-    def __init__(self, elf: Elf, interfaces: str = LEDS, active: str = "high") -> None:
-        self.device = AvrDevice(spec_of(interfaces, active).controller, elf)
+    def __init__(
+        self, interfaces: str = LEDS, active: str = "high", broken: Broken | None = None
+    ) -> None:
+        text = text_of(interfaces, active)
+        self.device = AvrDevice(spec_of(text).controller, whole(text, broken))
         self.strength = 1.0
         self.temperature_c = 20.0
         self._felt_c = self.temperature_c

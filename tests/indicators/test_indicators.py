@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from indicated_board import LEDS, Broken, Shown, program
+from indicated_board import LEDS, Shown, broken_line
 
 from heatwright.sim.interfaces.indicators import Light
 
@@ -22,7 +22,7 @@ BROKEN_OFF = {
 
 @pytest.fixture(params=["high", "low"])
 def shown(request: pytest.FixtureRequest) -> Shown:
-    return Shown(program(LEDS, request.param), LEDS, request.param)
+    return Shown(LEDS, request.param)
 
 
 def test_each_state_has_its_lights(shown: Shown) -> None:
@@ -55,7 +55,7 @@ def test_blinking_is_half_a_second_each_way_to_the_tick(shown: Shown) -> None:
 
 
 def test_they_are_dark_from_the_reset_on_until_there_is_something_to_show() -> None:
-    shown = Shown(program())
+    shown = Shown()
     shown.device.feed()
     assert not any(led.changes[-1][1] for led in shown.leds.leds.values())
     shown.device.advance(0.1)
@@ -65,7 +65,7 @@ def test_they_are_dark_from_the_reset_on_until_there_is_something_to_show() -> N
 
 
 def test_neither_steady_nor_even_light_is_blinking() -> None:
-    shown = Shown(program())
+    shown = Shown()
     led = next(iter(shown.leds.leds.values()))
     for changes, light in (
         ([(0.0, False), (1.0, True)], "lit"),
@@ -139,9 +139,9 @@ def is_wrong(shown: Shown) -> bool:
 
 
 def test_nothing_is_wrong_with_it_whole() -> None:
-    assert not is_wrong(Shown(program()))
+    assert not is_wrong(Shown())
 
 
 @pytest.mark.parametrize("broken", BREAKABLE, ids=lambda each: f"{each[0][:36]} -> {each[1][:30]}")
 def test_a_broken_line_is_seen(broken: tuple[str, str]) -> None:
-    assert is_wrong(Shown(program(broken=Broken(*broken))))
+    assert is_wrong(Shown(broken=broken_line(*broken)))

@@ -1,7 +1,8 @@
 """What LEDs show of a master: heard, lost, never heard; and that it has switched the loop."""
 
 import pytest
-from indicated_board import IMPATIENT, MASTER, Broken, Shown, program
+from indicated_board import IMPATIENT, MASTER, Shown, broken_line
+from whole_firmware import Broken
 
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.native.characters import Format
@@ -13,7 +14,7 @@ BLINK_S = 0.5
 
 def alone(interfaces: str, broken: Broken | None = None) -> Shown:
     """A board whose master is not there yet; once it is, it reads once a second."""
-    shown = Shown(program(interfaces, broken=broken), interfaces)
+    shown = Shown(interfaces, broken=broken)
     shown.device.master.unplug()
     return shown
 
@@ -63,7 +64,7 @@ def test_it_is_lost_after_the_time_that_the_rule_gives(interfaces: str) -> None:
 
 
 def test_switched_by_the_master() -> None:
-    shown = Shown(program(MASTER), MASTER)
+    shown = Shown(MASTER)
     found = [shown.lights()["enabled"]]
     for on in (False, True):
         shown.device.write("block.enabled", on)
@@ -80,4 +81,4 @@ def test_switched_by_the_master() -> None:
     ],
 )
 def test_a_broken_line_is_seen(right: str, wrong: str) -> None:
-    assert course(alone(MASTER, Broken(right, wrong))) != HEARD
+    assert course(alone(MASTER, broken_line(right, wrong))) != HEARD
