@@ -1,7 +1,7 @@
 import pytest
 
 from heatwright.sim.scenario import Action, actions, end_s
-from heatwright.spec import Event
+from heatwright.spec import Event, Write
 
 
 def events(*lines):
@@ -67,3 +67,13 @@ def test_a_fan_and_a_feed_happen_to_the_machine(line, disturbs):
 def test_a_feed_from_outside_happens_to_the_machine():
     assert Action(0.0, extrude_mm_per_s=0.0).disturbs
     assert not Action(0.0, "up").disturbs
+
+
+def test_a_master_writes_one_value_after_the_other():
+    found = actions(events({"at": "2 s", "write": {"air.setpoint": "60 °C", "air.enabled": True}}))
+    assert found == (
+        Action(2.0, write=Write("air.setpoint", 60.0)),
+        Action(2.0, write=Write("air.enabled", True)),
+    )
+    assert [action.text for action in found] == ["air.setpoint = 60", "air.enabled = on"]
+    assert not any(action.disturbs for action in found)
