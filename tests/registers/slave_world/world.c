@@ -234,6 +234,7 @@ static void put(const void *data, unsigned count)
     putchar((int)(count & 0xFF));
     putchar((int)(count >> 8));
     fwrite(data, 1, count, stdout);
+    fflush(stdout); /* somebody may wait for it */
 }
 
 static void receive(uint8_t flags, uint8_t byte)
