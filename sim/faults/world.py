@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from heatwright.sim.bench import step_of
-from heatwright.sim.coupling import Coupling
+from heatwright.sim.bench import TICK_S
+from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults.records import HeaterLog, TripLog
@@ -14,7 +14,7 @@ from heatwright.sim.plants import Plant, plant_of
 from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of, switched
 
 STEP_S = 0.1
-"""Time step of the machine at most; a tenth of the usual control period."""
+"""Usual time step of the machine; a tenth of the usual control period."""
 PRESS_S = 0.1
 """A brisk press: this long down, then this long up."""
 ANSWER_S = 1.0
@@ -122,7 +122,7 @@ class World:
         self.site = site
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
-        self.step_s = min(STEP_S, step_of(site.controller))
+        self.step_s = TICK_S if sums_noise(site.controller, site.loop.sensor) else STEP_S
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._plant = self._machine(weather)
