@@ -14,7 +14,7 @@ from heatwright.spec import Controller, modbus_of
 
 ANSWER_S = 0.005
 """An answer begins within this long after the silence that ends its request."""
-SETTLE_S = 0.1
+SETTLE_CHARACTERS = 100
 """What the unplugged master had on the line is over by then."""
 
 
@@ -49,7 +49,7 @@ class Wire:
         self.frames: list[Frame] = []
         self.slowest_s = 0.0
         device.record(self)
-        self.run_to(device.avr.time_s + SETTLE_S)
+        self.run_to(device.avr.time_s + SETTLE_CHARACTERS * self.character_s)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         self.frames += self.bus.feed(pins, sent)

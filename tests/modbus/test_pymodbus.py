@@ -12,7 +12,7 @@ from pymodbus.pdu import ModbusPDU
 from heatwright.sim.interfaces.registers import Register, registers
 from heatwright.spec import Controller, digest, modbus_of
 
-SPEED = 10.0
+SPEED = 5.0
 """The slave's seconds in one of ours."""
 SLAVE = 17
 BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
