@@ -9,13 +9,13 @@ import numpy as np
 from host_courses import (
     LONG_SILENCE,
     LOWERED,
-    TUNINGS,
-    Stretch,
     inputs_of,
     kinds_of,
     random_course,
 )
 from host_reference import Expected, expected, first_difference
+from host_stretches import Stretch
+from host_stretches_commanded import TUNINGS
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

@@ -4,8 +4,9 @@ import host_specs
 import numpy as np
 import pytest
 from host_control import run_problem
-from host_courses import Stretch, inputs_of, kinds_of
+from host_courses import inputs_of, kinds_of
 from host_reference import expected
+from host_stretches import Stretch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

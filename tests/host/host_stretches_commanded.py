@@ -1,0 +1,137 @@
+"""Stretches of a course in which a host commands: by hand, gains, tunings, off and on."""
+
+from random import Random
+from typing import Any
+
+from host_stretches import NO_GAINS, Stretch, Walk
+
+from heatwright.sim.host.firmware import Command
+
+ORDERS: tuple[tuple[Any, ...], ...] = (
+    *((Command.SET, value, NO_GAINS) for value in (0.0, -0.0, -1.0, 1e4, float("nan"), 30.0)),
+    *((Command.MANUAL, value, NO_GAINS) for value in (0.0, 100.0, 100.5, -0.5, float("nan"))),
+    *((Command.TUNE, value, (cycles, 0, 0)) for value, cycles in ((50, 0), (60, 255), (0, 5))),
+    *((Command.TUNE, value, (5, 0, 0)) for value in (float("nan"), 1e4)),
+    *((each, 0.0, NO_GAINS) for each in (
+        Command.STOP_TUNING, Command.KEEP, Command.RELOAD, Command.DEFAULTS, Command.EMERGENCY,
+    )),
+)  # fmt: skip
+
+
+TUNED_C = 45.0
+_SWING = [("to", 3.0), ("to", -4.0)]
+_SLOW_SWING = [("to", 3.0), ("slowly", -4.0)]
+_UP = ("to", -22.0)
+_DOWN_AND_GONE = [("to", -25.0), ("to", -9.5), ("to", -24.0), ("gone", 8)]
+"""Into the measurement of the slope, and down: the next reading may be 27 K higher."""
+TUNINGS: tuple[list[tuple[str, float]], ...] = (
+    [("to", -19.9375), ("still", 2), ("to", -20), ("to", -10), ("to", 0), ("to", -1), *_SWING * 6],
+    [_UP, ("to", 5), *_SWING * 2, ("gone", 3), *_SWING * 4],
+    [_UP, ("to", 19.9375), ("still", 2), ("to", 20), ("still", 2)],
+    [("to", 25), ("still", 3), ("to", -25), ("to", 8), ("to", -7), ("to", 7), ("still", 3)],
+    [_UP, ("to", 5), ("to", -3), ("still", 1250)],
+    [_UP, ("to", -5), ("gone", 15), ("still", 3), ("to", 3), ("to", -6), *_SWING * 5],
+    [_UP, ("to", -11), ("gone", 6), ("at", 1), ("gone", 2), ("still", 2), ("to", 3), *_SWING * 6],
+    [*_DOWN_AND_GONE, ("at", 0), *_SWING * 6],
+    [*_DOWN_AND_GONE[:3], ("wobble", 1000), *_DOWN_AND_GONE[2:], ("at", 1.0625), *_SLOW_SWING * 6],
+    [_UP, ("to", 2), ("to", -1), *_SWING * 6, ("still", 3)],
+)
+"""What the experiment has to bear: see _tune_by_hand. A step of the chip is 0.0625 K."""
+
+
+def order(command: Command) -> tuple[Any, ...]:
+    return (command, 0.0, NO_GAINS)
+
+
+class CommandedWalk(Walk):
+    _switched = False
+    """Whether it is off by a switch of its own, not by a setpoint of 0."""
+    _gains_now: tuple[float, ...] = (4.0, 0.02, 0.0)
+
+    def _order(self, stretch: Stretch) -> None:
+        """Any command, also one that must be refused."""
+        self._command = ORDERS[stretch.value % len(ORDERS)]
+        self._hold(stretch)
+
+    def _off_and_on(self, stretch: Stretch) -> None:
+        """Begin anew near the setpoint, on either side of it."""
+        goal_c = self._setpoint_c
+        self._set(0.0)
+        if self._switched:
+            self._command = order(Command.DISABLE)
+            self._waiting = [order(Command.ENABLE)]
+        self._good(self._last_good)
+        if stretch.value % 3 == 0:
+            self._command = (Command.GAINS, 0.0, (abs(stretch.value) / 8, 0.125, 2.0))
+        self._ramp_to(goal_c + stretch.value / 32)
+        self._set(goal_c)
+        self._zigzag(stretch)
+
+    def _manual(self, stretch: Stretch) -> None:
+        self._ramp_to(self._setpoint_c + stretch.value % 11 - 5)
+        self._command = (Command.MANUAL, max(0.0, abs(stretch.value) / 1.9 - 3), NO_GAINS)
+        self._zigzag(stretch)
+        self._set(self._setpoint_c)
+        self._hold(stretch)
+
+    def _gains(self, stretch: Stretch) -> None:
+        random = Random(stretch.value)  # noqa: S311
+        gains = [random.choice((0.0, 1e6, *(random.uniform(0, 30),) * 6)) for _ in range(3)]
+        if stretch.value % 2:  # one of them alone
+            kept = stretch.value // 2 % 3
+            gains = [gains[n] if n == kept else old for n, old in enumerate(self._gains_now)]
+        self._gains_now = tuple(gains)
+        self._command = (Command.GAINS, 0.0, self._gains_now)
+        self._drift(stretch)
+
+    def _tune(self, stretch: Stretch) -> None:
+        """A machine that a relay makes swing, whatever the relay does."""
+        random = Random(stretch.value)  # noqa: S311
+        cycles, slowest = 3 + stretch.value % 2, random.choice((5, 40))
+        self._set(self._setpoints_c[stretch.steps % len(self._setpoints_c)])
+        self._hold(stretch._replace(steps=1))
+        goal_c, height_k = self._setpoint_c, random.uniform(1, 6)
+        self._command = (Command.TUNE, goal_c, (cycles, 0.0, 0.0))
+        self._ramp_to(goal_c - random.uniform(0, 30))
+        if stretch.value % 3:
+            self._ramp_to(goal_c - 21)
+        self._ramp_to(goal_c + height_k - 0.5)
+        for _ in range(cycles + 3 if stretch.kind == "tune" else stretch.steps % cycles):
+            self._ramp_to(goal_c + random.uniform(height_k, 6), 0, random.uniform(1, 3))
+            if stretch.value % 5 == 0:
+                self._missed(1 + stretch.value % 3)
+            self._ramp_to(goal_c - random.uniform(height_k, 7), 0, random.uniform(1, slowest))
+
+    def _tune_in_part(self, stretch: Stretch) -> None:
+        self._tune(stretch)
+        if stretch.value % 2:
+            self._command = (Command.STOP_TUNING, 0.0, NO_GAINS)
+            self._hold(stretch)
+
+    def _tune_by_hand(self, stretch: Stretch) -> None:
+        """A tuning and the readings it gets: from the target in K, or how many are missing."""
+        self._set(TUNED_C)
+        self._hold(stretch)
+        self._ramp_to(TUNED_C - 15)
+        self._command = (Command.TUNE, TUNED_C, (3.0, 0.0, 0.0))
+        for kind, value in TUNINGS[stretch.value]:
+            if kind in ("to", "slowly"):
+                self._ramp_to(TUNED_C + value, 0, 6.0 if kind == "slowly" else 1.0)
+            elif kind == "at":
+                self._good(self._scale.code(TUNED_C + value))
+            else:
+                for number in range(int(value)):
+                    self._one_more(kind, number)
+        self._use_gains(stretch)
+
+    def _one_more(self, kind: str, number: int) -> None:
+        if kind == "gone":
+            self._missed(1)
+        else:
+            self._good(self._last_good + (kind == "wobble") * (-1) ** number)
+
+    def _use_gains(self, stretch: Stretch) -> None:
+        """What was found is in use, and outlives other gains."""
+        for command in (Command.SET, Command.GAINS, Command.RELOAD):
+            self._command = (command, TUNED_C, (3.5, 0.25, 1.5))
+            self._hold(stretch._replace(steps=2))
