@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.measured import IDLE_SHARE, IDLE_STEPS, measured
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
-from heatwright.spec.conversion import LEAST_MARGIN_STEPS, TICK_S
+from heatwright.spec.conversion import LEAST_MARGIN_STEPS
 from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.loops import Loop
-from heatwright.spec.outputs import DigitalOutput, PwmOutput
+from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import about, duration, hertz, number, rounded_up
+from heatwright.spec.quantity import about, number, rounded_up
 
-LONGEST_PERIOD_S = 1.0
-"""The current is looked at once a period, and so long a short circuit may burn."""
-
-FILTER_PULSES = 5
-"""Periods of the PWM in the time constant of the filter that makes their mean."""
+FIRST_SHARE = 0.25
+"""Of the duty: what a limited heater begins with (docs/control.md, Current)."""
 
 
 def current_sensors_measure_currents(controller: Controller) -> Findings:
@@ -104,6 +98,23 @@ def currents_are_held(controller: Controller) -> Findings:
             )
 
 
+def limits_can_begin(controller: Controller) -> Findings:
+    """Find heaters so strong that the first duty under a limit already is a fault."""
+    for each in measured(controller):
+        if each.current.limit_a is None or each.full_a is None:
+            continue
+        first_a = FIRST_SHARE * each.full_a
+        if first_a + each.step_a >= each.current.over_a > each.current.limit_a:
+            yield Finding(
+                (*each.path, "limit"),
+                f"a limited heater begins with {FIRST_SHARE * 100:.0f} % of the duty, and this one "
+                f"takes {about(first_a)} A then, which rule over_current with "
+                f"{number(each.current.over_a)} A takes for a fault",
+                "Use a larger limit or trip, or a weaker heater",
+                (("outputs", each.name), ("sensors", each.current.sensor)),
+            )
+
+
 def currents_can_be_read(controller: Controller) -> Findings:
     """Hold the sensor's full scale to the trip, and its steps to what is none."""
     for each in measured(controller):
@@ -136,51 +147,3 @@ def currents_can_be_read(controller: Controller) -> Findings:
                 else "Use a smaller limit or trip",
                 because_of,
             )
-
-
-def currents_in_time(controller: Controller) -> Findings:
-    """Hold the loop's period to how long a short circuit may burn, and to the readings."""
-    for each in measured(controller):
-        for name, loop in _loops_of(controller, each.name):
-            path: Path = ("loops", name, "period")
-            because_of: tuple[Path, ...] = (("sensors", each.current.sensor), each.path)
-            needed_s = round(each.sensor.oversample * TICK_S, 2)
-            if loop.period_s > LONGEST_PERIOD_S:
-                yield Finding(
-                    path,
-                    f"the current of {each.name} is looked at once a period, and "
-                    f"{duration(loop.period_s)} is too long for a short circuit",
-                    f"Use at most {duration(LONGEST_PERIOD_S)}",
-                    because_of,
-                )
-            elif loop.period_s < needed_s:
-                yield Finding(
-                    path,
-                    f"{duration(loop.period_s)} is shorter than the {each.sensor.oversample} "
-                    f"readings of {each.current.sensor}, one each 10 ms, which take "
-                    f"{duration(needed_s)}",
-                    f"Use at least {duration(needed_s)}, or a smaller oversample there",
-                    because_of,
-                )
-
-
-def currents_can_be_smoothed(controller: Controller) -> Findings:
-    """Find pulses so slow that no filter makes their mean within a control period."""
-    for each in measured(controller):
-        if not isinstance(each.output, PwmOutput):
-            continue
-        for name, loop in _loops_of(controller, each.name):
-            needed_hz = FILTER_PULSES / loop.period_s
-            if each.output.frequency_hz < needed_hz:
-                yield Finding(
-                    ("outputs", each.name, "frequency"),
-                    f"the current is measured as the mean of the pulses, by a filter as slow as "
-                    f"{FILTER_PULSES} of them, and in a period of {duration(loop.period_s)} there "
-                    f"are fewer of {hertz(each.output.frequency_hz)}",
-                    f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
-                    (("loops", name, "period"), each.path),
-                )
-
-
-def _loops_of(controller: Controller, heater: str) -> Iterator[tuple[str, Loop]]:
-    return ((name, loop) for name, loop in controller.loops.items() if loop.heater == heater)

@@ -1,0 +1,68 @@
+"""Measured currents in time: how often they are looked at, and how their mean is made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.measured import measured
+from heatwright.spec.controller import Controller
+from heatwright.spec.conversion import TICK_S
+from heatwright.spec.loops import Loop
+from heatwright.spec.outputs import PwmOutput
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration, hertz, rounded_up
+
+LONGEST_PERIOD_S = 1.0
+"""The current is looked at once a period, and so long a short circuit may burn."""
+
+FILTER_PULSES = 5
+"""Periods of the PWM in the time constant of the filter that makes their mean."""
+
+
+def currents_in_time(controller: Controller) -> Findings:
+    """Hold the loop's period to how long a short circuit may burn, and to the readings."""
+    for each in measured(controller):
+        for name, loop in _loops_of(controller, each.name):
+            path: Path = ("loops", name, "period")
+            because_of: tuple[Path, ...] = (("sensors", each.current.sensor), each.path)
+            needed_s = round(each.sensor.oversample * TICK_S, 2)
+            if loop.period_s > LONGEST_PERIOD_S:
+                yield Finding(
+                    path,
+                    f"the current of {each.name} is looked at once a period, and "
+                    f"{duration(loop.period_s)} is too long for a short circuit",
+                    f"Use at most {duration(LONGEST_PERIOD_S)}",
+                    because_of,
+                )
+            elif loop.period_s < needed_s:
+                yield Finding(
+                    path,
+                    f"{duration(loop.period_s)} is shorter than the {each.sensor.oversample} "
+                    f"readings of {each.current.sensor}, one each 10 ms, which take "
+                    f"{duration(needed_s)}",
+                    f"Use at least {duration(needed_s)}, or a smaller oversample there",
+                    because_of,
+                )
+
+
+def currents_can_be_smoothed(controller: Controller) -> Findings:
+    """Find pulses so slow that no filter makes their mean within a control period."""
+    for each in measured(controller):
+        if not isinstance(each.output, PwmOutput):
+            continue
+        for name, loop in _loops_of(controller, each.name):
+            needed_hz = FILTER_PULSES / loop.period_s
+            if each.output.frequency_hz < needed_hz:
+                yield Finding(
+                    ("outputs", each.name, "frequency"),
+                    f"the current is measured as the mean of the pulses, by a filter as slow as "
+                    f"{FILTER_PULSES} of them, and in a period of {duration(loop.period_s)} there "
+                    f"are fewer of {hertz(each.output.frequency_hz)}",
+                    f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
+                    (("loops", name, "period"), each.path),
+                )
+
+
+def _loops_of(controller: Controller, heater: str) -> Iterator[tuple[str, Loop]]:
+    return ((name, loop) for name, loop in controller.loops.items() if loop.heater == heater)
