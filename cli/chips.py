@@ -6,16 +6,29 @@ from collections.abc import Iterator
 
 from heatwright.sim.avr import CAUSES
 from heatwright.sim.device import AvrDevice, Sensor
+from heatwright.sim.interfaces.indicators import Indicators
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
+from heatwright.spec import Controller
+from heatwright.spec import Indicators as Spec
+from heatwright.spec.indicated import shown_loop
 
 
 def display(device: AvrDevice) -> tuple[str, str] | None:
     """Return what the display shows; None if there is none."""
     shields = [each for each in device.interfaces if isinstance(each, LcdKeypad)]
     return shields[0].lcd.text if shields else None
+
+
+def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str]]:
+    """Return what the LEDs of each loop show, by meaning; none without LEDs."""
+    return {
+        shown_loop(controller, spec): dict[str, str](part.lights())
+        for spec, part in zip(controller.interfaces, device.interfaces, strict=True)
+        if isinstance(spec, Spec) and isinstance(part, Indicators)
+    }
 
 
 def complaints(device: AvrDevice) -> tuple[str, ...]:

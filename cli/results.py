@@ -63,6 +63,7 @@ def print_run_json(file: str, spec: Spec, run: Run, device: str) -> None:
                 for loop, figures in run.figures.items()
             },
             "display": None if run.display is None else list(run.display),
+            "lights": {loop: dict(shown) for loop, shown in run.lights.items()},
             "speed": speed(run),
         }
     )
@@ -91,6 +92,8 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
             out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)
     if run.display is not None:
         click.echo("  display  |{}|\n           |{}|".format(*run.display))
+    for loop, shown in run.lights.items():
+        click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
     click.echo(
         f"  {duration(round(run.trace.duration_s))} simulated in {run.wall_s:.2f} s, "
         f"{run.speed:.0f} times faster than the machine"

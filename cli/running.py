@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -36,6 +37,8 @@ class Run:
     """By loop."""
     display: tuple[str, str] | None = None
     """What the display shows at the end; None if there is none, or no binary to write to it."""
+    lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    """What the LEDs of each loop show at the end, by meaning."""
     complaints: tuple[str, ...] = ()
     """What the chips at the binary's pins, and the processor, had to object to."""
 
@@ -56,7 +59,7 @@ def run_binary(
     controller: Controller, elf: Path, progress: Progress, vcd: Path | None = None
 ) -> Run:
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
-    from heatwright.cli.chips import complaints, display  # noqa: PLC0415
+    from heatwright.cli.chips import complaints, display, lights  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
 
     device = AvrDevice(controller, elf)
@@ -65,7 +68,12 @@ def run_binary(
             stack.enter_context(_recorded(controller, device, vcd))
         run = _run(controller, device, progress)
         device.feed()
-    return replace(run, display=display(device), complaints=complaints(device))
+    return replace(
+        run,
+        display=display(device),
+        lights=lights(controller, device),
+        complaints=complaints(device),
+    )
 
 
 def _recorded(controller: Controller, device: AvrDevice, vcd: Path) -> VcdRecorder:

@@ -90,14 +90,14 @@ class Indicators:
     def lights(self) -> dict[str, Light]:
         """Return what each meaning has shown in the last two seconds.
 
-        Raises ValueError when two LEDs of one meaning differ. What the pins have done has to be fed
-        up to now.
+        Two LEDs of one meaning that differ are unsteady. What the pins have done has to be fed up
+        to now.
         """
         shown: dict[str, Light] = {}
-        for pin, led in self.leds.items():
+        for led in self.leds.values():
             light = led.light(self._avr.time_s)
-            if shown.setdefault(led.meaning, light) != light:
-                raise ValueError(f"{pin} is {light}, and another LED `{led.meaning}` is not.")
+            same = shown.setdefault(led.meaning, light) == light
+            shown[led.meaning] = light if same else "unsteady"
         return shown
 
 

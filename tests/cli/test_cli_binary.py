@@ -139,6 +139,17 @@ def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None
     assert text.count("\n#") > 1000
 
 
+def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
+    example = EXAMPLES / "fabricator.yaml"
+    done = heatwright("simulate", example, "--for", "8 s", "--json")
+    assert done.status == 0
+    assert done.json["lights"] == {
+        "nozzle": {"enabled": "lit", "heating": "lit", "cooling": "dark", "communicating": "lit"}
+    }
+    done = heatwright("simulate", example, "--for", "8 s")
+    assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in done.out
+
+
 def test_rows_of_a_comparison_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
     done = heatwright("compare", "oven.yaml", "--algorithm", "relay", "--json")
     assert done.status == 0
