@@ -3,10 +3,10 @@
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from heatwright.sim.interfaces.modbus_frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
-from heatwright.sim.interfaces.registers import BLOCK, Register, registers
+from heatwright.sim.interfaces.registers import Register, registers
 from heatwright.spec import Controller, digest, modbus_of
 from heatwright.spec.commands import tunable
 
@@ -41,7 +41,6 @@ class Control:
     released: bool = False
     mode: str = "automatic"
     manual_duty: int = 0
-    saved: dict[str, bytes] = field(default_factory=dict)
 
 
 class Oracle:
@@ -55,6 +54,7 @@ class Oracle:
         assert modbus is not None
         self.address = modbus.address
         self.changes = 0
+        self.commands: dict[str, bool] = {}
         self._controller = controller
         self._registers = list(registers(controller).values())
         self.loops = {name: self._control(name) for name in controller.loops}
@@ -127,7 +127,7 @@ class Oracle:
         """A word that a master can write; of others 0."""
         loop, _, what = register.name.rpartition(".")
         if not loop:
-            return 0
+            return int(self.commands.get(what, False))
         control = self.loops[loop]
         if what == "setpoint":
             return control.setpoint & 0xFFFF
@@ -242,15 +242,20 @@ class Oracle:
         }
         name = span[0][0].name.rpartition(".")[0]
         if not name:
-            if wanted.get("restore"):
-                for loop, control in self.loops.items():
-                    control.gains = self._default_gains(loop)
+            self._command(wanted)
             return
         control = self.loops[name]
         before = (control.enabled, control.mode)
         self._check_switches(control, wanted)
         self._do_switches(control, wanted)
         self.changes += before != (control.enabled, control.mode)
+
+    def _command(self, wanted: Mapping[str, bool]) -> None:
+        """A command acts when it changes from 0 to 1."""
+        if wanted.get("restore") and not self.commands.get("restore"):
+            for loop, control in self.loops.items():
+                control.gains = self._default_gains(loop)
+        self.commands.update(wanted)
 
     @staticmethod
     def _check_switches(control: Control, wanted: Mapping[str, bool]) -> None:
@@ -313,6 +318,3 @@ class Oracle:
 
 def signed(word: int) -> int:
     return word - 0x10000 if word & 0x8000 else word
-
-
-__all__ = ["BLOCK", "Oracle"]
