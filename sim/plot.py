@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from heatwright.sim.plot_data import (
     FAULT,
-    HEAT,
     NODES,
     READING,
     SETPOINT,
     TimeAxis,
+    asked_of,
     closer,
     fault_label,
     faults,
@@ -24,12 +24,15 @@ from heatwright.sim.plot_data import (
     with_reading,
 )
 from heatwright.sim.trace import StepLog, Trace
-from heatwright.spec import Controller
+from heatwright.spec import Controller, Loop
 
 FORMATS = (".png", ".svg")
 """Kinds of file that `save` writes, by suffix."""
 
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
+
+LATE = 0.85
+"""Part of the run from which on a label stands before its line: behind it is the legend."""
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -49,7 +52,7 @@ def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
     _temperatures(panels[0], trace, controller, time)
     for number, loop in enumerate(loops):
         _closer(panels[1 + 2 * number], trace.steps[loop], loop, time)
-        _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop].heater, time)
+        _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop], time)
     for panel in panels:
         dress(panel)
         for loop in loops:
@@ -88,10 +91,12 @@ def _readings(panel: Axes, log: StepLog, label: str, time: TimeAxis) -> None:
 
 def _label_keys(panel: Axes, trace: Trace, time: TimeAxis) -> None:
     for time_s, text in key_presses(trace):
+        late = time_s > LATE * trace.duration_s
         panel.axvline(time_s / time.seconds, color="#888888", lw=0.6, ls=":", zorder=0)
         panel.annotate(
             text, (time_s / time.seconds, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(3, -10), textcoords="offset points", fontsize=8, color="#666666",
+            xytext=(-3 if late else 3, -10), textcoords="offset points", fontsize=8,
+            color="#666666", ha="right" if late else "left",
         )  # fmt: skip
 
 
@@ -102,12 +107,16 @@ def _closer(panel: Axes, log: StepLog, loop: str, time: TimeAxis) -> None:
     panel.set_ylabel(f"{loop}, closer [°C]")
 
 
-def _duty(panel: Axes, log: StepLog, heater: str, time: TimeAxis) -> None:
-    panel.fill_between(
-        time(log["time_s"]), log["duty_percent"], step="post", color=HEAT, alpha=0.8, lw=0
-    )
+def _duty(panel: Axes, log: StepLog, loop: Loop, time: TimeAxis) -> None:
+    """Show what is asked of the heater and, where there is one, of the cooler."""
+    for name, (percent, colour) in asked_of(log, loop).items():
+        panel.fill_between(
+            time(log["time_s"]), percent, step="post", color=colour, alpha=0.8, lw=0, label=name
+        )
     panel.set_ylim(0, 105)
-    panel.set_ylabel(f"{heater} [%]")
+    panel.set_ylabel(f"{loop.heater} [%]" if loop.cooler is None else "duty [%]")
+    if loop.cooler is not None:
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
 def _mark_faults(panel: Axes, log: StepLog, time: TimeAxis) -> None:

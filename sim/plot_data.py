@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from heatwright.sim.metrics import response_of
 from heatwright.sim.scenario import PRESS_S
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
+from heatwright.spec import Loop
 from heatwright.spec.rules import RULES
 
 NODES = ("#e69f00", "#009e73", "#56b4e9", "#cc79a7", "#b0a000", "#7f7f7f")
 READING = "#0050a0"
 SETPOINT = "#202020"
 HEAT = "#d55e00"
+COOL = "#56b4e9"
 FAULT = "#c00000"
 """Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008)."""
 
@@ -59,7 +61,7 @@ def faults(log: StepLog) -> tuple[Tripped, ...]:
 
 
 def key_presses(trace: Trace) -> list[tuple[float, str]]:
-    """Return when the operator pressed what; a key pressed again at once is one: `up ×3`."""
+    """Return when the operator did what; a key pressed again at once is one: `up ×3`."""
     groups: list[list[TraceEvent]] = []
     for event in trace.events:
         at_once = groups and event.time_s - groups[-1][-1].time_s < 3 * PRESS_S
@@ -67,10 +69,23 @@ def key_presses(trace: Trace) -> list[tuple[float, str]]:
             groups[-1].append(event)
         else:
             groups.append([event])
-    return [
-        (group[0].time_s, group[0].text + (f" ×{len(group)}" if len(group) > 1 else ""))
-        for group in groups
-    ]
+    found: list[tuple[float, str]] = []
+    for group in groups:
+        time_s = group[0].time_s
+        text = group[0].text + (f" ×{len(group)}" if len(group) > 1 else "")
+        if found and found[-1][0] == time_s:
+            found[-1] = (time_s, f"{found[-1][1]}, {text}")
+        else:
+            found.append((time_s, text))
+    return found
+
+
+def asked_of(log: StepLog, loop: Loop) -> dict[str, tuple[Series, str]]:
+    """Return what each step asked of the heater and of the cooler, %, and their colours."""
+    asked: dict[str, tuple[Series, str]] = {loop.heater: (log["duty_percent"], HEAT)}
+    if loop.cooler is not None:
+        asked[loop.cooler] = (100.0 * log["cooling"], COOL)
+    return asked
 
 
 def fault_label(code: int) -> str:

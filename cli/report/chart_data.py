@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.plot_data import (
-    HEAT,
     NODES,
     TimeAxis,
+    asked_of,
     closer,
     fault_label,
     faults,
@@ -39,12 +39,14 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
     panels = [_panel(TALL, _temperatures(trace, controller, time))]
     for loop, log in trace.steps.items():
         panels.append(_panel(MIDDLE, list(readings(log, "reading", time)), closer(log)))
-        heater = controller.loops[loop].heater
-        duty = curve(
-            time, log["time_s"], log["duty_percent"],
-            name=f"{heater} [%]", colour=HEAT, kind="area", digits=1,
-        )  # fmt: skip
-        panels.append(_panel(LOW, [duty], (0.0, 105.0)))
+        asked = [
+            curve(
+                time, log["time_s"], percent,
+                name=f"{name} [%]", colour=colour, kind="area", digits=1,
+            )
+            for name, (percent, colour) in asked_of(log, controller.loops[loop]).items()
+        ]  # fmt: skip
+        panels.append(_panel(LOW, asked, (0.0, 105.0)))
     return {
         "unit": time.unit,
         "duration": trace.duration_s / time.seconds,
