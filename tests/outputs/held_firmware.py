@@ -86,6 +86,7 @@ int main(void)
 BOARDS = {
     "uno": {"sensor": "A1", "heater": "D3", "cooler": "D7"},
     "mega2560": {"sensor": "D22", "heater": "D6", "cooler": "D9"},
+    "atmega32": {"sensor": "PA2", "heater": "PD5", "cooler": "PD6"},
 }
 """A port beyond the reach of `sbi` among them."""
 KINDS = {
