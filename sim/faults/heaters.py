@@ -236,7 +236,8 @@ def _fan_stopped(site: Site) -> Iterator[Fault]:
         lambda: starts.heating(site),
         force(off),
         force(None),
-        trip=Trip(moving.rules, moving.allowed_s, coasted, trips.LONGEST_S),
+        trip=currents.no_current(site)
+        or Trip(moving.rules, moving.allowed_s, coasted, trips.LONGEST_S),
         off_within_s=2 * TICK_S,
-        again=moving,
+        again=currents.no_current(site) or moving,
     )
