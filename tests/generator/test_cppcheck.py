@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 from collections.abc import Mapping
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -19,8 +20,8 @@ CPPCHECK = [
 ]  # fmt: skip
 
 
-def check(files: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> None:
-    lay_out(files, folder)
+def check(texts: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> None:
+    lay_out(texts, folder)
     assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
     done = subprocess.run(
         [*CPPCHECK, f"-D{macro}", f"-DF_CPU={clock_hz}UL", "src"],
@@ -31,6 +32,14 @@ def check(files: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> 
 
 def test_nothing_is_found_in_the_chamber(tmp_path: Path, chamber_files: Mapping[str, str]) -> None:
     check(chamber_files, tmp_path, "__AVR_ATmega328P__", 16_000_000)
+
+
+@pytest.mark.parametrize("name", ["fabricator", "dryer"])
+def test_nothing_is_found_where_a_master_switches(name: str, tmp_path: Path) -> None:
+    text = files("heatwright.spec.examples").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+    spec = load_text(text, f"{name}.yaml")
+    board = spec.controller.board
+    check(render(plan_firmware(spec)), tmp_path, MCU_MACROS[board.mcu], board.clock_hz)
 
 
 def widest(algorithm: str, output: str) -> str:
