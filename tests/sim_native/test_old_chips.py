@@ -387,3 +387,42 @@ def test_an_interrupt_is_entered_in_four_cycles(mcu: str) -> None:
     events = avr.pins.take()
     rises = events["cycle"][(events["state"] & 1) == 1].astype(int)
     assert np.all(abs(np.diff(rises) - 2000) <= 2)
+
+
+ROUND = {
+    "0": ("TCCR0 = 2;", "OCR0", "TCNT0", "OCIE0", "OCF0", "TIMER0_COMP_vect", 8, "uint8_t"),
+    "1": ("TCCR1B = 2;", "OCR1A", "TCNT1", "OCIE1A", "OCF1A", "TIMER1_COMPA_vect", 8, "uint16_t"),
+    "2": ("TCCR2 = 2;", "OCR2", "TCNT2", "OCIE2", "OCF2", "TIMER2_COMP_vect", 8, "uint8_t"),
+}
+
+
+@OLD
+@pytest.mark.parametrize("timer", ROUND)
+@pytest.mark.parametrize("counts", [20, 100, 250])
+def test_a_match_so_many_counts_from_now(mcu: str, timer: str, counts: int) -> None:
+    """A timer that runs round and round, and a match that is moved each time: no drift, no turn."""
+    setup, compare, counter, enable, flag, vector, prescaler, kind = ROUND[timer]
+    avr = running(
+        f"""volatile uint8_t waits;
+        ISR({vector}) {{ TIMSK &= (uint8_t)~_BV({enable}); waits = 0; }}
+        int main(void) {{
+            DDRC = 1; {setup} sei();
+            for (;;) {{
+                cli(); waits = 1; PORTC = 1;
+                {compare} = ({kind})({counter} + {counts}); TIFR = _BV({flag});
+                TIMSK |= _BV({enable}); sei();
+                while (waits) {{}}
+                PORTC = 0; __builtin_avr_delay_cycles(377);
+            }}
+        }}""",
+        mcu=mcu,
+    )
+    avr.pins.watch("PC0")
+    avr.run(0.2)
+    events = avr.pins.take()[2:]
+    begun = events["cycle"][(events["state"] & 1) == 1].astype(int)
+    ended = events["cycle"][(events["state"] & 1) == 0].astype(int)
+    took = ended[ended > begun[0]][: len(begun) - 1] - begun[:-1]
+    assert len(took) > 100
+    # One count of uncertainty, and the interrupt's own instructions.
+    assert np.all(abs(took - counts * prescaler - 40) <= prescaler + 40)
