@@ -170,3 +170,40 @@ TIMED = [
 def test_a_broken_line_of_a_pwm_is_seen(kind: str, broken: Broken) -> None:
     bench = HeldBoard("uno", kind, broken=broken)
     assert any(bench.tick(each)[1] != bench.told() for each in course(1, 400))
+
+
+WINDOWS = [
+    Broken(HEATER, "on = permitted && window_tick < on_ticks;", wrong)
+    for wrong in (
+        "on = window_tick < on_ticks;",
+        "on = permitted;",
+        "on = permitted && window_tick <= on_ticks;",
+        "",
+    )
+] + [Broken(HEATER, "return on;", "return on_ticks != 0;")]
+
+
+@pytest.mark.parametrize("broken", WINDOWS, ids=lambda each: each.wrong)
+def test_a_broken_line_of_windows_is_seen(broken: Broken) -> None:
+    assert windows_problem(None) == ""
+    assert windows_problem(broken)
+
+
+def windows_problem(broken: Broken | None) -> str:
+    """Say what is wrong with a heater in windows of a second; empty if nothing."""
+    bench = HeldBoard("uno", "windows", broken=broken)
+    bench.percent = 37
+    on = 0
+    for number in range(101):  # orders come after the first tick
+        (heater, _), _ = bench.tick(HEAT)
+        on += heater
+        if bench.told()[0] != heater:
+            return f"tick {number}: it is not {bench.told()[0]}"
+    if on != bench.percent:
+        return f"on for {on} ticks"
+    for orders in (HEAT._replace(latched=True), COOL, BOTH):
+        bench.tick(orders)  # the orders come after this tick's interrupt
+        seen = [bench.tick(orders)[0] for _ in range(110)]
+        if orders.latched and any(heater for heater, _ in seen):
+            return "on with a fault latched"
+    return "both on at once" if bench.overlap() else ""
