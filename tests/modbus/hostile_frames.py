@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from modbus_wire import Sent
 
+from heatwright.sim.interfaces.modbus_bus import Bus
 from heatwright.sim.interfaces.modbus_frames import crc, framed
+from heatwright.sim.native.characters import Format
 
 BITS = 11
 """Of a character: start, data, parity, stop."""
@@ -38,9 +40,10 @@ class Hostile:
 class Hostility:
     """Makes frames for a slave by chance."""
 
-    def __init__(self, address: int, character_s: float, silence_s: float, seed: int) -> None:
+    def __init__(self, address: int, line: Bus, seed: int) -> None:
         self._address = address
-        self._character_s, self._silence_s = character_s, silence_s
+        self._line = line
+        self._character_s, self._silence_s = line.form.bits / line.baud, line.silence_s
         self._chance = random.Random(seed)  # noqa: S311 - no secret
 
     def frames(self, count: int) -> Iterator[Hostile]:
@@ -56,6 +59,8 @@ class Hostility:
             self._stretched: 4,
             self._doubled: 3,
             self._answer: 2,
+            self._other_parity: 3,
+            self._other_speed: 3,
         }
         for _ in range(count):
             yield self._chance.choices(list(makers), list(makers.values()))[0]()
@@ -195,3 +200,13 @@ class Hostility:
         """Two requests without silence are one frame, and a wrong one."""
         data = self._request() + self._request()
         return Hostile(Sent(data), (data,))
+
+    def _other_parity(self) -> Hostile:
+        data = self._request()
+        other = "odd" if self._line.form.parity == "even" else "even"
+        return Hostile(Sent(data, form=Format(8, other)), (data,), whole=False)
+
+    def _other_speed(self) -> Hostile:
+        data = self._request()
+        baud = round(self._line.baud * self._chance.choice((0.5, 0.75, 1.5, 2)))
+        return Hostile(Sent(data, baud=baud), (data,), whole=False)

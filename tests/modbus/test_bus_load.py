@@ -71,7 +71,7 @@ def asked(loaded: Loaded) -> None:
 
 def strangers(loaded: Loaded) -> None:
     """Frames of other slaves, one after the other with nothing but their silence between."""
-    hostility = Hostility(loaded.address, 0.0, 0.0, SEED)
+    hostility = Hostility(loaded.address, loaded.wire.bus, SEED)
     wire = loaded.wire
     while loaded.goes_on:
         data = frames.framed(loaded.address + 1, hostility.pdu())
