@@ -10,21 +10,26 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.chain_error import (
+    CHAIN_BOUND_STEPS,
+    TABLE_BOUND_STEPS,
+    ChainError,
+    ChainRow,
+)
 from heatwright.sim.circuits import current_v, reference_v, shares
 from heatwright.sim.circuits.elements import Array
 from heatwright.sim.elf import Elf
 from heatwright.spec import Analog, Board, Controller, CurrentSensor, Rtd, Thermistor
 
+__all__ = ["CHAIN_BOUND_STEPS", "TABLE_BOUND_STEPS", "ChainError", "ChainRow", "chain_errors"]
+
 CODES = 1024
-TABLE_BOUND_STEPS = 0.5
-CHAIN_BOUND_STEPS = 1.0
 LOOKS_PER_STEP = 200
 """Temperatures looked at, on average, within each step of the ADC."""
 SHOWN = 7
@@ -36,57 +41,6 @@ POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
 """One point as the firmware has it in its flash."""
 LINE = np.dtype([("at_zero", "<f4"), ("per_count", "<f4")])
 """The line of a current, A and A for each count, as the firmware has it in its flash."""
-
-
-@dataclass(frozen=True)
-class ChainRow:
-    """The chain at one temperature, °C (current, A).
-
-    step -- how much one step of the ADC is there; error -- the largest error near; both in K (A).
-    """
-
-    at: float
-    step: float
-    error: float
-
-
-@dataclass(frozen=True)
-class ChainError:
-    """What was found of one sensor.
-
-    points -- of its table; table_steps -- the table's largest error, in steps of the ADC;
-    chain_steps, chain_error -- the whole chain's, the latter in K (A); rows -- how it is over the
-    range; measures -- what.
-    """
-
-    sensor: str
-    points: int
-    table_steps: float
-    chain_steps: float
-    chain_error: float
-    rows: tuple[ChainRow, ...]
-    measures: Literal["temperature", "current"] = "temperature"
-
-    @property
-    def passed(self) -> bool:
-        """Whether both errors are within what the ADC's resolution makes of them."""
-        return self.table_steps < TABLE_BOUND_STEPS and self.chain_steps <= CHAIN_BOUND_STEPS
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it for machines; temperatures in °C, differences in K (currents, A), and steps."""
-        unit = "k" if self.measures == "temperature" else "a"
-        return {
-            "sensor": self.sensor,
-            "points": self.points,
-            "table_steps": round(self.table_steps, 4),
-            "chain_steps": round(self.chain_steps, 4),
-            f"chain_{unit}": round(self.chain_error, 4),
-            "rows": [
-                {self.measures: round(row.at, 2), f"step_{unit}": round(row.step, 4),
-                 f"error_{unit}": round(row.error, 4)}
-                for row in self.rows
-            ],
-        }  # fmt: skip
 
 
 def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError]:
