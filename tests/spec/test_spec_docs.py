@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from heatwright.spec import load_text, planned
+from heatwright.spec import BOARDS, Board, load_text, planned
 from heatwright.spec.schema import schema
 
 TEXT = (Path(__file__).parents[2] / "docs" / "language.md").read_text(encoding="utf-8")
@@ -196,3 +196,24 @@ def test_what_is_planned_is_told() -> None:
 def test_boards_are_told() -> None:
     for name in definitions()["Identity"]["properties"]["board"]["enum"]:
         assert f"`{name}`" in rows("## controller")["board"][1]
+
+
+def timers(board: Board, bits: int) -> str:
+    """The timers of so many bits, each with its compare outputs."""
+    pins = dict.fromkeys(pin for pin in board.pins.values() if pin.pwm)
+    return ", ".join(
+        f"{number}: {' '.join(pin.name for pin in pins if pin.pwm and pin.pwm[0] == number)}"
+        for number, timer in board.timers.items()
+        if timer.bits == bits
+    )
+
+
+def test_the_table_of_boards_is_current() -> None:
+    told = re.findall(r"^\| `(\w+)` \| (\d+) \| (\d+) \| (\d+) \| (.*?) \| (.*?) \|$", TEXT, re.M)
+    assert told == [
+        (
+            name, str(board.flash_bytes - board.bootloader_bytes), str(board.ram_bytes),
+            str(board.eeprom_bytes), timers(board, 8), timers(board, 16),
+        )
+        for name, board in BOARDS.items()
+    ]  # fmt: skip
