@@ -12,6 +12,10 @@ from dataclasses import dataclass
 POLYNOMIAL = 0xA001
 EXCEPTION = 0x80
 """Added to the function in an answer that refuses."""
+READS_OF_BITS = (1, 2)
+READS = (*READS_OF_BITS, 3, 4, 23)
+WRITES = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
+"""Functions that answer with the beginning of the request, so long."""
 SHORTEST = 4
 LONGEST = 256
 
@@ -57,7 +61,19 @@ def answer_to(address: int, pdu: bytes, frame: bytes) -> Answer | None:
         return None
     if found[0] & EXCEPTION:
         return Answer(found, found[1]) if len(found) == 2 else None
-    return Answer(found)
+    return Answer(found) if _fits(pdu, found) else None
+
+
+def _fits(asked: bytes, found: bytes) -> bool:
+    """Tell whether an answer is as long as it must be, and repeats what it must."""
+    function = asked[0]
+    if function in READS:
+        count = int.from_bytes(asked[3:5], "big")
+        size = (count + 7) // 8 if function in READS_OF_BITS else 2 * count
+        return found[1:2] == bytes([size]) and len(found) == 2 + size
+    if function in WRITES:
+        return found == asked[: WRITES[function]]
+    return True
 
 
 def read(function: int, first: int, count: int) -> bytes:
