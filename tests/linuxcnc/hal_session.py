@@ -97,7 +97,7 @@ class Hal:
         """Wait until a signal has a value."""
         end = time.monotonic() + within_s
         while self.signal(name) != value:
-            assert time.monotonic() < end, f"{name} is {self.signal(name)}\n{self.log()}"
+            assert time.monotonic() < end, f"{name}\n{self.command('show', 'sig')}\n{self.log()}"
             time.sleep(POLL_S)
 
     def log(self) -> str:

@@ -29,7 +29,7 @@ def port(linuxcnc: None) -> Iterator[str]:
         sys.executable, "-m", "heatwright.cli.main", "simulate", str(FABRICATOR), "--serial",
         "--speed", str(SPEED),
     ]  # fmt: skip
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as board:
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as board:
         try:
             assert board.stdout is not None
             name, _, _ = board.stdout.readline().decode().partition(":")

@@ -56,9 +56,13 @@ class Transaction:
 
 
 def transactions(source: Source) -> tuple[Transaction, ...]:
-    """List one round: readings before writings, and the acknowledgement before a switching on."""
+    """List one round: writings before readings.
+
+    So OFF has been written when the first reading shows the controller to be there: it switches a
+    loop on only after it has seen it off.
+    """
     registers = register_map(source.spec)
-    return (*_readings(source, registers), *_writings(source, registers))
+    return (*_writings(source, registers), *_readings(source, registers))
 
 
 def _readings(source: Source, registers: RegisterMap) -> Iterable[Transaction]:
