@@ -44,3 +44,16 @@ def test_every_signal_has_one_writer_and_nobody_waits_for_one_that_is_not_there(
         if "=>" in line:
             read.add(name)
     assert read - written == {"fabricator-inhibit"}
+    assert written - read <= set(re.findall(r"fabricator-[a-z-]*[a-z]", DOCS))
+
+
+def test_every_component_runs_once_in_each_round_of_the_thread(generated: dict[str, str]) -> None:
+    text = generated["fabricator.hal"]
+    loaded = [
+        name
+        for names in re.findall(r"^loadrt \w+ names=(\S+)", text, re.MULTILINE)
+        for name in names.split(",")
+    ]
+    added = re.findall(r"^addf (\S+) servo-thread$", text, re.MULTILINE)
+    assert len(loaded) > 10
+    assert sorted(loaded) == sorted(added)
