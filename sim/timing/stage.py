@@ -2,42 +2,79 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import cycle
+
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import Controller
+from heatwright.spec import Controller, DigitalOutput, Loop, PwmOutput, full_a, switched
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
 
 
+@dataclass
+class Beat:
+    """Something that is done once a period."""
+
+    due_s: float
+    period_s: float
+    act: Callable[[], object]
+
+
 class Stage:
     """A device whose sensors move to and fro once a period, about where its loops rest.
 
-    The temperatures stay so near to a setpoint that no protection trips.
+    The temperatures stay so near to a setpoint that no protection trips. A loop that a master
+    switches is switched on; a heater's current, where it is measured, is that of the same period.
     """
 
     def __init__(self, controller: Controller, device: AvrDevice) -> None:
         self._device = device
-        self._turns = {
-            loop.sensor: (loop.period_s, resting_c(controller, name))
-            for name, loop in controller.loops.items()
-        }
-        self._due_s = dict.fromkeys(self._turns, 0.0)
-        self._up = dict.fromkeys(self._turns, False)
+        swings: dict[str, Beat] = {}
+        self._beats: list[Beat] = []
+        for name, loop in controller.loops.items():
+            swing = _swing(device, loop.sensor, resting_c(controller, name))
+            swings[loop.sensor] = Beat(0.0, loop.period_s, swing)
+            self._beats += _current(controller, device, loop)
+            if switched(controller, name):
+                device.write(f"{name}.enabled", True)
+        self._beats += swings.values()
 
     def advance(self, until_s: float) -> None:
         """Run to a time since power-on, s."""
-        while (at_s := min(self._due_s.values(), default=until_s)) < until_s:
+        while (at_s := min(beat.due_s for beat in self._beats)) < until_s:
             self._device.advance(at_s)
-            for sensor, due_s in self._due_s.items():
-                if due_s <= at_s:
-                    self._turn(sensor)
+            for beat in self._beats:
+                if beat.due_s <= at_s:
+                    beat.act()
+                    beat.due_s += beat.period_s
         self._device.advance(until_s)
 
-    def _turn(self, sensor: str) -> None:
-        period_s, middle_c = self._turns[sensor]
-        self._due_s[sensor] += period_s
-        self._up[sensor] = not self._up[sensor]
-        self._device.sense(sensor, middle_c + (SWING_K if self._up[sensor] else -SWING_K))
+
+def _swing(device: AvrDevice, sensor: str, middle_c: float) -> Callable[[], None]:
+    sides = cycle((SWING_K, -SWING_K))
+    return lambda: device.sense(sensor, middle_c + next(sides))
+
+
+def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat]:
+    """Let the heater's current flow, where it is measured.
+
+    The step at the beginning of a period has set the duty; a part of that period tells what it is.
+    """
+    output = controller.outputs[loop.heater]
+    if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+        return []
+    sensor, whole_a = output.current.sensor, full_a(output) or 0.0
+
+    def forget() -> None:
+        device.on_fraction(loop.heater)
+
+    def flow() -> None:
+        device.sense(sensor, whole_a * device.on_fraction(loop.heater))
+
+    period_s = loop.period_s
+    return [Beat(period_s / 4, period_s, forget), Beat(period_s / 2, period_s, flow)]
 
 
 def resting_c(controller: Controller, loop: str) -> float:
