@@ -269,8 +269,8 @@ void modbus_answer(void)
     modbus_counters.requests++;
     map_look();
     if (modbus_frame[0] == MODBUS_TO_ALL) {
-        modbus_counters.unanswered++;
         (void)write();
+        modbus_counters.unanswered++; /* it is done */
         modbus_line_answer(0);
         return;
     }

@@ -146,7 +146,7 @@ FUNCTIONS = _of(
     ("    heard = true;\n", ""),
     ("    modbus_counters.requests++;\n    map_look();", "    modbus_counters.requests++;"),
     ("    modbus_counters.requests++;\n", ""),
-    ("        modbus_counters.unanswered++;\n", ""),
+    ("        modbus_counters.unanswered++; /* it is done */\n", ""),
     ("        (void)write();\n", ""),
     ("        (void)write();\n", "        (void)serve();\n"),
     ("        modbus_line_answer(0);\n        return;\n", "        return;\n"),

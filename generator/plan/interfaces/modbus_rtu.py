@@ -147,7 +147,6 @@ def _identity(source: Source) -> dict[str, Any]:
     }
     return {
         "loops": [{"name": name} for name in source.controller.loops],
-        "longest": max(len(text) for text in texts.values()) + 1,
         **{key: c_string(text) for key, text in texts.items()},
     }
 
