@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.world import World
+from heatwright.spec import DigitalOutput
 
 COOLED_ABOVE_C = 50.0
 """A latched fault has the cooler on unless a reading is below (docs/control.md, "Cooler")."""
@@ -21,13 +22,22 @@ def overlaps(world: World) -> Iterator[str]:
 
 def complaint(world: World) -> str:
     """See that the cooler does what a latched fault asks of it; "" if so, or if it has none."""
-    loop = world.site.loop
-    if loop.cooler is None:
+    cooler = world.site.loop.cooler
+    if cooler is None or world.until(_is_right, _held_s(world, cooler)):
         return ""
-    runs = world.device.outputs[loop.cooler].on
-    if runs == _has_to(world):
-        return ""
-    return f"{loop.cooler} is {'on' if runs else 'off'} at {world.tip_c:.1f} °C"
+    runs = world.device.outputs[cooler].on
+    return f"{cooler} is {'on' if runs else 'off'} at {world.tip_c:.1f} °C"
+
+
+def _held_s(world: World, cooler: str) -> float:
+    """Return how long its minimum times may keep it from what it is asked."""
+    output = world.site.controller.outputs[cooler]
+    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other cooler
+    return max(output.minimum_on_s, output.minimum_off_s)
+
+
+def _is_right(world: World) -> bool:
+    return world.device.outputs[world.site.loop.cooler or ""].on == _has_to(world)
 
 
 def _has_to(world: World) -> bool:

@@ -103,8 +103,15 @@ def _shorted(site: Site) -> Iterator[Fault]:
         )
 
 
-def _later(site: Site) -> Trip:
-    """Acknowledged outside the band: the band is not armed, so 13 has to see it, or 6."""
+def _later(site: Site) -> Trip | None:
+    """Acknowledged outside the band: the band is not armed, so 13 has to see it, or 6.
+
+    A cooler that holds what the switch lets through keeps both from it.
+    """
+    if site.loop.cooler is not None:
+        cooled_c = steady_c(site, 1.0, ambient_c=starts.ambient_c(site), cooled=True)
+        if cooled_c < site.loop.protection.maximum_c:
+            return None
     rising = trips.rising(site, settle_s=_settle_s(site))
     hot = trips.too_hot(site)
     if rising is None:
