@@ -36,6 +36,17 @@ class Gain(Checked):
 
 Percent = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
 _Filter = Annotated[float, Quantity(DURATION, least=0.0)]
+_Lead = Annotated[
+    float,
+    Quantity(DURATION, least=0.0),
+    Field(
+        alias="lead",
+        description="How far to look ahead: the temperature plus lead times its slope decides.",
+    ),
+]
+_LeadFilter = Annotated[
+    _Filter, Field(alias="lead_filter", description="Time constant that smooths the slope.")
+]
 
 
 class OnOff(Model):
@@ -47,14 +58,8 @@ class OnOff(Model):
         alias="hysteresis",
         description="Half width of the band: off at setpoint + this, on at setpoint − this.",
     )
-    lead_s: Annotated[float, Quantity(DURATION, least=0.0)] = Field(
-        0.0,
-        alias="lead",
-        description="How far to look ahead: the temperature plus lead times its slope decides.",
-    )
-    lead_filter_s: _Filter = Field(
-        0.0, alias="lead_filter", description="Time constant that smooths the slope."
-    )
+    lead_s: _Lead = 0.0
+    lead_filter_s: _LeadFilter = 0.0
 
 
 class ThreePosition(Model):
@@ -70,14 +75,8 @@ class ThreePosition(Model):
         alias="hysteresis",
         description="How far into the band heating or cooling goes on, once begun.",
     )
-    lead_s: Annotated[float, Quantity(DURATION, least=0.0)] = Field(
-        0.0,
-        alias="lead",
-        description="How far to look ahead: the temperature plus lead times its slope decides.",
-    )
-    lead_filter_s: _Filter = Field(
-        0.0, alias="lead_filter", description="Time constant that smooths the slope."
-    )
+    lead_s: _Lead = 0.0
+    lead_filter_s: _LeadFilter = 0.0
 
 
 class IntegralLimits(Model):

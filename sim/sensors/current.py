@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.circuits import Wiring, current_v
+from heatwright.sim.circuits import current_v
+from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Board, CurrentSensor
 
 
-class CurrentProbe:
+class CurrentProbe(AdcChannel):
     """A current sensor behind its filter, wired to a channel.
 
     amperes -- what it says of the current, as its filter lets it through: the mean over the
@@ -18,11 +19,8 @@ class CurrentProbe:
     def __init__(self, avr: Avr, channel: int, sensor: CurrentSensor) -> None:
         self.amperes = 0.0
         self.stands = False
-        self._wiring = Wiring()
-        self._avr = avr
-        self._channel = channel
         self._sensor = sensor
-        self._update()
+        super().__init__(avr, channel)
 
     def sense(self, amperes: float) -> None:
         """Let this current flow from now on, A."""
@@ -30,25 +28,10 @@ class CurrentProbe:
             self.amperes = amperes
             self._update()
 
-    @property
-    def wiring(self) -> Wiring:
-        """What is wrong between sensor and pin."""
-        return self._wiring
-
-    @wiring.setter
-    def wiring(self, wiring: Wiring) -> None:
-        self._wiring = wiring
-        self._update()
-
-    def _update(self) -> None:
-        voltage_v = float(current_v(self._sensor, self.amperes, self._wiring))
-        self._avr.adc.set(self._channel, 1000 * voltage_v)
+    def _voltage_v(self) -> float:
+        return float(current_v(self._sensor, self.amperes, self._wiring))
 
 
 def attach(avr: Avr, board: Board, sensor: CurrentSensor) -> CurrentProbe:
-    """Wire a sound sensor to its pin, and AREF to the reference it needs."""
-    channel = board.pins[sensor.pin].adc
-    assert channel is not None  # noqa: S101 - the spec refuses pins without one
-    if isinstance(sensor.reference, float):
-        avr.adc.reference(aref_mv=1000 * sensor.reference, avcc_mv=5000.0)
-    return CurrentProbe(avr, channel, sensor)
+    """Wire a sound sensor to its pin."""
+    return CurrentProbe(avr, channel_of(avr, board, sensor), sensor)
