@@ -56,8 +56,8 @@ def _value(name: str, value: Any) -> float | bool:
 
 
 def _writes(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return value
+    if isinstance(value, tuple) and value and all(isinstance(each, Write) for each in value):
+        return value  # as this has made it
     if not isinstance(value, Mapping) or not value:
         raise refuse(
             "names with values are needed here", "Write them, as {nozzle.setpoint: 300 °C}"
