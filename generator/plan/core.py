@@ -112,6 +112,7 @@ def clock(root: Source, timer: int) -> Part:
         "vector": names.vector(),
         "divider": interval.divider,
         "setup": compare_match(names, interval, "CLOCK_COMPARE"),
+        "shared": names.shared,
     }
     context = {"tick": tick, "tick_ms": TICK_MS, "modbus": modbus_of(root.controller) is not None}
     return Part(

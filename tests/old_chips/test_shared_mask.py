@@ -63,21 +63,25 @@ GUARD = "ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* TIMSK belongs to all timers */"
 SECONDS = 10
 
 
+def simulated(folder: Path, texts: dict[str, str], sources: list[str]) -> Avr:
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    chip = ["-mmcu=atmega32", "-DF_CPU=16000000UL", "-Os", "-std=c11", "-gdwarf-2"]
+    command = ["avr-gcc", *chip, *sources, "-o", "masks.elf"]
+    subprocess.run(command, cwd=folder, check=True)
+    avr = Avr("atmega32", 16_000_000)
+    avr.load(Elf(folder / "masks.elf"))
+    return avr
+
+
 def pulses_behind_the_gate(folder: Path, *, guarded: bool) -> int:
     files = render(plan_firmware(load_text(SPEC, "masks.yaml")))
     texts = {path.removeprefix("src/"): text for path, text in files.items() if "src/" in path}
     assert texts["one_wire_air.c"].count(GUARD) == 1
     if not guarded:
         texts["one_wire_air.c"] = texts["one_wire_air.c"].replace(GUARD, "")
-    texts["main.c"] = MAIN
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
     sources = ["main.c", "clock.c", "one_wire_air.c", "output_heater.c"]
-    chip = ["-mmcu=atmega32", "-DF_CPU=16000000UL", "-Os", "-std=c11", "-gdwarf-2"]
-    command = ["avr-gcc", *chip, *sources, "-o", "masks.elf"]
-    subprocess.run(command, cwd=folder, check=True)
-    avr = Avr("atmega32", 16_000_000)
-    avr.load(Elf(folder / "masks.elf"))
+    avr = simulated(folder, {**texts, "main.c": MAIN}, sources)
     avr.pins.pull("PA1", "high")
     for pin in ("PC0", "PC7"):
         avr.pins.watch(pin)
@@ -98,3 +102,68 @@ def pulses_behind_the_gate(folder: Path, *, guarded: bool) -> int:
 def test_a_closed_gate_stays_closed(guarded: bool, tmp_path: Path) -> None:
     """Without the guard the heater's interrupt is now and then asked for again: seen to be so."""
     assert (pulses_behind_the_gate(tmp_path, guarded=guarded) == 0) == guarded
+
+
+STARTER = """
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stdbool.h>
+#include "clock.h"
+#include "gate.h"
+
+static volatile bool asked;
+
+void gate_tick(void)
+{
+}
+
+EMPTY_INTERRUPT(TIMER0_COMP_vect)
+
+/* As a byte does that the line receives: it asks for the end of the silence behind it. */
+ISR(TIMER1_COMPA_vect)
+{
+    TIMSK |= (1u << OCIE0);
+    asked = true;
+}
+
+/* PC7 shows that this was undone. */
+int main(void)
+{
+    DDRC |= 0x80;
+    OCR1A = 210; /* 211 cycles, a prime: it strikes anywhere in the loop */
+    TCCR1B = (1u << WGM12) | (1u << CS10);
+    TIMSK = (1u << OCIE1A);
+    sei();
+    for (;;) {
+        clock_start();
+        cli();
+        if (asked && !(TIMSK & (1u << OCIE0))) {
+            PORTC |= 0x80;
+        }
+        PORTC &= (uint8_t)~0x80;
+        TIMSK &= (uint8_t)~(1u << OCIE0);
+        asked = false;
+        sei();
+    }
+}
+"""
+
+
+def undone_by_the_clock(folder: Path, *, guarded: bool) -> int:
+    files = render(plan_firmware(load_text(SPEC, "masks.yaml")))
+    texts = {path.removeprefix("src/"): text for path, text in files.items() if "src/" in path}
+    assert texts["clock.c"].count(GUARD) == 1
+    if not guarded:
+        texts["clock.c"] = texts["clock.c"].replace(GUARD, "")
+    avr = simulated(folder, {**texts, "main.c": STARTER}, ["main.c", "clock.c"])
+    avr.pins.watch("PC7")
+    avr.run(1)
+    return sum(bool(event["state"] & 1) for event in avr.pins.take())
+
+
+@pytest.mark.parametrize("guarded", [True, False])
+def test_the_tick_begins_without_undoing_what_an_interrupt_asked_for(
+    guarded: bool, tmp_path: Path
+) -> None:
+    """Interrupts are on by then, and the line listens: a frame would have no end."""
+    assert (undone_by_the_clock(tmp_path, guarded=guarded) == 0) == guarded
