@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.chips import fuses
-from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, rules
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
@@ -75,6 +75,9 @@ def _loops(spec: Spec) -> list[dict[str, Any]]:
             "sensor": loop.sensor,
             "heater": loop.heater,
             "fan": loop.fan,
+            "cooler": loop.cooler,
+            "cooled_to": f"{FAULT_COOLING_ABOVE_C:g} °C",
+            "disabled": loop.starts == "disabled",
             "algorithm": loop.algorithm.kind,
             "period": quantity(loop.period_s, "s"),
             "initial": f"{loop.setpoint.initial_c:g} °C",
