@@ -5,33 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import cast
 
-from heatwright.sim.circuits import Wiring, reference_v
+from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S, reading_s, steps
+from heatwright.sim.faults.bounds import reading_s
+from heatwright.sim.faults.currents import lasting_current_s, measured, no_current
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.trips import LONGEST_S
-from heatwright.sim.faults.world import Condition, Site, World
+from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
-from heatwright.spec import Current, CurrentSensor, DigitalOutput, Loop, PwmOutput, full_a
-
-JUDGED_S = 0.5
-"""How long a current must be wrong to be a fault, where that is five steps at least."""
-FEWEST_STEPS = 5
-IDLE_SHARE = 0.05
-IDLE_STEPS = 3
-CODES = 1024
+from heatwright.spec import Current, DigitalOutput, PwmOutput
 
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to the sensor of the heater's current."""
-    lasting_s = current_s(site.loop)
     yield Fault(
         "current_sensor_torn",
         lambda: starts.heating(site),
         _wire(Wiring(opened=True)),
         _wire(Wiring()),
-        trip=Trip(("no_current",), lasting_s, _asks(2 * idle_a(site)), LONGEST_S),
-        again=Trip(("no_current",), lasting_s, _asks(2 * idle_a(site)), LONGEST_S),
+        trip=no_current(site),
+        again=no_current(site),
     )
     yield Fault(
         "current_sensor_at_supply",
@@ -47,21 +40,8 @@ def faults(site: Site) -> Iterator[Fault]:
             lambda: starts.heating(site),
             _stand,
             _let_go,
-            trip=Trip(("current_while_off",), lasting_s, _is_off, LONGEST_S),
+            trip=Trip(("current_while_off",), lasting_current_s(site), _is_off, LONGEST_S),
         )
-
-
-def current_s(loop: Loop) -> float:
-    """Bound the time that a current takes to be a fault: STEPS(0.5 s), five at least, steps."""
-    count = max(FEWEST_STEPS, steps(JUDGED_S, loop))
-    return (count + 1) * loop.period_s + TICK_S
-
-
-def idle_a(site: Site) -> float:
-    """Return the current that is none, A (docs/control.md, "Protections")."""
-    sensor = cast("CurrentSensor", site.controller.sensors[_current(site).sensor])
-    step_a = reference_v(sensor, site.controller.board) / CODES / sensor.scale_v_per_a
-    return max(IDLE_SHARE * _current(site).nominal_a, IDLE_STEPS * step_a)
 
 
 def _current(site: Site) -> Current:
@@ -80,20 +60,11 @@ def _wire(wiring: Wiring) -> Act:
     return act
 
 
-def _asks(least_a: float) -> Condition:
-    """Whether the heater is asked for so much current."""
-
-    def condition(world: World) -> bool:
-        heater = world.site.controller.outputs[world.site.loop.heater]
-        whole_a = full_a(cast("PwmOutput", heater)) or 0.0
-        return world.loop("duty_percent") / 100 * whole_a >= least_a
-
-    return condition
-
-
 def _stand(world: World) -> None:
     """Let the sensor say on and on what it says of the heater now, and cool down."""
-    world.until(lambda now: _probe(now).amperes >= 2 * idle_a(now.site), LONGEST_S)
+    heater = measured(world.site)
+    assert heater is not None  # noqa: S101 - else there is no such sensor
+    world.until(lambda now: _probe(now).amperes >= 2 * heater.idle_a, LONGEST_S)
     _probe(world).stands = True
     world.set_setpoint(starts.setpoints_c(world.site)[0])
 
