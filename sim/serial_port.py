@@ -60,6 +60,10 @@ class SerialPort:
         os.close(self._board_end)
         os.close(self._program_end)
 
+    def fileno(self) -> int:
+        """Return what is readable when the program has written something."""
+        return self._board_end
+
     def to_board(self) -> None:
         """Send the board what the program has written."""
         with suppress(BlockingIOError):
