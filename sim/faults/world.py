@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from heatwright.sim.bench import TICK_S
 from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults.records import HeaterLog, TripLog
+from heatwright.sim.faults.site import Site
 from heatwright.sim.plants import Plant, plant_of
-from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of, switched
+from heatwright.spec import ThermalNetwork
+
+__all__ = ["STEP_S", "Condition", "Site", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
 """Usual time step of the machine; a tenth of the usual control period."""
@@ -21,67 +23,6 @@ ANSWER_S = 1.0
 """Within this long a host has had its answer, if the line works."""
 
 Condition = Callable[["World"], bool]
-
-
-@dataclass(frozen=True)
-class Site:
-    """Where faults are tried: a controller, its binary, and the loop in question."""
-
-    controller: Controller
-    program: Elf
-    loop_name: str
-
-    @property
-    def loop(self) -> Loop:
-        """The loop in question."""
-        return self.controller.loops[self.loop_name]
-
-    @property
-    def network(self) -> ThermalNetwork:
-        """The machine as specified; raises ValueError when there is none."""
-        if self.controller.simulation is None:
-            raise ValueError("Faults need a machine: the specification has no `simulation`.")
-        return self.controller.simulation.plant
-
-    @property
-    def has_keys(self) -> bool:
-        """Whether there is somebody to press UP, DOWN and SELECT."""
-        return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)
-
-    @property
-    def is_commanded(self) -> bool:
-        """Whether a host commands the loop; then it is the operator, with or without keys."""
-        return commanded(self.controller, self.loop_name)
-
-    @property
-    def is_switched(self) -> bool:
-        """Whether a master commands the loop, and switches it on and off."""
-        return switched(self.controller, self.loop_name)
-
-    @property
-    def is_hosted(self) -> bool:
-        """Whether a host commands the loop by G-code."""
-        return self.is_commanded and not self.is_switched
-
-    @property
-    def has_operator(self) -> bool:
-        """Whether there is somebody to set setpoints and acknowledge faults."""
-        return self.has_keys or self.is_commanded
-
-    @property
-    def tool(self) -> str:
-        """What the host calls the loop, such as T0; raises LookupError when none does."""
-        gcode = gcode_of(self.controller)
-        for tool, loop in gcode.loops.items() if gcode else ():
-            if loop == self.loop_name:
-                return tool
-        raise LookupError(f"No host commands {self.loop_name}.")
-
-    @property
-    def key_step_k(self) -> float:
-        """By how much UP and DOWN move the setpoint, K."""
-        steps = [each.step_k for each in self.controller.interfaces if each.kind == "lcd_keypad"]
-        return steps[0] if steps else 0.0
 
 
 @dataclass(frozen=True)
