@@ -39,11 +39,13 @@ class MadeUpBoard:
         self.enabled = False
         self.released = False
         self.deaf = False
+        self.slow_s = 0.0
+        """How long after it was switched on it reports WORK."""
         self.refused: list[tuple[int, int, int]] = []
         """Writes that were answered with an exception: function, address, value."""
         self.acknowledged = 0
         self._reset = 0
-        self._start = time.monotonic()
+        self._start = self._enabled_at = time.monotonic()
         self._board_end, board = _terminal()
         self._master_end, self._master = _terminal()
         self._board = board
@@ -111,12 +113,13 @@ class MadeUpBoard:
         ]  # fmt: skip
 
     def _bits(self) -> list[bool]:
+        works = self.enabled and time.monotonic() - self._enabled_at >= self.slow_s
         near = abs(self.celsius - self.setpoint_celsius) <= 2
         return [
-            self.enabled,
-            self.enabled and self.celsius < self.setpoint_celsius - 2,
-            self.enabled and self.celsius > self.setpoint_celsius + 2,
-            self.enabled and near,
+            works,
+            works and self.celsius < self.setpoint_celsius - 2,
+            works and self.celsius > self.setpoint_celsius + 2,
+            works and near,
             True,
         ]
 
@@ -128,6 +131,8 @@ class MadeUpBoard:
         elif function == WRITE_COIL and address == LOOP:
             good = not value or self.enabled or (self.released and not self.fault)
             self.released = self.released or not value
+            if value and good and not self.enabled:
+                self._enabled_at = time.monotonic()
             self.enabled = bool(value) and good
         elif function == WRITE_COIL and address == 0:
             good = True

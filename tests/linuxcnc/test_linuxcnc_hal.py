@@ -99,6 +99,13 @@ def test_a_fault_resets_the_latch_and_neither_its_acknowledgement_nor_a_held_but
     switch_on(hal, board)
 
 
+def test_on_waits_for_a_controller_that_takes_its_time(hal: Hal, board: MadeUpBoard) -> None:
+    board.slow_s = OBEYED_S - 2 * ROUND_S
+    switch_on(hal, board)
+    time.sleep(OBEYED_S)
+    assert board.enabled
+
+
 def test_a_controller_that_restarts_stays_off(hal: Hal, board: MadeUpBoard) -> None:
     switch_on(hal, board)
     board.restart()
