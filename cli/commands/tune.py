@@ -60,9 +60,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> int:
     """Find the gains of a PID.
 
-    relay is the experiment that the firmware does by command, here on the simulated machine; simc and
-    lambda are rules for the machine's model. Each is judged by the margins of the sampled loop and
-    tried from cold on the bench, beside the spec's own gains. The gains of the first method are
+    relay is the experiment that the firmware does by command, here on the simulated machine; simc
+    and lambda are rules for the machine's model. Each is judged by the margins of the sampled loop
+    and tried from cold on the bench, beside the spec's own gains. The gains of the first method are
     printed as YAML to paste. The exit status is 1 if it found none.
     """
     check_target(plot, PICTURES)
