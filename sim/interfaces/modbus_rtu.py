@@ -84,14 +84,17 @@ class ModbusMaster:
         """Write a value by its name in a scenario: °C, %, a gain, or a switch's state.
 
         A loop that is switched on but refuses, because it wants to see a change from off to on, is
-        switched off and on. A command is taken back as soon as it is given: the slave goes by the
-        change. Raises LookupError for what the slave does not have.
+        switched off and on. A command is shown as a change, and taken back as soon as it is given:
+        the slave goes by the change, and after a reset has seen none. Raises LookupError for what
+        the slave does not have.
         """
         if name not in self._registers:
             raise LookupError(f"The slave has no {name}: it has {', '.join(self._registers)}.")
-        self._put(self.request(name, value))
-        if "." not in name:
-            self._put(self.request(name, value=False))
+        if "." in name:
+            self._put(self.request(name, value))
+            return
+        for state in (False, value, False):
+            self._put(self.request(name, state))
 
     def request(self, name: str, value: float | bool) -> Exchange:
         """Return the request that writes a value."""

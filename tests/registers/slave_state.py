@@ -48,6 +48,8 @@ class State:
     acknowledged: int = 0
     orders: dict[int, int] = field(default_factory=lambda: dict.fromkeys(range(3), 0))
     """The controller's coils, as they were last written."""
+    rested: set[int] = field(default_factory=set)
+    """Those that were last written 0; none at the reset."""
     kept: int = 0
     defaulted: int = 0
     cycles: int = 0
@@ -146,8 +148,9 @@ class State:
                 self.cycles = 5
 
     def _switch_controller(self, named: dict[int, bool]) -> None:
-        risen = {coil for coil, on in named.items() if on and not self.orders[coil]}
+        risen = {coil for coil, on in named.items() if on} & self.rested
         self.orders |= named
+        self.rested = (self.rested | named.keys()) - {coil for coil, on in named.items() if on}
         if 0 in risen and self.fault:
             self.fault = 0
             self.acknowledged += 1

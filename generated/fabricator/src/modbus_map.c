@@ -22,6 +22,7 @@ static struct {
 } seen;
 
 static uint8_t coils; /* the controller's, as they were last written */
+static uint8_t rested; /* those of them that were last written 0, since the reset */
 
 const struct map_entry map_coils[MAP_COILS] PROGMEM = {
     { 0, 0x01, { .place = &coils } }, /* acknowledge */
@@ -101,13 +102,14 @@ bool map_write(uint16_t first, uint8_t count, const uint8_t *words)
     return false;
 }
 
-/* Coils of the controller act when they change from 0 to 1: one that a master holds on does not
- * acknowledge fault after fault. */
+/* Coils of the controller act when they change from a 0 that was written to 1: one that a master
+ * holds on does not acknowledge fault after fault, nor the one that is latched at the power-up. */
 static void switch_controller(uint8_t named, uint8_t on)
 {
-    const uint8_t risen = (uint8_t)(on & ~coils);
+    const uint8_t risen = (uint8_t)(on & rested);
 
     coils = (uint8_t)((coils & ~named) | on);
+    rested = (uint8_t)((rested | named) & ~on);
     if ((risen & ACKNOWLEDGE) != 0) {
         fault_acknowledge();
     }
