@@ -251,8 +251,8 @@ class Oracle:
         self.changes += before != (control.enabled, control.mode)
 
     def _command(self, wanted: Mapping[str, bool]) -> None:
-        """A command acts when it changes from 0 to 1."""
-        if wanted.get("restore") and not self.commands.get("restore"):
+        """A command acts when it changes to 1 from a 0 that was written."""
+        if wanted.get("restore") and self.commands.get("restore") is False:
             for loop, control in self.loops.items():
                 control.gains = self._default_gains(loop)
         self.commands.update(wanted)
