@@ -190,11 +190,16 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
     yield Fault(
         "fire",
         lambda: starts.hot(site),
-        held(maximum_c + MARGIN_K, starts.ambient_c(site)),
+        held(maximum_c + MARGIN_K, starts.ambient_c(site), cooled=_cools_at_once(site)),
         put_out,
         trip=hot,
         again=hot,
     )
+
+
+def _cools_at_once(site: Site) -> bool:
+    """Whether a loop that finds itself far too hot after a reset cools, for it is on by itself."""
+    return site.loop.cooler is not None and site.loop.starts == "enabled"
 
 
 def _heat_lost(site: Site) -> Iterator[Fault]:

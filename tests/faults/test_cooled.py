@@ -36,14 +36,18 @@ SETTLED_S = 600.0
 """Ten time constants of the cooled block."""
 
 
-@pytest.fixture(scope="module")
-def held_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+def changed_site(folder: Path, changes: tuple[tuple[str, str], ...]) -> Site:
     text = FABRICATOR.read_text(encoding="utf-8")
-    for old, new in HELD:
+    for old, new in changes:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
-    spec = load_text(text, "held.yaml")
-    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("held"))), "nozzle")
+    spec = load_text(text, "changed.yaml")
+    return Site(spec.controller, Elf(built(spec, folder)), "nozzle")
+
+
+@pytest.fixture(scope="module")
+def held_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    return changed_site(tmp_path_factory.mktemp("held"), HELD)
 
 
 @pytest.mark.parametrize(("name", "rule"), RULES.items())
@@ -51,6 +55,13 @@ def test_a_cooler_with_minimum_times(held_site: Site, name: str, rule: str | Non
     faults = {each.id: each for each in catalogue(held_site.controller, held_site.program)}
     result = try_fault(faults[name])
     assert (result.detail, result.rule) == ("", rule)
+
+
+def test_a_fire_reaches_a_loop_that_cools_from_its_start_on(tmp_path: Path) -> None:
+    site = changed_site(tmp_path, (("starts: disabled", "starts: enabled"),))
+    faults = {each.id: each for each in catalogue(site.controller, site.program)}
+    result = try_fault(faults["fire"])
+    assert (result.detail, result.rule) == ("", "over_temperature")
 
 
 def test_a_switch_that_conducts_for_ever_is_cooled_to_where_it_burns_nothing(
