@@ -14,13 +14,15 @@ class SwitchedOperator(Operator):
         """Wish for what the specification says; switching on must be preceded by off."""
         super().__init__(controller, name, reference)
         self._enabled = int(controller.loops[name].starts == "enabled")
+        self._off_is_due = False
         self._released = False
         self._had_fault = False
 
     @property
     def orders(self) -> Orders:
-        """What the next step takes over."""
-        return super().orders._replace(enabled=self._enabled)
+        """What the next step takes over: an off first, whatever came after it."""
+        enabled = self._enabled and not self._off_is_due
+        return super().orders._replace(enabled=int(enabled))
 
     @property
     def is_off(self) -> bool:
@@ -103,6 +105,7 @@ class SwitchedOperator(Operator):
 
     def after_step(self) -> None:
         """Take over what a tuning has come to; a new fault asks for another release."""
+        self._off_is_due = False
         super().after_step()
         has_fault = bool(self._reference.fault_code)
         if has_fault and not self._had_fault:
@@ -116,4 +119,5 @@ class SwitchedOperator(Operator):
     def _go_off(self) -> None:
         self._mode = AUTOMATIC
         self._enabled = 0
+        self._off_is_due = True
         self._released = False

@@ -105,6 +105,16 @@ def test_on_needs_an_off_before(operated):
     operator.disable()
     assert operator.enable()
     assert operator.enable()
+    operated.step()
+    assert operator.orders.enabled == 1
+
+
+def test_an_off_is_taken_over_before_the_on_behind_it(operated):
+    operator = operated.operator
+    operator.disable()
+    assert operator.enable()
+    assert operator.orders.enabled == 0
+    operated.step()
     assert operator.orders.enabled == 1
 
 
@@ -132,7 +142,9 @@ def test_an_off_while_the_fault_is_latched_will_do(operated):
 
 
 def test_a_master_with_a_switch_does_both(operated):
-    assert operated.write("nozzle.enabled", value=True) == 1
+    operated.write("nozzle.enabled", value=True)
+    operated.step()
+    assert operated.operator.orders.enabled == 1
     assert operated.write("nozzle.enabled", value=False) == 0
 
 

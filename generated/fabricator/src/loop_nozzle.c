@@ -16,6 +16,7 @@
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
 static bool next_enabled; /* for the next step to take over: fabricator.yaml:24 loops.nozzle.starts */
+static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
 static bool released; /* somebody has switched off since the reset, and since the last fault */
 
 static bool is_off(void)
@@ -54,7 +55,8 @@ static void step(void)
 
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
-    loop_nozzle.enabled = next_enabled;
+    loop_nozzle.enabled = next_enabled && !off_is_due;
+    off_is_due = false;
     loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
 
     const bool ok = loop_nozzle.reading_status == READING_OK;
@@ -173,6 +175,7 @@ void loop_nozzle_demand_release(void)
 void loop_nozzle_switch_off(void)
 {
     next_enabled = false;
+    off_is_due = true;
     gate_close_nozzle(); /* not even until the next step, by what the last one decided */
 }
 
