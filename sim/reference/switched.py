@@ -14,7 +14,7 @@ class SwitchedOperator(Operator):
         """Wish for what the specification says; switching on must be preceded by off."""
         super().__init__(controller, name, reference)
         self._enabled = int(controller.loops[name].starts == "enabled")
-        self._off_is_due = False
+        self._was_on = self._off_is_due = False
         self._released = False
         self._had_fault = False
 
@@ -105,6 +105,7 @@ class SwitchedOperator(Operator):
 
     def after_step(self) -> None:
         """Take over what a tuning has come to; a new fault asks for another release."""
+        self._was_on = bool(self.orders.enabled)
         self._off_is_due = False
         super().after_step()
         has_fault = bool(self._reference.fault_code)
@@ -119,5 +120,5 @@ class SwitchedOperator(Operator):
     def _go_off(self) -> None:
         self._mode = AUTOMATIC
         self._enabled = 0
-        self._off_is_due = True
+        self._off_is_due = self._was_on
         self._released = False

@@ -111,10 +111,12 @@ def test_on_needs_an_off_before(operated):
 
 def test_an_off_is_taken_over_before_the_on_behind_it(operated):
     operator = operated.operator
-    operator.disable()
-    assert operator.enable()
-    assert operator.orders.enabled == 0
-    operated.step()
+    for last, now in ((0, 1), (1, 0)):
+        assert operator.orders.enabled == last
+        operator.disable()
+        assert operator.enable()
+        assert operator.orders.enabled == now
+        operated.step()
     assert operator.orders.enabled == 1
 
 

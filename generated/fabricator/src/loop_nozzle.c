@@ -175,7 +175,7 @@ void loop_nozzle_demand_release(void)
 void loop_nozzle_switch_off(void)
 {
     next_enabled = false;
-    off_is_due = true;
+    off_is_due = loop_nozzle.enabled;
     gate_close_nozzle(); /* not even until the next step, by what the last one decided */
 }
 
