@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import pytest
-from variants import built
+from whole_firmware import Broken, spec_of, whole
 
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults.world import Site, Weather, World
-from heatwright.spec import load_text
 
 FABRICATOR = Path(__file__).parents[2] / "spec" / "examples" / "fabricator.yaml"
 LIMIT_A = 1.2
@@ -16,32 +14,41 @@ SETTLED_S = 6.0
 """Five times what a limited heater takes to its limit, and more."""
 
 
-@pytest.fixture(scope="module")
-def limited(tmp_path_factory: pytest.TempPathFactory) -> Site:
-    text = FABRICATOR.read_text(encoding="utf-8")
-    assert text.count("limit: 3 A") == 1
-    spec = load_text(text.replace("limit: 3 A", f"limit: {LIMIT_A} A"), "limited.yaml")
-    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("limited"))), "nozzle")
+TEXT = FABRICATOR.read_text(encoding="utf-8").replace("limit: 3 A", f"limit: {LIMIT_A} A")
+BROKEN = (
+    Broken("loop_nozzle.c", " && !off_is_due", ""),
+    Broken("loop_nozzle.c", "    off_is_due = loop_nozzle.enabled;\n", ""),
+)
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.05, 0.1, 0.15])
-def test_off_and_on_is_no_way_around_the_limit(limited: Site, after_s: float) -> None:
-    """What was not on shows no current, and would have given the next step too much duty."""
-    world = World(limited, Weather(100.0, 20.0))
+def duties_after_off_and_on(after_s: float, broken: Broken | None = None) -> tuple[World, float]:
+    """The world, and the highest duty from the switching on in two steps."""
+    controller = spec_of(TEXT).controller
+    world = World(Site(controller, whole(TEXT, broken), "nozzle"), Weather(100.0, 20.0))
     world.run(1.0)
     world.set_setpoint(250.0)
     world.run(SETTLED_S + after_s)
-    before = world.loop("duty_percent")
-    assert RAMP_PERCENT < before < 100.0
+    assert RAMP_PERCENT < world.loop("duty_percent") < 100.0
     master = world.device.master
     for on in (False, True):
         master.ask(master.request("nozzle.enabled", value=on).pdu)
-    duties = []
-    for _ in range(round(2 * limited.loop.period_s / world.step_s)):
-        world.step()
-        duties.append(world.loop("duty_percent"))
-    assert min(duties) == 0.0
-    assert max(duties[duties.index(0.0) :]) <= RAMP_PERCENT
+    world.run(world.site.loop.period_s)
+    first = world.loop("duty_percent")
+    world.run(world.site.loop.period_s)
+    return world, max(first, world.loop("duty_percent"))
+
+
+@pytest.mark.parametrize("after_s", [0.0, 0.05, 0.1])
+def test_off_and_on_is_no_way_around_the_limit(after_s: float) -> None:
+    """What was not on shows no current, and would have given the next step too much duty."""
+    world, highest = duties_after_off_and_on(after_s)
+    assert highest <= RAMP_PERCENT
     world.run(SETTLED_S)
     assert world.fault == 0
     assert world.loop("duty_percent") > RAMP_PERCENT
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_unless_the_next_step_takes_the_off_over(broken: Broken) -> None:
+    _, highest = duties_after_off_and_on(0.0, broken)
+    assert highest > RAMP_PERCENT
