@@ -107,7 +107,7 @@ def test_an_answer_in_the_wrong_format() -> None:
 
 def test_a_late_answer() -> None:
     master = met(wait_us=2005 + 6000)
-    assert master.slowest_s == pytest.approx(0.006, abs=0.0005)
+    assert master.slowest_s == pytest.approx(0.006, abs=EVEN.bits / BAUD)
 
 
 def test_an_answer_too_late_to_be_one() -> None:
@@ -120,7 +120,7 @@ def test_an_answer_too_late_to_be_one() -> None:
 def test_an_answer_with_gaps() -> None:
     master = met(middle="_delay_us(1200);")
     assert master.polls == 3
-    assert master.longest_gap_s > 0.0005
+    assert master.longest_gap_s > 0.0012 - EVEN.bits / BAUD  # it has a buffer to go on from
 
 
 def test_an_answer_in_two_pieces() -> None:
@@ -145,7 +145,7 @@ def test_a_driver_that_is_let_go_with_the_last_byte_on_its_way() -> None:
 def test_a_driver_that_is_held_too_long() -> None:
     master = met(release="_delay_us(300); PORTD &= (uint8_t)~_BV(2);")
     assert master.polls == 3
-    assert master.bus.slowest_release_s == pytest.approx(300e-6, abs=20e-6)
+    assert master.bus.slowest_release_s == pytest.approx(300e-6, abs=1 / BAUD)
 
 
 def test_a_driver_that_comes_on_while_the_master_sends() -> None:

@@ -39,7 +39,7 @@ def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "parity": interface.parity,
         "stop_bits": interface.stop_bits,
         "delay_ms": ceil(1000 * _silence_s(interface)),
-        "timeout_ms": ceil(1000 * _answer_within_s(interface)),
+        "timeout_ms": ceil(1000 * answer_within_s(interface)),
         "round": f"{round_s(interface, round_):.2g} s",
         "rate": f"{rate_hz(source, interface):.2g}",
         "transactions": [
@@ -93,7 +93,7 @@ def _silence_s(interface: ModbusRtu) -> float:
     return SILENCE_CHARACTERS * _character_s(interface)
 
 
-def _answer_within_s(interface: ModbusRtu) -> float:
+def answer_within_s(interface: ModbusRtu) -> float:
     """From the end of mb2hal's writing to the first byte of an answer; the line has to send all."""
     longest_request = 8 * _character_s(interface)
     return longest_request + _silence_s(interface) + ANSWER_S + MARGIN_S

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from heatwright.generator.plan.linuxcnc.bus import lost_after_s, rate_hz
+from heatwright.generator.plan.linuxcnc.bus import answer_within_s, lost_after_s, rate_hz
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
@@ -14,6 +14,8 @@ UPTIME_S = 1.0
 """The slave's uptime counts in these steps: each is a sign of life."""
 ROUNDS, STEPS = 3, 2
 """In so many rounds and control steps a command has arrived, and its effect has come back."""
+LOST_ANSWERS = 2
+"""Answers that may be lost on the way meanwhile: mb2hal waits for each as long as it may take."""
 DECIMALS = 3
 
 
@@ -31,7 +33,9 @@ def hal_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "digest_low": int(source.spec.digest, 16) & 0xFFFF,
         "loops": _loops(source),
         "heard_s": _seconds(max(lost_after_s(controller), UPTIME_S + ROUNDS * round_s)),
-        "obeyed_s": _seconds(ROUNDS * round_s + STEPS * step_s),
+        "obeyed_s": _seconds(
+            ROUNDS * round_s + STEPS * step_s + LOST_ANSWERS * answer_within_s(interface)
+        ),
     }
 
 
