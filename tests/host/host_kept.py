@@ -57,6 +57,24 @@ class Kept(Storage):
         library.host_settle()
         self.boot()
         yield from self._expect("kept defaults", self.default.gains)
+        yield from self._writes()
+
+    def _writes(self) -> Iterator[str]:
+        """What is kept already is not written again, and each gain that differs is."""
+        for place in range(len(NEW_GAINS)):
+            self.set_gains(OLD_GAINS)
+            self._keep()
+            if self._keep():
+                yield "what is kept is written again"
+            self.set_gains((*OLD_GAINS[:place], NEW_GAINS[place], *OLD_GAINS[place + 1 :]))
+            if not self._keep():
+                yield f"gain {place} is not written"
+
+    def _keep(self) -> int:
+        before = self.host.world.eeprom_writes
+        self.host.library.settings_keep()
+        self.host.library.host_settle()
+        return int(self.host.world.eeprom_writes - before)
 
     def _expect(self, when: str, gains: tuple[float, ...]) -> Iterator[str]:
         if self.gains_now() != gains:

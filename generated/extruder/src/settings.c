@@ -146,6 +146,10 @@ void settings_save(void)
 
 void settings_keep_nozzle(void)
 {
+    if (settings.nozzle_kp == kept.nozzle_kp && settings.nozzle_ki == kept.nozzle_ki
+        && settings.nozzle_kd == kept.nozzle_kd) {
+        return; /* an EEPROM bears so many writes and no more */
+    }
     keep_nozzle(settings.nozzle_kp, settings.nozzle_ki, settings.nozzle_kd);
     settings_save();
 }
