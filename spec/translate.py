@@ -22,12 +22,23 @@ _SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"
 def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
     """Translate all errors of one validation."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
+    # An entry with a key of another kind is of the wrong kind: what else it lacks, that one has.
+    misfiled = {place.path[:-1] for place, entry in entries if _elsewhere(place, entry)}
     for place, entry in entries:
+        if place.path[:-1] in misfiled and not _elsewhere(place, entry):
+            continue
         fixed = _FIXED.get(entry["type"])
         if fixed is not None:
             yield place.path, *fixed
         else:
             yield _TRANSLATIONS.get(entry["type"], _other)(place, entry)
+
+
+def _elsewhere(place: Place, entry: Any) -> str | None:
+    """Tell what to use where a key of another kind stands; None where none does."""
+    if entry["type"] != "extra_forbidden" or place.parent is None:
+        return None
+    return planned.ELSEWHERE.get((place.parent.__name__, str(place.path[-1])))
 
 
 def _spec(place: Place, entry: Any) -> Finding:
@@ -42,14 +53,14 @@ def _missing(place: Place, _: Any) -> Finding:
     return place.path, "this key is missing", f"Add it: {about[:1].lower()}{about[1:]}"
 
 
-def _extra(place: Place, _: Any) -> Finding:
+def _extra(place: Place, entry: Any) -> Finding:
     word = str(place.path[-1])
     if place.parent is None:
         return place.path, "there are too many items", "Delete it"
     model = place.parent.__name__
     if planned.key(model, word):
         return place.path, f"this key {NOT_BUILT}", "Leave it out"
-    remedy = planned.ELSEWHERE.get((model, word)) or advice(word, tuple(keys(place.parent)))
+    remedy = _elsewhere(place, entry) or advice(word, tuple(keys(place.parent)))
     return place.path, "there is no such key here", remedy
 
 
