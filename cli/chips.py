@@ -9,6 +9,7 @@ from heatwright.sim.device import AvrDevice, Sensor
 from heatwright.sim.interfaces.indicators import Indicators
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
+from heatwright.sim.interlock import overlaps
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
 from heatwright.spec import Controller
@@ -33,13 +34,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 def complaints(device: AvrDevice) -> tuple[str, ...]:
     """Return what went against a data sheet or the interlock, and resets nobody asked for."""
-    return (*_resets(device), *_interlocks(device), *_sensors(device), *_interfaces(device))
-
-
-def _interlocks(device: AvrDevice) -> Iterator[str]:
-    for loop, watch in device.interlocks.items():
-        if watch.overlap_s is not None:
-            yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"
+    return (*_resets(device), *overlaps(device.interlocks), *_sensors(device), *_interfaces(device))
 
 
 def _resets(device: AvrDevice) -> Iterator[str]:

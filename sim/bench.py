@@ -11,6 +11,7 @@ from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Controller, Event, ThermalNetwork
+from heatwright.spec.timers import TICK_S
 
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
 
@@ -19,8 +20,6 @@ STEP_S = 0.2
 it only bounds how finely the heater's power and the sensor's temperature are told apart."""
 STEPS_PER_PERIOD = 2
 """Of a loop that is so quick that there would be fewer."""
-TICK_S = 0.010
-"""The step where an ADC sums up readings of a noisy sensor, one a tick: each has its own noise."""
 
 PROGRESS_REPORTS = 200
 
@@ -59,7 +58,7 @@ class Device(Protocol):
 def step_of(controller: Controller) -> float:
     """Return the time step of the machine that suits a controller's loops and sensors, s."""
     if any(sums_noise(controller, name) for name in controller.thermometers):
-        return TICK_S
+        return TICK_S  # the ADC reads once a tick, and each reading has its own noise
     quickest_s = min(loop.period_s for loop in controller.loops.values())
     return min(STEP_S, quickest_s / STEPS_PER_PERIOD)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -54,3 +55,10 @@ class Interlock:
         on = np.concatenate(([self._on[which]], (mine["state"] & 1) == self._active[which]))
         self._on[which] = bool(on[latest[-1]])
         return on[np.concatenate(([0], latest))]
+
+
+def overlaps(watches: Mapping[str, Interlock]) -> Iterator[str]:
+    """Say of each loop whose heater and cooler have been on together when that was."""
+    for loop, watch in watches.items():
+        if watch.overlap_s is not None:
+            yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"

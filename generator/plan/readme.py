@@ -10,6 +10,7 @@ from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, rules
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
+from heatwright.generator.plan.uart import form
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
 from heatwright.spec.commands import gcode_of, modbus_of
 
@@ -60,10 +61,9 @@ def _modbus(spec: Spec) -> dict[str, Any] | None:
     modbus = modbus_of(spec.controller)
     if modbus is None:
         return None
-    form = f"8{modbus.parity[0].upper()}{modbus.stop_bits}"
     return {
         "address": modbus.address,
-        "form": f"{modbus.baud} baud, {form}",
+        "form": f"{modbus.baud} baud, {form(modbus.parity, modbus.stop_bits)}",
         "linuxcnc": modbus.linuxcnc,
     }
 

@@ -63,7 +63,7 @@ class UartRegisters:
         return [
             *self._divided_by(divisor),
             f"UCSR{n}A = (1u << U2X{n});",
-            f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* 8{parity[0].upper()}{stop_bits} */",
+            f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form(parity, stop_bits)} */",
         ]
 
     def enabled(self, *names: str) -> str:
@@ -112,3 +112,8 @@ def registers(board: Board) -> UartRegisters:
     number = board.uarts[0].suffix
     vectors = "USART" if board.mcu in ONE_UART else f"USART{number}"
     return UartRegisters(number, vectors, is_old(board))
+
+
+def form(parity: str, stop_bits: int) -> str:
+    """Write the format of a character as people do: 8E1."""
+    return f"8{parity[0].upper()}{stop_bits}"

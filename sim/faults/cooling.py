@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.world import World
+from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
 from heatwright.spec import DigitalOutput
 
-COOLED_ABOVE_C = 50.0
+COOLED_ABOVE_C = float(FAULT_COOLING_ABOVE_C)
 """A latched fault has the cooler on unless a reading is below (docs/control.md, "Cooler")."""
-
-
-def overlaps(world: World) -> Iterator[str]:
-    """Yield each loop whose heater and cooler have been on together."""
-    world.device.feed()
-    for loop, watch in world.device.interlocks.items():
-        if watch.overlap_s is not None:
-            yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"
 
 
 def complaint(world: World) -> str:

@@ -7,12 +7,14 @@ from heatwright.sim.faults.bounds import TICK_S, steps
 from heatwright.sim.faults.fault import Trip
 from heatwright.sim.faults.trips import LONGEST_S
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.sim.reference.limiter import (
+    FEWEST_STEPS,
+    IDLE_ADC_STEPS,
+    IDLE_SHARE,
+    LASTING_S,
+)
 from heatwright.spec import Current, CurrentSensor, DigitalOutput, PwmOutput, full_a
 
-LASTING_S = 0.5
-FEWEST_STEPS = 5
-IDLE_SHARE = 0.05
-IDLE_ADC_STEPS = 3
 NONE_SHARE = 0.5
 CODES = 1024
 SOFT_START = 0.25

@@ -20,6 +20,7 @@ from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.world import World
+from heatwright.sim.interlock import overlaps
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -70,7 +71,9 @@ class _Trial:
             self._must_trip(self.fault.trip)
         else:
             self._may_not_trip()
-        for complaint in (self.fault.judge(self.world), *cooling.overlaps(self.world)):
+        judged = self.fault.judge(self.world)
+        self.world.device.feed()
+        for complaint in (judged, *overlaps(self.world.device.interlocks)):
             if complaint:
                 self._wrong(complaint)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from heatwright.sim.bench import TICK_S
 from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.spec import ThermalNetwork
+from heatwright.spec.timers import TICK_S
 
 __all__ = ["STEP_S", "Condition", "Site", "Weather", "Wiring", "World"]
 

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from heatwright.sim.avr import Avr
 from heatwright.spec import Board
 from heatwright.spec import Indicators as Spec
+from heatwright.spec.timers import TICK_S
 
 Light = Literal["lit", "blinking", "dark", "unsteady"]
 
 BLINK_S = 0.5
 """Bright and dark time of a blinking LED (docs/language.md, indicators)."""
-TICK_S = 0.01
-"""The firmware switches LEDs once a tick; a phase may be so much longer or shorter."""
 LOOK_S = 2.0
 """How long one has to look to tell steady light from blinking: two whole blinks."""
 REMEMBERED_S = 10.0
@@ -67,6 +66,7 @@ class Led:
             return "lit" if before and before[-1] else "dark"
         phases_s = np.diff([at_s for at_s, _ in inside])
         ends_s = (inside[0][0] - begin_s, now_s - inside[-1][0])
+        # LEDs are switched once a tick: a phase may be so much longer or shorter.
         even = bool((np.abs(phases_s - BLINK_S) <= TICK_S).all())
         return "blinking" if even and max(ends_s) <= BLINK_S + TICK_S else "unsteady"
 

@@ -7,6 +7,11 @@ from typing import Any
 
 from heatwright.generator.plan import linuxcnc
 from heatwright.generator.plan.modbus.documents import documents
+from heatwright.generator.plan.modbus.silence import (
+    FASTEST_COUNTED_BAUD,
+    SILENT_CHARACTERS,
+    silence_s,
+)
 from heatwright.generator.plan.modbus.table import map_context
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
@@ -25,31 +30,20 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
 from heatwright.generator.plan.timers import free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
-from heatwright.generator.plan.uart import registers
+from heatwright.generator.plan.uart import form, registers
 from heatwright.spec import ModbusRtu
 from heatwright.spec.timers import Interval, allocate
 from heatwright.spec.uart import baud_setting
 
-SILENT_CHARACTERS = 3.5
-"""End a frame (MODBUS over serial line 1.02, section 2.5.1.1)."""
-FASTEST_COUNTED_BAUD = 19_200
-"""Faster than this the silence is fixed, as the same section recommends."""
-FIXED_SILENCE_S = 0.00175
 VENDOR = "heatwright"
-
-
-def silence_s(interface: ModbusRtu) -> float:
-    """Return the silence that ends a frame, s."""
-    if interface.baud > FASTEST_COUNTED_BAUD:
-        return FIXED_SILENCE_S
-    return SILENT_CHARACTERS * interface.character_bits / interface.baud
 
 
 def plan(source: Source, interface: ModbusRtu) -> Part:
     """Plan line, functions and map."""
+    silence = _silence(source, interface)
     return Part(
-        files=tuple(_files(source, interface)),
-        groups=(Group("Modbus", tuple(_constants(source, interface))),),
+        files=tuple(_files(source, interface, silence)),
+        groups=(Group("Modbus", tuple(_constants(source, interface, silence))),),
         pins=tuple(_pins(source, interface)),
         start_calls=(Call(Stage.OPERATE, "modbus.h", "modbus_start();"),),
         tick_calls=(Call(Stage.OPERATE, "modbus.h", "modbus_tick();"),),
@@ -57,12 +51,13 @@ def plan(source: Source, interface: ModbusRtu) -> Part:
     )
 
 
-def _files(source: Source, interface: ModbusRtu) -> Iterable[File]:
+def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> Iterable[File]:
     for name in ("modbus.h", "modbus.c", "modbus_line.h", "modbus_identity.h"):
         yield File(f"src/{name}", f"interfaces/{name}")
     for name in ("modbus_values.h", "modbus_values.c"):
         yield File(f"src/{name}", f"interfaces/{name}")
-    yield File("src/modbus_line.c", "interfaces/modbus_line.c.j2", _line(source, interface))
+    line = _line(source, interface, silence)
+    yield File("src/modbus_line.c", "interfaces/modbus_line.c.j2", line)
     yield File("src/modbus_identity.c", "interfaces/modbus_identity.c.j2", _identity(source))
     yield from documents(source, interface)
     context = map_context(source)
@@ -80,9 +75,11 @@ def _silence(source: Source, interface: ModbusRtu) -> tuple[int, Interval]:
     return timer, round_interval(board.clock_hz, board.timers[timer], silence_s(interface))
 
 
-def _constants(source: Source, interface: ModbusRtu) -> Iterable[Constant]:
+def _constants(
+    source: Source, interface: ModbusRtu, silence: tuple[int, Interval]
+) -> Iterable[Constant]:
     setting = baud_setting(source.controller.board.clock_hz, interface.baud)
-    timer, interval = _silence(source, interface)
+    timer, interval = silence
     yield source.at("baud").count(
         "MODBUS_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
     )
@@ -105,9 +102,9 @@ def _constants(source: Source, interface: ModbusRtu) -> Iterable[Constant]:
     yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "of the register map")
 
 
-def _line(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> dict[str, Any]:
     board = source.controller.board
-    number, interval = _silence(source, interface)
+    number, interval = silence
     timer, uart = timer_registers(board, number), registers(board)
     return {
         "where": source.where,
@@ -166,8 +163,7 @@ def _pins(source: Source, interface: ModbusRtu) -> Iterable[PinPlan]:
 def _wiring(source: Source, interface: ModbusRtu) -> Iterable[Wiring]:
     board = source.controller.board
     uart = board.uarts[0]
-    form = f"8{interface.parity[0].upper()}{interface.stop_bits}"
-    speed = f"{interface.baud} baud, {form}"
+    speed = f"{interface.baud} baud, {form(interface.parity, interface.stop_bits)}"
     yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", speed)
     yield Wiring(label(board.pins[uart.tx]), "Modbus, to the master", "the same")
     if interface.driver_enable is not None:

@@ -7,11 +7,10 @@ from typing import Any
 
 from heatwright.generator.plan.linuxcnc.names import controller_name
 from heatwright.generator.plan.linuxcnc.transactions import Transaction, transactions
+from heatwright.generator.plan.modbus.silence import silence_s
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, ModbusRtu
 
-SILENCE_CHARACTERS = 3.5
-"""Between frames (MODBUS over serial line 1.02, section 2.5.1.1)."""
 ANSWER_S = 0.005
 """Within this time after the silence the slave answers."""
 MARGIN_S = 1.0
@@ -38,7 +37,7 @@ def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
         "baud": interface.baud,
         "parity": interface.parity,
         "stop_bits": interface.stop_bits,
-        "delay_ms": ceil(1000 * _silence_s(interface)),
+        "delay_ms": ceil(1000 * silence_s(interface)),
         "timeout_ms": ceil(1000 * answer_within_s(interface)),
         "round": f"{round_s(interface, round_):.2g} s",
         "rate": f"{rate_hz(source, interface):.2g}",
@@ -64,7 +63,7 @@ def port_name(source: Source) -> str:
 def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
     """How long all transactions take, one after the other, s."""
     line_s = sum(each.line_bytes for each in round_) * _character_s(interface)
-    return line_s + len(round_) * (2 * _silence_s(interface) + ANSWER_S)
+    return line_s + len(round_) * (2 * silence_s(interface) + ANSWER_S)
 
 
 def rate_hz(source: Source, interface: ModbusRtu) -> float:
@@ -89,11 +88,7 @@ def _character_s(interface: ModbusRtu) -> float:
     return interface.character_bits / interface.baud
 
 
-def _silence_s(interface: ModbusRtu) -> float:
-    return SILENCE_CHARACTERS * _character_s(interface)
-
-
 def answer_within_s(interface: ModbusRtu) -> float:
     """From the end of mb2hal's writing to the first byte of an answer; the line has to send all."""
     longest_request = 8 * _character_s(interface)
-    return longest_request + _silence_s(interface) + ANSWER_S + MARGIN_S
+    return longest_request + silence_s(interface) + ANSWER_S + MARGIN_S

@@ -1,0 +1,18 @@
+"""The silence between two frames of a Modbus line."""
+
+from __future__ import annotations
+
+from heatwright.spec import ModbusRtu
+
+SILENT_CHARACTERS = 3.5
+"""End a frame (MODBUS over serial line 1.02, section 2.5.1.1)."""
+FASTEST_COUNTED_BAUD = 19_200
+"""Faster than this the silence is fixed, as the same section recommends."""
+FIXED_SILENCE_S = 0.00175
+
+
+def silence_s(interface: ModbusRtu) -> float:
+    """Return the silence that ends a frame, s."""
+    if interface.baud > FASTEST_COUNTED_BAUD:
+        return FIXED_SILENCE_S
+    return SILENT_CHARACTERS * interface.character_bits / interface.baud
