@@ -18,7 +18,17 @@ from heatwright.spec.analog_sensors import (
 )
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
 from heatwright.spec.checks.comparison import row_controller
-from heatwright.spec.commands import commanded, gcode_of, modbus_of, switched, tunable
+from heatwright.spec.commands import (
+    commanded,
+    gcode_of,
+    modbus_of,
+    must_release,
+    nextion_of,
+    programmed,
+    starts_enabled,
+    switched,
+    tunable,
+)
 from heatwright.spec.controller import (
     ComparisonRow,
     Controller,
@@ -33,6 +43,8 @@ from heatwright.spec.interfaces import (
     Interface,
     LcdKeypad,
     ModbusRtu,
+    Nextion,
+    SerialLog,
     SerialPlotter,
 )
 from heatwright.spec.loader import Spec, digest, load, load_text
@@ -46,6 +58,7 @@ from heatwright.spec.loops import (
     Runaway,
     Setpoint,
 )
+from heatwright.spec.max31856 import Max31856
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,
@@ -56,6 +69,14 @@ from heatwright.spec.outputs import (
     full_a,
 )
 from heatwright.spec.problems import Problem, SpecError
+from heatwright.spec.program_orders import ProgramOrder
+from heatwright.spec.programs import (
+    AfterPowerLoss,
+    HoldBack,
+    Program,
+    Programs,
+    Segment,
+)
 from heatwright.spec.sensors import Analog, Ds18b20, Rtd, Sensor, Thermistor
 from heatwright.spec.shape import kinds
 from heatwright.spec.simulation import (
@@ -65,6 +86,7 @@ from heatwright.spec.simulation import (
     Filament,
     Link,
     Plant,
+    Radiation,
     Sense,
     Simulation,
     ThermalNetwork,
@@ -74,6 +96,7 @@ from heatwright.spec.writes import Write
 
 __all__ = [
     "BOARDS",
+    "AfterPowerLoss",
     "Algorithm",
     "Amplifier",
     "Analog",
@@ -95,6 +118,7 @@ __all__ = [
     "Frozen",
     "Gcode",
     "Heating",
+    "HoldBack",
     "Identity",
     "Indicators",
     "IntegralLimits",
@@ -104,7 +128,9 @@ __all__ = [
     "Loop",
     "Max6675",
     "Max31855",
+    "Max31856",
     "ModbusRtu",
+    "Nextion",
     "OnOff",
     "Output",
     "OutputLimits",
@@ -113,15 +139,21 @@ __all__ = [
     "Plant",
     "PointsCurve",
     "Problem",
+    "Program",
+    "ProgramOrder",
+    "Programs",
     "Protection",
     "Published",
     "PwmOutput",
+    "Radiation",
     "RisingWhileOff",
     "Rtd",
     "Runaway",
     "Safety",
+    "Segment",
     "Sense",
     "Sensor",
+    "SerialLog",
     "SerialPlotter",
     "Setpoint",
     "Simulation",
@@ -145,7 +177,11 @@ __all__ = [
     "load",
     "load_text",
     "modbus_of",
+    "must_release",
+    "nextion_of",
+    "programmed",
     "row_controller",
+    "starts_enabled",
     "switched",
     "tunable",
 ]

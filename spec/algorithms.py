@@ -108,6 +108,10 @@ class Pid(Model):
     kd: Annotated[float, Gain("%·s/K")] = Field(
         0.0, description="Duty per kelvin per second of slope, %·s/K."
     )
+    feed_forward: Annotated[float, Gain("%·s/K")] = Field(
+        0.0,
+        description="Duty per kelvin per second of the setpoint's slope in a program, %·s/K.",
+    )
     derivative_of: Literal["measurement", "error"] = Field(
         "measurement",
         description="`measurement` does not kick when the setpoint is changed; `error` does.",

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import (
     ABSOLUTE_ZERO_C,
     BareNumber,
@@ -32,7 +33,7 @@ FullScale = Annotated[
 """What the ADC calls full scale. At AREF it is 1 V to the supply (data sheets)."""
 
 
-class AnalogSensor(Model):
+class AnalogSensor(Averaged):
     """What all sensors on pins of the ADC have."""
 
     kind: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, ModbusRtu
+from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion
 
 
 def gcode_of(controller: Controller) -> Gcode | None:
@@ -18,6 +18,12 @@ def modbus_of(controller: Controller) -> ModbusRtu | None:
     return next(found, None)
 
 
+def nextion_of(controller: Controller) -> Nextion | None:
+    """Find the touch display of a controller, if it has one."""
+    found = (each for each in controller.interfaces if isinstance(each, Nextion))
+    return next(found, None)
+
+
 def commanded(controller: Controller, loop_name: str) -> bool:
     """Tell whether a host or a master sets a loop's setpoint, and may switch it off."""
     gcode = gcode_of(controller)
@@ -26,8 +32,40 @@ def commanded(controller: Controller, loop_name: str) -> bool:
 
 
 def switched(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a loop is enabled and disabled apart from its setpoint: a master serves all."""
-    return loop_name in controller.loops and modbus_of(controller) is not None
+    """Tell whether a loop is enabled and disabled apart from its setpoint.
+
+    A master serves all loops; a touch display and programs one each.
+    """
+    if loop_name not in controller.loops:
+        return False
+    display = nextion_of(controller)
+    return (
+        modbus_of(controller) is not None
+        or (display is not None and display.loop == loop_name)
+        or programmed(controller, loop_name)
+    )
+
+
+def programmed(controller: Controller, loop_name: str) -> bool:
+    """Tell whether programs move a loop's setpoint."""
+    return controller.programs is not None and controller.programs.loop == loop_name
+
+
+def must_release(controller: Controller) -> bool:
+    """Tell whether a switched loop must be told "off" before it takes an "on".
+
+    A master repeats itself, and what it says all the time must not restart a heater. A person who
+    presses a button means it.
+    """
+    return modbus_of(controller) is not None
+
+
+def starts_enabled(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a loop is on from the power-up: one that people switch on is not."""
+    starts = controller.loops[loop_name].starts
+    if starts is None:
+        return not switched(controller, loop_name) or must_release(controller)
+    return starts == "enabled"
 
 
 def zero_is_off(controller: Controller, loop_name: str) -> bool:

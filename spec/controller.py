@@ -6,13 +6,24 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.base import DEFAULTS, MOST_ENTRIES, Filled, Model, Name, Temperature, Title
+from heatwright.spec.base import (
+    DEFAULTS,
+    MOST_ENTRIES,
+    Filled,
+    Model,
+    Name,
+    PinName,
+    Reference,
+    Temperature,
+    Title,
+)
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Checked, refuse
+from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensors import Sensor, Thermometer
 from heatwright.spec.simulation import Simulation
@@ -57,6 +68,14 @@ class Safety(Model):
     watchdog_s: Annotated[float, Quantity(DURATION, choices=WATCHDOG_S)] = Field(
         2.0, alias="watchdog", description="Time after which a hung program is reset."
     )
+    relay: Reference | None = Field(
+        None, description="Digital output in series with the heaters; closed only to heat."
+    )
+    relay_feedback: PinName | None = Field(
+        None,
+        description="Pin at a contact of the relay that is closed to ground while the relay is "
+        "open.",
+    )
 
 
 class Published(Model):
@@ -98,7 +117,8 @@ class Controller(Model):
     sensors: Annotated[Mapping[Name, Sensor], Filled] = Field(description="Sensors by name.")
     outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
     loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
-    safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog.")
+    programs: Programs | None = Field(None, description="Ramp programs of one loop.")
+    safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog and relay.")
     interfaces: tuple[Interface, ...] = Field(
         (), max_length=MOST_ENTRIES, description="Displays, keys, serial lines."
     )

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool
 
 from heatwright.spec.base import Filled, Model, PinName, ReadOnly, Reference, WholeNumber
-from heatwright.spec.problems import Checked, refuse
+from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.suggest import listed
-from heatwright.spec.units import DIFFERENCE
+from heatwright.spec.units import DIFFERENCE, DURATION
 
 FASTEST_HOST = 250_000
 """Baud, as hosts of 3D printers use. A byte comes every 40 us, and its interrupt takes some 5."""
@@ -112,6 +112,19 @@ class ModbusRtu(Model):
         return 1 + 8 + (self.parity != "none") + self.stop_bits
 
 
+def _memory(value: Any) -> str:
+    if value == "sd":
+        raise refuse(
+            "no log is written to an SD card: a card that is pulled or worn would stall the "
+            "control, and a file system needs more RAM than the smaller chips have",
+            "Use ram or eeprom, and read the log out over the serial port",
+        )
+    if value not in ("ram", "eeprom"):
+        word = shown(value) if isinstance(value, str) else "this"
+        raise refuse(f"{word} is not possible", "Use ram or eeprom")
+    return str(value)
+
+
 Meaning = Literal["enabled", "heating", "cooling", "warm", "communicating", "fault"]
 
 
@@ -126,6 +139,39 @@ class Indicators(Model):
         description="What each pin's LED shows."
     )
     active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
+
+
+_Port = Annotated[int, WholeNumber("a serial port", 0, 3, 0)]
+_PORT = "Serial port of the board, by its number."
+
+
+class Nextion(Model):
+    """A Nextion touch display on a serial port."""
+
+    kind: Literal["nextion"]
+    loop: Reference = Field(description="Loop that is shown and set.")
+    baud: Annotated[int, Baud(115_200, BUS_BAUDS)] = Field(
+        115_200, description="Speed of the line; the display's own is set in its editor."
+    )
+    port: _Port = Field(0, description=_PORT)
+
+
+class SerialLog(Model):
+    """Temperature and setpoint in a ring, read out over a serial port."""
+
+    kind: Literal["serial_log"]
+    loop: Reference = Field(description="Loop that is noted.")
+    baud: Annotated[int, Baud(FASTEST_HOST)] = Field(115_200, description="Speed of the line.")
+    port: _Port = Field(0, description=_PORT)
+    every_s: Annotated[float, Quantity(DURATION, least=1.0, most=3600.0)] = Field(
+        60.0, alias="every", description="Time between entries."
+    )
+    entries: Annotated[int, WholeNumber("a number of entries", 1, 1000, 480)] = Field(
+        480, description="Entries of the ring; the oldest goes first."
+    )
+    keep: Annotated[Literal["ram", "eeprom"], Checked(_memory, enum=["ram", "eeprom"])] = Field(
+        "ram", description="Where the ring is; `eeprom` outlives a loss of power."
+    )
 
 
 class Gcode(Model):
@@ -145,5 +191,6 @@ class Gcode(Model):
 
 
 Interface = Annotated[
-    Gcode | Indicators | LcdKeypad | ModbusRtu | SerialPlotter, Field(discriminator="kind")
+    Gcode | Indicators | LcdKeypad | ModbusRtu | Nextion | SerialLog | SerialPlotter,
+    Field(discriminator="kind"),
 ]

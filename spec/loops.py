@@ -69,6 +69,9 @@ class Protection(Model):
         alias="maximum",
         description="Rule `over_temperature`. Left out: the highest setpoint plus 15 K.",
     )
+    maximum_adjustable: StrictBool = Field(
+        False, description="Let the operator lower the maximum; it is kept in EEPROM."
+    )
     minimum_c: Temperature = Field(
         -10.0, alias="minimum", description="Rule `under_temperature`: a colder reading is wrong."
     )
@@ -129,9 +132,10 @@ class Loop(Model):
     cooler: Reference | None = Field(
         None, description="Digital output that cools; never on together with the heater."
     )
-    starts: Literal["enabled", "disabled"] = Field(
-        "enabled",
-        description="`disabled`: off after the power-up, until the master switches it on.",
+    starts: Literal["enabled", "disabled"] | None = Field(
+        None,
+        description="State after the power-up of a loop that is switched; left out: `disabled` "
+        "under a display or programs, `enabled` under a master.",
     )
     period_s: _Time = Field(
         alias="period", description="Time between control steps; a multiple of the 10 ms tick."

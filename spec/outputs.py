@@ -102,6 +102,9 @@ class TimeProportionalOutput(Model):
     minimum_off_s: Annotated[float, Quantity(DURATION, least=0.0)] = Field(
         0.0, alias="minimum_off", description="A shorter pause is left out."
     )
+    distribution: Literal["burst", "spread"] = Field(
+        "burst", description="On-time in one piece, or spread over the window in single steps."
+    )
 
 
 class Stepper(Model):

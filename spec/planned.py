@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-KINDS = {
-    "Sensor": "max31856",
-    "Interface": "nextion",
-}
+KINDS: dict[str, str] = {}
 """Kinds by the union they will join."""
 
-KEYS = {
-    "Controller": "programs",
-    "Ds18b20": "moving_average",
-    "Thermistor": "moving_average",
-    "Rtd": "moving_average",
-    "Analog": "moving_average",
-    "TimeProportionalOutput": "current supply",
-    "Safety": "relay",
-    "ThermalNetwork": "radiation",
-    "Event": "loop setpoint",
-}
+KEYS: dict[str, str] = {}
 """Keys by the model they will join."""
 
 ELSEWHERE = {("Analog", "quantity"): "Use kind: current for the current of a heater"}

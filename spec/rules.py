@@ -178,6 +178,27 @@ _RULES = (
         "The master has not asked anything for too long.",
         "Check the bus and the program on the master; then acknowledge it.",
     ),
+    Rule(
+        24,
+        "program_lags",
+        "KILN LAGS",
+        "The machine has lagged behind its program for too long.",
+        "Check the heater and its supply; then give the program slower ramps.",
+    ),
+    Rule(
+        25,
+        "relay_welded",
+        "RELAY WELDED",
+        "The safety relay's contact says closed although the relay is off.",
+        "Take the supply away and replace the relay; check its feedback contact.",
+    ),
+    Rule(
+        26,
+        "relay_open",
+        "RELAY OPEN",
+        "The safety relay's contact says open although the relay is on.",
+        "Check the relay's coil, its driver and its feedback contact.",
+    ),
 )
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}

@@ -18,8 +18,9 @@ from pydantic.fields import FieldInfo
 from heatwright.spec.base import Filled, Off
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Checked
+from heatwright.spec.programs import Resumes, Within
 from heatwright.spec.quantity import Quantity, QuantityRange, amount
-from heatwright.spec.units import Dimension
+from heatwright.spec.units import DIFFERENCE, Dimension
 
 Json = dict[str, Any]
 
@@ -142,6 +143,10 @@ def _marked(annotation: Any, marks: tuple[Any, ...], definitions: dict[str, Json
     found = _value(annotation, definitions)
     if Filled in marks:
         found["minProperties"] = 1
+    if Within in marks:
+        found = {"anyOf": [_quantity(Quantity(DIFFERENCE)), found]}
+    if Resumes in marks:
+        return {"anyOf": [{"const": "stop"}, found]}
     if Off in marks:
         return {"anyOf": [{"const": "off"}, found]}
     return found

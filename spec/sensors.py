@@ -12,15 +12,17 @@ from heatwright.spec.analog_sensors import (
     Volt,
     VoltPerKelvin,
 )
-from heatwright.spec.base import Model, PinName
+from heatwright.spec.averaging import Averaged
+from heatwright.spec.base import PinName
 from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.thermocouples import Max6675, Max31855
 from heatwright.spec.units import BITS
 
 
-class Ds18b20(Model):
+class Ds18b20(Averaged):
     """Digital thermometer on a 1-Wire line of its own, with its own supply wire."""
 
     kind: Literal["ds18b20"]
@@ -110,10 +112,10 @@ class Analog(AnalogSensor):
     )
 
 
-Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor
+Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
 """What a loop can go by."""
 
 Sensor = Annotated[
-    Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Rtd | Thermistor,
+    Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor,
     Field(discriminator="kind"),
 ]

@@ -15,8 +15,10 @@ from heatwright.spec.base import (
     Temperature,
 )
 from heatwright.spec.problems import Checked, refuse
+from heatwright.spec.program_orders import ProgramOrders
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import (
+    AREA,
     CAPACITY,
     DIFFERENCE,
     DURATION,
@@ -55,6 +57,24 @@ class Link(Model):
     resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, least=1e-6)] = Field(
         alias="resistance", description="Kelvin of difference for each watt that flows."
     )
+
+
+def _emissivity(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1:
+        raise refuse("an emissivity is a bare number above 0, up to 1", "Write one, such as 0.9")
+    return float(value)
+
+
+class Radiation(Model):
+    """Heat between two nodes, or a node and `ambient`, by Stefan and Boltzmann's law."""
+
+    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
+        alias="area", description="Surface that radiates."
+    )
+    emissivity: Annotated[
+        float, Checked(_emissivity, type="number", exclusiveMinimum=0, maximum=1)
+    ] = Field(description="Share of what a black body would radiate.")
 
 
 class Sense(Model):
@@ -124,6 +144,9 @@ class ThermalNetwork(Model):
         {}, description="For each fan, the link it changes.", validate_default=True
     )
     filament: Filament | None = Field(None, description="What the feed takes heat from.")
+    radiation: tuple[Radiation, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="Surfaces that radiate to each other."
+    )
 
 
 Plant = Annotated[ThermalNetwork, Field(discriminator="kind")]
@@ -157,6 +180,9 @@ class Event(Model):
     write: Writes | None = Field(
         None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
     )
+    program: ProgramOrders | None = Field(
+        None, description="What is asked of a program: `start 1`, `pause`, `jump 3` and so on."
+    )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."
     )
@@ -179,7 +205,7 @@ class Event(Model):
 
     @property
     def _actions(self) -> int:
-        actions = (self.press, self.send, self.extrude_mm_per_s, self.write)
+        actions = (self.press, self.send, self.extrude_mm_per_s, self.write, self.program)
         return sum(action is not None for action in actions)
 
 
@@ -191,6 +217,12 @@ class Expect(Model):
     )
     steady_k: _Difference | None = Field(
         None, alias="steady", description="Largest deviation in the steady part, both ways."
+    )
+    tracking_k: _Difference | None = Field(
+        None,
+        alias="tracking",
+        description="Largest deviation on a program's ramps, after the first minute of each, "
+        "while the heater can follow.",
     )
 
 

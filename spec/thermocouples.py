@@ -4,7 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from heatwright.spec.base import Model, PinName
+from heatwright.spec.averaging import Averaged
+from heatwright.spec.base import PinName
 from heatwright.spec.conversion import TICK_S
 
 _STEP_K = 0.25
@@ -21,7 +22,7 @@ MAX31855_RANGE_C = {
 """By the thermocouple's type (data sheet, thermal characteristics)."""
 
 
-class _Converter(Model):
+class _Converter(Averaged):
     """What a converter on three wires has; the wires may be any pins."""
 
     kind: str

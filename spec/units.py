@@ -73,6 +73,14 @@ RATE = Dimension(
     1e4,
     _prefixed("K/s") | {"K/min": _fraction("1", 60)},
 )
+PROGRAM_RATE = Dimension(
+    "rate of a program",
+    "K/h",
+    "150 K/h",
+    "K/h or K/min",
+    1e5,
+    _prefixed("K/h") | {"K/min": Unit(Decimal(60))},
+)
 PERCENT = Dimension("percentage", "%", "80 %", "%", 1e3, _prefixed("%"))
 BITS = Dimension("number of bits", "bit", "12 bit", "bit", 64.0, _prefixed("bit", "", "bits"))
 CAPACITY = Dimension("heat capacity", "J/K", "900 J/K", "J/K or kJ/K", 1e9, _prefixed("J/K", "k"))

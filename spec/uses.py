@@ -6,9 +6,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from heatwright.spec.base import PIN_MARK
-from heatwright.spec.boards import Board, Pin
+from heatwright.spec.boards import Board, Pin, Uart
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Indicators, Interface, LcdKeypad, ModbusRtu
+from heatwright.spec.interfaces import (
+    Indicators,
+    Interface,
+    LcdKeypad,
+    ModbusRtu,
+    Nextion,
+    SerialLog,
+)
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
@@ -46,6 +53,9 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
             for key, pin_name in pins_of(part).items():
                 if pin_name in board.pins:
                     yield PinUse(board.pins[pin_name], (section, name, key), "")
+    feedback = controller.safety.relay_feedback
+    if feedback is not None and feedback in board.pins:
+        yield PinUse(board.pins[feedback], ("safety", "relay_feedback"), "the relay's feedback")
     for index, interface in enumerate(controller.interfaces):
         for keys, name, purpose in interface_pins(board, interface):
             if name in board.pins:
@@ -67,11 +77,19 @@ def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, s
         for name, purpose in LCD_KEYPAD_PINS.items():
             yield (), name, purpose
         return
-    if not isinstance(interface, Indicators):
-        uart = board.uarts[0]
+    uart = uart_of(board, interface)
+    if uart is not None:
         for name in (uart.tx, uart.rx):
             yield (), name, SERIAL_PORT
     yield from named_pins(interface)
+
+
+def uart_of(board: Board, interface: Interface) -> Uart | None:
+    """Find the serial port of an interface; None if it takes none, or one the board lacks."""
+    if isinstance(interface, LcdKeypad | Indicators):
+        return None
+    port = interface.port if isinstance(interface, Nextion | SerialLog) else 0
+    return board.uarts[port] if port < len(board.uarts) else None
 
 
 def named_pins(interface: Interface) -> Iterator[tuple[Path, str, str]]:

@@ -15,7 +15,7 @@ from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, ThreePosition
-from heatwright.spec.commands import commanded, switched, tunable
+from heatwright.spec.commands import commanded, starts_enabled, switched, tunable
 from heatwright.spec.indicated import indicated
 
 FULL_PERCENT = 100.0
@@ -79,7 +79,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "heater": loop.heater,
         "plotter": plotted,
         "panel": shown,
-        "starts_enabled": loop.starts == "enabled",
+        "starts_enabled": starts_enabled(source.controller, name),
         "starts_where": source.at("starts").where,
         "told": told,
         "master_lost": loop.protection.master_lost_after_s is not None,

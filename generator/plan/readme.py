@@ -12,7 +12,7 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of, modbus_of
+from heatwright.spec.commands import gcode_of, modbus_of, starts_enabled
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def _loops(spec: Spec) -> list[dict[str, Any]]:
             "fan": loop.fan,
             "cooler": loop.cooler,
             "cooled_to": f"{FAULT_COOLING_ABOVE_C:g} °C",
-            "disabled": loop.starts == "disabled",
+            "disabled": not starts_enabled(spec.controller, name),
             "algorithm": loop.algorithm.kind,
             "period": quantity(loop.period_s, "s"),
             "initial": f"{loop.setpoint.initial_c:g} °C",

@@ -199,7 +199,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
 
 def _cools_at_once(site: Site) -> bool:
     """Whether a loop that finds itself far too hot after a reset cools, for it is on by itself."""
-    return site.loop.cooler is not None and site.loop.starts == "enabled"
+    return site.loop.cooler is not None and site.loop.starts != "disabled"
 
 
 def _heat_lost(site: Site) -> Iterator[Fault]:

@@ -4,7 +4,7 @@ from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Or
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.operator import Operator
-from heatwright.spec import Controller
+from heatwright.spec import Controller, starts_enabled
 
 
 class SwitchedOperator(Operator):
@@ -13,7 +13,7 @@ class SwitchedOperator(Operator):
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Wish for what the specification says; switching on must be preceded by off."""
         super().__init__(controller, name, reference)
-        self._enabled = int(controller.loops[name].starts == "enabled")
+        self._enabled = int(starts_enabled(controller, name))
         self._was_on = self._off_is_due = False
         self._released = False
         self._had_fault = False

@@ -19,7 +19,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
             "algorithm": row.algorithm,
             "setpoint": setpoint,
             "autotune": loop.autotune if row.algorithm.kind == "pid" else None,
-            "starts": "enabled",
+            "starts": None,
         }
     )
     outputs = dict(controller.outputs)

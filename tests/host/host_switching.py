@@ -188,7 +188,7 @@ class _Switching(Running):
     def after_power_up(self) -> Iterator[str]:
         self.host.erase()
         self.host.power_up()
-        starts = self.loop.starts == "enabled"
+        starts = self.loop.starts != "disabled"
         if self.library.loop_air_is_enabled() != starts:
             yield f"after a reset it is not {self.loop.starts}"
         if self.library.loop_air_enable() != starts:

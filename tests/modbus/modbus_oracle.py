@@ -62,7 +62,7 @@ class Oracle:
     def _control(self, name: str) -> Control:
         loop = self._controller.loops[name]
         gains = self._default_gains(name)
-        return Control(round(loop.setpoint.initial_c * 10), loop.starts == "enabled", gains)
+        return Control(round(loop.setpoint.initial_c * 10), loop.starts != "disabled", gains)
 
     def _default_gains(self, name: str) -> dict[str, bytes]:
         if not tunable(self._controller, name):

@@ -253,4 +253,4 @@ def test_a_row_needs_no_master(fabricator: Controller) -> None:
             "algorithm": {"kind": "three_position", "dead_band": "5 K"},
         }
     )
-    assert row_controller(fabricator, row).loops["nozzle"].starts == "enabled"
+    assert row_controller(fabricator, row).loops["nozzle"].starts is None

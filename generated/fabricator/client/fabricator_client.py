@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x441dbec4
+DIGEST = 0x331ed33d
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

@@ -18,11 +18,12 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         return milliseconds(duration_s) // resolution_ms
 
     window = in_steps(output.window_s)
-    shown = f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms"
+    windows = source.at("window").count(
+        f"{prefix}_WINDOW_STEPS",
+        window,
+        f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms",
+    )
     constants = [
-        source.at("window").count(
-            f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
-        ),
         source.at("resolution").count(
             f"{prefix}_TICKS_PER_STEP", ticks(output.resolution_s), f"{resolution_ms} ms"
         ),
@@ -30,6 +31,13 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
             f"{prefix}_STEPS_PER_PERCENT", window / 100, f"{window} / 100 %"
         ),
     ]
+    if output.spread:
+        constants.insert(0, windows)
+    else:
+        in_ticks = source.at("window").count(
+            f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
+        )
+        constants.insert(0, in_ticks)
     if output.minimum_on_s > 0:
         constants.append(
             source.at("minimum_on").count(
@@ -40,7 +48,7 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         )
     if output.minimum_off_s > 0:
         constants += [
-            source.at("window").count(f"{prefix}_WINDOW_STEPS", window, shown),
+            *(() if output.spread else (windows,)),
             source.at("minimum_off").count(
                 f"{prefix}_MINIMUM_OFF_STEPS",
                 in_steps(output.minimum_off_s),
@@ -54,5 +62,10 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         use,
         "outputs/time_proportional",
         constants=tuple(constants),
-        context={"minimum_on": output.minimum_on_s > 0, "minimum_off": output.minimum_off_s > 0},
+        context={
+            "minimum_on": output.minimum_on_s > 0,
+            "minimum_off": output.minimum_off_s > 0,
+            "spread": output.spread,
+            "distribution_where": source.at("distribution").where,
+        },
     )

@@ -1,0 +1,17 @@
+"""What all thermometers have: a mean of their last readings for the control."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from heatwright.spec.base import Model, WholeNumber
+
+
+class Averaged(Model):
+    """A thermometer, whose readings may be averaged before the control goes by them."""
+
+    moving_average: Annotated[int, WholeNumber("a number of readings", 1, 16, 5)] = Field(
+        1,
+        description="Readings, one each control step, whose mean the control goes by; the "
+        "protections judge every single one.",
+    )

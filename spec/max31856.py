@@ -1,0 +1,104 @@
+"""Thermocouples of any type behind a MAX31856."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from heatwright.spec.averaging import Averaged
+from heatwright.spec.base import PinName, WholeNumber
+from heatwright.spec.conversion import TICK_S
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import FREQUENCY
+
+ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
+
+RANGE_C: dict[str, tuple[float, float]] = {
+    "B": (250.0, 1820.0),
+    "E": (-200.0, 1000.0),
+    "J": (-210.0, 1200.0),
+    "K": (-200.0, 1372.0),
+    "N": (-200.0, 1300.0),
+    "R": (-50.0, 1768.0),
+    "S": (-50.0, 1768.0),
+    "T": (-200.0, 400.0),
+}
+"""By the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
+
+AVERAGES = (1, 2, 4, 8, 16)
+
+
+class _Samples(WholeNumber):
+    """Marks the number of samples the chip averages: a power of two."""
+
+    def __init__(self) -> None:
+        super().__init__("a number of samples", 1, 16, 2)
+        self.json_schema = {"enum": list(AVERAGES)}
+        self.read = self._read
+
+    def _read(self, value: object) -> int:
+        found = self.read_number(value)
+        if found not in AVERAGES:
+            raise refuse(f"the chip cannot average {found} samples", "Use 1, 2, 4, 8 or 16")
+        return found
+
+
+class Max31856(Averaged):
+    """A thermocouple behind a MAX31856, on any four pins."""
+
+    kind: Literal["max31856"]
+    chip_select: PinName = Field(description="Pin at the converter's CS.")
+    clock: PinName = Field(description="Pin at its SCK.")
+    data_in: PinName = Field(description="Pin at its SDI: what it is told.")
+    data_out: PinName = Field(description="Pin at its SDO: what it answers.")
+    thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
+    selectable: tuple[ThermocoupleType, ...] = Field(
+        (), max_length=8, description="Types that the operator may choose; kept in EEPROM."
+    )
+    mains_filter_hz: Annotated[float, Quantity(FREQUENCY, choices=(50.0, 60.0))] = Field(
+        50.0, alias="mains_filter", description="Mains frequency that the chip filters out."
+    )
+    average: Annotated[int, _Samples()] = Field(
+        1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
+    )
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures with its thermocouple (data sheet)."""
+        return RANGE_C[self.thermocouple]
+
+    @property
+    def step_k(self) -> float:
+        """Smallest difference the converter resolves: 19 bits (data sheet)."""
+        return 2.0**-7
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Step of the readings about a temperature: everywhere the same."""
+        del temperature_c, mcu
+        return self.step_k
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: 0.15 % of the type's span, 0.7 K of the cold junction."""
+        del temperature_c
+        low_c, high_c = self.range_c
+        return 0.7 + 0.0015 * (high_c - low_c)
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion, all but the first (data sheet, automatic conversion)."""
+        slow = self.mains_filter_hz == 50.0
+        return (0.11 if slow else 0.09) + (self.average - 1) * (0.02 if slow else 0.01667)
+
+    @property
+    def read_s(self) -> float:
+        """Time of the reading: the tick that it takes place in."""
+        return TICK_S
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: the first conversion takes longer."""
+        slow = self.mains_filter_hz == 50.0
+        return (0.185 if slow else 0.155) + (self.average - 1) * (0.04 if slow else 0.03333)
+
+
+__all__ = ["AVERAGES", "RANGE_C", "Max31856", "ThermocoupleType"]

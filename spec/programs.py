@@ -1,0 +1,222 @@
+"""Ramp programs: what the setpoint does over hours, and what happens when the power fails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from heatwright.spec.base import (
+    DEFAULTS,
+    MOST_ENTRIES,
+    Model,
+    Off,
+    Reference,
+    Temperature,
+    WholeNumber,
+)
+from heatwright.spec.problems import Checked, refuse, shown
+from heatwright.spec.quantity import Quantity, number
+from heatwright.spec.units import DIFFERENCE, DURATION, PROGRAM_RATE
+
+LONGEST_NAME = 12
+"""Characters of a program's name: what fits a line of 16 beside its number."""
+MOST_POINTS = 20
+LONGEST_SEGMENT_S = 31 * 86_400.0
+FASTEST_K_PER_H = 6553.5
+"""A rate is stored in steps of 0.1 K/h, in 16 bits."""
+
+FAST = "as fast as possible"
+UNTIL = "until operator"
+
+SegmentKind = Literal["over", "rate", "fast", "hold", "until"]
+
+_Time = Annotated[float, Quantity(DURATION, least=1.0, most=LONGEST_SEGMENT_S)]
+_Band = Annotated[float, Quantity(DIFFERENCE, least=0.1)]
+
+
+def _name(value: Any) -> str:
+    plain = isinstance(value, str) and value.isascii() and value.isprintable()
+    if not plain or not value.strip() or len(value) > LONGEST_NAME or set(value) & set('"\\'):
+        raise refuse(
+            f"a program's name has 1 to {LONGEST_NAME} plain characters, no quotation mark and "
+            "no backslash",
+            "Write one, such as fuse",
+        )
+    return str(value)
+
+
+ProgramName = Annotated[
+    str, Checked(_name, type="string", pattern=rf"^[ !#-\[\]-~]{{1,{LONGEST_NAME}}}$")
+]
+
+
+class Segment(Model):
+    """One part of a program: a way to a temperature, or a hold."""
+
+    to_c: Temperature | None = Field(None, alias="to", description="Temperature at its end.")
+    over_s: _Time | None = Field(None, alias="over", description="Time it takes, whole seconds.")
+    asked_rate: (
+        Annotated[
+            float | str,
+            Quantity(PROGRAM_RATE, least=0.1, most=FASTEST_K_PER_H, words=(FAST,)),
+        ]
+        | None
+    ) = Field(None, alias="at", description=f"Rate of the setpoint, or `{FAST}`.")
+    asked_hold: (
+        Annotated[
+            float | str, Quantity(DURATION, least=1.0, most=LONGEST_SEGMENT_S, words=(UNTIL,))
+        ]
+        | None
+    ) = Field(None, alias="hold", description=f"Time at the setpoint as it is, or `{UNTIL}`.")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Segment:
+        ways = (self.over_s is not None) + (self.asked_rate is not None)
+        if (self.asked_hold is None) == (self.to_c is None) or ways != (self.to_c is not None):
+            raise refuse(
+                "a segment either goes to a temperature or holds",
+                "Write {to: 540 °C, over: 60 min}, {to: 540 °C, at: 150 K/h}, "
+                f"{{to: 540 °C, at: {FAST}}}, {{hold: 30 min}} or {{hold: {UNTIL}}}",
+            )
+        for seconds in (self.over_s, self.hold_s):
+            if seconds is not None and not seconds.is_integer():
+                raise refuse(
+                    f"{number(seconds)} s is no whole number of seconds", "Round it to seconds"
+                )
+        for tenths in (self.to_c, self.at_k_per_h):
+            if tenths is not None and abs(tenths * 10 - round(tenths * 10)) > 1e-6:
+                raise refuse(f"{number(tenths)} is kept in tenths", "Round it to one decimal")
+        return self
+
+    @property
+    def kind(self) -> SegmentKind:
+        """Which of the five forms it has."""
+        if self.until:
+            return "until"
+        if self.hold_s is not None:
+            return "hold"
+        if self.fast:
+            return "fast"
+        return "over" if self.over_s is not None else "rate"
+
+    @property
+    def fast(self) -> bool:
+        """True if the setpoint jumps to its end."""
+        return self.asked_rate == FAST
+
+    @property
+    def at_k_per_h(self) -> float | None:
+        """Rate of the setpoint, K/h; None in all other forms."""
+        return self.asked_rate if isinstance(self.asked_rate, float) else None
+
+    @property
+    def until(self) -> bool:
+        """True if it holds until the operator goes on."""
+        return self.asked_hold == UNTIL
+
+    @property
+    def hold_s(self) -> float | None:
+        """Time of a hold, s; None in all other forms."""
+        return self.asked_hold if isinstance(self.asked_hold, float) else None
+
+
+class Program(Model):
+    """One program with its name, as the controller has it before anybody edits it."""
+
+    name: ProgramName = Field(description=f"Its name, up to {LONGEST_NAME} characters.")
+    segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_ENTRIES)] = Field(
+        description="What it does, one after the other."
+    )
+
+
+class HoldBack(Model):
+    """The program's clock waits while the machine lags behind."""
+
+    within_k: _Band = Field(
+        10.0, alias="within", description="Deviation beyond which the clock waits."
+    )
+    limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
+        7200.0,
+        alias="limit",
+        description="Rule `program_lags`: so long it may lag below without a break.",
+    )
+
+
+class AfterPowerLoss(Model):
+    """Whether a program goes on when the power comes back; nobody knows how long it was away."""
+
+    resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
+        0.0,
+        alias="resume_within",
+        description="Goes on if the temperature has changed by no more; 0 K: never.",
+    )
+    otherwise: Literal["stop", "pause"] = Field(
+        "stop", description="What it does if it has changed by more."
+    )
+
+
+def _within(value: Any) -> Any:
+    """Read `10 K` as {within: 10 K}."""
+    return value if isinstance(value, Mapping | HoldBack) or value is None else {"within": value}
+
+
+Within = BeforeValidator(_within)
+"""Marks a hold-back that may be written as its band alone."""
+
+
+def _fits(value: Any) -> Any:
+    if isinstance(value, str) and value == "stop":
+        return {"resume_within": "0 K"}
+    if not isinstance(value, Mapping | AfterPowerLoss):
+        word = shown(value) if isinstance(value, str) else "this"
+        raise refuse(
+            f"{word} is not possible", "Write {resume_within: 30 K, otherwise: stop} or stop"
+        )
+    return value
+
+
+Resumes = BeforeValidator(_fits)
+"""Marks what may be written as the word `stop`."""
+
+
+class Programs(Model):
+    """The programs of one loop, and how they run."""
+
+    loop: Reference = Field(description="Loop whose setpoint they move.")
+    points: Annotated[int, WholeNumber("a number of points", 1, MOST_POINTS, 10)] = Field(
+        10, description="Most segments in one program."
+    )
+    asked_places: Annotated[int, WholeNumber("a number of programs", 1, 8, 4)] | None = Field(
+        None,
+        alias="places",
+        description="How many programs the EEPROM keeps; left out: 3, or as many as are stored.",
+    )
+    hold_back: Annotated[HoldBack | None, Off, Within] = Field(
+        DEFAULTS,
+        validate_default=True,
+        description="The clock waits while the machine lags by more, or `off`.",
+    )
+    reached_within_k: _Band = Field(
+        1.0,
+        alias="reached_within",
+        description="Deviation at which a target counts as reached at a segment's end.",
+    )
+    after_power_loss: Annotated[AfterPowerLoss, Resumes] = Field(
+        DEFAULTS, validate_default=True, description="What happens when the power comes back."
+    )
+    save_every_s: Annotated[float, Quantity(DURATION, least=10.0, most=3600.0)] = Field(
+        60.0, alias="save_every", description="How often a running program notes where it is."
+    )
+    at_end: Literal["off", "hold"] = Field(
+        "off", description="What the loop does after the last segment."
+    )
+    stored: tuple[Program, ...] = Field(
+        (), max_length=8, description="Programs that are there from the start."
+    )
+
+    @property
+    def places(self) -> int:
+        """How many programs there are, empty ones included."""
+        return self.asked_places or max(3, len(self.stored))
