@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import core
+from heatwright.generator.plan import core, relay
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
@@ -37,7 +37,7 @@ def plan_firmware(spec: Spec) -> Plan:
     controller = spec.controller
     use = allocate(controller)
     loops = [summary(root.at("loops", name), name) for name in controller.loops]
-    clock, gate = core.clock(root, use.tick), core.gate(loops, list(use.steppers))
+    clock, gate = core.clock(root, use.tick), core.gate(root, loops, list(use.steppers))
     settings = plan_settings(root, loops)
     sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
     outputs = [_output(root, name, use) for name in controller.outputs]
@@ -149,6 +149,8 @@ def _sensor(root: Source, name: str, timer: int | None) -> Part:
 
 def _output(root: Source, name: str, timers: TimerUse) -> Part:
     output = root.controller.outputs[name]
+    if name == root.controller.safety.relay:
+        return relay.plan(root, name)
     heats = any(loop.heater == name for loop in root.controller.loops.values())
     host = gcode_of(root.controller)
     use = UseOfOutput(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop
@@ -25,6 +26,8 @@ LAST_RULE_OF_SENSORS = 18
 LAST_RULE_OF_HOSTS = 19
 LAST_RULE_OF_CURRENTS = 22
 LAST_RULE_OF_MASTERS = 23
+LAST_RULE_OF_RELAYS = 26
+"""Of those with a contact that says what they do."""
 
 
 def rule_macro(rule: Rule) -> str:
@@ -46,6 +49,8 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_CURRENTS
     if modbus_of(controller):
         last = LAST_RULE_OF_MASTERS
+    if controller.safety.relay_feedback:
+        last = LAST_RULE_OF_RELAYS
     return [
         {
             "macro": rule_macro(rule),
@@ -125,9 +130,15 @@ def clock(root: Source, timer: int) -> Part:
     )
 
 
-def gate(loops: list[dict[str, object]], steppers: list[str]) -> Part:
-    """The gate to the heaters, and its permits; it stops the steppers too."""
-    context = {"loops": loops, "steppers": steppers}
+def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> Part:
+    """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
+    context = {
+        "loops": loops,
+        "steppers": steppers,
+        "relay": root.controller.safety.relay,
+        "relay_where": root.at("safety", "relay").where,
+        "wanting": wanting(root.controller),
+    }
     return Part(
         files=(
             File("src/gate.h", "src/gate.h.j2", context),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import autotune
+from heatwright.generator.plan import autotune, relay
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
@@ -13,6 +13,7 @@ from heatwright.generator.plan.guard import guard_constants
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, ThreePosition
 from heatwright.spec.commands import commanded, starts_enabled, switched, tunable
@@ -76,8 +77,11 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "where": source.where,
         "sensor": loop.sensor,
         "SENSOR": loop.sensor.upper(),
+        "raw": raw_type(source.controller.thermometers[loop.sensor]),
         "heater": loop.heater,
         "plotter": plotted,
+        "relay_judged": relay.is_judged_by(source.controller, name),
+        "wanting": name in relay.wanting(source.controller),
         "panel": shown,
         "starts_enabled": starts_enabled(source.controller, name),
         "starts_where": source.at("starts").where,

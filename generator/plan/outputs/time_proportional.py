@@ -17,13 +17,18 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
     def in_steps(duration_s: float) -> int:
         return milliseconds(duration_s) // resolution_ms
 
+    spread = output.distribution == "spread"
     window = in_steps(output.window_s)
     windows = source.at("window").count(
         f"{prefix}_WINDOW_STEPS",
         window,
         f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms",
     )
+    in_ticks = source.at("window").count(
+        f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
+    )
     constants = [
+        windows if spread else in_ticks,
         source.at("resolution").count(
             f"{prefix}_TICKS_PER_STEP", ticks(output.resolution_s), f"{resolution_ms} ms"
         ),
@@ -31,13 +36,6 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
             f"{prefix}_STEPS_PER_PERCENT", window / 100, f"{window} / 100 %"
         ),
     ]
-    if output.spread:
-        constants.insert(0, windows)
-    else:
-        in_ticks = source.at("window").count(
-            f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
-        )
-        constants.insert(0, in_ticks)
     if output.minimum_on_s > 0:
         constants.append(
             source.at("minimum_on").count(
@@ -48,7 +46,7 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         )
     if output.minimum_off_s > 0:
         constants += [
-            *(() if output.spread else (windows,)),
+            windows,
             source.at("minimum_off").count(
                 f"{prefix}_MINIMUM_OFF_STEPS",
                 in_steps(output.minimum_off_s),
@@ -65,7 +63,7 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         context={
             "minimum_on": output.minimum_on_s > 0,
             "minimum_off": output.minimum_off_s > 0,
-            "spread": output.spread,
+            "spread": spread,
             "distribution_where": source.at("distribution").where,
         },
     )

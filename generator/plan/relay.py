@@ -1,0 +1,77 @@
+"""The safety relay in series with the heaters, and the contact that says what it does."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import TICK_MS
+from heatwright.generator.plan.outputs.common import wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label, lifted, switched
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec.commands import commanded
+
+SETTLE_TICKS = 5
+"""A power relay closes within 15 ms to 25 ms and bounces for some more; then it may carry load."""
+CONTACT_TICKS = 10
+"""Four times the slowest: neither bouncing nor a cold relay is taken for a weld."""
+
+
+def is_judged_by(controller: Controller, loop: str) -> bool:
+    """Tell whether a loop's control step judges the relay's contact: the first one's does."""
+    return controller.safety.relay_feedback is not None and loop == next(iter(controller.loops))
+
+
+def wanting(controller: Controller) -> tuple[str, ...]:
+    """Name the loops that are off at times, so that they do not want the relay closed then."""
+    if controller.safety.relay is None:
+        return ()
+    return tuple(name for name in controller.loops if commanded(controller, name))
+
+
+def plan(root: Source, name: str) -> Part:
+    """Plan the relay; `name` is its output."""
+    controller = root.controller
+    output = controller.outputs[name]
+    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other relay
+    source = root.at("outputs", name)
+    relay, contact = root.at("safety", "relay"), root.at("safety", "relay_feedback")
+    feedback = controller.safety.relay_feedback
+    context = {
+        "name": name,
+        "where": relay.where,
+        "feedback": feedback is not None,
+        "feedback_where": contact.where,
+    }
+    pin = controller.board.pins[output.pin]
+    pins = [switched(source.at("pin"), f"output_{name}", pin, output.active, "the safety relay")]
+    wired = [wiring(source, name, output, ", the safety relay, in series with every heater")]
+    if feedback is not None:
+        mirror = controller.board.pins[feedback]
+        pins.append(lifted(contact, "relay_contact", mirror, "mirror contact of the relay"))
+        how = "its mirror contact to ground: closed while the relay is open"
+        wired.append(Wiring(label(mirror), f"output `{name}`", how))
+    return Part(
+        files=(
+            File("src/relay.h", "src/relay.h.j2", context),
+            File("src/relay.c", "src/relay.c.j2", context),
+        ),
+        groups=(Group("Safety relay", _constants(relay, contact, feedback is not None)),),
+        pins=tuple(pins),
+        start_calls=(Call(Stage.SENSE, "relay.h", "relay_start();"),) if feedback else (),
+        wiring=tuple(wired),
+        reset_lines=(f"pin_output_{name}_off();", f"pin_output_{name}_drive();"),
+    )
+
+
+def _constants(relay: Source, contact: Source, feedback: bool) -> tuple[Constant, ...]:  # noqa: FBT001
+    settle = Constant(
+        "RELAY_SETTLE_TICKS",
+        f"{SETTLE_TICKS}u",
+        f"{relay.where}: closed for {SETTLE_TICKS * TICK_MS} ms before a heater comes on",
+    )
+    look = Constant(
+        "RELAY_CONTACT_TICKS",
+        f"{CONTACT_TICKS}u",
+        f"{contact.where}: {CONTACT_TICKS * TICK_MS} ms for the contact to follow",
+    )
+    return (settle, look) if feedback else (settle,)
