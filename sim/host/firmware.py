@@ -13,7 +13,7 @@ from heatwright.sim.host.layout import declarations, state_type
 
 INPUT = np.dtype(
     [
-        ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i2"),
+        ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i4"),
         ("setpoint_c", "f4"), ("command", "u1"), ("value", "f4"), ("gains", "f4", 3),
         ("current_status", "u1"), ("current_raw", "i2"), ("silent_ticks", "u2"),
     ]

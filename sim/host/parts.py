@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, DigitalOutput, Loop
+from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor
 from heatwright.spec.commands import commanded, switched, tunable
 from heatwright.spec.timers import allocate
 
@@ -71,10 +71,16 @@ def control_files(parts: Parts) -> list[str]:
     return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
 
 
+def _raw_type(sensor: Sensor) -> str:
+    """Name the C type of a sensor's readings; 19 bits are the most."""
+    return "int32_t" if isinstance(sensor, Max31856) else "int16_t"
+
+
 def names_for_world(controller: Controller, parts: Parts) -> list[str]:
     """Tell world.c, on gcc's command line, what the loop and its parts are called."""
     control: Loop = controller.loops[parts.loop]
     flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
+    flags.append(f"-DRAW={_raw_type(controller.sensors[parts.sensor])}")
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
     flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
     flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)

@@ -2,8 +2,8 @@
  *
  * Linked first, so that its data begin the memory that a reset restores. The names of the loop
  * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, COOLER, STEPPER,
- * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE; the
- * firmware's headers are included there, too.
+ * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE; RAW is the
+ * type of the sensor's readings; the firmware's headers are included there, too.
  */
 #include "world.h"
 
@@ -53,10 +53,11 @@ struct host_world *host_world(void)
 
 static struct host_input input;
 
-uint8_t JOIN(sensor_, SENSOR, _take)(int16_t *raw)
+uint8_t JOIN(sensor_, SENSOR, _take)(RAW *raw)
 {
     if (input.reading_status == READING_OK) {
-        memcpy(raw, &input.reading_raw, sizeof *raw);
+        const RAW reading = (RAW)input.reading_raw;
+        memcpy(raw, &reading, sizeof reading);
     }
     return input.reading_status;
 }

@@ -2,13 +2,13 @@
 #ifndef HOST_WORLD_H
 #define HOST_WORLD_H
 
-#include <stdint.h> /* uint8_t, int16_t, uint32_t */
+#include <stdint.h> /* uint8_t, int16_t, int32_t, uint32_t */
 
 /* What is done before one control step, and what the sensor says in it. */
 struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
-    int16_t reading_raw;
+    int32_t reading_raw; /* of any sensor */
     float setpoint_c; /* of a loop that no host commands; else see HOST_SET */
     uint8_t command;
     float value;

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, Loop, Max31856
+from heatwright.spec.sensors import Thermometer
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +16,11 @@ class UseOfSensor:
     """Shortest period of the loops that read it, s."""
     timer: int | None
     """Number of the timer that is its own; None for a sensor that needs none."""
+
+
+def raw_type(sensor: Thermometer) -> str:
+    """Name the C type of a thermometer's readings: the finest has 19 bits."""
+    return "int32_t" if isinstance(sensor, Max31856) else "int16_t"
 
 
 def current_sensor(controller: Controller, loop: Loop) -> str | None:
