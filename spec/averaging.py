@@ -10,6 +10,7 @@ from heatwright.spec.base import Model, WholeNumber
 class Averaged(Model):
     """A thermometer, whose readings may be averaged before the control goes by them."""
 
+    kind: str
     moving_average: Annotated[int, WholeNumber("a number of readings", 1, 16, 5)] = Field(
         1,
         description="Readings, one each control step, whose mean the control goes by; the "

@@ -60,8 +60,8 @@ class Link(Model):
 
 
 def _emissivity(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1:
-        raise refuse("an emissivity is a bare number above 0, up to 1", "Write one, such as 0.9")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 <= value <= 1:
+        raise refuse("an emissivity is a bare number from 0.001 to 1", "Write one, such as 0.9")
     return float(value)
 
 
@@ -72,9 +72,9 @@ class Radiation(Model):
     area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
         alias="area", description="Surface that radiates."
     )
-    emissivity: Annotated[
-        float, Checked(_emissivity, type="number", exclusiveMinimum=0, maximum=1)
-    ] = Field(description="Share of what a black body would radiate.")
+    emissivity: Annotated[float, Checked(_emissivity, type="number", minimum=0.001, maximum=1)] = (
+        Field(description="Share of what a black body would radiate.")
+    )
 
 
 class Sense(Model):

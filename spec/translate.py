@@ -7,16 +7,13 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from heatwright.spec import planned
-from heatwright.spec.planned import NOT_BUILT
+from heatwright.spec.planned import ELSEWHERE
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.shape import Place, keys, kinds, locate
 from heatwright.spec.suggest import advice, listed
 
 Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
-
-_SECTIONS = {"sensors": "Sensor", "outputs": "Output", "interfaces": "Interface"}
 
 
 def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
@@ -38,7 +35,7 @@ def _elsewhere(place: Place, entry: Any) -> str | None:
     """Tell what to use where a key of another kind stands; None where none does."""
     if entry["type"] != "extra_forbidden" or place.parent is None:
         return None
-    return planned.ELSEWHERE.get((place.parent.__name__, str(place.path[-1])))
+    return ELSEWHERE.get((place.parent.__name__, str(place.path[-1])))
 
 
 def _spec(place: Place, entry: Any) -> Finding:
@@ -57,9 +54,6 @@ def _extra(place: Place, entry: Any) -> Finding:
     word = str(place.path[-1])
     if place.parent is None:
         return place.path, "there are too many items", "Delete it"
-    model = place.parent.__name__
-    if planned.key(model, word):
-        return place.path, f"this key {NOT_BUILT}", "Leave it out"
     remedy = _elsewhere(place, entry) or advice(word, tuple(keys(place.parent)))
     return place.path, "there is no such key here", remedy
 
@@ -72,16 +66,7 @@ def _no_kind(place: Place, _: Any) -> Finding:
 def _wrong_kind(place: Place, entry: Any) -> Finding:
     word = entry["ctx"]["tag"]
     known = tuple(kinds(place.annotation))
-    path = (*place.path, "kind")
-    if planned.kind(_union(place.path), word):
-        return path, f"{word} {NOT_BUILT}", f"Use {listed(known)}"
-    return path, f"{shown(word)} is no kind there is", advice(word, known)
-
-
-def _union(path: Path) -> str:
-    if path[-1] == "algorithm":
-        return "Algorithm"
-    return "Output" if path[-1] == "output" else _SECTIONS.get(str(path[0]), "")
+    return (*place.path, "kind"), f"{shown(word)} is no kind there is", advice(word, known)
 
 
 def _literal(place: Place, entry: Any) -> Finding:

@@ -125,6 +125,7 @@ CHECKS: tuple[Check, ...] = (
 # Each looks at the whole plant, so all its names must be those of something.
 SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_links,
+    plant.plant_radiation,
     plant.plant_nodes,
     plant.plant_covers_loops,
     senses.senses_fit,

@@ -8,7 +8,8 @@ from itertools import islice
 
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
-from heatwright.spec.network import Heated, Vector
+from heatwright.spec.matrices import Vector
+from heatwright.spec.network import Heated
 from heatwright.spec.outputs import DigitalOutput, Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
@@ -37,10 +38,10 @@ class Machine:
             if isinstance(output, DigitalOutput) and output.runs == "always"
         ]
         parts = self.loop.heater, self.loop.sensor
-        self.plant = Heated(simulation.plant, *parts, running)
+        self.plant = Heated(simulation.plant, *parts, self.ambient_c, running)
         self.cooler = controller.outputs.get(self.loop.cooler) if self.loop.cooler else None
         cooled = [*running, self.loop.cooler] if self.loop.cooler else running
-        self.cooled = Heated(simulation.plant, *parts, cooled)
+        self.cooled = Heated(simulation.plant, *parts, self.ambient_c, cooled)
         start_c = simulation.plant.initial_c
         self._start_k = 0.0 if start_c is None else start_c - self.ambient_c
         self.power_w = self.output.power_w or 0.0

@@ -35,10 +35,15 @@ def plant_names(controller: Controller) -> Findings:
         yield from unknown((*_PLANT, "filament", "node"), plant.filament.node, "nodes", nodes)
     for fan in plant.fans:
         yield from unknown((*_PLANT, "fans", fan), fan, "outputs", controller.outputs)
-    for index, link in enumerate(plant.links):
-        for end in link.between:
-            path = (*_PLANT, "links", index, "between")
-            yield from unknown(path, end, "nodes", (*nodes, AMBIENT))
+    yield from _ends_exist(plant)
+
+
+def _ends_exist(plant: ThermalNetwork) -> Findings:
+    for key, parts in (("links", plant.links), ("radiation", plant.radiation)):
+        for index, part in enumerate(parts):
+            for end in part.between:
+                path = (*_PLANT, key, index, "between")
+                yield from unknown(path, end, "nodes", (*plant.nodes, AMBIENT))
 
 
 def plant_links(controller: Controller) -> Findings:
@@ -68,6 +73,16 @@ def plant_links(controller: Controller) -> Findings:
             )
 
 
+def plant_radiation(controller: Controller) -> Findings:
+    """Find surfaces that radiate to themselves."""
+    if controller.simulation is None:
+        return
+    for index, surface in enumerate(controller.simulation.plant.radiation):
+        if surface.between[0] == surface.between[1]:
+            path = (*_PLANT, "radiation", index, "between")
+            yield Finding(path, "heat is radiated between two different ends", "Name another node")
+
+
 def plant_nodes(controller: Controller) -> Findings:
     """Find a node called ambient, too many nodes, and nodes whose heat cannot get out."""
     if controller.simulation is None:
@@ -92,18 +107,22 @@ def plant_nodes(controller: Controller) -> Findings:
                 (*_PLANT, "nodes", node),
                 "no chain of links leads from here to ambient, so its heat could never leave",
                 "Add a link",
-                ((*_PLANT, "links"),),
+                ((*_PLANT, "links"), (*_PLANT, "radiation")),
             )
 
 
 def _reached(plant: ThermalNetwork, start: str) -> set[str]:
-    """Follow the links from a node; they lead into ambient but not on from there."""
+    """Follow the links from a node; they lead into ambient but not on from there.
+
+    What radiates is a link too.
+    """
     reached, ahead = {start}, [start]
+    pairs = [part.between for part in (*plant.links, *plant.radiation)]
     while ahead:
         node = ahead.pop()
-        for link in plant.links:
-            if node in link.between:
-                for end in set(link.between) - reached:
+        for between in pairs:
+            if node in between:
+                for end in set(between) - reached:
                     reached.add(end)
                     if end != AMBIENT:
                         ahead.append(end)

@@ -16,7 +16,8 @@ def heater_suffices(machine: Machine) -> Findings:
     if machine.is_limited:
         yield _limit_suffices(machine, highest_c)
         return
-    needed_w = machine.target_k / machine.plant.steady_k(machine.full_power_w / machine.power_w)
+    share = machine.full_power_w / machine.power_w
+    needed_w = machine.plant.power_w(machine.target_k) / share
     yield Finding(
         ("outputs", machine.loop.heater, "power"),
         f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
@@ -28,7 +29,7 @@ def heater_suffices(machine: Machine) -> Findings:
 
 def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
     """Tell that the limit of the heater's current leaves too little power."""
-    share = machine.target_k / (highest_c - machine.ambient_c)
+    share = machine.plant.power_w(machine.target_k) / machine.full_power_w
     return Finding(
         ("outputs", machine.loop.heater, "current", "limit"),
         f"it leaves {about(machine.full_power_w)} W, which end at {about(highest_c)} °C in this "
@@ -46,11 +47,12 @@ def integral_suffices(machine: Machine) -> Findings:
     most = algorithm.integral.maximum_percent
     ends_k = machine.plant.steady_k(machine.power_w * most / 100)
     if 0 < ends_k < machine.target_k:
+        needed_w = machine.plant.power_w(machine.target_k)
         yield Finding(
             (*machine.path, "algorithm", "integral", "maximum"),
             f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
             f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-            f"Use at least {rounded_up(most * machine.target_k / ends_k)} %",
+            f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
             machine.because_of,
         )
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from heatwright.spec import BOARDS, Board, load_text, planned
+from heatwright.spec import BOARDS, Board, load_text
 from heatwright.spec.schema import schema
 
 TEXT = (Path(__file__).parents[2] / "docs" / "language.md").read_text(encoding="utf-8")
@@ -184,13 +184,6 @@ def test_examples_are_right(fragment: str) -> None:
     parts = fragment.split("\nalgorithm:") if fragment.startswith("algorithm:") else [fragment]
     for part in parts:
         load_text(put_in(part if part is parts[0] else f"algorithm:{part}"))
-
-
-def test_what_is_planned_is_told() -> None:
-    told = set(re.findall(r"`(\w+)`", TEXT.split("## Planned")[1]))
-    for words in (*planned.KINDS.values(), *planned.KEYS.values()):
-        for word in words.split():
-            assert word in told
 
 
 def test_boards_are_told() -> None:

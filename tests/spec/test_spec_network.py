@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from heatwright.spec import Controller, ThermalNetwork
-from heatwright.spec.network import Heated, exponential, solve
+from heatwright.spec.heat_flows import BEND
+from heatwright.spec.matrices import exponential, solve
+from heatwright.spec.network import Heated
 
 EPSILON = np.finfo(float).eps
 
@@ -30,20 +33,22 @@ def network(**changes: object) -> ThermalNetwork:
 
 
 def test_the_end_is_ohms_law() -> None:
-    assert Heated(network(), "heater", "probe").steady_k(100) == pytest.approx(50, rel=4 * EPSILON)
+    heated = Heated(network(), "heater", "probe", 20.0)
+    assert heated.steady_k(100) == pytest.approx(50, rel=4 * EPSILON)
+    assert heated.power_w(50) == pytest.approx(100, rel=4 * EPSILON)
 
 
 def test_a_fan_multiplies_the_conductance() -> None:
     fans = {"fan": {"link": ("ambient", "body"), "factor": 4}}
     still, moved = (
-        Heated(network(fans=fans), "heater", "probe", running).steady_k(100)
+        Heated(network(fans=fans), "heater", "probe", 20.0, running).steady_k(100)
         for running in ((), ("fan",))
     )
     assert still == pytest.approx(4 * moved, rel=4 * EPSILON)
 
 
 def test_the_rise_is_that_of_two_lags() -> None:
-    heated = Heated(network(), "heater", "probe")
+    heated = Heated(network(), "heater", "probe", 20.0)
     end, slow, quick = 50.0, 50.0, 10.0
     for time_s, state in islice(heated.course(heated.start(0), 100, 0.5, 8), 400):
         expected = end * (
@@ -56,13 +61,13 @@ def test_the_rise_is_that_of_two_lags() -> None:
 
 
 def test_steps_grow_to_the_longest() -> None:
-    heated = Heated(network(), "heater", "probe")
+    heated = Heated(network(), "heater", "probe", 20.0)
     times = [time for time, _ in islice(heated.course(heated.start(0), 1, 0.5, 2.5), 300)]
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 
 def test_cooling_starts_where_it_is() -> None:
-    heated = Heated(network(), "heater", "probe")
+    heated = Heated(network(), "heater", "probe", 20.0)
     after = heated.advance(heated.start(30), 0, 50)
     assert after[0] == pytest.approx(30 / math.e, rel=1e3 * EPSILON)
 
@@ -70,15 +75,77 @@ def test_cooling_starts_where_it_is() -> None:
 def test_a_swing_is_the_frequency_response() -> None:
     omega = 2 * math.pi / 20
     gain = 0.5 / math.hypot(1, omega * 50) / math.hypot(1, omega * 10)
-    swing = Heated(network(), "heater", "probe").swing_k(100, 20)
+    swing = Heated(network(), "heater", "probe", 20.0).swing_k(100, 20)
     assert swing == pytest.approx(2 * 2 * 100 / math.pi * gain, rel=16 * EPSILON)
 
 
 def test_the_chambers_losses(chamber: Controller) -> None:
     """The published wall is 0.281 K/W from air to ambient, here 0.303 with what is around it."""
     assert chamber.simulation is not None
-    heated = Heated(chamber.simulation.plant, "heater", "air")
+    heated = Heated(chamber.simulation.plant, "heater", "air", 20.0)
     assert heated.steady_k(240) == pytest.approx(240 * (0.173 + 0.130), rel=16 * EPSILON)
+
+
+GLOWING = {"between": ("body", "ambient"), "area": "0.02 m²", "emissivity": 0.8}
+FACTOR = 5.670374419e-8 * 0.02 * 0.8
+
+
+def test_what_radiates_ends_lower() -> None:
+    """P = θ/R + σ·ε·A·(T⁴ − T₀⁴)."""
+    heated = Heated(network(radiation=(GLOWING,)), "heater", "probe", 20.0)
+    end_k = heated.steady_k(1500)
+    kelvin = end_k + 293.15
+    assert end_k / 0.5 + FACTOR * (kelvin**4 - 293.15**4) == pytest.approx(1500, rel=1e-9)
+    assert heated.power_w(end_k) == pytest.approx(1500, rel=1e-9)
+    assert end_k < 1500 * 0.5
+
+
+def test_two_surfaces_radiate_to_each_other() -> None:
+    """Without a link, all of the heat has to be radiated."""
+    between = {"between": ("wire", "body"), "area": "0.02 m²", "emissivity": 0.8}
+    plant = network(
+        nodes={"wire": "10 J/K", "body": "100 J/K"}, heat={"heater": "wire"}, radiation=(between,)
+    )
+    body_k = Heated(plant, "heater", "probe", 20.0).steady_k(200)
+    assert body_k == pytest.approx(100, rel=1e-9)
+    seen = plant.model_copy(
+        update={"sense": {"probe": plant.sense["probe"].model_copy(update={"node": "wire"})}}
+    )
+    wire_k = Heated(seen, "heater", "probe", 20.0).steady_k(200)
+    flow_w = FACTOR * ((wire_k + 293.15) ** 4 - (body_k + 293.15) ** 4)
+    assert flow_w == pytest.approx(200, rel=1e-9)
+
+
+@pytest.mark.parametrize("power_w", [0.0, 1500.0])
+def test_a_course_with_radiation_is_that_of_its_equation(power_w: float) -> None:
+    """Against scipy. The tangents miss up to 6·0.01² of T⁴ and less, all through 0.5 K/W."""
+    plant = network(radiation=(GLOWING,), sense={"probe": {"node": "body"}})
+    heated = Heated(plant, "heater", "probe", 20.0)
+    begin_k = 600.0 - power_w / 3
+    course = list(islice(heated.course(heated.start(begin_k), power_w, 0.5, 4), 300))
+    times = [time_s for time_s, _ in course]
+
+    def slope(_: float, theta: np.ndarray) -> np.ndarray:
+        radiated = FACTOR * ((theta + 293.15) ** 4 - 293.15**4)
+        return np.asarray((power_w - theta / 0.5 - radiated) / 100.0)
+
+    exact = solve_ivp(
+        slope, (0, times[-1]), [begin_k], method="DOP853", t_eval=times, rtol=1e-10, atol=1e-8
+    )
+    hottest = max(exact.y[0]) + 293.15
+    allowed_k = 6 * BEND**2 * FACTOR * hottest**4 * 0.5
+    off_k = [heated.sensed_k(state) - y for (_, state), y in zip(course, exact.y[0], strict=True)]
+    assert max(map(abs, off_k)) <= allowed_k
+
+
+def test_a_long_step_is_taken_in_parts() -> None:
+    heated = Heated(network(radiation=(GLOWING,)), "heater", "probe", 20.0)
+    at_once = heated.advance(heated.start(600.0), 0.0, 100.0)
+    state = heated.start(600.0)
+    for _ in range(400):
+        state = heated.advance(state, 0.0, 0.25)
+    allowed_k = 6 * BEND**2 * FACTOR * 893.15**4 * 0.5
+    assert heated.sensed_k(at_once) == pytest.approx(heated.sensed_k(state), abs=allowed_k)
 
 
 matrices = st.integers(1, 6).flatmap(
