@@ -1,0 +1,51 @@
+"""Which rules a controller can break: what its display needs a page for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.spec.commands import gcode_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.rules import RULES, Rule
+
+_OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16)
+"""What a sensor, the limits and the processor itself can bring about in every controller."""
+
+_OF_LOOPS = {
+    "frozen": (9,),
+    "heating": (10,),
+    "runaway": (11,),
+    "rising_while_off": (13,),
+    "master_lost_after_s": (23,),
+}
+"""By the key of `protection` that may be off."""
+
+
+def breakable(controller: Controller) -> tuple[Rule, ...]:
+    """List the rules that can trip, in the order of their codes."""
+    found = {*_OF_ALL, *_by_loops(controller), *_by_parts(controller)}
+    return tuple(RULES[code] for code in sorted(found))
+
+
+def _by_loops(controller: Controller) -> Iterator[int]:
+    for loop in controller.loops.values():
+        for key, codes in _OF_LOOPS.items():
+            if getattr(loop.protection, key) is not None:
+                yield from codes
+        runaway = loop.protection.runaway
+        if runaway is not None and runaway.below_k is not None:
+            yield 12
+
+
+def _by_parts(controller: Controller) -> Iterator[int]:
+    if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
+        yield from (17, 18)
+    if gcode_of(controller) is not None:
+        yield 19
+    if any(isinstance(sensor, CurrentSensor) for sensor in controller.sensors.values()):
+        yield from (20, 21, 22)
+    if controller.programs is not None and controller.programs.hold_back is not None:
+        yield 24
+    if controller.safety.relay_feedback is not None:
+        yield from (25, 26)

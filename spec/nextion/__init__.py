@@ -1,0 +1,82 @@
+"""The pages of a Nextion display as data: what the editor is told, and what is simulated.
+
+`display_pages` lists them for a controller; a page's number is its place in the list. The firmware
+sets the components of the page that is shown; what a touch does is in the components' code.
+"""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.breakable import breakable
+from heatwright.spec.commands import nextion_of, programmed, tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.max31856 import Max31856
+from heatwright.spec.nextion.control import (
+    debug_page,
+    fault_page,
+    faults_page,
+    settings_page,
+    thermo_page,
+)
+from heatwright.spec.nextion.keypads import name_page, number_page, point_page
+from heatwright.spec.nextion.overview import main_page, stop_page
+from heatwright.spec.nextion.parts import FONTS, HEIGHT, WIDTH, Component, Page
+from heatwright.spec.nextion.programming import ROWS, points_page, programs_page
+
+__all__ = [
+    "FONTS",
+    "HEIGHT",
+    "WIDTH",
+    "Component",
+    "Page",
+    "chart_top_c",
+    "display_pages",
+    "selectable_types",
+]
+
+
+def display_pages(controller: Controller) -> tuple[Page, ...]:
+    """Lay out all pages of the display of a controller that has one."""
+    display = nextion_of(controller)
+    if display is None:
+        return ()
+    top_c = chart_top_c(controller)
+    programs = controller.programs if programmed(controller, display.loop) else None
+    adjustable = controller.loops[display.loop].protection.maximum_adjustable
+    types = selectable_types(controller)
+    pages = [main_page(0, top_c, programs=programs is not None), stop_page(1)]
+    if programs is not None:
+        pages += [programs_page(2, programs.places)]
+        second = "points2" if programs.points > ROWS else ""
+        pages += [points_page(3, 1, programs.points, more=second), point_page(4), name_page(5)]
+        if second:
+            pages += [points_page(6, ROWS + 1, programs.points, more="points")]
+    first = len(pages)
+    pages += [
+        settings_page(first, adjustable=adjustable, selectable=bool(types)),
+        debug_page(first + 1, top_c, tunable=tunable(controller, display.loop)),
+        number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
+    ]
+    if types:
+        pages += [thermo_page(len(pages), types)]
+    pages += [faults_page(len(pages))]
+    first = len(pages)
+    pages += [fault_page(first + place, rule) for place, rule in enumerate(breakable(controller))]
+    return tuple(pages)
+
+
+def chart_top_c(controller: Controller) -> int:
+    """The temperature at the upper edge of the charts, °C: the maximum, in whole hundreds."""
+    display = nextion_of(controller)
+    assert display is not None  # noqa: S101 - only a display has charts
+    return math.ceil(controller.loops[display.loop].protection.maximum_c / 100) * 100
+
+
+def selectable_types(controller: Controller) -> tuple[str, ...]:
+    """Types of the thermocouple that the operator may choose; none if there is only one."""
+    display = nextion_of(controller)
+    if display is None:
+        return ()
+    sensor = controller.sensors[controller.loops[display.loop].sensor]
+    return sensor.selectable if isinstance(sensor, Max31856) else ()

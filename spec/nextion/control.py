@@ -1,0 +1,118 @@
+"""The pages of settings, of the thermocouple's type, of the control itself, and of the faults."""
+
+from __future__ import annotations
+
+from heatwright.spec.nextion.keypads import asking
+from heatwright.spec.nextion.overview import switched, waveform_attributes
+from heatwright.spec.nextion.parts import (
+    AMBER,
+    DARK,
+    GREEN,
+    LARGE,
+    RED,
+    SMALL,
+    Page,
+    Sheet,
+    text_attributes,
+)
+from heatwright.spec.nextion.programming import LONGEST_NUMBER
+from heatwright.spec.rules import Rule
+
+TYPES = ("B", "E", "J", "K", "N", "R", "S", "T")
+"""Thermocouples in the order of the MAX31856's codes (data sheet, configuration register 1)."""
+
+CONTROL_CHART_PX = (800, 180)
+"""One pixel a second: 800 s."""
+CONTROL_CHART_EVERY_S = 1.0
+
+LISTED = 8
+"""Faults in the list."""
+LONGEST_FAULT = 40
+
+
+def settings_page(number: int, *, adjustable: bool, selectable: bool) -> Page:
+    """Lay out what the operator sets: the setpoint, the critical temperature, the sensor's type."""
+    sheet = Sheet("settings", number, "Setpoint, critical temperature, thermocouple.")
+    sheet.label("title", (10, 5, 400, 40), "Settings", LARGE)
+    rows = [("sp", "Setpoint °C", asking(3, "Setpoint", "sp", number))]
+    if adjustable:
+        rows += [("crit", "Critical °C", asking(20, "Critical temperature", "crit", number))]
+    if selectable:
+        rows += [("type", "Thermocouple", ("page thermo",))]
+    for row, (name, title, code) in enumerate(rows):
+        y = 70 + 70 * row
+        sheet.text(name, (300, y, 200, 55), LONGEST_NUMBER, LARGE, pco=AMBER)
+        sheet.label(f"l{name}", (10, y, 280, 55), title, LARGE)
+        sheet.button(f"b{name}", (520, y, 150, 55), "change", code)
+    sheet.button("back", (690, 420, 100, 55), "back", ("page main",))
+    return sheet.page()
+
+
+def thermo_page(number: int, selectable: tuple[str, ...]) -> Page:
+    """Lay out the choice of the thermocouple's type."""
+    sheet = Sheet("thermo", number, "Choice of the thermocouple's type.")
+    sheet.text("type", (300, 5, 60, 50), 1, LARGE, pco=AMBER)
+    sheet.label("title", (10, 5, 280, 50), "Thermocouple", LARGE)
+    for place, letter in enumerate(sorted(selectable)):
+        x, y = 10 + 195 * (place % 4), 90 + 110 * (place // 4)
+        code = (f'print "#15 {TYPES.index(letter)};"',)
+        sheet.button(f"type{letter}", (x, y, 180, 90), letter, code)
+    sheet.label("only", (10, 340, 600, 40), "Only while no program runs and the heater is off.")
+    sheet.button("back", (690, 420, 100, 55), "back", ("page settings",))
+    return sheet.page()
+
+
+def debug_page(number: int, top_c: int, *, tunable: bool) -> Page:
+    """Lay out the control's inside: gains, on and off, the running chart."""
+    sheet = Sheet("debug", number, "The control: gains, on and off, running chart.")
+    sheet.number("ot", (90, 10, 100, 40))
+    sheet.text("kp", (90, 60, 104, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("ki", (90, 105, 104, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("kd", (90, 150, 104, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("t", (330, 10, 130, 40), LONGEST_NUMBER)
+    sheet.text("sp", (330, 60, 130, 40), LONGEST_NUMBER)
+    sheet.add("waveform", "chart", (0, 240, *CONTROL_CHART_PX), waveform_attributes())
+    sheet.add(
+        "dual_state", "on", (560, 10, 110, 60),
+        text_attributes("on", 2, SMALL) | {"val": 0, "bco": DARK, "bco2": GREEN, "xcen": 1},
+        release=switched("on", "#2"),
+    )  # fmt: skip
+    sheet.label("lt", (260, 10, 60, 40), "T °C")
+    sheet.label("lsp", (260, 60, 60, 40), "set")
+    sheet.label("lot", (10, 10, 70, 40), "out %")
+    sheet.label("ltop", (0, 210, 120, 28), f"{top_c} °C")
+    sheet.button("bot", (200, 10, 50, 40), "=", asking(4, "Output in percent", "zero", number))
+    sheet.words("zero", 1)
+    if tunable:
+        for command, name, y in ((5, "kp", 60), (6, "ki", 105), (19, "kd", 150)):
+            title = name.capitalize()
+            sheet.button(f"b{name}", (200, y, 50, 40), "=", asking(command, title, name, number))
+            sheet.label(f"l{name}", (10, y, 70, 40), title)
+        sheet.button("keep", (560, 80, 110, 60), "keep", ('print "#22;"',), GREEN)
+    sheet.button("back", (690, 10, 100, 60), "back", ("page main",))
+    return sheet.page()
+
+
+def faults_page(number: int) -> Page:
+    """Lay out the list of faults since the reset, the newest first."""
+    sheet = Sheet("faults", number, "The last faults since the reset, the newest first.")
+    for place in range(1, LISTED + 1):
+        sheet.text(f"l{place}", (10, 52 + 44 * (place - 1), 660, 40), LONGEST_FAULT)
+    sheet.label("title", (10, 5, 400, 40), "Faults", LARGE)
+    sheet.button("ack", (690, 60, 100, 60), "seen", ('print "#16;"',), GREEN)
+    sheet.button("back", (690, 420, 100, 55), "back", ("page main",))
+    return sheet.page()
+
+
+def fault_page(number: int, rule: Rule) -> Page:
+    """Lay out the page of one fault: what it is, how hot it was, what to do."""
+    sheet = Sheet(f"fault{rule.code:02d}", number, rule.meaning)
+    sheet.text("t", (10, 230, 200, 50), LONGEST_NUMBER, LARGE, pco=AMBER)
+    sheet.label("code", (10, 10, 400, 60), f"E{rule.code:02d} {rule.display}", LARGE)
+    sheet.label("means", (10, 80, 780, 60), rule.meaning)
+    sheet.label("remedy", (10, 150, 780, 60), rule.remedy)
+    sheet.label("lt", (220, 230, 60, 50), "°C")
+    sheet.button("ack", (10, 340, 220, 90), "seen", ('print "#16;"',), GREEN)
+    sheet.button("list", (280, 340, 220, 90), "all faults", ('print "#12;"',))
+    sheet.button("back", (550, 340, 220, 90), "back", ("page main",), RED)
+    return sheet.page()
