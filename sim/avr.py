@@ -20,6 +20,7 @@ from heatwright.sim.native.log import Log
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.native.pins import Pins
+from heatwright.sim.native.relay import Relay
 from heatwright.sim.native.shim import load
 from heatwright.sim.native.snapshots import Snapshots, snapshots
 from heatwright.sim.native.uart import Uarts
@@ -211,11 +212,32 @@ class Avr:
         data: str,
         slave: spi.Slave,
         timing: spi.Timing | None = None,
+        told: str | None = None,
     ) -> spi.Port:
-        """Put an SPI chip that only sends on three pins."""
-        watch = self.pins.watch
-        pins = watch(select, logged=False), watch(clock, logged=False), watch(data, logged=False)
+        """Put an SPI chip on three pins; one with registers is told something on a fourth."""
+        sends = (self.pins.watch(pin, logged=False) for pin in (select, clock, data))
+        hears = -1 if told is None else self.pins.watch(told, logged=False)
+        pins: spi.Pins = (*sends, hears)  # type: ignore[assignment]
         return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
+
+    def relay(
+        self,
+        coil: str,
+        contact: str | None,
+        *,
+        active_high: bool,
+        operate_s: float,
+        release_s: float,
+    ) -> Relay:
+        """Put a relay's coil on a pin, and the mirror contact it may have, to ground, on another.
+
+        operate_s, release_s -- from the coil's level to the movement of the contacts.
+        """
+        self.pins.pull(coil, "low" if active_high else "high")
+        pins = self.pins.watch(coil), None if contact is None else self.pins.watch(contact)
+        return Relay(
+            self._owner, *pins, active_high=active_high, operate_s=operate_s, release_s=release_s
+        )
 
     def snapshots(self, counter: Range, ram: Range) -> Snapshots:
         """Record a run of RAM whenever the counter has changed as the processor falls asleep.

@@ -45,6 +45,9 @@ class Device(Protocol):
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value, by its name in a scenario."""
 
+    def relay_fraction(self) -> float:
+        """Return the share of time (0..1) the safety relay has conducted since the last call."""
+
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction (0..1) of an output since the last call."""
 
@@ -154,7 +157,8 @@ class _Run:
             if self._done < len(self._hand):
                 self._act(until_s)
             device.advance(until_s)
-            active, fed_mm_per_s = coupling.active(), coupling.feed_mm_per_s()
+            active = coupling.supplied(coupling.active())
+            fed_mm_per_s = coupling.feed_mm_per_s()
             plant.step(active, fed_mm_per_s)
             felt = plant.sensed_c()
             self._note(row, felt)

@@ -1,6 +1,6 @@
 """What goes from a device to its machine: heat, moving air, fed material."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Protocol
 
 from heatwright.spec import Controller, Stepper
@@ -14,6 +14,9 @@ class Driver(Protocol):
 
     def travel_mm(self, output: str) -> float:
         """Return what a stepper has fed since the last call, mm."""
+
+    def relay_fraction(self) -> float:
+        """Return the share of time (0..1) the safety relay has conducted since the last call."""
 
 
 def sums_noise(controller: Controller, sensor: str) -> bool:
@@ -32,6 +35,8 @@ class Coupling:
         outputs = controller.outputs
         self._steppers = tuple(name for name in outputs if isinstance(outputs[name], Stepper))
         self.loads = tuple(name for name in outputs if name not in self._steppers)
+        heaters = {loop.heater for loop in controller.loops.values()}
+        self._behind_relay: Set[str] = heaters if controller.safety.relay else frozenset()
         self._device = device
         self._step_s = step_s
         self.extruded_mm_per_s = 0.0
@@ -40,6 +45,20 @@ class Coupling:
     def active(self) -> Mapping[str, float]:
         """Return the mean active fraction of each load since the last call, 0..1."""
         return {name: self._device.on_fraction(name) for name in self.loads}
+
+    def supplied(self, conducting: Mapping[str, float]) -> Mapping[str, float]:
+        """Return what loads get of which such shares conduct, when the safety relay is in series.
+
+        It switches without load: of two shares of the same time, one lies within the other. A
+        switch that has died conducts all the time.
+        """
+        if not self._behind_relay:
+            return conducting
+        closed = self._device.relay_fraction()
+        return {
+            name: min(share, closed) if name in self._behind_relay else share
+            for name, share in conducting.items()
+        }
 
     def feed_mm_per_s(self) -> float:
         """Return the mean speed of the feed since the last call; drawn back it takes no heat."""

@@ -20,6 +20,7 @@ from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
 from heatwright.sim.outputs.switch import Switch
+from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest
@@ -55,7 +56,8 @@ class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
     elf -- the binary, with debug information. Once made it is powered on, and its time is 0.
-    avr -- the processor; sensors, outputs, interfaces -- what is wired to it, by the spec's names.
+    avr -- the processor; sensors, outputs, interfaces -- what is wired to it, by the spec's names;
+    relay -- what is in series with the heaters, if anything is.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -74,6 +76,7 @@ class AvrDevice:
         }
         self._resets: list[NDArray[Any]] = []
         self.interlocks: dict[str, Interlock] = {}
+        self.relay = SafetyRelay() if controller.safety.relay is not None else None
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
@@ -84,6 +87,8 @@ class AvrDevice:
             self.avr.eeprom.contents = eeprom
         self.sensors = self._attach("sensors", self._controller.sensors)
         self.outputs: dict[str, Switch] = self._attach("outputs", self._controller.outputs)
+        if self.relay is not None:
+            self.relay.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._watch_interlocks()
@@ -169,6 +174,10 @@ class AvrDevice:
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
         return self.outputs[output].on_fraction()
+
+    def relay_fraction(self) -> float:
+        """Return the share of time the safety relay has conducted since the last call, 0..1."""
+        return self.relay.closed_fraction() if self.relay is not None else 1.0
 
     def travel_mm(self, output: str) -> float:
         """Return how far a stepper has fed since the last call, mm; 0 for any other output."""

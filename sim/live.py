@@ -82,5 +82,5 @@ def run(
             device.advance(time_s)
             device.feed()
             clock.wait(time_s)
-        plant.step(coupling.active(), coupling.feed_mm_per_s())
+        plant.step(coupling.supplied(coupling.active()), coupling.feed_mm_per_s())
         row += 1

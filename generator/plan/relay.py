@@ -55,7 +55,7 @@ def plan(root: Source, name: str) -> Part:
             File("src/relay.h", "src/relay.h.j2", context),
             File("src/relay.c", "src/relay.c.j2", context),
         ),
-        groups=(Group("Safety relay", _constants(relay, contact, feedback is not None)),),
+        groups=(Group("Safety relay", _constants(relay, contact)),),
         pins=tuple(pins),
         start_calls=(Call(Stage.SENSE, "relay.h", "relay_start();"),) if feedback else (),
         wiring=tuple(wired),
@@ -63,7 +63,7 @@ def plan(root: Source, name: str) -> Part:
     )
 
 
-def _constants(relay: Source, contact: Source, feedback: bool) -> tuple[Constant, ...]:  # noqa: FBT001
+def _constants(relay: Source, contact: Source) -> tuple[Constant, ...]:
     settle = Constant(
         "RELAY_SETTLE_TICKS",
         f"{SETTLE_TICKS}u",
@@ -74,4 +74,5 @@ def _constants(relay: Source, contact: Source, feedback: bool) -> tuple[Constant
         f"{CONTACT_TICKS}u",
         f"{contact.where}: {CONTACT_TICKS * TICK_MS} ms for the contact to follow",
     )
-    return (settle, look) if feedback else (settle,)
+    watched = contact.controller.safety.relay_feedback is not None
+    return (settle, look) if watched else (settle,)

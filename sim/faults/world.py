@@ -140,9 +140,9 @@ class World:
 
     def _heat(self, asked: Mapping[str, float], feed_mm_per_s: float) -> None:
         heat, besides = self.wiring.heat, self.wiring.besides
-        conducts = {
-            name: heat[name](share) if name in heat else share for name, share in asked.items()
-        }
+        conducts = self.coupling.supplied(
+            {name: heat[name](share) if name in heat else share for name, share in asked.items()}
+        )
         heats = {name: conducts[name] + more() for name, more in besides.items()}
         self._plant.step({**conducts, **heats}, feed_mm_per_s, conducts)
         before_c = self.sensed_c
@@ -244,6 +244,8 @@ class World:
         self.device.feed()
         self.trips.collect()
         self.heaters.power_cut()
+        if self.device.relay is not None:
+            self.device.relay.power_off()
         for _ in range(round(off_s / self.step_s)):
             self._heat(dict.fromkeys(self.coupling.loads, 0.0), 0.0)
         self.device.power_cycle(undefined)

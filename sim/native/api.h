@@ -124,27 +124,41 @@ uint64_t hw_onewire_violations(hw_onewire *w, int check);
 uint64_t hw_onewire_resets(hw_onewire *w);
 uint64_t hw_onewire_seen(hw_onewire *w, int check, int end);
 
-/* SPI: one slave that only sends, on three pins. Least times in cycles. */
+/* SPI: one slave that only sends, on three pins, or has registers, on four. Least times in cycles.
+   told, kept: of the master's bits, before and after the edge that takes them. */
 typedef struct {
-    uint64_t setup, high, low, period, hold, idle;  /* master */
-    uint64_t output, enable;                        /* slave: a bit is there after its fall */
+    uint64_t setup, high, low, period, hold, idle, told, kept;  /* master */
+    uint64_t output, enable;                    /* slave: a bit is there after its edge */
 } hw_spi_timing;
 
 /* What is judged: the master's phases. */
 enum {
     HW_SPI_SETUP = 0, HW_SPI_HIGH, HW_SPI_LOW, HW_SPI_PERIOD, HW_SPI_READ, HW_SPI_HOLD,
-    HW_SPI_IDLE, HW_SPI_CHECKS
+    HW_SPI_IDLE, HW_SPI_TOLD, HW_SPI_KEPT, HW_SPI_CHECKS
 };
 enum { HW_SPI_LEAST = 0, HW_SPI_MOST = 1 };
 
 typedef struct hw_spi hw_spi;
-hw_spi *hw_spi_new(hw *h, int select, int clock, int data, void *handle,
-                   const hw_spi_timing *timing);
+typedef struct { int select, clock, data, input; } hw_spi_pins;  /* input -1: it only sends */
+hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *timing);
 void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing);
 void hw_spi_connect(hw_spi *s, int connected);
-void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 8 bytes, highest bit first */
+void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 16 bytes, highest bit first */
+int hw_spi_told(hw_spi *s, uint8_t *into);  /* whole bytes since select, 17 at most; how many */
 uint64_t hw_spi_violations(hw_spi *s, int check);
 uint64_t hw_spi_seen(hw_spi *s, int check, int end);
+
+/* A relay: its coil's pin, the level that drives it, the pin of its mirror contact or -1; the times
+   of its contacts in cycles. */
+enum { HW_RELAY_SOUND = 0, HW_RELAY_WELDED = 1, HW_RELAY_DEAD = 2 };
+enum { HW_WIRE_SOUND = 0, HW_WIRE_TORN = 1, HW_WIRE_SHORTED = 2 };
+typedef struct hw_relay hw_relay;
+hw_relay *hw_relay_new(hw *h, int coil, int active_high, int contact, uint64_t operate,
+                       uint64_t release);
+void hw_relay_fail(hw_relay *r, int state, int wire);
+int hw_relay_closed(hw_relay *r);               /* the main contacts */
+uint64_t hw_relay_closed_cycles(hw_relay *r);
+uint64_t hw_relay_operations(hw_relay *r);      /* how often they have moved */
 
 /* Profile: one instruction at a time. function: of each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,

@@ -119,6 +119,7 @@ void hw_free(hw *h) {
     uart_free(h);
     onewire_free(h);
     spi_free(h);
+    relay_free(h);
     profile_free(h);
     fast_free(h);
     while (h->compares) {

@@ -22,6 +22,7 @@
 #define HW_SNAPSHOTS 8
 #define HW_WIRES 8              /* 1-Wire slaves */
 #define HW_SPIS 8               /* SPI slaves */
+#define HW_RELAYS 4
 #define HW_TIMERS 40
 #define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
 
@@ -29,6 +30,7 @@
 void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
 void hw_spi_selected(void *handle, uint64_t cycle);
 void hw_spi_released(void *handle, uint64_t cycle);
+void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
 
 /* A growing array of records. */
 struct log {
@@ -76,6 +78,7 @@ struct pin {
     uint8_t compare, compare_level;     /* a timer's output has taken the pin */
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles, rises;
+    hw_relay *relay;            /* whose coil it drives */
     struct wire_listener listeners[HW_WIRES];
     int listener_count;
 };
@@ -195,6 +198,8 @@ struct hw {
     int wire_count;
     hw_spi *spis[HW_SPIS];
     int spi_count;
+    hw_relay *relays[HW_RELAYS];
+    int relay_count;
     struct profile *profile;
 };
 
@@ -222,6 +227,8 @@ void snapshots_take(hw *h);
 void snapshots_reset(hw *h);
 void onewire_free(hw *h);
 void spi_free(hw *h);
+void relay_coil(hw_relay *r, int high);
+void relay_free(hw *h);
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);

@@ -92,6 +92,8 @@ void pin_update(hw *h, int number) {
         if (changed && pin->logged)
             record(h, number, pin);
         show(p, pin, bit);
+        if (pin->relay)
+            relay_coil(pin->relay, state & 1);
     }
     tell(p, pin, bit);
 }

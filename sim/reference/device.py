@@ -124,6 +124,10 @@ class ReferenceDevice:
         """Return the mean active fraction (0..1) of an output since the last call."""
         return self._driven[output].on_fraction()
 
+    def relay_fraction(self) -> float:
+        """Return 1: an ideal relay is closed whenever a heater is on."""
+        return 1.0
+
     def travel_mm(self, output: str) -> float:
         """Return what a stepper has fed since the last call, mm."""
         return self._feeds[output].travel_mm()

@@ -1,0 +1,71 @@
+"""A relay's coil and contacts: the course of its armature in C, what is broken from Python."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+from heatwright.sim.native.hw import Hw
+
+
+class Armature(IntEnum):
+    """What its main contacts do."""
+
+    SOUND = 0
+    WELDED = 1
+    """They stay closed, whatever the coil does."""
+    DEAD = 2
+    """They stay open."""
+
+
+class Wire(IntEnum):
+    """The wire of its mirror contact."""
+
+    SOUND = 0
+    TORN = 1
+    SHORTED = 2
+    """To ground."""
+
+
+class Relay:
+    """A relay with its coil and, perhaps, its mirror contact on pins."""
+
+    def __init__(  # noqa: PLR0913 - a relay, said once
+        self,
+        hw: Hw,
+        coil: int,
+        contact: int | None,
+        *,
+        active_high: bool,
+        operate_s: float,
+        release_s: float,
+    ) -> None:
+        """Wire it to pins, by their numbers; its contacts follow the coil after these times, s.
+
+        Raises ValueError when the processor has no such pin, or too many relays.
+        """
+        self._lib, self._clock_hz = hw.lib, hw.clock_hz
+        times = (round(seconds * hw.clock_hz) for seconds in (operate_s, release_s))
+        number = -1 if contact is None else contact
+        self._relay: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
+        if not self._relay:
+            raise ValueError("There are too many relays on this processor, or no such pins.")
+
+    def fail(self, armature: Armature, wire: Wire) -> None:
+        """Break it so from now on, or mend it."""
+        self._lib.hw_relay_fail(self._relay, int(armature), int(wire))
+
+    @property
+    def closed(self) -> bool:
+        """Whether its main contacts conduct now."""
+        return bool(self._lib.hw_relay_closed(self._relay))
+
+    @property
+    def closed_cycles(self) -> int:
+        """Cycles for which they have conducted."""
+        return int(self._lib.hw_relay_closed_cycles(self._relay))
+
+    @property
+    def operations(self) -> int:
+        """How often they have moved, either way."""
+        return int(self._lib.hw_relay_operations(self._relay))
