@@ -5,12 +5,13 @@ from __future__ import annotations
 from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.menu import Shown, plan_menu
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import commanded, switched
+from heatwright.spec.commands import commanded, programmed, switched
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
@@ -23,7 +24,7 @@ RESYNC_S = 30.0
 def plan(source: Source, interface: LcdKeypad) -> Part:
     """Plan the shield for one loop."""
     controller = source.controller
-    board, loop = controller.board, controller.loops[interface.loop]
+    board = controller.board
     keys = scan(Source(source.spec, ()))
     lcd = {
         "where": source.where,
@@ -33,27 +34,13 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
         ],
     }
-    panel = {
+    by_program = programmed(controller, interface.loop)
+    shown = (plan_menu if by_program else _plan_panel)(source, interface)
+    keypad = {
         "where": source.where,
-        "loop_name": interface.loop,
-        "prefix": prefix_of(interface.loop),
-        "heater": loop.heater,
-        "step": quantity(interface.step_k, "K"),
-        "stored": loop.setpoint.stored,
-        "rules": rules(controller),
-        "commanded": commanded(controller, interface.loop),
-        "hosted": commanded(controller, interface.loop)
-        and not switched(controller, interface.loop),
+        "shared_adc": has_sensors(controller),
+        "repeats": by_program,
     }
-    whole = all(
-        value.is_integer()
-        for value in (
-            interface.step_k,
-            loop.setpoint.initial_c,
-            loop.setpoint.minimum_c,
-            loop.setpoint.maximum_c,
-        )
-    )
     constants = (
         Constant(
             "LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"
@@ -62,27 +49,20 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
         ),
         source.at("step").number("PANEL_STEP_K", interface.step_k, quantity(interface.step_k, "K")),
-        Constant(
-            "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
-        ),
     )
     return Part(
         files=(
             *keys.files,
             File("src/lcd.h", "interfaces/lcd.h"),
             File("src/lcd.c", "interfaces/lcd.c.j2", lcd),
-            File("src/keypad.h", "interfaces/keypad.h"),
-            File(
-                "src/keypad.c",
-                "interfaces/keypad.c.j2",
-                {"where": source.where, "shared_adc": has_sensors(controller)},
-            ),
+            File("src/keypad.h", "interfaces/keypad.h.j2", keypad),
+            File("src/keypad.c", "interfaces/keypad.c.j2", keypad),
             File("src/panel.h", "interfaces/panel.h"),
-            File("src/panel.c", "interfaces/panel.c.j2", panel),
+            *shown.files,
             File("src/text.h", "src/text.h"),
             File("src/text.c", "src/text.c"),
         ),
-        groups=(Group("LCD keypad shield", constants),),
+        groups=(Group("LCD keypad shield", (*constants, *shown.constants)),),
         pins=(
             *(
                 driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
@@ -110,3 +90,36 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             Wiring(KEYPAD_PIN, "LCD keypad shield, keys", "resistor ladder"),
         ),
     )
+
+
+def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
+    """Plan what is shown of a loop without programs: temperature and setpoint."""
+    controller = source.controller
+    loop = controller.loops[interface.loop]
+    panel = {
+        "where": source.where,
+        "loop_name": interface.loop,
+        "prefix": prefix_of(interface.loop),
+        "heater": loop.heater,
+        "step": quantity(interface.step_k, "K"),
+        "stored": loop.setpoint.stored,
+        "rules": rules(controller),
+        "commanded": commanded(controller, interface.loop),
+        "hosted": commanded(controller, interface.loop)
+        and not switched(controller, interface.loop),
+    }
+    whole = all(
+        value.is_integer()
+        for value in (
+            interface.step_k,
+            loop.setpoint.initial_c,
+            loop.setpoint.minimum_c,
+            loop.setpoint.maximum_c,
+        )
+    )
+    constants = (
+        Constant(
+            "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
+        ),
+    )
+    return Shown((File("src/panel.c", "interfaces/panel.c.j2", panel),), constants)

@@ -1,0 +1,112 @@
+"""The menu of the LCD keypad shield for a loop with programs: screens, texts, what is changed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, get_args
+
+from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.numbers import c_float, quantity
+from heatwright.generator.plan.parts import Constant, File
+from heatwright.generator.plan.source import Source
+from heatwright.spec import LcdKeypad, Max31856
+from heatwright.spec.commands import tunable
+from heatwright.spec.loops import Loop
+from heatwright.spec.max31856 import ThermocoupleType
+
+PARTS = ("text", "run", "edit", "values")
+"""The menu's files beside panel.c."""
+
+CODES = get_args(ThermocoupleType)
+"""The converter's code of a type is its place here (data sheet, CR1)."""
+
+WIDE_C = 1000.0
+"""From here on temperatures are shown without decimals: two of them fill a line."""
+
+JOULE_PER_KWH = 3.6e6
+TENTHS_PER_DUTY = 1000
+"""The energy counter's sum for one step at full power."""
+
+
+class Shown(NamedTuple):
+    """What the display shows: files, and their constants."""
+
+    files: tuple[File, ...]
+    constants: tuple[Constant, ...]
+
+
+def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
+    """Plan the menu of one loop with programs."""
+    controller = source.controller
+    name = interface.loop
+    loop = controller.loops[name]
+    sensor = controller.sensors[loop.sensor]
+    power_w = getattr(controller.outputs[loop.heater], "power_w", None)
+    selectable = sensor.selectable if isinstance(sensor, Max31856) else ()
+    context = {
+        "where": source.where,
+        "loop_name": name,
+        "prefix": prefix_of(name),
+        "sensor": loop.sensor,
+        "rules": rules(controller),
+        "decimals": int(loop.protection.maximum_c < WIDE_C),
+        "steps_per_minute": "PANEL_STEPS_PER_MINUTE",
+        "tunable": tunable(controller, name),
+        "adjustable": loop.protection.maximum_adjustable,
+        "types": [{"code": CODES.index(letter), "letter": letter} for letter in selectable],
+        "energy": power_w is not None,
+    }
+    files = (
+        File("src/panel.c", "interfaces/menu.c.j2", context),
+        *(
+            File(f"src/menu_{part}.{end}", f"interfaces/menu_{part}.{template}", context)
+            for part in PARTS
+            for end, template in (("h", "h"), ("c", "c.j2"))
+        ),
+    )
+    return Shown(
+        files, (*_constants(source, loop, name, interface.step_k), *_energy(source, loop, power_w))
+    )
+
+
+def _constants(source: Source, loop: Loop, name: str, step_k: float) -> tuple[Constant, ...]:
+    setpoint = Source(source.spec, ("loops", name, "setpoint"))
+    per_minute = round(60.0 / loop.period_s)
+    return (
+        Constant(
+            "PANEL_STEPS_PER_MINUTE",
+            f"{per_minute}UL",
+            f"control steps of {quantity(loop.period_s, 's')}",
+        ),
+        Constant(
+            "PANEL_TARGET_STEP",
+            f"{max(1, round(step_k * 10))}",
+            f"{source.at('step').where}: {quantity(step_k, 'K')}, in 0.1 K",
+        ),
+        *(
+            Constant(
+                f"PANEL_TARGET_{key.upper()}",
+                f"{round(value_c * 10)}",
+                f"{setpoint.at(key).where}: {quantity(value_c, 'degC')}, in 0.1 degC",
+            )
+            for key, value_c in (
+                ("minimum", loop.setpoint.minimum_c),
+                ("maximum", loop.setpoint.maximum_c),
+            )
+        ),
+    )
+
+
+def _energy(source: Source, loop: Loop, power_w: float | None) -> tuple[Constant, ...]:
+    if power_w is None:
+        return ()
+    kwh = power_w * loop.period_s / TENTHS_PER_DUTY / JOULE_PER_KWH
+    heater = Source(source.spec, ("outputs", loop.heater, "power"))
+    return (
+        Constant(
+            "PANEL_KWH_PER_COUNT",
+            c_float(kwh),
+            f"{heater.where}: {quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} "
+            "/ 1000 / 3.6e6 J",
+        ),
+    )

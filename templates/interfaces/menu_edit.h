@@ -1,0 +1,13 @@
+/* The menu's screens that change a stored program. */
+#ifndef MENU_EDIT_H
+#define MENU_EDIT_H
+
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
+
+void menu_edit_show(void);
+
+/* True if the screen had a use for the key. */
+bool menu_edit_key(uint8_t key);
+
+#endif
