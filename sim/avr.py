@@ -205,19 +205,10 @@ class Avr:
         number = self.pins.watch(pin, logged=False)
         return attach(self._owner, number, slave, timing or Timing(), self._slave_errors)
 
-    def spi(
-        self,
-        select: str,
-        clock: str,
-        data: str,
-        slave: spi.Slave,
-        timing: spi.Timing | None = None,
-        told: str | None = None,
-    ) -> spi.Port:
-        """Put an SPI chip on three pins; one with registers is told something on a fourth."""
-        sends = (self.pins.watch(pin, logged=False) for pin in (select, clock, data))
-        hears = -1 if told is None else self.pins.watch(told, logged=False)
-        pins: spi.Pins = (*sends, hears)  # type: ignore[assignment]
+    def spi(self, wires: spi.Wires, slave: spi.Slave, timing: spi.Timing | None = None) -> spi.Port:
+        """Put an SPI chip on its wires."""
+        names = wires.select, wires.clock, wires.data, wires.told
+        pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
         return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
 
     def relay(

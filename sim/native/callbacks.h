@@ -4,4 +4,5 @@ extern "Python+C" {
                              uint64_t cycle);
     void hw_spi_selected(void *handle, uint64_t cycle);
     void hw_spi_released(void *handle, uint64_t cycle);
+    void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
 }

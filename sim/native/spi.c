@@ -1,8 +1,11 @@
-/* SPI: one slave that only sends, bit by bit, and a judge of the master's timing.
+/* SPI: one slave that only sends, or has registers, bit by bit, and a judge of the master's timing.
 
-   It listens to its select and clock pins. While it is selected, each fall of the clock brings the
-   next bit; what the bits are is Python's business: see hw_spi_selected. Pins that float are high:
-   a board has a pull-up resistor on the select line, or leaves the chip's state to chance. */
+   It listens to its select and clock pins. A slave that only sends brings the next bit with each
+   fall of the clock. One with registers takes the clock's level at select for its rest, brings a
+   bit with each edge away from it and takes one with each edge back (modes 1 and 3): first the
+   address, then its answer goes out while it is told more. What the bits are is Python's business:
+   see hw_spi_selected and hw_spi_addressed. Pins that float are high: a board has a pull-up
+   resistor on the select line, or leaves the chip's state to chance. */
 #include <stdlib.h>
 #include <string.h>
 #include "hw.h"
@@ -10,20 +13,27 @@
 /* An SBI changes its pin at the end of its two cycles, and what a program reads of a pin is up to
    one and a half cycles old (data sheets, "Reading the Pin Value"). */
 #define WRITE_TO_READ 4
+#define ADDRESS_BITS 8
+#define TOLD_BYTES 17           /* an address and sixteen registers; it goes on with the first */
 
 struct hw_spi {
     hw *h;
-    int select, clock, data;
+    hw_spi_pins pins;
     void *handle;
     hw_spi_timing timing;
-    int connected, selected, clock_high;
-    uint8_t word[8];
+    int connected, selected, rests_high;
+    uint8_t word[16];
     int driven, position;       /* bits it sends, clocked out so far; then it lets go */
     int shown;                  /* on the data line: HW_NONE, HW_LOW, HW_HIGH */
-    uint64_t chosen, released, rose, fell, valid;
-    int clocks;                 /* rises since it was selected */
+    uint8_t told[TOLD_BYTES];
+    int heard;                  /* bits since it was selected */
+    uint64_t chosen, released, went, back, valid;
+    uint64_t changed, taken;    /* its input; when it took the last bit of it */
+    int clocks;                 /* edges away from rest since it was selected */
     uint64_t violations[HW_SPI_CHECKS], least[HW_SPI_CHECKS], most[HW_SPI_CHECKS];
 };
+
+static int has_registers(const hw_spi *s) { return s->pins.input >= 0; }
 
 static void judge(hw_spi *s, int check, uint64_t cycles, uint64_t allowed) {
     if (cycles < s->least[check])
@@ -34,36 +44,43 @@ static void judge(hw_spi *s, int check, uint64_t cycles, uint64_t allowed) {
         s->violations[check]++;
 }
 
+/* The clock was at a level for so long. */
+static void judge_level(hw_spi *s, int high, uint64_t cycles) {
+    judge(s, high ? HW_SPI_HIGH : HW_SPI_LOW, cycles, high ? s->timing.high : s->timing.low);
+}
+
 static void show(hw_spi *s, int level) {
     if (s->shown == level)
         return;
     if (s->shown)
-        pin_hold(s->h, s->data, s->shown == HW_HIGH, 0);
+        pin_hold(s->h, s->pins.data, s->shown == HW_HIGH, 0);
     if (level)
-        pin_hold(s->h, s->data, level == HW_HIGH, 1);
+        pin_hold(s->h, s->pins.data, level == HW_HIGH, 1);
     s->shown = level;
 }
 
-/* The level of the present bit. */
+/* The level of the present bit. An answer's first bit comes with the first edge after the address. */
 static int bit(const hw_spi *s) {
-    if (s->position >= s->driven)
+    int at = has_registers(s) ? s->position - 1 - ADDRESS_BITS : s->position;
+    if (at < 0 || at >= s->driven)
         return HW_NONE;
-    return s->word[s->position / 8] >> (7 - s->position % 8) & 1 ? HW_HIGH : HW_LOW;
+    return s->word[at / 8] >> (7 - at % 8) & 1 ? HW_HIGH : HW_LOW;
 }
 
 static void choose(hw_spi *s, uint64_t now) {
     if (s->released)
         judge(s, HW_SPI_IDLE, now - s->released, s->timing.idle);
     s->selected = 1;
+    s->rests_high = has_registers(s) && !s->h->pins[s->pins.clock].line_low;
     s->chosen = now;
     s->valid = now + s->timing.enable;
-    s->position = s->driven = s->clocks = 0;
+    s->position = s->driven = s->clocks = s->heard = 0;
     hw_spi_selected(s->handle, now);
 }
 
 static void release(hw_spi *s, uint64_t now) {
     if (s->clocks)
-        judge(s, HW_SPI_HOLD, now - s->fell, s->timing.hold);
+        judge(s, HW_SPI_HOLD, now - s->back, s->timing.hold);
     s->selected = 0;
     s->released = now;
     show(s, HW_NONE);
@@ -80,34 +97,55 @@ static void on_select(void *param, int low, uint64_t now) {
         release(s, now);
 }
 
-static void rise(hw_spi *s, uint64_t now) {
+/* The next bit is on its way. */
+static void shift(hw_spi *s, uint64_t now) {
+    s->position++;
+    s->valid = now + s->timing.output;
+}
+
+static void hear(hw_spi *s, uint64_t now) {
+    judge(s, HW_SPI_TOLD, now - s->changed, s->timing.told);
+    s->taken = now;
+    if (s->heard == 8 * TOLD_BYTES)
+        return;
+    uint8_t *byte = &s->told[s->heard / 8];
+    *byte = (uint8_t)(*byte << 1 | !s->h->pins[s->pins.input].line_low);
+    if (++s->heard == ADDRESS_BITS)
+        hw_spi_addressed(s->handle, s->told[0], now);
+}
+
+static void go(hw_spi *s, uint64_t now) {
     if (s->clocks++) {
-        judge(s, HW_SPI_LOW, now - s->fell, s->timing.low);
-        judge(s, HW_SPI_PERIOD, now - s->rose, s->timing.period);
+        judge_level(s, s->rests_high, now - s->back);
+        judge(s, HW_SPI_PERIOD, now - s->went, s->timing.period);
     } else {
         judge(s, HW_SPI_SETUP, now - s->chosen, s->timing.setup);
     }
-    s->rose = now;
+    s->went = now;
+    if (has_registers(s))
+        shift(s, now);
 }
 
-static void fall(hw_spi *s, uint64_t now) {
+static void come_back(hw_spi *s, uint64_t now) {
     if (s->clocks) {
-        judge(s, HW_SPI_HIGH, now - s->rose, s->timing.high);
+        judge_level(s, !s->rests_high, now - s->went);
         show(s, bit(s));        /* by now it is there, whether anybody looked or not */
     }
-    s->fell = now;
-    s->position++;
-    s->valid = now + s->timing.output;
+    s->back = now;
+    if (has_registers(s))
+        hear(s, now);
+    else
+        shift(s, now);
 }
 
 static void on_clock(void *param, int low, uint64_t now) {
     hw_spi *s = param;
     if (!s->connected || !s->selected)
         return;
-    if (low)
-        fall(s, now);
+    if (low == s->rests_high)
+        go(s, now);
     else
-        rise(s, now);
+        come_back(s, now);
 }
 
 /* Who reads too early reads what was there before. */
@@ -115,10 +153,19 @@ static void on_sampled(void *param, uint64_t now) {
     hw_spi *s = param;
     if (!s->connected || !s->selected)
         return;
-    uint64_t since = s->position ? s->fell : s->chosen, seen = now - WRITE_TO_READ;
+    uint64_t edge = has_registers(s) ? s->went : s->back;
+    uint64_t since = s->position ? edge : s->chosen, seen = now - WRITE_TO_READ;
     judge(s, HW_SPI_READ, seen > since ? seen - since : 0, s->valid - since);
     if (seen >= s->valid)
         show(s, bit(s));
+}
+
+static void on_input(void *param, int low, uint64_t now) {
+    hw_spi *s = param;
+    (void)low;
+    if (s->connected && s->selected && s->heard)
+        judge(s, HW_SPI_KEPT, now - s->taken, s->timing.kept);
+    s->changed = now;
 }
 
 static void unheard(void *param, int low, uint64_t now) { (void)param, (void)low, (void)now; }
@@ -128,19 +175,18 @@ static int listen(hw_spi *s) {
     struct wire_listener select = {on_select, unseen, s};
     struct wire_listener clock = {on_clock, unseen, s};
     struct wire_listener data = {unheard, on_sampled, s};
-    return pin_listen(s->h, s->select, select) || pin_listen(s->h, s->clock, clock)
-        || pin_listen(s->h, s->data, data);
+    struct wire_listener input = {on_input, unseen, s};
+    return pin_listen(s->h, s->pins.select, select) || pin_listen(s->h, s->pins.clock, clock)
+        || pin_listen(s->h, s->pins.data, data)
+        || (has_registers(s) && pin_listen(s->h, s->pins.input, input));
 }
 
-hw_spi *hw_spi_new(hw *h, int select, int clock, int data, void *handle,
-                   const hw_spi_timing *timing) {
+hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *timing) {
     hw_spi *s = h->spi_count < HW_SPIS ? calloc(1, sizeof *s) : NULL;
     if (!s)
         return NULL;
     s->h = h;
-    s->select = select;
-    s->clock = clock;
-    s->data = data;
+    s->pins = pins;
     s->handle = handle;
     s->timing = *timing;
     s->connected = 1;
@@ -160,12 +206,17 @@ void hw_spi_connect(hw_spi *s, int connected) {
     if (s->selected && !connected)
         release(s, s->h->avr->cycle);
     s->connected = connected;
-    on_select(s, s->h->pins[s->select].line_low, s->h->avr->cycle);
+    on_select(s, s->h->pins[s->pins.select].line_low, s->h->avr->cycle);
 }
 
 void hw_spi_load(hw_spi *s, const uint8_t *word, int bits) {
     memcpy(s->word, word, sizeof s->word);
     s->driven = bits;
+}
+
+int hw_spi_told(hw_spi *s, uint8_t *into) {
+    memcpy(into, s->told, sizeof s->told);
+    return s->heard / 8;
 }
 
 uint64_t hw_spi_violations(hw_spi *s, int check) { return s->violations[check]; }

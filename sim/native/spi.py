@@ -1,4 +1,4 @@
-"""An SPI slave's end of its three wires: bits in C, meaning in Python."""
+"""An SPI slave's end of its wires: bits in C, meaning in Python."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ from typing import Any, Protocol
 
 from heatwright.sim.native.hw import Hw
 
-PHASES = ("setup", "high", "low", "period", "read", "hold", "idle")
+PHASES = ("setup", "high", "low", "period", "read", "hold", "idle", "told", "kept")
 """What is judged of the master: from select to the first clock, the clock's high, its low, its
-period, from a fall (or select) to the reading of its bit, from the last clock to the end of select,
-and the time not selected."""
+period, from an edge (or select) to the reading of its bit, from the last clock to the end of
+select, the time not selected; of what it tells, from its last change to the edge that takes it, and
+from there to its next change."""
+WORD_BYTES, TOLD_BYTES = 16, 17
+"""Longest answer; longest order, with its address."""
 
 
 @dataclass(frozen=True)
 class Timing:
     """Least times in ns, asked of the master.
 
-    output, enable -- the slave's own: a bit is there so long after its fall, or after select.
+    output, enable -- the slave's own: a bit is there so long after its edge, or after select.
     """
 
     setup: float = 100
@@ -27,6 +30,8 @@ class Timing:
     period: float = 200
     hold: float = 0
     idle: float = 0
+    told: float = 0
+    kept: float = 0
     output: float = 100
     enable: float = 100
 
@@ -40,18 +45,38 @@ class Phase:
     violations: int
 
 
+@dataclass(frozen=True)
+class Wires:
+    """Pins of the processor, by port and bit, at a chip's wires.
+
+    told -- at its input; None for a chip that only sends.
+    """
+
+    select: str
+    clock: str
+    data: str
+    told: str | None = None
+
+
 class Slave(Protocol):
     """A chip on the wires."""
 
     def selected(self, cycle: int) -> None:
-        """Load what is to be sent."""
+        """Load what is to be sent; a chip with registers waits for their address."""
 
     def released(self, cycle: int) -> None:
-        """Go on by itself."""
+        """Go on by itself; a chip with registers takes what it was told."""
+
+
+class Registers(Slave, Protocol):
+    """A chip with registers."""
+
+    def addressed(self, address: int, cycle: int) -> None:
+        """Load what stands from an address on, or nothing if it is to be written."""
 
 
 class Port:
-    """A slave's end of select, clock and data."""
+    """A slave's end of select, clock, data, and perhaps what it is told."""
 
     def __init__(self, hw: Hw, port: Any) -> None:
         self._hw = hw
@@ -61,10 +86,17 @@ class Port:
     def load(self, word: int, bits: int, driven: int | None = None) -> None:
         """Send a word, highest bit first; only the first `driven` bits are driven, then it floats.
 
-        Call it from ``selected``.
+        Call it from ``selected``, or from ``addressed``.
         """
-        data = (word << (64 - bits)).to_bytes(8, "big")
+        data = (word << (8 * WORD_BYTES - bits)).to_bytes(WORD_BYTES, "big")
         self._lib.hw_spi_load(self._port, data, bits if driven is None else driven)
+
+    @property
+    def told(self) -> bytes:
+        """The whole bytes that came since it was selected last, an address first."""
+        into = self._hw.ffi.new("uint8_t[]", TOLD_BYTES)
+        count = self._lib.hw_spi_told(self._port, into)
+        return bytes(self._hw.ffi.buffer(into, count))
 
     def connect(self, connected: bool) -> None:
         """Plug the slave in, or pull it off its wires."""
@@ -107,11 +139,14 @@ def _cycles(hw: Hw, timing: Timing) -> Any:
 
 
 def attach(
-    hw: Hw, pins: tuple[int, int, int], slave: Slave, timing: Timing, errors: list[BaseException]
+    hw: Hw, pins: tuple[int, ...], slave: Slave, timing: Timing, errors: list[BaseException]
 ) -> Port:
-    """Put a slave on its select, clock and data pins; what it raises is collected in errors."""
+    """Put a slave on its select, clock and data pins, and the one that tells it something (or -1).
+
+    What it raises is collected in errors.
+    """
     handle = hw.ffi.new_handle((slave, errors))
-    port = hw.lib.hw_spi_new(hw.pointer, *pins, handle, _cycles(hw, timing))
+    port = hw.lib.hw_spi_new(hw.pointer, pins, handle, _cycles(hw, timing))
     if not port:
         raise ValueError("There are too many SPI chips on these pins or this processor.")
     hw.kept.append(handle)
@@ -135,5 +170,13 @@ def install(ffi: Any) -> None:
         except BaseException as error:  # as above
             errors.append(error)
 
+    def hw_spi_addressed(handle: Any, address: int, cycle: int) -> None:
+        slave, errors = ffi.from_handle(handle)
+        try:
+            slave.addressed(address, cycle)
+        except BaseException as error:  # as above
+            errors.append(error)
+
     ffi.def_extern()(hw_spi_selected)
     ffi.def_extern()(hw_spi_released)
+    ffi.def_extern()(hw_spi_addressed)

@@ -9,22 +9,15 @@ from typing import Literal
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level
-from heatwright.sim.native.spi import Port, Timing
+from heatwright.sim.native.spi import Port, Timing, Wires
 from heatwright.spec import Board, Max6675, Max31855
+
+__all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
 REMEMBERED_S = 2.0
 """Conversions sample the past: so much of it is kept, beyond any slow one."""
 
 Wire = Literal["ground", "supply"]
-
-
-@dataclass(frozen=True)
-class Wires:
-    """Pins of the processor, by port and bit, at select, clock and data."""
-
-    select: str
-    clock: str
-    data: str
 
 
 @dataclass
@@ -69,7 +62,7 @@ class SpiChip:
         self._random = random.Random(seed)  # noqa: S311 - noise, not a secret
         self._past: deque[tuple[int, float]] = deque([(0, self.temperature_c)])
         self._power_on(avr.cycle)
-        self.port: Port = avr.spi(wires.select, wires.clock, wires.data, self, timing)
+        self.port: Port = avr.spi(wires, self, timing)
 
     def sense(self, temperature_c: float) -> None:
         """Give the thermocouple's tip this temperature from now on, °C."""
