@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import core, relay
+from heatwright.generator.plan import core, program, relay
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
@@ -59,7 +59,7 @@ def plan_firmware(spec: Spec) -> Plan:
     ]
     parts = [
         core.start(root, _each("reset_lines", outputs)), clock, gate, core.fault(root, loops),
-        *outputs, *sensors, *control, *interfaces, settings,
+        *outputs, *sensors, *control, *interfaces, settings, *_program(root, loops),
     ]  # fmt: skip
     files = (
         *project_files(spec, [*sensors, *outputs, *interfaces]),
@@ -72,6 +72,11 @@ def plan_firmware(spec: Spec) -> Plan:
         "SPDX-License-Identifier: MIT-0",
         files=_unique(files),
     )
+
+
+def _program(root: Source, loops: list[dict[str, Any]]) -> list[Part]:
+    """Plan the program that moves the setpoint of one of the loops."""
+    return [program.plan(root, loop) for loop in loops if loop["programmed"]]
 
 
 def _serves(controller: Controller, kind: type[LcdKeypad | SerialPlotter], loop: str) -> bool:

@@ -26,6 +26,7 @@ LAST_RULE_OF_SENSORS = 18
 LAST_RULE_OF_HOSTS = 19
 LAST_RULE_OF_CURRENTS = 22
 LAST_RULE_OF_MASTERS = 23
+LAST_RULE_OF_PROGRAMS = 24
 LAST_RULE_OF_RELAYS = 26
 """Of those with a contact that says what they do."""
 
@@ -49,6 +50,8 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_CURRENTS
     if modbus_of(controller):
         last = LAST_RULE_OF_MASTERS
+    if controller.programs:
+        last = LAST_RULE_OF_PROGRAMS
     if controller.safety.relay_feedback:
         last = LAST_RULE_OF_RELAYS
     return [

@@ -16,13 +16,21 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, ThreePosition
-from heatwright.spec.commands import commanded, starts_enabled, switched, tunable
+from heatwright.spec.commands import (
+    commanded,
+    must_release,
+    programmed,
+    starts_enabled,
+    switched,
+    tunable,
+)
 from heatwright.spec.indicated import indicated
 
 FULL_PERCENT = 100.0
 
 RULES_OF_LOOP = (
-    "rise_rate", "runaway", "heating", "frozen", "rising_while_off", "master_lost_after",
+    "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
+    "master_lost_after",
 )  # fmt: skip
 """The keys of `protection` that guard.c names."""
 
@@ -56,6 +64,9 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "switched": by_master,
         "tunable": by_gain,
         "lasting": by_host and by_gain and loop.setpoint.stored,
+        "programmed": programmed(controller, name),
+        "must_release": by_master and must_release(controller),
+        "adjustable": loop.protection.maximum_adjustable,
     }
 
 
@@ -69,6 +80,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
     experiment = loop.autotune if tunable(source.controller, name) else None
     current = current_of(loop, source)
     heater = Source(source.spec, ("outputs", loop.heater))
+    readings = source.controller.thermometers[loop.sensor].moving_average
     context = {
         **summary(source, name),
         "name": name,
@@ -83,6 +95,10 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "relay_judged": relay.is_judged_by(source.controller, name),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,
+        "readings": readings,
+        "averaged": readings > 1,
+        "average_where": Source(source.spec, ("sensors", loop.sensor, "moving_average")).where,
+        "programs_where": Source(source.spec, ("programs", "loop")).where,
         "starts_enabled": starts_enabled(source.controller, name),
         "starts_where": source.at("starts").where,
         "told": told,
@@ -100,6 +116,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         **context,
         "where": source.at("protection").where,
         "where_of": {rule: source.at("protection", rule).where for rule in RULES_OF_LOOP},
+        "t": f"loop_{name}.{'reading_c' if readings > 1 else 'temperature_c'}",
         "runaway": loop.protection.runaway is not None,
         "runaway_below": loop.protection.runaway is not None
         and loop.protection.runaway.below_k is not None,
@@ -108,9 +125,10 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "frozen": loop.protection.frozen is not None,
         "rising": loop.protection.rising_while_off is not None,
     }
-    bounded = bool(context["commanded"]) or shown or loop.setpoint.stored
+    bounded = bool(context["commanded"] or context["adjustable"]) or shown or loop.setpoint.stored
     constants = (
         *_loop_constants(source, loop, prefix, bounded=bounded),
+        *(_average(source, prefix, loop.sensor, readings) if readings > 1 else ()),
         *(_readiness(source, loop, prefix) if by_host else ()),
         *(_warmth(source, loop, prefix) if told and not by_host else ()),
         *permits(source, loop, prefix),
@@ -176,6 +194,15 @@ def _loop_constants(source: Source, loop: Loop, prefix: str, *, bounded: bool) -
             )
             for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
         ),
+    ]
+
+
+def _average(source: Source, prefix: str, sensor: str, readings: int) -> list[Constant]:
+    """How many readings are in the mean that the loop goes by."""
+    at = Source(source.spec, ("sensors", sensor, "moving_average"))
+    return [
+        at.count(f"{prefix}_READINGS", readings, "whose mean the control goes by"),
+        at.number(f"{prefix}_SHARE", 1.0 / readings, f"1 / {readings}"),
     ]
 
 

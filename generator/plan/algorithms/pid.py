@@ -11,13 +11,16 @@ from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
 from heatwright.spec.algorithms import IntegralLimits, OutputLimits
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import programmed, tunable
 
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`."""
     assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
-    terms = _Terms(source, loop.algorithm, prefix, loop.period_s, tunable(source.controller, name))
+    moved = programmed(source.controller, name) and loop.algorithm.feed_forward > 0
+    terms = _Terms(
+        source, loop.algorithm, prefix, loop.period_s, tunable(source.controller, name), moved
+    )
     maximum = loop.algorithm.output.maximum_percent
     return AlgorithmPlan(
         template="algorithms/pid",
@@ -36,6 +39,8 @@ class _Terms:
     prefix: str
     period_s: float
     tunable: bool
+    moved: bool
+    """A program moves the setpoint, and its slope has a term of its own."""
 
     @property
     def integral(self) -> bool:
@@ -47,13 +52,14 @@ class _Terms:
 
     def context(self, state: str) -> dict[str, Any]:
         """What the template asks; gains that may change are members of `state`."""
-        keys = ("kd", "integral", "band", "dead_band")
+        keys = ("kd", "feed_forward", "integral", "band", "dead_band")
         return {
             "where": self.source.where,
             "where_of": {key: self.source.at(key).where for key in keys},
             "integral": self.integral,
             "hold": self.pid.integral.while_limited == "hold",
             "derivative": self.derivative,
+            "moved": self.moved,
             "of_error": self.pid.derivative_of == "error",
             "band": self.pid.band_k is not None,
             "dead_band": self.pid.dead_band_k > 0,
@@ -71,6 +77,10 @@ class _Terms:
             constants += [*self._ki(), *self._limits("integral", self.pid.integral)]
         if self.derivative:
             constants += self._kd()
+        if self.moved:
+            constants.append(
+                self._number("feed_forward", "FEED_FORWARD", self.pid.feed_forward, "%*s/K")
+            )
         constants += self._limits("output", self.pid.output)
         if self.pid.band_k is not None:
             constants.append(self._number("band", "BAND_K", self.pid.band_k, "K"))

@@ -1,0 +1,99 @@
+"""The program that moves a loop's setpoint: its numbers, its place in start and step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heatwright.generator.plan.numbers import c_float, quantity, steps
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.spec.programs import Programs
+
+MOST_STEPS = 65_535
+"""What the counter of the steps that a program waits can hold."""
+
+TENTHS_PER_HOUR = 36_000
+"""Seconds in an hour, for rates in tenths of a kelvin per hour."""
+
+
+def plan(root: Source, loop: dict[str, object]) -> Part:
+    """Plan program.c; `loop` is the summary of the loop that it moves."""
+    programs = root.controller.programs
+    assert programs is not None  # noqa: S101 - the caller has looked
+    source = root.at("programs")
+    return Part(
+        files=(
+            File("src/program.h", "src/program.h"),
+            File("src/program.c", "src/program.c.j2", _context(source, programs, loop)),
+        ),
+        groups=(Group("Program", tuple(_constants(root, source, programs))),),
+        start_calls=(Call(Stage.SENSE, "program.h", "program_start_up();"),),
+    )
+
+
+def _context(source: Source, programs: Programs, loop: dict[str, object]) -> dict[str, Any]:
+    power = source.at("after_power_loss")
+    return {
+        "name": loop["name"],
+        "prefix": loop["prefix"],
+        "where": source.where,
+        "holds_at_end": programs.at_end == "hold",
+        "at_end_where": source.at("at_end").where,
+        "reached_where": source.at("reached_within").where,
+        "hold_back": programs.hold_back is not None,
+        "hold_back_where": source.at("hold_back").where,
+        "limit_where": source.at("hold_back", "limit").where,
+        "power_where": power.where,
+        "resumes": programs.after_power_loss.resume_within_k > 0,
+        "pauses": programs.after_power_loss.otherwise == "pause",
+    }
+
+
+def _constants(root: Source, source: Source, programs: Programs) -> list[Constant]:
+    period_s = root.controller.loops[programs.loop].period_s
+    period = quantity(period_s, "s")
+    save, reached = source.at("save_every"), source.at("reached_within")
+    constants = [
+        Constant("PROGRAM_PER_PERIOD", c_float(1.0 / period_s), f"1 / {period}"),
+        Constant("PROGRAM_STEPS_PER_S", c_float(1.0 / period_s), f"periods of {period} in 1 s"),
+        Constant(
+            "PROGRAM_STEPS_TIMES_RATE",
+            c_float(TENTHS_PER_HOUR / period_s),
+            f"periods of {period} in an hour, for rates of 0.1 K/h",
+        ),
+        reached.number(
+            "PROGRAM_REACHED_K", programs.reached_within_k, quantity(programs.reached_within_k, "K")
+        ),
+        save.count(
+            "PROGRAM_SAVE_STEPS",
+            steps(programs.save_every_s, period_s),
+            f"{quantity(programs.save_every_s, 's')} in periods of {period}",
+        ),
+    ]
+    return [*constants, *_hold_back(source, programs, period_s), *_resume(source, programs)]
+
+
+def _hold_back(source: Source, programs: Programs, period_s: float) -> list[Constant]:
+    back = programs.hold_back
+    if back is None:
+        return []
+    limit = f"{quantity(back.limit_s, 's')} in periods of {quantity(period_s, 's')}"
+    return [
+        source.at("hold_back").number(
+            "PROGRAM_BACK_K", back.within_k, quantity(back.within_k, "K")
+        ),
+        source.at("hold_back", "limit").count(
+            "PROGRAM_LIMIT_STEPS", min(steps(back.limit_s, period_s), MOST_STEPS), limit
+        ),
+    ]
+
+
+def _resume(source: Source, programs: Programs) -> list[Constant]:
+    within_k = programs.after_power_loss.resume_within_k
+    if within_k == 0:
+        return []
+    return [
+        source.at("after_power_loss", "resume_within").number(
+            "PROGRAM_RESUME_WITHIN_K", within_k, quantity(within_k, "K")
+        )
+    ]
