@@ -74,11 +74,55 @@ class WindowCourse:
         self._off_us = self._now_us + self._counts * self._step_us
 
 
+class SpreadCourse:
+    """The on-time of a window in single steps: step s is on if (s · on) mod window < on."""
+
+    def __init__(self, window_steps: int, step_us: int) -> None:
+        """Start off, without a window."""
+        self._window_steps = window_steps
+        self._step_us = step_us
+        self._now_us = 0
+        self._start_us = -1
+        self._counts = 0
+        self._on_steps = 0
+
+    def apply(self, counts: int) -> None:
+        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        self._counts = counts
+        if self._start_us < 0 or self._now_us == self._start_us:
+            self._open()
+        if counts == 0:
+            self._on_steps = 0
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = 0
+        while self._now_us < to_us:
+            if self._start_us < 0:
+                self._now_us = to_us
+                break
+            step = (self._now_us - self._start_us) // self._step_us
+            end_us = min(to_us, self._start_us + (step + 1) * self._step_us)
+            if step * self._on_steps % self._window_steps < self._on_steps:
+                on_us += end_us - self._now_us
+            self._now_us = end_us
+            if end_us == self._start_us + self._window_steps * self._step_us:
+                self._open()
+        return float(on_us)
+
+    def _open(self) -> None:
+        self._start_us = self._now_us
+        self._on_steps = self._counts
+
+
 def course_of(controller: Controller, name: str) -> Course:
     """Return the course of a controller's heater."""
     output = controller.outputs[name]
     if isinstance(output, TimeProportionalOutput):
-        return WindowCourse(round(output.window_s * 1e6), round(output.resolution_s * 1e6))
+        window_us, step_us = round(output.window_s * 1e6), round(output.resolution_s * 1e6)
+        if output.distribution == "spread":
+            return SpreadCourse(window_us // step_us, step_us)
+        return WindowCourse(window_us, step_us)
     if isinstance(output, PwmOutput):
         return SteadyCourse(pwm_period(controller, name).counts)
     if isinstance(output, DigitalOutput) and has_minimum(output):
