@@ -1,5 +1,6 @@
 """Time-proportional outputs: each tick of each window, in one piece or spread, at either level."""
 
+import itertools
 import random
 from collections.abc import Iterator
 
@@ -81,7 +82,7 @@ def test_spread_gives_what_burst_gives_and_no_long_gap(on_steps: int) -> None:
     on = [step * on_steps % 100 < on_steps for step in range(100)]
     assert sum(on) == on_steps
     places = [step for step in range(200) if on[step % 100]]
-    gaps = {after - before for before, after in zip(places, places[1:], strict=False)}
+    gaps = {after - before for before, after in itertools.pairwise(places)}
     assert not gaps or max(gaps) - min(gaps) <= 1
 
 
@@ -144,10 +145,11 @@ def _problem(window: str, broken: Broken | None) -> str:
     for _ in range(7):
         late.tick()  # the first window begins with the first duty, whenever that comes
     first = bench()
-    ticks = round(first.output.window_s / 0.01)  # each duty comes behind the first tick of a window
+    ticks = round(first.output.window_s / 0.01)
+    behind = [(30.0, ticks + 1), *((each, ticks) for each in (50.0, 2.0, 99.0, 40.0))]
     return (
         problem(late, duties(2, 400, 25))
-        or problem(first, iter([(percent, ticks) for percent in (30.0, 50.0, 2.0, 99.0, 40.0)]))
+        or problem(first, iter(behind))  # each duty comes behind the first tick of a window
         or closed_problem(bench())
     )
 
