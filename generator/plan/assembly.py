@@ -11,6 +11,7 @@ from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
+from heatwright.generator.plan.programs import programs as plan_programs
 from heatwright.generator.plan.project import project_files
 from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_period_s
 from heatwright.generator.plan.settings import settings as plan_settings
@@ -59,7 +60,8 @@ def plan_firmware(spec: Spec) -> Plan:
     ]
     parts = [
         core.start(root, _each("reset_lines", outputs)), clock, gate, core.fault(root, loops),
-        *outputs, *sensors, *control, *interfaces, settings, *_program(root, loops),
+        *outputs, *sensors, *control, *interfaces, settings, plan_programs(root),
+        *_program(root, loops),
     ]  # fmt: skip
     files = (
         *project_files(spec, [*sensors, *outputs, *interfaces]),

@@ -6,60 +6,51 @@ from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec.algorithms import LARGEST_GAIN
+from heatwright.spec.eeprom import CELL_WRITES, has_types, layout, settings_bytes
+from heatwright.spec.max31856 import Max31856
 
 SETTINGS_DELAY_S = 10.0
-MOST_SETTINGS_SLOTS = 16
-"""The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
-watchdog period of 30 ms."""
+LATE = ("a setpoint", "a maximum", "a type of thermocouple")
+"""What is saved so long after it was changed."""
 
-SETTINGS_SLOT_BYTES = 64
-"""Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
-RECORD_BYTES = 2 + 1 + 4 + 2 + 10
-"""CRC, size, digest, sequence number and fault."""
-
-EEPROM_CELL_WRITES = 100_000
-"""Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
+TYPE_CODES = "BEJKNRST"
+"""Types of thermocouple in the order of their codes, 0 to 7 (MAX31856 data sheet, register CR1)."""
 
 
 def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     """Settings and the latched fault in EEPROM."""
     stored = any(loop["stored"] for loop in loops)
     tunable = any(loop["tunable"] for loop in loops)
-    kept_bytes = sum(4 * bool(loop["stored"]) + 12 * bool(loop["tunable"]) for loop in loops)
-    record_bytes = RECORD_BYTES + kept_bytes
-    slot_bytes = -(-record_bytes // SETTINGS_SLOT_BYTES) * SETTINGS_SLOT_BYTES
-    eeprom_bytes = root.controller.board.eeprom_bytes
-    slots = min(MOST_SETTINGS_SLOTS, eeprom_bytes // slot_bytes)
-    constants = [
-        Constant(
-            "SETTINGS_SLOT_BYTES",
-            f"{slot_bytes}u",
-            f"the record takes {record_bytes}; slots are alike in every firmware",
-        ),
-        Constant(
-            "SETTINGS_SLOTS",
-            f"{slots}u",
-            f"{slots * slot_bytes} of the {eeprom_bytes} bytes of EEPROM: "
-            f"{slots * EEPROM_CELL_WRITES / 1e6:.1f} million saves",
-        ),
+    adjustable = [
+        name for name, loop in root.controller.loops.items() if loop.protection.maximum_adjustable
     ]
-    if stored:
+    types = [
+        {"name": name, "prefix": f"SENSOR_{name.upper()}"}
+        for name, sensor in root.controller.sensors.items()
+        if has_types(sensor)
+    ]
+    constants = _layout(root)
+    if stored or adjustable or types:
         constants.append(
             Constant(
                 "SETTINGS_DELAY_TICKS",
                 f"{ticks(SETTINGS_DELAY_S)}u",
-                "a setpoint is saved when it has rested 10 s",
+                f"{_rested(stored, bool(adjustable), bool(types))} saved when it has rested 10 s",
             )
         )
     if tunable:
         constants.append(
             Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "no gain is larger, whoever sets it")
         )
+    constants += [constant for each in types for constant in _types(root, str(each["name"]))]
     context = {
         "loops": loops,
+        "types": types,
         "any_stored": stored,
         "any_tunable": tunable,
-        "any_kept": stored or tunable,
+        "adjustable": adjustable,
+        "any_later": stored or bool(adjustable or types),
+        "any_kept": stored or tunable or bool(adjustable or types),
         "save_delay": quantity(SETTINGS_DELAY_S, "s"),
     }
     return Part(
@@ -71,3 +62,49 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         start_calls=(Call(Stage.RESTORE, "settings.h", "settings_start();"),),
         tick_calls=(Call(Stage.STORE, "settings.h", "settings_tick();"),),
     )
+
+
+def _layout(root: Source) -> list[Constant]:
+    area = layout(root.controller).settings
+    eeprom_bytes = root.controller.board.eeprom_bytes
+    return [
+        Constant(
+            "SETTINGS_SLOT_BYTES",
+            f"{area.slot_bytes}u",
+            f"the record takes {settings_bytes(root.controller)}; "
+            "slots are alike in every firmware",
+        ),
+        Constant(
+            "SETTINGS_SLOTS",
+            f"{area.slots}u",
+            f"{area.end} of the {eeprom_bytes} bytes of EEPROM: "
+            f"{area.slots * CELL_WRITES / 1e6:.1f} million saves",
+        ),
+    ]
+
+
+def _rested(*there: bool) -> str:
+    """Say what is saved late."""
+    what = [name for name, is_there in zip(LATE, there, strict=True) if is_there]
+    return f"{' or '.join(what)} is"
+
+
+def _types(root: Source, name: str) -> list[Constant]:
+    """Give the codes of the types of thermocouple that a sensor may have."""
+    sensor = root.controller.sensors[name]
+    assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
+    source = root.at("sensors", name)
+    codes = {TYPE_CODES.index(each) for each in (sensor.thermocouple, *sensor.selectable)}
+    letters = " ".join(TYPE_CODES[code] for code in sorted(codes))
+    return [
+        source.at("thermocouple").count(
+            f"SENSOR_{name.upper()}_TYPE_GIVEN",
+            TYPE_CODES.index(sensor.thermocouple),
+            f"{sensor.thermocouple} of {TYPE_CODES}",
+        ),
+        Constant(
+            f"SENSOR_{name.upper()}_TYPES",
+            f"0x{sum(1 << code for code in codes):02X}u",
+            f"{source.at('selectable').where}: {letters}, a bit for each of {TYPE_CODES}",
+        ),
+    ]

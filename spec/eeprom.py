@@ -1,0 +1,143 @@
+"""What stands where in the EEPROM, and how long its cells last.
+
+From its start: settings, programs, progress of the program, log. Slots of settings begin at the
+same places in every firmware.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from heatwright.spec.commands import tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import SerialLog
+from heatwright.spec.max31856 import Max31856
+
+CELL_WRITES = 100_000
+"""Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
+YEAR_S = 365.25 * 86_400.0
+LEAST_YEARS = 10.0
+"""That a log, and the progress of a program that runs day and night, must last."""
+
+SETTINGS_SLOT_BYTES = 64
+"""Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
+RECORD_BYTES = 2 + 1 + 4 + 2 + 10
+"""CRC, size, digest, sequence number and fault."""
+MOST_SETTINGS_SLOTS = 16
+"""The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
+watchdog period of 30 ms."""
+FEWEST_SETTINGS_SLOTS = 4
+"""Where programs or a log need the room: 400 000 saves are still a hundred a day for ten years."""
+
+PROGRAM_BYTES = 12 + 1 + 1
+"""Name with its end, number of segments."""
+SEGMENT_BYTES = 1 + 2 + 4
+"""Kind, target, amount."""
+PROGRAM_FRAME_BYTES = 1 + 2 + 1
+"""Turn, CRC, turn again."""
+SLOTS_OF_A_PROGRAM = 2
+
+PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
+"""Sequence number; state, number, segment, end; CRC of the program; four temperatures; four counts;
+CRC, and the sequence number's lowest byte again."""
+FEWEST_PROGRESS_SLOTS = 2
+MOST_PROGRESS_SLOTS = 255
+"""So that the lowest byte of a slot's sequence number is another one in the next turn."""
+
+LOG_ENTRY_BYTES = 8
+"""Of a log: an entry with what tells whether it is whole."""
+
+
+class Area(NamedTuple):
+    """Slots of the same size, one behind the other."""
+
+    start: int
+    slot_bytes: int
+    slots: int
+
+    @property
+    def end(self) -> int:
+        """The first byte behind it."""
+        return self.start + self.slot_bytes * self.slots
+
+    def years(self, every_s: float) -> float:
+        """How long its cells last if a slot is written so often, day and night, in turn."""
+        return self.slots * CELL_WRITES * every_s / YEAR_S
+
+
+class Layout(NamedTuple):
+    """What stands where; areas that are not there have no slots."""
+
+    settings: Area
+    programs: Area
+    progress: Area
+    history: Area
+
+    @property
+    def end(self) -> int:
+        """The first byte that nobody needs; beyond the EEPROM if it is too small."""
+        return self.history.end
+
+
+def log_in_eeprom(controller: Controller) -> SerialLog | None:
+    """Find the log that is kept in the EEPROM, if there is one."""
+    logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
+    return next((each for each in logs if each.keep == "eeprom"), None)
+
+
+def has_types(sensor: object) -> bool:
+    """Tell whether the operator may choose a sensor's type of thermocouple."""
+    return isinstance(sensor, Max31856) and bool(set(sensor.selectable) - {sensor.thermocouple})
+
+
+def settings_bytes(controller: Controller) -> int:
+    """Count the bytes of a record of settings: setpoints, maxima, gains, types."""
+    kept = sum(
+        4 * loop.setpoint.stored
+        + 4 * loop.protection.maximum_adjustable
+        + 12 * tunable(controller, name)
+        for name, loop in controller.loops.items()
+    )
+    return RECORD_BYTES + kept + sum(has_types(each) for each in controller.sensors.values())
+
+
+def layout(controller: Controller) -> Layout:
+    """Lay out the EEPROM; it may be too small (`Layout.end`)."""
+    slot_bytes = -(-settings_bytes(controller) // SETTINGS_SLOT_BYTES) * SETTINGS_SLOT_BYTES
+    room = controller.board.eeprom_bytes
+    programs_bytes, places = _programs(controller)
+    log = log_in_eeprom(controller)
+    entries = log.entries if log else 0
+    room -= places * programs_bytes + entries * LOG_ENTRY_BYTES
+    wanted = _slots_for(LEAST_YEARS, _save_every_s(controller)) * PROGRESS_BYTES
+    most = room // slot_bytes
+    if places or entries:
+        most = max(FEWEST_SETTINGS_SLOTS, (room - wanted) // slot_bytes)
+    settings = Area(0, slot_bytes, min(MOST_SETTINGS_SLOTS, most))
+    left = (room - settings.end) // PROGRESS_BYTES if places else 0
+    slots = min(MOST_PROGRESS_SLOTS, max(FEWEST_PROGRESS_SLOTS, left)) if places else 0
+    programs = Area(settings.end, programs_bytes, places)
+    progress = Area(programs.end, PROGRESS_BYTES, slots)
+    return Layout(settings, programs, progress, Area(progress.end, LOG_ENTRY_BYTES, entries))
+
+
+def _programs(controller: Controller) -> tuple[int, int]:
+    """Give the bytes of a program's slot, and the number of slots."""
+    if controller.programs is None:
+        return 0, 0
+    body = PROGRAM_BYTES + SEGMENT_BYTES * controller.programs.points
+    return PROGRAM_FRAME_BYTES + body, SLOTS_OF_A_PROGRAM * controller.programs.places
+
+
+def _save_every_s(controller: Controller) -> float:
+    return controller.programs.save_every_s if controller.programs else math.inf
+
+
+def _slots_for(years: float, every_s: float) -> int:
+    return math.ceil(years * YEAR_S / (CELL_WRITES * every_s))
+
+
+def slowest_s(years: float, slots: int) -> float:
+    """Give the time between writes with which so many slots last so many years, s."""
+    return years * YEAR_S / (CELL_WRITES * slots)
