@@ -79,12 +79,7 @@ def cut_short(world: World) -> None:
     """Acknowledge, and cut the power in the middle of the record that says so."""
     eeprom = world.device.avr.eeprom
     before = eeprom.writes
-    if world.site.is_switched:
-        world.device.write("acknowledge", True)
-    elif world.site.is_commanded:
-        world.device.send("M999")
-    else:
-        world.device.press("select")
+    world.hand.begin_acknowledging(world)
     for _ in range(LONGEST_MS):
         world.device.advance(world.now_s + 0.001)
         if eeprom.writes >= before + BYTES and eeprom.writing:

@@ -35,12 +35,12 @@ class Site:
 
     @property
     def is_commanded(self) -> bool:
-        """Whether a host commands the loop; then it is the operator, with or without keys."""
+        """Whether a host, a master or a display commands the loop; it is the operator then."""
         return commanded(self.controller, self.loop_name)
 
     @property
     def is_switched(self) -> bool:
-        """Whether a master commands the loop, and switches it on and off."""
+        """Whether a master or a display switches the loop on and off."""
         return switched(self.controller, self.loop_name)
 
     @property

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
 from heatwright.sim.plants import Plant, plant_of
@@ -53,14 +54,15 @@ class Wiring:
 class World:
     """A powered controller on its machine, after the first step of time, in which it starts.
 
-    device -- the controller; wiring -- what lies between, coupling -- what goes to the machine when
-    nothing is broken; trips, heaters -- what was recorded;
+    device -- the controller; hand -- who serves the loop; wiring -- what lies between, coupling --
+    what goes to the machine when nothing is broken; trips, heaters -- what was recorded;
     peak_c -- the highest temperature at the loop's sensor since it was last set; rising -- whether
     that temperature rose in the last step.
     """
 
     def __init__(self, site: Site, weather: Weather) -> None:
         self.site = site
+        self.hand = hand_of(site)
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
         self.step_s = TICK_S if sums_noise(site.controller, site.loop.sensor) else STEP_S
@@ -171,44 +173,32 @@ class World:
         self.until(lambda now: not now.device.master.is_busy, ANSWER_S)
 
     def acknowledge(self) -> None:
-        """Acknowledge the latched fault, by key or by command.
+        """Acknowledge the latched fault, by key, touch or command.
 
-        A loop that a host or a master commands is off then, and asked for the same once more.
+        A loop that is commanded is off then, and asked for the same once more.
         """
-        if self.site.is_switched:
-            was_on = self._switched_on
-            self.write("acknowledge", True)
-            if was_on and not self.fault:
-                self.switch(on=True)
+        was_on, setpoint_c = self._switched_on, self.setpoint_c
+        self.hand.acknowledge(self)
+        if self.fault:
             return
-        if not self.site.is_commanded:
-            self.press("select")
-            return
-        setpoint_c = self.setpoint_c
-        self.send("M999")
-        if setpoint_c and not self.fault:
+        if was_on:
+            self.switch(on=True)
+        elif self.site.is_hosted and setpoint_c:
             self.set_setpoint(setpoint_c)
 
     def switch(self, *, on: bool) -> None:
-        """Have the master switch the loop."""
+        """Switch a loop that is switched apart from its setpoint."""
         self._switched_on = on
-        self.write(f"{self.site.loop_name}.enabled", on)
+        self.hand.switch(self, on=on)
 
     def set_setpoint(self, setpoint_c: float) -> None:
         """Ask for a setpoint: by command, or with UP and DOWN as near as the keys come.
 
-        A loop that a master switches is switched on, too.
+        A loop that is switched is switched on, too.
         """
+        self.hand.set_setpoint(self, setpoint_c)
         if self.site.is_switched:
-            self.write(f"{self.site.loop_name}.setpoint", setpoint_c)
             self.switch(on=True)
-            return
-        if self.site.is_commanded:
-            self.send(f"M104 {self.site.tool} S{setpoint_c:g}")
-            return
-        step_k = self.site.key_step_k
-        steps = int((setpoint_c - self.setpoint_c) / step_k) if step_k else 0
-        self.press("up" if steps > 0 else "down", abs(steps))
 
     @property
     def power_on_s(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.keypad import Keypad
 from heatwright.sim.interfaces.lcd import Lcd
+from heatwright.sim.interfaces.menu_keys import Fingers
 from heatwright.spec import Board
 from heatwright.spec import LcdKeypad as Spec
 
@@ -18,7 +20,7 @@ KEYPAD_PIN = "A0"
 
 
 class LcdKeypad:
-    """The shield on a board. lcd -- its display; keypad -- its keys."""
+    """The shield on a board. lcd -- its display; keypad -- its keys; fingers -- who plays them."""
 
     def __init__(self, avr: Avr, board: Board) -> None:
         self._avr = avr
@@ -30,11 +32,22 @@ class LcdKeypad:
         if channel is None:
             raise ValueError(f"{board.name}'s {KEYPAD_PIN} is no analog input.")
         self.keypad = Keypad(avr, channel)
+        self.fingers = Fingers(self.keypad, avr.clock_hz)
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """When somebody presses or lets go next; None: nobody does."""
+        return self.fingers.wake_cycle
+
+    def play(self, keys: Iterable[str]) -> None:
+        """Press keys one after the other, from now on."""
+        self.fingers.play(keys, self._avr.cycle)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take the processor's pin changes."""
         del sent
         self.lcd.feed(pins)
+        self.fingers.move(self._avr.cycle)
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> LcdKeypad:

@@ -1,0 +1,145 @@
+"""Whose hands set a loop's setpoint, switch it and acknowledge its faults, and by what."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from heatwright.spec import modbus_of, nextion_of
+
+if TYPE_CHECKING:
+    from heatwright.sim.faults.site import Site
+    from heatwright.sim.faults.world import World
+
+TOUCH_S = 0.1
+"""Until a touch has been heard: the display's line and a tick."""
+HELD_S = 2.6
+"""A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
+COARSE_STEPS = 10
+LONGEST_HOLD_S = 60.0
+
+
+class Hand(Protocol):
+    """Somebody at one interface."""
+
+    def begin_acknowledging(self, world: World) -> None:
+        """Begin to acknowledge, without waiting for what follows."""
+
+    def acknowledge(self, world: World) -> None:
+        """Acknowledge the latched fault, and wait until that has been heard."""
+
+    def switch(self, world: World, *, on: bool) -> None:
+        """Switch a loop that can be switched."""
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        """Ask for a setpoint, °C."""
+
+
+def hand_of(site: Site) -> Hand:
+    """Choose who serves the loop."""
+    if site.is_switched:
+        if modbus_of(site.controller) is not None:
+            return _Master()
+        return _AtDisplay() if nextion_of(site.controller) is not None else _AtMenu()
+    return _Host() if site.is_commanded else _AtKeys()
+
+
+class _Master:
+    """A master on a Modbus line."""
+
+    def begin_acknowledging(self, world: World) -> None:
+        world.device.write("acknowledge", True)
+
+    def acknowledge(self, world: World) -> None:
+        world.write("acknowledge", True)
+
+    def switch(self, world: World, *, on: bool) -> None:
+        world.write(f"{world.site.loop_name}.enabled", on)
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        world.write(f"{world.site.loop_name}.setpoint", setpoint_c)
+
+
+class _Unswitched:
+    """Somebody at a loop that is switched by its setpoint alone, or not at all."""
+
+    def switch(self, world: World, *, on: bool) -> None:
+        del on
+        raise LookupError(f"{world.site.loop_name} has no switch.")
+
+
+class _Host(_Unswitched):
+    """A host that speaks G-code."""
+
+    def begin_acknowledging(self, world: World) -> None:
+        world.device.send("M999")
+
+    def acknowledge(self, world: World) -> None:
+        world.send("M999")
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        world.send(f"M104 {world.site.tool} S{setpoint_c:g}")
+
+
+class _AtDisplay:
+    """Somebody at a touch display, whose buttons send these commands."""
+
+    def begin_acknowledging(self, world: World) -> None:
+        world.device.send("#16;")
+
+    def acknowledge(self, world: World) -> None:
+        self._touch(world, "#16;")
+
+    def switch(self, world: World, *, on: bool) -> None:
+        self._touch(world, f"#2 {int(on)};")
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        self._touch(world, f"#3 {setpoint_c:g};")
+
+    @staticmethod
+    def _touch(world: World, command: str) -> None:
+        world.device.send(command)
+        world.run(TOUCH_S)
+
+
+class _AtKeys(_Unswitched):
+    """Somebody at the keys of a loop without programs: UP, DOWN and SELECT."""
+
+    def begin_acknowledging(self, world: World) -> None:
+        world.device.press("select")
+
+    def acknowledge(self, world: World) -> None:
+        world.press("select")
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        step_k = world.site.key_step_k
+        steps = int((setpoint_c - world.setpoint_c) / step_k) if step_k else 0
+        world.press("up" if steps > 0 else "down", abs(steps))
+
+
+class _AtMenu(_AtKeys):
+    """Somebody at the keys of a loop with programs: its values are left of the first screen."""
+
+    def switch(self, world: World, *, on: bool) -> None:
+        world.press("left")
+        world.press("select")
+        world.press("up" if on else "down")
+        if on:
+            world.press("select")
+        world.press("right")
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        world.press("left")
+        self._hold(world, setpoint_c)
+        super().set_setpoint(world, setpoint_c)
+        world.press("right")
+
+    @staticmethod
+    def _hold(world: World, setpoint_c: float) -> None:
+        """Hold a key until single presses are quicker."""
+        coarse_k = COARSE_STEPS * world.site.key_step_k
+        if abs(setpoint_c - world.setpoint_c) < HELD_S * COARSE_STEPS * world.site.key_step_k:
+            return
+        world.device.press("up" if setpoint_c > world.setpoint_c else "down")
+        world.until(lambda now: abs(setpoint_c - now.setpoint_c) <= coarse_k, LONGEST_HOLD_S)
+        world.device.press(None)
+        world.run(TOUCH_S)
