@@ -15,6 +15,8 @@ from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
+from heatwright.sim.interfaces.nextion import Nextion
+from heatwright.sim.interfaces.nextion_orders import in_bytes
 from heatwright.sim.interfaces.registers import registers
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import Interlock
@@ -24,6 +26,8 @@ from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest
+from heatwright.spec.nextion import display_pages
+from heatwright.spec.program_orders import Order
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
@@ -65,13 +69,13 @@ class AvrDevice:
 
     def __init__(self, controller: Controller, elf: Path | str | Elf) -> None:
         self._controller = controller
-        self.program = elf if isinstance(elf, Elf) else Elf(elf)
-        self.variables = Variables(self.program)
-        _check_digest(self.program, digest(controller))
+        self.elf = elf if isinstance(elf, Elf) else Elf(elf)
+        self.variables = Variables(self.elf)
+        _check_digest(self.elf, digest(controller))
         self._start_s = 0.0
         self._recorders: list[Any] = []
         self._logs = {
-            loop: StateLog(self.variables, self.program.static_ram, controller.loops[loop], loop)
+            loop: StateLog(self.variables, self.elf.static_ram, controller.loops[loop], loop)
             for loop in controller.loops
         }
         self._resets: list[NDArray[Any]] = []
@@ -82,7 +86,7 @@ class AvrDevice:
     def _power_on(self, eeprom: bytes) -> None:
         board = self._controller.board
         self.avr = Avr(board.mcu, board.clock_hz)
-        self.avr.load(self.program)
+        self.avr.load(self.elf)
         if eeprom:
             self.avr.eeprom.contents = eeprom
         self.sensors = self._attach("sensors", self._controller.sensors)
@@ -92,8 +96,10 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._watch_interlocks()
-        for master in self._masters:
+        for master in self._parts(ModbusMaster):
             master.serve(registers(self._controller))
+        for display in self._parts(Nextion):
+            display.serve(display_pages(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self._feed_at = 0
@@ -131,21 +137,34 @@ class AvrDevice:
         self.shield.keypad.press(key)
 
     def send(self, line: str) -> None:
-        """Have the host send a line of G-code, when the lines before it are answered."""
+        """Have the host send a line of G-code, when the lines before it are answered.
+
+        A touch display sends it as it is, at once: "#8 1;".
+        """
+        for display in self._parts(Nextion):
+            display.send(line)
+            return
         self.host.send(line)
+
+    def program(self, order: Order, number: int = 0) -> None:
+        """Have the operator order the program about; number -- of a program, or a segment."""
+        self.display.send(in_bytes(order, number))
 
     def write(self, name: str, value: float | bool) -> None:
         """Have the master write a value, such as nozzle.setpoint, as soon as the line is free."""
         self.master.write(name, value)
 
     def unplug(self) -> None:
-        """Take the simulated master from the line, to give it to another."""
-        for master in self._masters:
-            master.unplug()
+        """Take the simulated master or display from the line, to give it to another."""
+        for part in self._pluggable:
+            part.unplug()
 
     @property
-    def _masters(self) -> list[ModbusMaster]:
-        return [part for part in self.interfaces if isinstance(part, ModbusMaster)]
+    def _pluggable(self) -> list[ModbusMaster | Nextion]:
+        return [*self._parts(ModbusMaster), *self._parts(Nextion)]
+
+    def _parts(self, kind: type[Kind]) -> list[Kind]:
+        return [part for part in self.interfaces if isinstance(part, kind)]
 
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
@@ -158,11 +177,11 @@ class AvrDevice:
             self.feed()
 
     def _wake_cycle(self) -> int | None:
-        """Return the cycle at which a host or a master wants to hear and to talk next."""
+        """Return the cycle at which a host, a master or a display wants to hear and to talk."""
         wakes = [
             part.wake_cycle
             for part in self.interfaces
-            if isinstance(part, GcodeHost | ModbusMaster)
+            if isinstance(part, GcodeHost | ModbusMaster | Nextion)
         ]
         return min((wake for wake in wakes if wake is not None), default=None)
 
@@ -194,8 +213,9 @@ class AvrDevice:
 
     @property
     def uart(self) -> int:
-        """The number of the board's first serial port."""
-        return self._controller.board.uarts[0].number
+        """The number of the serial port of the first interface that has one."""
+        ports = (getattr(each, "port", 0) for each in self._controller.interfaces)
+        return self._controller.board.uarts[next(ports, 0)].number
 
     # -- looking in ----------------------------------------------------------------------------
 
@@ -223,6 +243,11 @@ class AvrDevice:
     def master(self) -> ModbusMaster:
         """The Modbus master on the serial line; raises LookupError when the spec has none."""
         return self._interface(ModbusMaster)
+
+    @property
+    def display(self) -> Nextion:
+        """The touch display; raises LookupError when the spec has none."""
+        return self._interface(Nextion)
 
     def _interface(self, kind: type[Kind]) -> Kind:
         self.feed()
@@ -266,7 +291,7 @@ class AvrDevice:
         for log in self._logs.values():
             log.collect()
         self._start_s = self.time_s
-        plugged = all(master.is_plugged for master in self._masters)
+        plugged = all(part.is_plugged for part in self._pluggable)
         self._power_on(eeprom)
         if not plugged:
             self.unplug()

@@ -67,7 +67,7 @@ def hang(world: World, entry: str) -> None:
 
     Raises ValueError if it is not found: the program is not asleep in the tick's wait.
     """
-    avr, program = world.device.avr, world.device.program
+    avr, program = world.device.avr, world.device.elf
     size = 3 if world.site.controller.board.flash_bytes > LARGE_FLASH else 2
     main, target = program.function("main"), program.symbols[entry]
     pointer = int.from_bytes(avr.read_ram(STACK_POINTER, 2), "little")

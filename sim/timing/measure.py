@@ -114,7 +114,7 @@ def _play(
 
 
 def _figures(controller: Controller, device: AvrDevice, profile: Profile) -> dict[str, Figure]:
-    program, clock_hz = device.program, device.avr.clock_hz
+    program, clock_hz = device.elf, device.avr.clock_hz
     files = waits.Files(program)
     each = [
         steps.jitter(profile.entries(steps.STEP.format(loop=name)), loop.period_s, clock_hz, name)

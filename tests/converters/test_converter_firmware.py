@@ -45,7 +45,7 @@ def next_steps(device: AvrDevice, count: int = 1) -> np.ndarray:
 @on_boards
 def test_it_keeps_to_the_data_sheet_and_reads_in_time(kind: str, board: str, clock: str) -> None:
     device, chip = crucible(kind, board, clock=clock)
-    profile = device.avr.profile(device.program)
+    profile = device.avr.profile(device.elf)
     device.advance(10 * PERIOD_S + AFTER_S)
     steps = device.steps("crucible")
     assert steps["reading_status"].tolist() == [VALID] * 10

@@ -31,8 +31,8 @@ class Loaded:
         assert interface is not None
         self.controller, self.device, self.address = controller, device, interface.address
         self.wire = Wire(controller, device)
-        self.profile: Profile = device.avr.profile(device.program)
-        steps.trace(self.profile, device.program, list(controller.loops))
+        self.profile: Profile = device.avr.profile(device.elf)
+        steps.trace(self.profile, device.elf, list(controller.loops))
         self.end_s = device.avr.time_s + LOAD_S
 
     @property

@@ -1,0 +1,177 @@
+"""A Nextion touch display on a board's serial port, and somebody who touches it."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.nextion_codes import Code
+from heatwright.sim.interfaces.nextion_display import Display
+from heatwright.sim.interfaces.nextion_line import Line
+from heatwright.sim.interfaces.nextion_screen import save
+from heatwright.sim.interfaces.nextion_syntax import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from heatwright.spec import Board
+    from heatwright.spec import Nextion as Spec
+    from heatwright.spec.nextion import Page
+
+START_S = 0.5
+"""From power to its first message; until then it hears nothing."""
+LOOK_S = 0.1
+"""How often it looks at what has come, s: so late it answers at most."""
+REMEMBERED = 10_000
+"""Instructions of the history."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """An instruction from the board, and when its end had come, s."""
+
+    time_s: float
+    text: str
+
+
+class Nextion:
+    """The display at the end of a UART.
+
+    history -- the latest instructions from the board; instructions -- how many there were;
+    shortest_gap_s -- the shortest time between the ends of two; display -- what it holds; line --
+    its line, whose `baud` is the display's own.
+    """
+
+    def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
+        """Connect it; it is powered together with the board."""
+        self.display = Display(pages)
+        self.line = Line(avr, uart, baud)
+        self.history: deque[Instruction] = deque(maxlen=REMEMBERED)
+        self.instructions = 0
+        self.shortest_gap_s = float("inf")
+        self._avr = avr
+        self._ended_s = float("-inf")
+        self._seen_s = avr.time_s
+        self._plugged = True
+        self._starts_s = avr.time_s + START_S
+
+    def serve(self, pages: Sequence[Page]) -> None:
+        """Take its pages, as an editor's file brings them."""
+        self.display = Display(pages)
+
+    # -- what somebody does --------------------------------------------------------------------
+
+    def press(self, name: str) -> None:
+        """Put a finger on a component of the page that is shown. Raises LookupError."""
+        self.display.press(name)
+        self._answer()
+
+    def release(self) -> None:
+        """Take the finger off."""
+        self.display.release()
+        self._answer()
+
+    def tap(self, *names: str) -> None:
+        """Touch one component after the other and let it go. Raises LookupError."""
+        for name in names:
+            self.press(name)
+            self.release()
+
+    def send(self, data: str | bytes) -> None:
+        """Send the board bytes as they are, now."""
+        if self._plugged:
+            self.line.send(data.encode("latin-1") if isinstance(data, str) else data)
+
+    def unplug(self) -> None:
+        """Pull the plug: it is dark, says and hears nothing."""
+        self._plugged = self.display.is_on = False
+        self.line.cut()
+
+    def plug(self) -> None:
+        """Put the plug back: it starts anew."""
+        self._plugged = True
+        self._starts_s = self._avr.time_s + START_S
+
+    def save(self, path: Path) -> None:
+        """Write what it shows as a PNG."""
+        save(self.display, path)
+
+    # -- what it shows -------------------------------------------------------------------------
+
+    @property
+    def page(self) -> str:
+        """The name of the page that is shown."""
+        return self.display.page
+
+    def value(self, attribute: str) -> Value:
+        """Return an attribute: b0.txt of the page that is shown, or main.b0.txt."""
+        return self.display.value(attribute)
+
+    @property
+    def errors(self) -> list[tuple[str, Code]]:
+        """Instructions from the board that it refused, with the reason."""
+        return self.display.errors
+
+    @property
+    def is_plugged(self) -> bool:
+        """Whether it is on the line."""
+        return self._plugged
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it still has something to say."""
+        return self.line.unsent > 0
+
+    # -- time ----------------------------------------------------------------------------------
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """The cycle at which it looks again; None while it is unplugged."""
+        if not self._plugged:
+            return None
+        step = round(LOOK_S * self._avr.clock_hz)
+        return (self._avr.cycle // step + 1) * step
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take what the UARTs have sent (UART_BYTE records)."""
+        del pins
+        data, cycles = self.line.hear(sent)
+        if not self._plugged or not self._has_started():
+            return
+        now_s = self._avr.time_s
+        self.display.pass_time(1000 * (now_s - self._seen_s))
+        self._seen_s = now_s
+        start = 0
+        while start < len(data):
+            end = data.find(b"\xff", start) + 1 or len(data)
+            for text in self.display.receive(data[start:end]):
+                self._note(text, cycles[end - 1] / self._avr.clock_hz)
+            start = end
+        self._answer()
+
+    def _has_started(self) -> bool:
+        if not self.display.is_on and self._avr.time_s >= self._starts_s:
+            self.display.start()
+            self._seen_s = self._avr.time_s
+            self._answer()
+            return False  # what has come up to now met a display that was starting
+        return self.display.is_on
+
+    def _note(self, text: str, time_s: float) -> None:
+        self.history.append(Instruction(time_s, text))
+        self.instructions += 1
+        self.shortest_gap_s = min(self.shortest_gap_s, time_s - self._ended_s)
+        self._ended_s = time_s
+
+    def _answer(self) -> None:
+        self.send(self.display.take())
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> Nextion:
+    """Connect the display to its UART; it has no pages yet."""
+    return Nextion(avr, (), interface.baud, board.uarts[interface.port].number)

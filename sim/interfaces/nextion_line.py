@@ -1,0 +1,78 @@
+"""The serial line of a simulated display: what it hears, at its own speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.characters import EIGHT_N_ONE, Format, heard
+
+LAST_SAMPLE = 9.5
+"""Bits from the edge of a start bit to the middle of the stop bit."""
+
+
+class Line:
+    """A UART of the board, seen from the display.
+
+    garbage -- bytes from the board without a stop bit where one belongs; busiest -- the most bytes
+    that have ended between two looks of the display.
+    """
+
+    def __init__(self, avr: Avr, uart: int, baud: int) -> None:
+        self.baud = baud
+        self.garbage = 0
+        self._avr = avr
+        self._number = uart
+        self._uart = avr.uarts[uart]
+        self._coming: NDArray[Any] | None = None
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to the board, after those that wait."""
+        if data:
+            self._uart.send(data, self.baud)
+
+    def cut(self) -> None:
+        """Leave the line: what has not begun is not sent, what is on its way is not heard."""
+        self._uart.unsend()
+        self._coming = None
+
+    @property
+    def unsent(self) -> int:
+        """Bytes to the board that have not begun."""
+        return self._uart.unsent
+
+    def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
+        """Take what the UARTs have sent; return what has ended by now, and the cycle of each."""
+        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        if self._coming is not None:
+            mine = np.concatenate([self._coming, mine])
+        ended = int(np.searchsorted(mine["end"], self._avr.cycle, "right"))
+        self._coming = mine[ended:] if ended < len(mine) else None
+        mine = mine[:ended]
+        if self._in_step(mine):
+            return mine["value"].tobytes(), mine["end"].tolist()
+        pairs = list(self._sampled(mine))
+        return bytes(value for value, _ in pairs), [end for _, end in pairs]
+
+    @property
+    def _bit_cycles(self) -> float:
+        return self._avr.clock_hz / self.baud
+
+    def _in_step(self, mine: NDArray[Any]) -> bool:
+        """Tell whether every bit is sampled where it belongs."""
+        ratio = self._bit_cycles / mine["bit_cycles"]
+        form = Format.of(int(mine["format"][0])) if len(mine) else EIGHT_N_ONE
+        late = LAST_SAMPLE * ratio
+        return form == EIGHT_N_ONE and bool(((late >= 9) & (late < 10)).all())
+
+    def _sampled(self, mine: NDArray[Any]) -> Iterator[tuple[int, int]]:
+        for record in mine:
+            value, right = heard(record, EIGHT_N_ONE, self._bit_cycles)
+            if right:
+                yield value, int(record["end"])
+            else:
+                self.garbage += 1

@@ -1,0 +1,21 @@
+"""What a Nextion's pages send for an order to the program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from heatwright.spec.program_orders import Order
+
+COMMANDS: Mapping[Order, str] = {
+    "start": "#8 {number};",
+    "pause": "#9 0;",
+    "resume": "#9 1;",
+    "skip": "#18;",
+    "jump": "#10 {number};",
+    "stop": "#17;",
+}
+
+
+def in_bytes(order: Order, number: int) -> str:
+    """Return the command; number -- of a program or a segment, for those that have one."""
+    return COMMANDS[order].format(number=number)
