@@ -93,7 +93,7 @@ RESISTANCE = Dimension(
 VOLTAGE = Dimension("voltage", "V", "24 V", "V or mV", 1e5, _prefixed("V", "m"))
 CURRENT = Dimension("current", "A", "3 A", "A or mA", 1e5, _prefixed("A", "m"))
 AREA = Dimension(
-    "area", "m²", "0.5 m²", "m² or cm²", 1e6, _prefixed("m2") | {"cm2": Unit(Decimal("1e-4"))}
+    "surface", "m²", "0.5 m²", "m² or cm²", 1e6, _prefixed("m2") | {"cm2": Unit(Decimal("1e-4"))}
 )
 FILM = Dimension(
     "heat transfer coefficient", "W/m²K", "8.7 W/m²K", "W/m²K", 1e6, _prefixed("W/m2K")

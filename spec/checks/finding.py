@@ -9,6 +9,7 @@ from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import Limits, limits
 from heatwright.spec.loops import Loop
+from heatwright.spec.max31856 import Max31856
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Thermometer
@@ -34,6 +35,18 @@ def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermomete
         sensor = controller.thermometers.get(loop.sensor)
         if sensor is not None and shows_its_range(sensor, controller.board.mcu):
             yield name, loop, sensor
+
+
+def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer, str]]:
+    """List the same, once for each type of thermocouple that may be chosen, with words for it."""
+    for name, loop, sensor in loop_sensors(controller):
+        yield name, loop, sensor, ""
+        if not isinstance(sensor, Max31856):
+            continue
+        for kind in sensor.selectable:
+            if kind != sensor.thermocouple:
+                chosen = sensor.model_copy(update={"thermocouple": kind})
+                yield name, loop, chosen, f"with type {kind} "
 
 
 def shows_its_range(sensor: Thermometer, mcu: str) -> bool:

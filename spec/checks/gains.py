@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
-from heatwright.spec.commands import commanded
+from heatwright.spec.checks.host import host_loops
+from heatwright.spec.commands import modbus_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, number, rounded_up
 
@@ -72,7 +73,7 @@ def autotune_has_a_use(controller: Controller) -> Findings:
                 "Delete it, or use pid",
                 (("loops", name, "algorithm"),),
             )
-        elif not commanded(controller, name):
+        elif modbus_of(controller) is None and name not in host_loops(controller):
             yield Finding(
                 path,
                 "nobody could start it: no gcode or modbus_rtu interface serves this loop",

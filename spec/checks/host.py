@@ -1,31 +1,14 @@
-"""G-code hosts: what they serve and command, and the one port they come by."""
+"""G-code hosts: what they serve and command."""
 
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_loops, unknown
-from heatwright.spec.commands import commanded, gcode_of
+from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, ModbusRtu, SerialPlotter
+from heatwright.spec.interfaces import Gcode
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.problems import Path
-
-
-def one_interface_per_port(controller: Controller) -> Findings:
-    """Find interfaces that would talk on the serial port at the same time."""
-    first: int | None = None
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode | ModbusRtu | SerialPlotter):
-            continue
-        if first is None:
-            first = index
-        else:
-            yield Finding(
-                ("interfaces", index, "kind"),
-                f"interfaces[{first}] already talks on the serial port",
-                "Keep one of them",
-                (("interfaces", first),),
-            )
 
 
 def host_names_once(controller: Controller) -> Findings:
@@ -103,7 +86,7 @@ def host_steppers(controller: Controller) -> Findings:
 def steppers_wait(controller: Controller) -> Findings:
     """Find steppers that no loop holds back: cold material must not be fed."""
     waits = any(
-        loop.ready_within_k is not None and commanded(controller, name)
+        loop.ready_within_k is not None and name in host_loops(controller)
         for name, loop in controller.loops.items()
     )
     for name, output in controller.outputs.items():
@@ -120,7 +103,8 @@ def steppers_wait(controller: Controller) -> Findings:
 def ready_is_asked_for(controller: Controller) -> Findings:
     """Find loops that say when they are ready, and nobody who waits for it."""
     for name, loop in controller.loops.items():
-        if loop.ready_within_k is not None and not commanded(controller, name):
+        asked = modbus_of(controller) is not None or name in host_loops(controller)
+        if loop.ready_within_k is not None and not asked:
             yield Finding(
                 ("loops", name, "ready_within"),
                 "nobody waits for this loop: no gcode or modbus_rtu interface serves it",
@@ -129,15 +113,23 @@ def ready_is_asked_for(controller: Controller) -> Findings:
             )
 
 
+def host_loops(controller: Controller) -> set[str]:
+    """List the loops that a host commands."""
+    gcode = gcode_of(controller)
+    return set() if gcode is None else set(gcode.loops.values())
+
+
 def lines_have_a_host(controller: Controller) -> Findings:
     """Find lines of the scenario that nothing would read."""
-    if controller.simulation is None or gcode_of(controller) is not None:
+    readers = (gcode_of(controller), nextion_of(controller))
+    if controller.simulation is None or any(reader is not None for reader in readers):
         return
     for index, event in enumerate(controller.simulation.scenario):
         if event.send is not None:
             yield Finding(
                 ("simulation", "scenario", index, "send"),
-                "no interface reads lines of a host",
-                "Add {kind: gcode, loops: {T0: …}} to interfaces, or delete the event",
+                "no interface reads lines",
+                "Add {kind: gcode, loops: {T0: …}} or {kind: nextion, loop: …} to interfaces, or "
+                "delete the event",
                 (("interfaces",),),
             )

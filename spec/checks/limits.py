@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
-from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop_types
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
 from heatwright.spec.controller import Controller
@@ -43,7 +43,7 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
     on-off loop swings up by its half width before it switches off, and one of three positions lets
     the temperature be up to its dead band above.
     """
-    for name, loop, sensor in loop_sensors(controller):
+    for name, loop, sensor, _ in loop_types(controller):
         highest_c = loop.setpoint.maximum_c
         swing_k = swing_above_k(loop.algorithm)
         least_c = highest_c + swing_k + sensor.error_k(highest_c)
@@ -127,7 +127,7 @@ def start_is_allowed(controller: Controller) -> Findings:
 
 def protections_in_range(controller: Controller) -> Findings:
     """Find limits that a reading can never reach, for the sensor ends before them."""
-    for name, loop, sensor in loop_sensors(controller):
+    for name, loop, sensor, kind in loop_types(controller):
         lowest_c, highest_c = sensor.range_c
         path = ("loops", name, "protection")
         reaches_c = highest_c - sensor.error_k(highest_c)
@@ -136,7 +136,7 @@ def protections_in_range(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "maximum"),
                 f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
-                f"ends at {celsius(highest_c)} and may be "
+                f"{kind}ends at {celsius(highest_c)} and may be "
                 f"{about(sensor.error_k(highest_c))} K too low there",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
@@ -145,7 +145,8 @@ def protections_in_range(controller: Controller) -> Findings:
         if loop.protection.minimum_c < reaches_c:
             yield Finding(
                 (*path, "minimum"),
-                f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} ends at "
+                f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} "
+                f"{kind}ends at "
                 f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
                 "there",
                 f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}",

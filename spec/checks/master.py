@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
+from heatwright.spec.checks.tenths import fits
 from heatwright.spec.checks.timing import MOST_STEPS
 from heatwright.spec.commands import modbus_of, switched, tunable
 from heatwright.spec.controller import Controller
@@ -15,9 +16,6 @@ from heatwright.spec.suggest import listed
 from heatwright.spec.timers import TICK_S
 from heatwright.spec.writes import COMMANDS, GAINS, Write
 
-LARGEST_REGISTER = 32767
-"""Tenths that a register of 16 bits holds; -32768 says that there is no temperature."""
-
 LONGEST_FRAME = 256
 """Bytes (Modbus over serial line, 2.5.1)."""
 
@@ -27,16 +25,15 @@ _REMEDY = "add {kind: modbus_rtu} to interfaces"
 def somebody_switches_on(controller: Controller) -> Findings:
     """Find loops that would stay off for ever, and loops that wait for a master who never asks."""
     for name, loop in controller.loops.items():
-        if switched(controller, name):
-            continue
-        if loop.starts == "disabled":
+        if loop.starts == "disabled" and not switched(controller, name):
             yield Finding(
                 ("loops", name, "starts"),
-                "nobody could ever switch it on: there is no modbus_rtu interface",
+                "nobody could ever switch it on: there is no modbus_rtu interface, and neither a "
+                "display nor programs serve this loop",
                 f"Delete it, or {_REMEDY}",
-                (("interfaces",),),
+                (("interfaces",), ("programs",)),
             )
-        if loop.protection.master_lost_after_s is not None:
+        if loop.protection.master_lost_after_s is not None and modbus_of(controller) is None:
             yield Finding(
                 ("loops", name, "protection", "master_lost_after"),
                 "there is no master to be lost: there is no modbus_rtu interface",
@@ -71,40 +68,6 @@ def masters_have_time(controller: Controller) -> Findings:
             )
         elif seconds > MOST_STEPS * TICK_S:
             yield Finding(path, f"{duration(seconds)} is too long to count", "Use at most 10 min")
-
-
-def setpoints_fit_registers(controller: Controller) -> Findings:
-    """Hold setpoints to what a register can say: tenths of a degree, 16 bits."""
-    for name, loop in controller.loops.items():
-        if not switched(controller, name):
-            continue
-        setpoint = loop.setpoint
-        for key, value_c in (
-            ("initial", setpoint.initial_c),
-            ("minimum", setpoint.minimum_c),
-            ("maximum", setpoint.maximum_c),
-        ):
-            yield from _fits(("loops", name, "setpoint", key), value_c, "°C")
-
-
-def _fits(path: Path, value: float, unit: str) -> Findings:
-    """Find values that a register in tenths cannot hold."""
-    limit = LARGEST_REGISTER / 10
-    if abs(value) > limit:
-        yield Finding(
-            path,
-            f"a register holds {number(limit)} {unit} at most, and a master sets it by one",
-            f"Use at most {number(limit)} {unit}",
-            (("interfaces",),),
-        )
-    elif round(value, 1) != value:
-        yield Finding(
-            path,
-            f"{number(value)} {unit} is finer than a register, which holds 0.1 {unit}, and a "
-            "master sets it by one",
-            f"Use {number(round(value, 1))} {unit}",
-            (("interfaces",),),
-        )
 
 
 def writes_have_a_reader(controller: Controller) -> Findings:
@@ -180,13 +143,13 @@ def writes_in_range(controller: Controller) -> Findings:
             elif write.what == "manual_duty" and not 0 <= write.value <= 100:
                 yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
             else:
-                yield from _fits(path, write.value, "°C" if write.what == "setpoint" else "%")
+                yield from fits(path, write.value, "°C" if write.what == "setpoint" else "%")
 
 
 def warm_is_once(controller: Controller) -> Findings:
     """Find `ready_within` that nothing goes by, for a master is told the dead band."""
     for name, loop in controller.loops.items():
-        if not switched(controller, name) or not isinstance(loop.algorithm, ThreePosition):
+        if modbus_of(controller) is None or not isinstance(loop.algorithm, ThreePosition):
             continue
         if loop.ready_within_k is not None:
             yield Finding(

@@ -10,6 +10,7 @@ from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import LcdKeypad
+from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
 from heatwright.spec.uses import SERIAL_PORT, PinUse, named_pins, pin_uses, pins_of
@@ -52,6 +53,8 @@ def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
         for name, part in parts.items():
             for key, pin_name in pins_of(part).items():
                 yield (section, name, key), pin_name
+    if controller.safety.relay_feedback is not None:
+        yield ("safety", "relay_feedback"), controller.safety.relay_feedback
     for index, interface in enumerate(controller.interfaces):
         for keys, pin_name, _ in named_pins(interface):
             yield ("interfaces", index, *keys), pin_name
@@ -98,7 +101,7 @@ def pins_used_once(controller: Controller) -> Findings:
     for use in pin_uses(controller):
         other = first.setdefault(use.pin, use)
         if SERIAL_PORT == use.purpose == other.purpose:
-            continue  # one_interface_per_port tells it better
+            continue  # ports.one_interface_per_port tells it better
         # A shield and a serial port have several pins; one problem for each pair is enough.
         if other is not use and (use.path, other.path) not in reported:
             reported.add((use.path, other.path))
@@ -133,14 +136,14 @@ def shields_fit(controller: Controller) -> Findings:
 
 
 def heater_pins_stay_off(controller: Controller) -> Findings:
-    """Refuse heaters on pins that something drives before the program runs.
+    """Refuse heaters, and the relay before them, on pins driven before the program runs.
 
     A bootloader flashes the LED and uses the serial port at each reset; on a bare chip the
     programmer clocks SCK and MOSI while the chip is held in reset.
     """
     board = controller.board
-    for name, loop, heater in loop_heaters(controller):
-        pin = board.pins.get(heater.pin)
+    for name, output, what, by in _kept_off(controller):
+        pin = board.pins.get(output.pin)
         if pin is None:
             continue
         why = ""
@@ -150,11 +153,20 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
             why = "the programmer drives it while it writes the chip"
         if why:
             yield Finding(
-                ("outputs", loop.heater, "pin"),
-                f"{label(pin)} would switch the heater before the program can: {why}",
-                "Use another pin for a heater",
-                (_BOARD, ("loops", name, "heater")),
+                ("outputs", name, "pin"),
+                f"{label(pin)} would switch the {what} before the program can: {why}",
+                f"Use another pin for a {what}",
+                (_BOARD, by),
             )
+
+
+def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]:
+    """List what must stay off until the program says otherwise: name, output, what, who says so."""
+    for name, loop, heater in loop_heaters(controller):
+        yield loop.heater, heater, "heater", ("loops", name, "heater")
+    relay = controller.outputs.get(controller.safety.relay or "")
+    if controller.safety.relay is not None and isinstance(relay, Switch):
+        yield controller.safety.relay, relay, "safety relay", ("safety", "relay")
 
 
 def jtag_pins_are_free(controller: Controller) -> Findings:

@@ -39,9 +39,12 @@ def plant_names(controller: Controller) -> Findings:
 
 
 def _ends_exist(plant: ThermalNetwork) -> Findings:
-    for key, parts in (("links", plant.links), ("radiation", plant.radiation)):
-        for index, part in enumerate(parts):
-            for end in part.between:
+    for key, pairs in (
+        ("links", [link.between for link in plant.links]),
+        ("radiation", [surface.between for surface in plant.radiation]),
+    ):
+        for index, between in enumerate(pairs):
+            for end in between:
                 path = (*_PLANT, key, index, "between")
                 yield from unknown(path, end, "nodes", (*plant.nodes, AMBIENT))
 
@@ -117,7 +120,8 @@ def _reached(plant: ThermalNetwork, start: str) -> set[str]:
     What radiates is a link too.
     """
     reached, ahead = {start}, [start]
-    pairs = [part.between for part in (*plant.links, *plant.radiation)]
+    pairs = [link.between for link in plant.links]
+    pairs += [surface.between for surface in plant.radiation]
     while ahead:
         node = ahead.pop()
         for between in pairs:

@@ -153,15 +153,16 @@ def everything_used(controller: Controller) -> Findings:
                 "Delete it, or name it in a loop",
                 (("loops",),),
             )
+    driven = driven_by_loops(controller) | driven_by_host(controller) | {controller.safety.relay}
     for name, output in controller.outputs.items():
         always = isinstance(output, DigitalOutput) and output.runs == "always"
-        if not always and name not in driven_by_loops(controller) | driven_by_host(controller):
+        if not always and name not in driven:
             yield Finding(
                 ("outputs", name),
                 "no loop uses this output",
                 "Delete it, or name it in a loop or a gcode interface"
                 + ("; or write runs: always" if isinstance(output, DigitalOutput) else ""),
-                (("loops",), ("interfaces",)),
+                (("loops",), ("interfaces",), ("safety",)),
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -10,6 +11,9 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.pwm import FEWEST_COUNTS
 from heatwright.spec.quantity import duration
+
+MAINS_PERIOD_S = 0.02
+"""Of 50 Hz."""
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
@@ -65,6 +69,44 @@ def window_has_steps(controller: Controller) -> Findings:
                 f"Use {duration(nearest_s)}",
                 because_of,
             )
+
+
+def spread_leaves_no_dc(controller: Controller) -> Findings:
+    """Find steps of a spread output that are half periods of the mains.
+
+    Every second one would be of the same sign: direct current, which transformers do not bear.
+    20 ms are a period of 50 Hz; of 60 Hz they are 1.2, and the phase goes round in 100 ms.
+    """
+    for name, output in _outputs(controller):
+        if output.distribution == "spread" and _odd_half_periods(output.resolution_s):
+            more_s = math.ceil(output.resolution_s / MAINS_PERIOD_S) * MAINS_PERIOD_S
+            yield Finding(
+                ("outputs", name, "resolution"),
+                f"{duration(output.resolution_s)} is no whole number of periods of 50 Hz mains: "
+                "spread over the window, half waves of one sign would be missing",
+                f"Use {duration(round(more_s, 2))}, or distribution: burst",
+                (("outputs", name, "distribution"),),
+            )
+
+
+def _odd_half_periods(seconds: float) -> bool:
+    return bool(round(seconds * 1000) % round(MAINS_PERIOD_S * 1000))
+
+
+def spread_has_no_rests(controller: Controller) -> Findings:
+    """Find shortest pulses and pauses of a spread output: its step is both."""
+    for name, output in _outputs(controller):
+        for key, seconds in (
+            ("minimum_on", output.minimum_on_s),
+            ("minimum_off", output.minimum_off_s),
+        ):
+            if output.distribution == "spread" and seconds:
+                yield Finding(
+                    ("outputs", name, key),
+                    "spread over the window, a step is the shortest pulse and the shortest pause",
+                    f"Delete it, or write resolution: {duration(seconds)}",
+                    (("outputs", name, "distribution"),),
+                )
 
 
 def pulses_fit(controller: Controller) -> Findings:

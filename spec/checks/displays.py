@@ -1,0 +1,82 @@
+"""Displays and logs: one of each, and what only an operator with a menu could use."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.programs import has_an_operator
+from heatwright.spec.commands import gcode_of, nextion_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Nextion, SerialLog
+from heatwright.spec.max31856 import Max31856
+from heatwright.spec.problems import Path
+
+_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
+
+
+def one_display(controller: Controller) -> Findings:
+    """Find a second touch display, and a second log."""
+    first: dict[str, int] = {}
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, Nextion | SerialLog):
+            continue
+        other = first.setdefault(interface.kind, index)
+        if other != index:
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"interfaces[{other}] is a {interface.kind} too, and there is room for one",
+                "Delete one of them",
+                (("interfaces", other),),
+            )
+
+
+def display_apart_from_host(controller: Controller) -> Findings:
+    """Find a loop that a display switches, and that a host switches by a setpoint of 0."""
+    display, gcode = nextion_of(controller), gcode_of(controller)
+    if display is None or gcode is None or display.loop not in gcode.loops.values():
+        return
+    yield Finding(
+        ("interfaces", controller.interfaces.index(display), "loop"),
+        f"a gcode interface serves {display.loop} too: to it a setpoint of 0 is off, and to the "
+        "display it is a temperature",
+        "Keep one of them, or name another loop",
+        (("interfaces", controller.interfaces.index(gcode)),),
+    )
+
+
+def maximum_has_an_operator(controller: Controller) -> Findings:
+    """Find a critical temperature that could be lowered, and nobody who could."""
+    for name, loop in controller.loops.items():
+        if loop.protection.maximum_adjustable and not has_an_operator(controller, name):
+            yield Finding(
+                ("loops", name, "protection", "maximum_adjustable"),
+                f"nobody could lower it: {_MENU}",
+                "Delete it",
+                (("interfaces",), ("programs",)),
+            )
+
+
+def types_have_an_operator(controller: Controller) -> Findings:
+    """Find types of thermocouples that nobody could choose, or that leave no choice."""
+    for name, sensor in controller.sensors.items():
+        if not isinstance(sensor, Max31856) or not sensor.selectable:
+            continue
+        path: Path = ("sensors", name, "selectable")
+        used_by = [loop for loop, each in controller.loops.items() if each.sensor == name]
+        if len(set(sensor.selectable)) < len(sensor.selectable):
+            yield Finding(path, "a type stands here twice", "Delete one of them")
+        elif sensor.thermocouple not in sensor.selectable:
+            yield Finding(
+                path,
+                f"{sensor.thermocouple}, the type it starts with, could not be chosen again",
+                f"Add {sensor.thermocouple}",
+                (("sensors", name, "thermocouple"),),
+            )
+        elif len(sensor.selectable) == 1:
+            yield Finding(path, "one type is no choice", "Add another, or delete it")
+        elif not any(has_an_operator(controller, loop) for loop in used_by):
+            yield Finding(
+                path,
+                f"nobody could choose: {_MENU}",
+                "Delete it",
+                (("interfaces",), ("programs",), ("loops",)),
+            )

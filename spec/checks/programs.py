@@ -1,0 +1,136 @@
+"""Programs: the loop they move, who starts them, and what they may hold."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import unknown
+from heatwright.spec.commands import nextion_of, programmed
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Gcode, LcdKeypad, ModbusRtu, Nextion
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import celsius
+
+STORED: Path = ("programs", "stored")
+
+
+def programs_have_a_loop(controller: Controller) -> Findings:
+    """Find programs of a loop that is not there."""
+    if controller.programs is not None:
+        yield from unknown(
+            ("programs", "loop"), controller.programs.loop, "loops", controller.loops
+        )
+
+
+def programs_are_alone(controller: Controller) -> Findings:
+    """Refuse a host or a master beside programs: both would set the loop."""
+    if controller.programs is None:
+        return
+    for index, interface in enumerate(controller.interfaces):
+        if isinstance(interface, Gcode | ModbusRtu):
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"a {interface.kind} interface and programs would set the same loop against each "
+                "other",
+                "Delete one of them",
+                (("programs",),),
+            )
+
+
+def programs_have_an_operator(controller: Controller) -> Findings:
+    """Find programs that nobody could start, and a display that is another loop's."""
+    programs = controller.programs
+    if programs is None or programs.loop not in controller.loops:
+        return
+    display = nextion_of(controller)
+    if display is not None and display.loop != programs.loop:
+        yield Finding(
+            ("interfaces", controller.interfaces.index(display), "loop"),
+            f"the display starts and edits the programs, and these are the loop {programs.loop}'s",
+            f"Write loop: {programs.loop}",
+            (("programs", "loop"),),
+        )
+    elif not has_an_operator(controller, programs.loop):
+        yield Finding(
+            ("programs", "loop"),
+            f"nobody could start a program: no display and no keys serve the loop {programs.loop}",
+            f"Add {{kind: nextion, loop: {programs.loop}}} or {{kind: lcd_keypad, loop: "
+            f"{programs.loop}}} to interfaces",
+            (("interfaces",),),
+        )
+
+
+def has_an_operator(controller: Controller, loop_name: str) -> bool:
+    """Tell whether somebody has a menu for a loop: a touch display, or keys beside programs."""
+    kinds: type | tuple[type, ...] = Nextion
+    if programmed(controller, loop_name):
+        kinds = (Nextion, LcdKeypad)
+    return any(
+        isinstance(each, kinds) and getattr(each, "loop", None) == loop_name
+        for each in controller.interfaces
+    )
+
+
+def programs_have_room(controller: Controller) -> Findings:
+    """Find more programs than places, and more segments than points."""
+    programs = controller.programs
+    if programs is None:
+        return
+    if len(programs.stored) > programs.places:
+        yield Finding(
+            STORED,
+            f"{len(programs.stored)} programs have {programs.places} places",
+            f"Write places: {len(programs.stored)}, or delete some",
+            (("programs", "places"),),
+        )
+    for index, program in enumerate(programs.stored):
+        if len(program.segments) > programs.points:
+            yield Finding(
+                (*STORED, index, "segments"),
+                f"{len(program.segments)} segments are more than the {programs.points} points of "
+                "a program",
+                "Join some, or write a higher number of points",
+                (("programs", "points"),),
+            )
+
+
+def programs_names_apart(controller: Controller) -> Findings:
+    """Find programs that an operator could not tell from each other."""
+    first: dict[str, int] = {}
+    for index, program in enumerate(controller.programs.stored if controller.programs else ()):
+        if first.setdefault(program.name, index) != index:
+            yield Finding(
+                (*STORED, index, "name"),
+                f"program {first[program.name] + 1} is called {program.name} too",
+                "Use another name",
+                ((*STORED, first[program.name], "name"),),
+            )
+
+
+def targets_can_be_chosen(controller: Controller) -> Findings:
+    """Hold the targets to the setpoints that may be chosen."""
+    programs = controller.programs
+    loop = None if programs is None else controller.loops.get(programs.loop)
+    if programs is None or loop is None:
+        return
+    low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+    for index, program in enumerate(programs.stored):
+        for place, segment in enumerate(program.segments):
+            if segment.to_c is not None and not low_c <= segment.to_c <= high_c:
+                yield Finding(
+                    (*STORED, index, "segments", place, "to"),
+                    f"{celsius(segment.to_c)} is not one of the setpoints that may be chosen",
+                    f"Use {celsius(low_c)} to {celsius(high_c)}",
+                    (("loops", programs.loop, "setpoint"),),
+                )
+
+
+def slopes_have_a_program(controller: Controller) -> Findings:
+    """Find a feed-forward of slopes where no setpoint ever slopes."""
+    for name, loop in controller.loops.items():
+        if getattr(loop.algorithm, "feed_forward", 0.0) and not programmed(controller, name):
+            yield Finding(
+                ("loops", name, "algorithm", "feed_forward"),
+                "only a program's setpoint has a slope, and no programs move this loop",
+                "Delete it, or add programs",
+                (("programs",),),
+            )

@@ -1,0 +1,52 @@
+"""Temperatures that are kept in tenths of a degree: by a master's registers, and by programs."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import modbus_of, programmed
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import number
+
+LARGEST = 32767
+"""Tenths that 16 bits hold; -32768 says that there is no temperature."""
+
+_REGISTER = ("a register", "a master sets it by one")
+_PROGRAM = ("a program", "it moves the setpoint")
+
+
+def setpoints_fit_tenths(controller: Controller) -> Findings:
+    """Hold setpoints to what a register or a program can say: tenths of a degree, 16 bits."""
+    for name, loop in controller.loops.items():
+        by_master = modbus_of(controller) is not None
+        if not by_master and not programmed(controller, name):
+            continue
+        setpoint = loop.setpoint
+        by = _REGISTER if by_master else _PROGRAM
+        for key, value_c in (
+            ("initial", setpoint.initial_c),
+            ("minimum", setpoint.minimum_c),
+            ("maximum", setpoint.maximum_c),
+        ):
+            yield from fits(("loops", name, "setpoint", key), value_c, "°C", by)
+
+
+def fits(path: Path, value: float, unit: str, by: tuple[str, str] = _REGISTER) -> Findings:
+    """Find values that 16 bits in tenths cannot hold."""
+    limit = LARGEST / 10
+    what, why = by
+    because_of: tuple[Path, ...] = (("interfaces",), ("programs",))
+    if abs(value) > limit:
+        yield Finding(
+            path,
+            f"{what} holds {number(limit)} {unit} at most, and {why}",
+            f"Use at most {number(limit)} {unit}",
+            because_of,
+        )
+    elif round(value, 1) != value:
+        yield Finding(
+            path,
+            f"{number(value)} {unit} is finer than {what}, which holds 0.1 {unit}, and {why}",
+            f"Use {number(round(value, 1))} {unit}",
+            because_of,
+        )
