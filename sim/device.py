@@ -14,6 +14,7 @@ from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.menu_keys import keys_for
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion_orders import in_bytes
@@ -27,7 +28,7 @@ from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest
 from heatwright.spec.nextion import display_pages
-from heatwright.spec.program_orders import Order
+from heatwright.spec.program_orders import Order, ProgramOrder
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
@@ -147,8 +148,14 @@ class AvrDevice:
         self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Have the operator order the program about; number -- of a program, or a segment."""
-        self.display.send(in_bytes(order, number))
+        """Have the operator order the program about; number -- of a program, or a segment.
+
+        It is touched on the display, or keyed into the shield's menu where there is none.
+        """
+        for display in self._parts(Nextion):
+            display.send(in_bytes(order, number))
+            return
+        self.shield.play(keys_for(ProgramOrder(order, number)))
 
     def write(self, name: str, value: float | bool) -> None:
         """Have the master write a value, such as nozzle.setpoint, as soon as the line is free."""
@@ -177,11 +184,11 @@ class AvrDevice:
             self.feed()
 
     def _wake_cycle(self) -> int | None:
-        """Return the cycle at which a host, a master or a display wants to hear and to talk."""
+        """Return the cycle at which somebody outside wants to hear and to talk."""
         wakes = [
             part.wake_cycle
             for part in self.interfaces
-            if isinstance(part, GcodeHost | ModbusMaster | Nextion)
+            if isinstance(part, GcodeHost | LcdKeypad | ModbusMaster | Nextion)
         ]
         return min((wake for wake in wakes if wake is not None), default=None)
 
