@@ -139,5 +139,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Give the time between writes with which so many slots last so many years, s."""
+    """Give the time between writes with which so many slots last that long, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

@@ -9,7 +9,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
 from heatwright.spec.eeprom import CELL_WRITES, Area, layout
-from heatwright.spec.programs import LONGEST_SEGMENT_S, Programs, Segment
+from heatwright.spec.programs import FASTEST_K_PER_H, LONGEST_SEGMENT_S, Programs, Segment
 
 KINDS = {kind: f"PROGRAM_{kind.upper()}" for kind in ("over", "rate", "fast", "hold", "until")}
 UINT16_MAX = 0xFFFF
@@ -102,7 +102,12 @@ def _constants(source: Source) -> tuple[Constant, ...]:
             f"{bounds.at('maximum').where}: {quantity(setpoint.maximum_c, 'degC')} in tenths",
         ),
         Constant(
-            "PROGRAM_LONGEST_S", f"{LONGEST_SEGMENT_S:.0f}ul", "31 days: no segment takes longer"
+            "PROGRAM_MOST_SECONDS", f"{LONGEST_SEGMENT_S:.0f}ul",
+            "31 days: no segment takes longer",
+        ),
+        Constant(
+            "PROGRAM_MOST_TENTHS_PER_HOUR", f"{round(FASTEST_K_PER_H * PER_KELVIN)}u",
+            "no rate of a segment is higher, in 0.1 K/h",
         ),
     )  # fmt: skip
 

@@ -1,0 +1,80 @@
+"""The EEPROM: room for all that is kept in it, and cells that last."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import Controller
+from heatwright.spec.eeprom import LEAST_YEARS, Area, Layout, layout, log_in_eeprom, slowest_s
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import about, duration
+
+ROUNDED_S = 10.0
+"""Times are proposed in multiples of this."""
+
+
+def eeprom_suffices(controller: Controller) -> Findings:
+    """Find programs and logs that the EEPROM has no room for."""
+    areas, room = layout(controller), controller.board.eeprom_bytes
+    if areas.end <= room:
+        return
+    yield Finding(
+        _largest(controller, areas),
+        f"settings, programs and log take {areas.end} bytes, and the EEPROM of the "
+        f"{controller.identity.board} has {room}",
+        _smaller(controller),
+        (("controller", "board"), ("programs",), ("interfaces",)),
+    )
+
+
+def _largest(controller: Controller, areas: Layout) -> Path:
+    """Find what takes most of it, where something can be done about it."""
+    log = log_in_eeprom(controller)
+    kept = areas.history.slot_bytes * areas.history.slots
+    if log is not None and kept > areas.programs.slot_bytes * areas.programs.slots:
+        return ("interfaces", controller.interfaces.index(log), "entries")
+    return ("programs", "points")
+
+
+def _smaller(controller: Controller) -> str:
+    ways = ["fewer points or places"] * (controller.programs is not None)
+    ways += ["fewer entries of the log, or keep: ram"] * (log_in_eeprom(controller) is not None)
+    return f"Use {', '.join(ways)}"
+
+
+def progress_lasts(controller: Controller) -> Findings:
+    """Find programs that note where they are so often that the EEPROM wears out."""
+    programs, areas = controller.programs, layout(controller)
+    if programs is None or areas.end > controller.board.eeprom_bytes:
+        return
+    every_s, slots = programs.save_every_s, areas.progress.slots
+    if areas.progress.years(every_s) < LEAST_YEARS:
+        yield Finding(
+            ("programs", "save_every"),
+            _worn("a program that runs day and night", areas.progress, every_s),
+            f"Use save_every: {_rare_enough(slots)}, or fewer points or places",
+            (("controller", "board"), ("programs",)),
+        )
+
+
+def log_lasts(controller: Controller) -> Findings:
+    """Find logs whose few entries are written so often that the EEPROM wears out."""
+    log, areas = log_in_eeprom(controller), layout(controller)
+    if log is not None and areas.history.years(log.every_s) < LEAST_YEARS:
+        yield Finding(
+            ("interfaces", controller.interfaces.index(log), "every"),
+            _worn("the log", areas.history, log.every_s),
+            f"Use every: {_rare_enough(log.entries)}, or more entries, or keep: ram",
+        )
+
+
+def _worn(what: str, area: Area, every_s: float) -> str:
+    return (
+        f"{what} wears the EEPROM out within {about(area.years(every_s))} years: "
+        f"{area.slots} slots, one every {duration(every_s)}"
+    )
+
+
+def _rare_enough(slots: int) -> str:
+    return duration(math.ceil(slowest_s(LEAST_YEARS, slots) / ROUNDED_S) * ROUNDED_S)
