@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from heatwright.sim.host.parts import Parts, control_files, names_for_world, parts_of
+from heatwright.sim.host.parts import Parts, control_files, names_for_world, parts_of, program_files
 from heatwright.spec import Controller
 
 HERE = Path(__file__).parent
@@ -97,6 +97,7 @@ def _names(parts: Parts) -> list[str]:
     control += [f"celsius_{parts.sensor}.c"] * parts.table
     if parts.current:
         control += [f"current_{parts.heater}.c", f"amperes_{parts.current}.c"]
+    control += [f"{name}.c" for name in program_files(parts)]
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 

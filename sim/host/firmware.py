@@ -16,6 +16,7 @@ INPUT = np.dtype(
         ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i4"),
         ("setpoint_c", "f4"), ("command", "u1"), ("value", "f4"), ("gains", "f4", 3),
         ("current_status", "u1"), ("current_raw", "i2"), ("silent_ticks", "u2"),
+        ("order", "u1"), ("argument", "u1"),
     ]
 )  # fmt: skip
 """What goes into one control step: `struct host_input`."""
@@ -45,6 +46,7 @@ class Command(IntEnum):
     DISABLE = 11
     PERCENT = 12
     AUTOMATIC = 13
+    MAXIMUM = 14
 
 
 class HostHangs(RuntimeError):
@@ -109,6 +111,10 @@ class Host:
         """Give a command before the next step."""
         self._input["command"], self._input["value"], self._input["gains"] = command, value, gains
 
+    def order(self, order: int, argument: int = 0) -> None:
+        """Give the program an order before the next step: `program.order` of docs/control.md."""
+        self._input["order"], self._input["argument"] = order, argument
+
     def acknowledge(self) -> None:
         """Acknowledge a fault before the next step."""
         self._input["acknowledge"] = 1
@@ -123,6 +129,7 @@ class Host:
         run = self.run(self._input)
         self._input["acknowledge"] = 0
         self._input["command"] = Command.NOTHING
+        self._input["order"] = 0
         row = run.states[0]
         return {name: row[name] for name in self.type.names or ()}
 

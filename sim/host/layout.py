@@ -11,7 +11,7 @@ import numpy as np
 from cffi import FFI
 
 from heatwright.sim.host.build import HERE
-from heatwright.sim.host.parts import Parts, control_files
+from heatwright.sim.host.parts import Parts, control_files, program_files
 
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
@@ -29,6 +29,7 @@ def declarations(project: Path, parts: Parts) -> Any:
     names += [f"output_{name}" for name in (parts.heater, parts.cooler) if name]
     names += [f"current_{parts.heater}"] * (parts.current is not None)
     names += ["state"] * parts.switched
+    names += program_files(parts)
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in names), HERE / "world.h"):
@@ -54,6 +55,8 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         structures["autotune."] = f"autotune_{parts.loop}_state"
     if parts.current:
         structures["current."] = f"current_{parts.heater}_state"
+    if parts.programmed:
+        structures["program."] = "program_state"
     fields = [
         (f"{prefix}{name}", _width(field.type))
         for prefix, structure in structures.items()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor
-from heatwright.spec.commands import commanded, switched, tunable
+from heatwright.spec.commands import commanded, programmed, switched, tunable
 from heatwright.spec.timers import allocate
 
 TABLED = ("thermistor", "rtd", "analog")
@@ -33,6 +33,9 @@ class Parts(NamedTuple):
     switched: bool
     tunable: bool
     autotune: bool
+    adjustable: bool
+    """The operator may lower the critical temperature."""
+    programmed: bool
 
 
 def parts_of(controller: Controller) -> Parts:
@@ -63,6 +66,8 @@ def parts_of(controller: Controller) -> Parts:
         switched=switched(controller, name),
         tunable=by_gain,
         autotune=by_gain and loop.autotune is not None,
+        adjustable=loop.protection.maximum_adjustable,
+        programmed=programmed(controller, name),
     )
 
 
@@ -76,6 +81,11 @@ def _raw_type(sensor: Sensor) -> str:
     return "int32_t" if isinstance(sensor, Max31856) else "int16_t"
 
 
+def program_files(parts: Parts) -> list[str]:
+    """Stems of what moves the setpoint, each after what it needs."""
+    return ["programs", "progress", "program"] * parts.programmed
+
+
 def names_for_world(controller: Controller, parts: Parts) -> list[str]:
     """Tell world.c, on gcc's command line, what the loop and its parts are called."""
     control: Loop = controller.loops[parts.loop]
@@ -85,8 +95,10 @@ def names_for_world(controller: Controller, parts: Parts) -> list[str]:
     flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
     flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
-    flags += ["-DAUTOTUNE"] * parts.autotune
+    flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable
+    flags += ["-DPROGRAMMED"] * parts.programmed
     headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
+    headers += [f"{name}.h" for name in program_files(parts)]
     headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
     if parts.cooler:
         flags.append(f"-DCOOLER={parts.cooler}")

@@ -2,8 +2,9 @@
  *
  * Linked first, so that its data begin the memory that a reset restores. The names of the loop
  * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, COOLER, STEPPER,
- * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE; RAW is the
- * type of the sensor's readings; the firmware's headers are included there, too.
+ * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE,
+ * ADJUSTABLE, PROGRAMMED; RAW is the type of the sensor's readings; the firmware's headers are
+ * included there, too.
  */
 #include "world.h"
 
@@ -232,6 +233,9 @@ void host_power_up(void)
     JOIN(pin_output_, COOLER, _off)();
 #endif
     settings_start();
+#ifdef PROGRAMMED
+    progress_start();
+#endif
 #ifdef FAN
     JOIN(output_, FAN, _start)();
 #endif
@@ -239,7 +243,19 @@ void host_power_up(void)
     JOIN(output_, HEATER, _start)();
 #endif
     JOIN(guard_, LOOP, _reset)();
+#ifdef PROGRAMMED
+    program_start_up();
+#endif
     JOIN(loop_, LOOP, _start)();
+}
+
+static void store(void)
+{
+    settings_tick();
+#ifdef PROGRAMMED
+    progress_tick();
+    programs_tick();
+#endif
 }
 
 void host_tick(void)
@@ -259,7 +275,7 @@ void host_tick(void)
     if (!world->loop_hangs) {
         JOIN(loop_, LOOP, _tick)();
     }
-    settings_tick();
+    store();
 }
 
 /* False if the firmware refuses it. */
@@ -314,11 +330,37 @@ static bool command(const struct host_input *asked)
         JOIN(loop_, LOOP, _stop_tuning)();
         break;
 #endif
+#ifdef ADJUSTABLE
+    case HOST_MAXIMUM:
+        return JOIN(guard_, LOOP, _set_maximum)(asked->value);
+#endif
     default:
         break;
     }
     return true;
 }
+
+#ifdef PROGRAMMED
+static bool order(const struct host_input *asked)
+{
+    switch (asked->order) {
+    case PROGRAM_STOP:
+        return program_stop();
+    case PROGRAM_PAUSE:
+        return program_pause();
+    case PROGRAM_START:
+        return program_start(asked->argument);
+    case PROGRAM_RESUME:
+        return program_resume();
+    case PROGRAM_SKIP:
+        return program_skip();
+    case PROGRAM_JUMP:
+        return program_jump(asked->argument);
+    default:
+        return true;
+    }
+}
+#endif
 
 void host_set(const struct host_input *next)
 {
@@ -330,6 +372,9 @@ void host_set(const struct host_input *next)
         fault_acknowledge();
     }
     world->refused = !command(&input);
+#ifdef PROGRAMMED
+    world->order_refused = !order(&input);
+#endif
 }
 
 static uint8_t *put(uint8_t *to, const void *from, size_t size)
@@ -353,6 +398,9 @@ uint32_t host_state(uint8_t *to)
 #endif
 #ifdef CURRENT
     end = put(end, &MEASURED, sizeof MEASURED);
+#endif
+#ifdef PROGRAMMED
+    end = put(end, &program, sizeof program);
 #endif
 #ifdef HOSTED
     *end++ = JOIN(loop_, LOOP, _is_ready)();
@@ -394,8 +442,8 @@ void host_settle(void)
 {
     for (uint16_t i = 0; i < 1000; i++) {
         const uint32_t before = world->eeprom_writes;
-        settings_tick();
-        settings_tick();
+        store();
+        store();
         if (world->eeprom_writes == before) {
             return;
         }

@@ -16,6 +16,8 @@ struct host_input {
     uint8_t current_status;
     int16_t current_raw;
     uint16_t silent_ticks; /* since the master was heard */
+    uint8_t order; /* to the program: PROGRAM_* of program.order */
+    uint8_t argument;
 };
 
 /* Commands to a loop that a host or a master commands. */
@@ -33,7 +35,8 @@ enum {
     HOST_ENABLE = 10,
     HOST_DISABLE = 11,
     HOST_PERCENT = 12, /* a duty by hand of `value`, now or later */
-    HOST_AUTOMATIC = 13
+    HOST_AUTOMATIC = 13,
+    HOST_MAXIMUM = 14 /* a critical temperature of `value` */
 };
 
 /* Survives a reset of the firmware. */
@@ -49,6 +52,7 @@ struct host_world {
     uint32_t eeprom_writes;
     int32_t writes_left;      /* until the power fails; below 0: it does not */
     uint8_t refused;          /* the last command was */
+    uint8_t order_refused;    /* the last order to the program was */
     uint32_t cooler_ticks;    /* in which the cooler was on, since the reset */
     uint32_t both_on;         /* ticks in which heater and cooler were */
     int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
@@ -69,7 +73,7 @@ uint32_t host_heater(void);
 void host_set(const struct host_input *input);
 
 /* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune,
- * current; of a commanded loop whether it is ready, or its state, too. */
+ * current, program; of a commanded loop whether it is ready, or its state, too. */
 uint32_t host_state(uint8_t *to);
 
 /* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's

@@ -16,6 +16,7 @@ LONGEST = 2000
 
 NO_GAINS = (0.0, 0.0, 0.0)
 NO_COMMAND = (Command.NOTHING, 0.0, NO_GAINS)
+NO_ORDER = (0, 0)
 AS_DUE = 100
 """Per cent of the current that is due: a healthy heater."""
 
@@ -57,6 +58,7 @@ class Walk:
         self._command: tuple[Any, ...] = NO_COMMAND
         self._waiting: list[tuple[Any, ...]] = []
         self._others = (0, AS_DUE, 0)
+        self._ordered: tuple[int, int] = NO_ORDER
 
     def inputs(self, course: list[Stretch]) -> NDArray[Any]:
         for stretch in course:
@@ -84,8 +86,9 @@ class Walk:
     def _append(self, status: int, raw: int) -> None:
         if self._waiting and self._command == NO_COMMAND:
             self._command = self._waiting.pop(0)
-        self._rows.append((status, 0, raw, self._setpoint_c, *self._command, *self._others))
-        self._command = NO_COMMAND
+        row = (status, 0, raw, self._setpoint_c, *self._command, *self._others, *self._ordered)
+        self._rows.append(row)
+        self._command, self._ordered = NO_COMMAND, NO_ORDER
 
     def _hold(self, stretch: Stretch) -> None:
         for _ in range(stretch.steps):
