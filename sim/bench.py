@@ -40,10 +40,13 @@ class Device(Protocol):
         """Run to a time since power-up, s. What is due at that very time is done after it."""
 
     def send(self, line: str) -> None:
-        """Let the host send a line of G-code."""
+        """Let the host send a line of G-code, or the display its bytes."""
 
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value, by its name in a scenario."""
+
+    def program(self, order: str, number: int = 0) -> None:
+        """Have an order given to the program: start and jump with a number, pause and so on."""
 
     def relay_fraction(self) -> float:
         """Return the share of time (0..1) the safety relay has conducted since the last call."""
@@ -197,6 +200,8 @@ class _Run:
             self._device.send(action.line)
         elif action.write is not None:
             self._device.write(*action.write)
+        elif action.program is not None:
+            self._device.program(*action.program)
         elif action.extrude_mm_per_s is not None:
             self._coupling.extruded_mm_per_s = action.extrude_mm_per_s
         else:

@@ -76,7 +76,7 @@ class AvrDevice:
         self._start_s = 0.0
         self._recorders: list[Any] = []
         self._logs = {
-            loop: StateLog(self.variables, self.elf.static_ram, controller.loops[loop], loop)
+            loop: StateLog(self.variables, self.elf.static_ram, controller, loop)
             for loop in controller.loops
         }
         self._resets: list[NDArray[Any]] = []

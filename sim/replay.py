@@ -2,13 +2,14 @@
 
 What went into each step is fed to the reference: the reading, the setpoint, the operator's
 acknowledgement; of a commanded loop also its switch and mode, the duty by hand and the gains, an
-emergency stop and the start of a tuning; the heater's current. Every other member must come out
-equal, to the last bit.
+emergency stop and the start of a tuning; of a programmed one the orders and the copy of the
+program; the critical temperature; the heater's current. Every other member must come out equal, to
+the last bit.
 
-Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop and
-a lost master in the fault's code. A fault that outlived a reset, or caused it, shows in the first
-step after the reset; those are listed in `ReplayResult.restored`, for whoever knows whether there
-was one.
+Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop, a
+lost master and a bad relay in the fault's code. A fault that outlived a reset, or caused it, shows
+in the first step after the reset; those are listed in `ReplayResult.restored`, for whoever knows
+whether there was one. So does a program that outlived it.
 """
 
 from dataclasses import dataclass
@@ -17,10 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.reference import Reference
+from heatwright.sim.reference.copies import from_cell
 from heatwright.sim.reference.inputs import Gains, Orders
-from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST
+from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, RELAY_FAULTS
 from heatwright.sim.reference.members import Member
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.program_state import START
+from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
@@ -28,6 +32,8 @@ MOST_SHOWN = 10
 
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
 STARTS = "autotune.starts"
+LOADED = "loaded"
+NO_MEMBERS = ("time_s", LOADED)
 
 
 class ReplayError(ValueError):
@@ -114,13 +120,16 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         first=tuple(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]),
         segments=player.segments,
         restored=tuple(player.restored),
-        unchecked=tuple(sorted({*(log.dtype.names or ())} - {"time_s", *dict(player.members)})),
+        unchecked=tuple(sorted({*(log.dtype.names or ())} - {*NO_MEMBERS, *dict(player.members)})),
     )
 
 
 def _check_members(log: StepLog, members: list[Member]) -> None:
     found = log.dtype.names or ()
-    lacking = [name for name, _ in members if name not in found]
+    wanted = [name for name, _ in members]
+    if any(name.startswith("program.") for name in wanted):
+        wanted.append(LOADED)
+    lacking = [name for name in wanted if name not in found]
     if lacking:
         message = f"The log lacks {', '.join(lacking)}"
         raise ReplayError(message)
@@ -157,7 +166,10 @@ class _Player:
         self._last = row
         values = self._begun_with(0, row)
         code = int(row["fault.code"])
-        if not code or self._reference.fault_code:
+        tripped = self._reference.fault_code and (
+            code not in RELAY_FAULTS or self._is_equal(values, row)
+        )
+        if not code or tripped:
             return values
         self.restored.append(Restored(number, code))
         return self._begun_with(code, row)
@@ -166,11 +178,16 @@ class _Player:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
         self._reference.restore(code, Single(row["fault.temperature_c"]))
+        if self._reference.program:
+            self._reference.program.restore(resumed(row))
+            self._load(row)
         return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0, lost=False)
 
     def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
         if row["fault.code"] == EMERGENCY_STOP:
             self._reference.stop()
+        if self._reference.program and row["program.order"] == START:
+            self._load(row)
         if tuner := self._reference.steering.tuner:
             for _ in range(starts):
                 tuner.start(int(row["autotune.cycles"]))
@@ -182,6 +199,16 @@ class _Player:
         )
         return tuple(record.values())
 
+    def _is_equal(self, values: tuple[object, ...], row: np.void) -> bool:
+        return all(
+            row[name] == value for (name, _), value in zip(self.members, values, strict=True)
+        )
+
+    def _load(self, row: np.void) -> None:
+        if program := self._reference.program:
+            number = int(row["program.argument"] or row["program.number"])
+            program.load(number, from_cell(row[LOADED]))
+
     @staticmethod
     def _is_reset(row: np.void, last: np.void) -> bool:
         return bool(row["steps"] == 1 and last["steps"] != 0)
@@ -189,11 +216,16 @@ class _Player:
 
 def _orders(row: np.void, *, lost: bool) -> Orders:
     names = _names(row)
-    orders = Orders(master_lost=lost)
+    code = int(row["fault.code"])
+    orders = Orders(master_lost=lost, relay_fault=code if code in RELAY_FAULTS else 0)
     if "enabled" in names:
         orders = orders._replace(enabled=int(row["enabled"]))
     if "current.raw" in names:
         orders = orders._replace(current_raw=int(row["current.raw"]))
+    if "guard.maximum_c" in names:
+        orders = orders._replace(maximum_c=Single(row["guard.maximum_c"]))
+    if "program.order" in names:
+        orders = orders._replace(program=(int(row["program.order"]), int(row["program.argument"])))
     if "mode" in names:
         orders = orders._replace(
             mode=int(row["mode"]),

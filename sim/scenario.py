@@ -1,9 +1,9 @@
-"""What the operator, host and master and the machine's other parts do: a scenario's events."""
+"""What operator, host, display, master and the machine's other parts do: a scenario's events."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from heatwright.spec import Event, Write
+from heatwright.spec import Event, ProgramOrder, Write
 
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
@@ -13,17 +13,19 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Action(NamedTuple):
-    """One thing that is done: a line or a value is sent, the feed changes, or the hand moves."""
+    """One thing that is done: something is sent or ordered, the feed changes, the hand moves."""
 
     time_s: float
     key: str | None = None
     """The key that is held from now on, None for none."""
     line: str | None = None
-    """What the host sends."""
+    """What the host or the display sends."""
     extrude_mm_per_s: float | None = None
     """How fast filament is fed from now on."""
     write: Write | None = None
     """What the master writes."""
+    program: ProgramOrder | None = None
+    """What is asked of a program."""
 
     @property
     def disturbs(self) -> bool:
@@ -38,6 +40,8 @@ class Action(NamedTuple):
             return f"extrude {self.extrude_mm_per_s:g} mm/s"
         if self.write is not None:
             return f"{self.write.name} = {_shown(self.write.value)}"
+        if self.program is not None:
+            return f"{self.program.order} {self.program.number or ''}".rstrip()
         return self.line or self.key
 
 
@@ -58,7 +62,14 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
         elif event.write is not None:
             found += [Action(start_s, write=write) for write in event.write]
         else:
-            found.append(Action(start_s, line=event.send, extrude_mm_per_s=event.extrude_mm_per_s))
+            found.append(
+                Action(
+                    start_s,
+                    line=event.send,
+                    extrude_mm_per_s=event.extrude_mm_per_s,
+                    program=event.program,
+                )
+            )
     return tuple(sorted(found, key=lambda action: action.time_s))
 
 

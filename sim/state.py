@@ -11,24 +11,28 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.native.snapshots import Snapshots
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Loop
+from heatwright.spec import Controller, programmed
+
+LOADED = "program.c:loaded"
+"""Where the firmware keeps the copy of the program."""
 
 
 class StateLog:
     """The steps of one loop: images of the whole static RAM, decoded when asked for.
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
-    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``fault.``, ``output.``, ``current.``.
+    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
+    ``current.``. ``loaded`` is the copy of the program that a programmed loop works off.
     """
 
     def __init__(
-        self, variables: Variables, static_ram: tuple[int, int], loop: Loop, name: str
+        self, variables: Variables, static_ram: tuple[int, int], controller: Controller, name: str
     ) -> None:
         self._base = static_ram[0]
         self._size = static_ram[1] - static_ram[0]
         self._counter = variables[f"loop_{name}.steps"]
         self._variables = variables
-        self._columns = _columns(variables, loop, name)
+        self._columns = _columns(variables, controller, name)
         self._times: list[NDArray[np.float64]] = []
         self._images: list[NDArray[np.uint8]] = []
         self._snapshots: Snapshots | None = None
@@ -62,20 +66,24 @@ class StateLog:
         return [(column, self._variables[path].dtype) for column, path in self._columns.items()]
 
 
-def _columns(variables: Variables, loop: Loop, name: str) -> dict[str, str]:
+def _columns(variables: Variables, controller: Controller, name: str) -> dict[str, str]:
     """Column to variable; a loop keeps only the state its algorithm and protections need."""
+    loop = controller.loops[name]
+    has_programs = programmed(controller, name)
     sources = {
         "": f"loop_{name}",
         "guard.": f"guard_{name}",
         "algorithm.": f"algorithm_{name}",
         "autotune.": f"autotune_{name}",
+        **({"program.": "program"} if has_programs else {}),
         "fault.": "fault",
         "output.": f"output_{loop.heater}",
         "current.": f"current_{loop.heater}",
     }
-    return {
+    found = {
         f"{prefix}{member}": f"{source}.{member}"
         for prefix, source in sources.items()
         if source in variables
         for member in variables[source].dtype.names or ()
     }
+    return found | ({"loaded": LOADED} if has_programs else {})

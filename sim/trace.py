@@ -99,8 +99,9 @@ class Trace:
 
 
 def members(log: StepLog) -> tuple[str, ...]:
-    """Return the members of the state in a log, without the time."""
-    return tuple(name for name in log.dtype.names or () if name != "time_s")
+    """Return the members of the state in a log, without the time and what is no number."""
+    names = log.dtype.names or ()
+    return tuple(name for name in names if name != "time_s" and log.dtype[name].names is None)
 
 
 def with_unit(member: str) -> str:

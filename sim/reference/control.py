@@ -11,7 +11,7 @@ from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.pid import PidControl
 from heatwright.sim.reference.three_position import ThreePositionControl
 from heatwright.sim.reference.tunable_pid import TunablePid
-from heatwright.spec import Controller, Loop, Pid, commanded, switched, tunable
+from heatwright.spec import Controller, Loop, Pid, commanded, programmed, switched, tunable
 
 ENABLED: Member = ("enabled", "u1")
 """Input of a switched loop."""
@@ -52,6 +52,8 @@ class Steering:
         self._switched = switched(controller, loop)
         self._zero_is_off = commanded(controller, loop) and not self._switched
         self._pid = _tunable_pid(spec) if tunable(controller, loop) else None
+        if self._pid and isinstance(spec.algorithm, Pid) and programmed(controller, loop):
+            self._pid.feed_forward = Single(spec.algorithm.feed_forward)
         self._control: Control = self._pid or _constant(spec)
         self.tuner = _tuner(spec) if self._pid else None
         self.inputs: tuple[Member, ...] = (
@@ -98,6 +100,11 @@ class Steering:
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._control.values(), *(self.tuner.values() if self.tuner else ()))
+
+    def follow(self, rate_k_per_s: Single) -> None:
+        """Take over the slope of a program's setpoint."""
+        if self._pid:
+            self._pid.rate_k_per_s = rate_k_per_s
 
     def input_values(self, orders: Orders) -> tuple[Value, ...]:
         """Return the values of `inputs`."""

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from heatwright.sim.reference.copies import Cell, cell_of, column_of
 from heatwright.sim.reference.current import IdealSensor
+from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.driven import Driven
 from heatwright.sim.reference.feed import Feed
 from heatwright.sim.reference.host import Host
@@ -11,10 +13,19 @@ from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.master import Master
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.operator import Operator
+from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.sampling import Sampler
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, CurrentSensor, Stepper, switched
+from heatwright.spec import (
+    Controller,
+    CurrentSensor,
+    Stepper,
+    modbus_of,
+    nextion_of,
+    programmed,
+    switched,
+)
 
 SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
@@ -24,8 +35,8 @@ class ReferenceDevice:
     """The control equations with ideal timing and ideal sensors, for one loop.
 
     Control steps are done at whole multiples of the period after power-up. The sensor is sampled
-    when the firmware starts its conversion. Keys, lines from a host and a master's writes act at
-    once.
+    when the firmware starts its conversion. Keys, lines from a host or a display, a master's writes
+    and orders to a program act at once.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -42,13 +53,11 @@ class ReferenceDevice:
         self._reference = Reference(controller, self._name)
         self._sampler = Sampler(controller, self._loop)
         self._driven, self._feeds = _outputs(controller)
+        self._operator = _operator(controller, self._name, self._reference)
         self._master: Master | None = None
-        if switched(controller, self._name):
-            operator = SwitchedOperator(controller, self._name, self._reference)
-            self._master = Master(controller, self._name, operator, self._reference)
-            self._operator: Operator = operator
-        else:
-            self._operator = Operator(controller, self._name, self._reference)
+        if modbus_of(controller) and isinstance(self._operator, SwitchedOperator):
+            self._master = Master(controller, self._name, self._operator, self._reference)
+        self._display = Display(self._operator) if nextion_of(controller) else None
         self._host = Host(controller, self._operator, self._reference, self._driven, self._feeds)
         self._key: str | None = None
         self._key_step_k = Single(_key_step_k(controller))
@@ -58,6 +67,7 @@ class ReferenceDevice:
         self._ammeter = _ammeter(controller, self._loop.heater)
         self._amperes = 0.0
         self._rows: list[tuple[object, ...]] = []
+        self._points = controller.programs.points if controller.programs else 0
 
     @property
     def gains(self) -> Gains | None:
@@ -85,13 +95,29 @@ class ReferenceDevice:
             self._operator.acknowledge()
 
     def send(self, line: str) -> None:
-        """Send a line of G-code; what the firmware would refuse changes nothing.
+        """Send a line of G-code, or what a display sends; what is refused changes nothing.
 
         Raises:
-            ValueError: the controller has no host, or the line no command.
+            ValueError: the controller has neither host nor display, or the line no command.
 
         """
-        self._host.send(line)
+        if self._display is not None:
+            self._display.send(line)
+        else:
+            self._host.send(line)
+
+    def program(self, order: str, number: int = 0) -> None:
+        """Give an order to the program; what the firmware would refuse changes nothing.
+
+        Raises:
+            ValueError: the controller has no programs.
+
+        """
+        operator = self._operator if isinstance(self._operator, ProgrammedOperator) else None
+        if operator is None:
+            message = "The specification has no programs"
+            raise ValueError(message)
+        operator.order(order, number)
 
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value; what the firmware would refuse changes nothing.
@@ -141,7 +167,8 @@ class ReferenceDevice:
         """
         if loop != self._name:
             raise KeyError(loop)
-        return np.array(self._rows, dtype=[("time_s", "f8"), *self._reference.members])
+        dtype = [("time_s", "f8"), *self._reference.members, *column_of(self._points)]
+        return np.array(self._rows, dtype=dtype)
 
     def _go(self, to_us: int) -> None:
         for driven in self._driven.values():
@@ -155,13 +182,18 @@ class ReferenceDevice:
         if self._ammeter is not None:
             orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
         record = self._reference.step(status, raw, self._operator.setpoint_c, orders=orders)
-        self._rows.append((self._step_us / SECOND_US, *record.values()))
+        self._rows.append((self._step_us / SECOND_US, *record.values(), *self._loaded()))
         self._driven[self._loop.heater].take(self._reference.output.counts)
         if self._loop.cooler is not None:
             self._driven[self._loop.cooler].set(FULL if self._reference.cooling else ZERO)
         self._operator.after_step()
         self._mind_feeds(float(record["temperature_c"]), valid=not status)
         self._step_us += self._period_us
+
+    def _loaded(self) -> tuple[Cell, ...]:
+        """Return the copy of the program, for the log."""
+        run = self._reference.program
+        return () if run is None else (cell_of(run.copy, self._points),)
 
     def _mind_feeds(self, temperature_c: float, *, valid: bool) -> None:
         within_k = self._loop.ready_within_k or DEFAULT_READY_K
@@ -170,6 +202,14 @@ class ReferenceDevice:
             if self._reference.fault_code:
                 feed.forget()
             feed.may_run = self._operator.is_automatic and near and valid
+
+
+def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
+    if programmed(controller, name):
+        return ProgrammedOperator(controller, name, reference)
+    if switched(controller, name):
+        return SwitchedOperator(controller, name, reference)
+    return Operator(controller, name, reference)
 
 
 def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]]:

@@ -7,31 +7,31 @@ from heatwright.sim.reference.guard_rules import (
 )
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import Single, steps
+from heatwright.sim.reference.reading import MOST_MISSING, RAW_WIDTH
 from heatwright.spec import Loop
 
 OVER_TEMPERATURE = 6
 UNDER_TEMPERATURE = 7
 RISE_RATE = 8
 
-MOST_MISSING = 255
-"""The count of missing readings stays here: `stale_after` cannot be longer."""
-
 
 class Guard:
     """Watches a loop and names the first rule that is broken."""
 
-    def __init__(self, loop: Loop) -> None:
-        """Derive the limits of a loop."""
+    def __init__(self, loop: Loop, raw_width: str = RAW_WIDTH) -> None:
+        """Derive the limits of a loop whose sensor's raw numbers have this width."""
         protection = loop.protection
         self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop.period_s))
         self._maximum_c = Single(protection.maximum_c)
         self._minimum_c = Single(protection.minimum_c)
         self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
-        self._rules: tuple[GuardRule, ...] = rules_of(loop)
+        self._rules: tuple[GuardRule, ...] = rules_of(loop, raw_width)
+        self._is_adjustable = protection.maximum_adjustable
         self.fresh = 1
         self.members: tuple[Member, ...] = (
             *(member for rule in self._rules for member in rule.members),
             ("fresh", "u1"),
+            *((("maximum_c", "f4"),) if self._is_adjustable else ()),
         )
 
     def reset(self) -> None:
@@ -39,6 +39,15 @@ class Guard:
         for rule in self._rules:
             rule.reset()
         self.fresh = 1
+
+    def take(self, maximum_c: Single | None) -> None:
+        """Take over the operator's critical temperature, where there is one."""
+        if not self._is_adjustable:
+            return
+        if maximum_c is None:
+            message = "The loop needs its critical temperature"
+            raise ValueError(message)
+        self._maximum_c = maximum_c
 
     def without_reading(self, status: int, missing: int) -> int:
         """Return the fault code after a step without a reading, 0 for none."""
@@ -64,7 +73,7 @@ class Guard:
         found: tuple[Value, ...] = ()
         for rule in self._rules:
             found += rule.values()
-        return (*found, self.fresh)
+        return (*found, self.fresh, *((self._maximum_c,) if self._is_adjustable else ()))
 
     def _reading(self, look: Look) -> int:
         if look.temperature_c >= self._maximum_c:

@@ -36,6 +36,8 @@ class Look(NamedTuple):
     """No band about the setpoint is to be held: off, by hand, or heating up for a tuning."""
     by_hand: bool = False
     """The operator asks for a duty, not for a temperature."""
+    moved: bool = False
+    """A program moved the setpoint: the band goes along."""
 
 
 class GuardRule(Protocol):
@@ -56,7 +58,7 @@ class GuardRule(Protocol):
         """Return the values of `members`."""
 
 
-def rules_of(loop: Loop) -> tuple[GuardRule, ...]:
+def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
     """Return the loop's rules in the order in which they are asked."""
     protection, period_s = loop.protection, loop.period_s
     rules: list[GuardRule] = []
@@ -65,7 +67,7 @@ def rules_of(loop: Loop) -> tuple[GuardRule, ...]:
     if protection.heating is not None:
         rules.append(HeatingRule(protection.heating, period_s))
     if protection.frozen is not None:
-        rules.append(FrozenRule(protection.frozen, period_s))
+        rules.append(FrozenRule(protection.frozen, period_s, raw_width))
     if protection.rising_while_off is not None:
         rules.append(RisingRule(protection.rising_while_off, period_s))
     return tuple(rules)
@@ -105,8 +107,9 @@ class RunawayRule:
 
     def check(self, look: Look) -> int:
         """Return 11 or 12 after too long outside the band."""
-        if look.setpoint_c != self._setpoint_last_c:
-            self.start(look)
+        if look.setpoint_c != self._setpoint_last_c and not look.moved:
+            self.reset()
+        self._setpoint_last_c = look.setpoint_c
         if look.bandless:
             self.reset()
             return 0
@@ -176,10 +179,9 @@ class HeatingRule:
 class FrozenRule:
     """9: the reading stands still although the heater is on, below the setpoint or by hand."""
 
-    members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", "i2"))
-
-    def __init__(self, frozen: Frozen, period_s: float) -> None:
+    def __init__(self, frozen: Frozen, period_s: float, raw_width: str) -> None:
         """Derive the limit."""
+        self.members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", raw_width))
         self._limit = steps(frozen.for_s, period_s)
         self._raw = 0
         self.reset()

@@ -33,6 +33,12 @@ class Orders(NamedTuple):
     """Whether a switched loop's master has been silent for too long."""
     current_raw: int = 0
     """The heater's current as its sensor reads it."""
+    program: tuple[int, int] = (0, 0)
+    """Order to the program that waits to be taken, and its argument; (0, 0): none."""
+    maximum_c: Single | None = None
+    """The operator's critical temperature; needed where it is adjustable."""
+    relay_fault: int = 0
+    """What the watch of the safety relay has found."""
 
 
 NO_ORDERS = Orders()

@@ -1,36 +1,32 @@
 """One control step of a loop, from the reading to the heater (docs/control.md, "The step")."""
 
-from importlib import import_module
-
 from heatwright.sim.reference.control import Steering
-from heatwright.sim.reference.guard import MOST_MISSING, Guard
+from heatwright.sim.reference.guard import Guard
 from heatwright.sim.reference.guard_rules import Look
 from heatwright.sim.reference.inputs import NO_ORDERS, Orders
 from heatwright.sim.reference.limiter import limiter_of
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.output import HeaterOutput, heater_of
-from heatwright.spec import Controller
+from heatwright.sim.reference.program import ProgramRun
+from heatwright.sim.reference.reading import Readings, Seen
+from heatwright.spec import Controller, programmed
 
 Record = dict[str, Value]
 """Every member of the state after a step, by the names of docs/control.md."""
 
 EMERGENCY_STOP = 19
 MASTER_LOST = 23
+RELAY_FAULTS = (25, 26)
 
 FAULT_COOLING_ABOVE_C = Single(50)
 """While a fault is latched the cooler runs, unless a reading tells that it is colder."""
 
 LOOP_MEMBERS: tuple[Member, ...] = (
     ("steps", "u2"),
-    ("reading_status", "u1"),
-    ("reading_raw", "i2"),
     ("setpoint_c", "f4"),
-    ("temperature_c", "f4"),
     ("duty_percent", "f4"),
     ("asked_percent", "f4"),
-    ("missing", "u1"),
-    ("has_reading", "u1"),
 )
 COOLING: Member = ("cooling", "u1")
 FAULT_MEMBERS: tuple[Member, ...] = (
@@ -46,25 +42,23 @@ class Reference:
     def __init__(self, controller: Controller, loop: str) -> None:
         """Build the model from the specification alone."""
         spec = controller.loops[loop]
-        sensor = controller.sensors[spec.sensor]
-        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
-        self._convert = kind.converter(sensor, controller.board)
-        self._guard = Guard(spec)
+        self._readings = Readings(controller, loop)
+        self._guard = Guard(spec, self._readings.raw_width)
         self.steering = Steering(controller, loop)
         self.limiter = limiter_of(controller, spec.heater, spec.period_s)
+        self.program = _program(controller, loop)
         self._has_cooler = spec.cooler is not None
         self._minds_master = spec.protection.master_lost_after_s is not None
         self.output: HeaterOutput = heater_of(controller, spec.heater)
         self.members = self._members()
         self._names = tuple(name for name, _ in self.members)
         self._steps = 0
-        self._temperature_c = ZERO
         self._duty_percent = ZERO
         self._asked_percent = ZERO
-        self._missing = 0
-        self._has_reading = 0
         self.cooling = 0
         """Whether the cooler is asked for."""
+        self.order_waits = False
+        """Whether the last step has left the order to the program waiting."""
         self.fault_code = 0
         self.fault_temperature_c = ZERO
         self._acknowledgements = 0
@@ -90,6 +84,8 @@ class Reference:
             self.fault_code = 0
             self._acknowledgements = (self._acknowledgements + 1) & 0xFF
             self._guard.reset()
+            if self.program:
+                self.program.fail()
 
     def step(
         self,
@@ -116,38 +112,50 @@ class Reference:
         if acknowledge:
             self.acknowledge()
         self._steps = (self._steps + 1) & 0xFFFF
-        look = self._take(status, raw, setpoint, orders)
-        if orders.master_lost and self._minds_master and orders.enabled:
-            self._trip(MASTER_LOST)
+        self._readings.take(status, raw)
+        orders, setpoint = self._run_program(status, orders, setpoint)
+        look = self._look(self._readings.mean, raw, setpoint, orders)
+        self._mind_others(orders)
         self._mind_current(orders.current_raw)
+        self._guard.take(orders.maximum_c)
         if not self.fault_code:
             self._protect(status, look)
         self._decide(status, look, orders)
         self.output.apply(self._duty_percent)
-        values = self._values(status, raw, setpoint, orders)
-        return dict(zip(self._names, values, strict=True))
+        if self.program:
+            self.program.count(self._duty_percent)
+        return dict(zip(self._names, self._values(setpoint, orders), strict=True))
 
-    def _take(self, status: int, raw: int, setpoint: Single, orders: Orders) -> Look:
-        gap = self._missing + 1 if self._has_reading else 1
-        last_c = self._temperature_c
-        if status:
-            self._missing = min(self._missing + 1, MOST_MISSING)
-        else:
-            self._temperature_c = self._convert(raw)
-            if not self._has_reading:
-                last_c = self._temperature_c
-            self._missing = 0
-            self._has_reading = 1
+    def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:
+        """Let the program do its part, and return what it makes of the inputs."""
+        if self.program is None:
+            return orders, setpoint
+        temperature_c = self._readings.mean.temperature_c
+        code, self.order_waits = self.program.step(
+            orders.program, None if status else temperature_c, fault=bool(self.fault_code)
+        )
+        self._trip(code, temperature_c)
+        self.steering.follow(self.program.now.rate_k_per_s)
+        return self.program.steered(orders, setpoint)
+
+    def _look(self, seen: Seen, raw: int, setpoint: Single, orders: Orders) -> Look:
         return Look(
-            self._temperature_c,
-            last_c,
-            gap,
+            *seen,
+            self._readings.gap,
             raw,
             setpoint,
             self._duty_percent,
             self._asked_percent,
-            *self.steering.exemptions(setpoint, orders),
+            **self.steering.exemptions(setpoint, orders)._asdict(),
+            moved=self.program is not None and self.program.moves,
         )
+
+    def _mind_others(self, orders: Orders) -> None:
+        """Watch what is not the loop's own: the safety relay and the master."""
+        temperature_c = self._readings.mean.temperature_c
+        self._trip(orders.relay_fault, temperature_c)
+        if orders.master_lost and self._minds_master and orders.enabled:
+            self._trip(MASTER_LOST, temperature_c)
 
     def _mind_current(self, raw: int) -> None:
         if self.limiter is None:
@@ -156,19 +164,21 @@ class Reference:
         if self.fault_code:
             self.limiter.forget()
         else:
-            self._trip(self.limiter.watch())
+            self._trip(self.limiter.watch(), self._readings.mean.temperature_c)
 
     def _protect(self, status: int, look: Look) -> None:
+        """Ask the guard, who judges each reading by itself."""
+        single = self._readings.single
         if status:
-            code = self._guard.without_reading(status, self._missing)
+            code = self._guard.without_reading(status, self._readings.missing)
         else:
-            code = self._guard.with_reading(look)
-        self._trip(code)
+            code = self._guard.with_reading(look._replace(**single._asdict()))
+        self._trip(code, single.temperature_c)
 
-    def _trip(self, code: int) -> None:
+    def _trip(self, code: int, temperature_c: Single) -> None:
         """Latch a fault, unless there is one already or the code is that of none."""
         if code and not self.fault_code:
-            self.restore(code, self._temperature_c)
+            self.restore(code, temperature_c)
 
     def _decide(self, status: int, look: Look, orders: Orders) -> None:
         """Find what heater and cooler are asked for."""
@@ -192,33 +202,38 @@ class Reference:
     def _members(self) -> tuple[Member, ...]:
         return (
             *LOOP_MEMBERS,
+            *self._readings.members,
             *((COOLING,) if self._has_cooler else ()),
             *self.steering.inputs,
             *prefixed("guard", self._guard.members),
             *self.steering.members,
+            *prefixed("program", self.program.members if self.program else ()),
             *prefixed("fault", FAULT_MEMBERS),
             *prefixed("output", self.output.members),
             *prefixed("current", self.limiter.members if self.limiter else ()),
         )
 
-    def _values(self, status: int, raw: int, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
+    def _values(self, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
         return (
             self._steps,
-            status,
-            raw,
             setpoint,
-            self._temperature_c,
             self._duty_percent,
             self._asked_percent,
-            self._missing,
-            self._has_reading,
+            *self._readings.values(),
             *((self.cooling,) if self._has_cooler else ()),
             *self.steering.input_values(orders),
             *self._guard.values(),
             *self.steering.values(),
+            *(self.program.values() if self.program else ()),
             self.fault_code,
             self._acknowledgements,
             self.fault_temperature_c,
             *self.output.values(),
             *(self.limiter.values() if self.limiter else ()),
         )
+
+
+def _program(controller: Controller, loop: str) -> ProgramRun | None:
+    if controller.programs is None or not programmed(controller, loop):
+        return None
+    return ProgramRun(controller.programs, controller.loops[loop])

@@ -4,6 +4,7 @@ from heatwright.sim.reference.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
+from heatwright.sim.reference.program_state import NO_ORDER
 from heatwright.spec import Controller, Pid, commanded, tunable
 
 LARGEST_GAIN = 1e6
@@ -23,11 +24,21 @@ class Operator:
         self._mode = AUTOMATIC
         self._manual_percent = ZERO
         self.gains = gains_of(loop.algorithm) if tunable(controller, name) else None
+        highest_c = Single(loop.protection.maximum_c)
+        self._highest_c = highest_c if loop.protection.maximum_adjustable else None
+        self._critical_c = self._highest_c
+        self._program = NO_ORDER
 
     @property
     def orders(self) -> Orders:
         """What the next step takes over."""
-        return Orders(self._mode, self._manual_percent, self.gains)
+        return Orders(
+            self._mode,
+            self._manual_percent,
+            self.gains,
+            maximum_c=self._critical_c,
+            program=self._program,
+        )
 
     @property
     def is_off(self) -> bool:
@@ -73,6 +84,14 @@ class Operator:
             return False
         wanted = zip((kp, ki, kd), self.gains, strict=True)
         self.gains = Gains(*(old if new is None else Single(new) for new, old in wanted))
+        return True
+
+    def set_critical(self, maximum_c: float) -> bool:
+        """Set the critical temperature; tell whether that may be."""
+        wanted_c = Single(maximum_c)
+        if self._highest_c is None or not self._minimum_c <= wanted_c <= self._highest_c:
+            return False
+        self._critical_c = wanted_c
         return True
 
     def tune(self, target_c: float, cycles: int | None) -> bool:

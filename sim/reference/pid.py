@@ -29,6 +29,10 @@ class PidControl:
         self.full_percent = Single(algorithm.output.maximum_percent)
         self.top_percent = self.full_percent
         """What the current's limit leaves of it; the integral is held there."""
+        self.feed_forward = ZERO
+        """Duty for the slope of a program's setpoint, %·s/K."""
+        self.rate_k_per_s = ZERO
+        """That slope in this step."""
         self.members: tuple[Member, ...] = self._members()
         self._last = ZERO
         self.reset()
@@ -110,6 +114,8 @@ class PidControl:
             total = total + integral
         if self._differentiates:
             total = total + self._kd * self._derivative
+        if self.feed_forward:
+            total = total + self.feed_forward * self.rate_k_per_s
         return total
 
     def _limited(self, total: Single) -> Single:

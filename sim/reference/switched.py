@@ -4,17 +4,18 @@ from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Or
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.operator import Operator
-from heatwright.spec import Controller, starts_enabled
+from heatwright.spec import Controller, must_release, starts_enabled
 
 
 class SwitchedOperator(Operator):
     """The wishes for a loop that is switched on and off apart from its setpoint."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
-        """Wish for what the specification says; switching on must be preceded by off."""
+        """Wish for what the specification says."""
         super().__init__(controller, name, reference)
         self._enabled = int(starts_enabled(controller, name))
         self._was_on = self._off_is_due = False
+        self._must_release = must_release(controller)
         self._released = False
         self._had_fault = False
 
@@ -44,7 +45,8 @@ class SwitchedOperator(Operator):
 
     def enable(self) -> bool:
         """Switch on; tell whether that may be."""
-        if self._reference.fault_code or not (self._enabled or self._released):
+        free = self._enabled or self._released or not self._must_release
+        if self._reference.fault_code or not free:
             return False
         self._enabled = 1
         return True

@@ -1,0 +1,61 @@
+"""What is known of the program that runs (docs/control.md, "Programs")."""
+
+from dataclasses import dataclass
+
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import ZERO, Single
+
+IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+"""States."""
+NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
+"""What the clocks wait for."""
+FINISHED, STOPPED, FAILED, POWER_COLD, POWER_UNREADABLE = range(1, 6)
+"""Ends."""
+STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
+"""Orders."""
+NO_ORDER = (0, 0)
+
+
+@dataclass
+class ProgramState:
+    """Every member, by its name."""
+
+    state: int = IDLE
+    waiting: int = NOTHING
+    ended: int = 0
+    number: int = 0
+    segment: int = 0
+    segments: int = 0
+    order: int = 0
+    argument: int = 0
+    leap: int = 0
+    kind: int = 0
+    to_dc: int = 0
+    amount: int = 0
+    first_c: Single = ZERO
+    from_c: Single = ZERO
+    to_c: Single = ZERO
+    setpoint_c: Single = ZERO
+    before_c: Single = ZERO
+    rate_k_per_s: Single = ZERO
+    length: int = 0
+    elapsed: int = 0
+    waited: int = 0
+    clock: int = 0
+    segment_clock: int = 0
+    energy: int = 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of MEMBERS."""
+        return tuple(getattr(self, name) for name, _ in MEMBERS)
+
+
+_WIDTHS = {
+    "to_dc": "i2",
+    "waited": "u2",
+    **dict.fromkeys(("amount", "length", "elapsed", "clock", "segment_clock", "energy"), "u4"),
+    **dict.fromkeys(("first_c", "from_c", "to_c", "setpoint_c", "before_c", "rate_k_per_s"), "f4"),
+}
+MEMBERS: tuple[Member, ...] = tuple(
+    (name, _WIDTHS.get(name, "u1")) for name in ProgramState.__dataclass_fields__
+)

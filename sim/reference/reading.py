@@ -1,0 +1,106 @@
+"""The reading of a step, and the mean that control goes by (docs/control.md, "Moving average")."""
+
+from importlib import import_module
+from typing import NamedTuple
+
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.spec import Controller
+
+RAW_WIDTH = "i2"
+"""Of the sensor's own number, unless its kind says another."""
+MOST_MISSING = 255
+"""The count of missing readings stays here: `stale_after` cannot be longer."""
+
+
+class Seen(NamedTuple):
+    """A temperature, and the one of the reading before (the same if there was none)."""
+
+    temperature_c: Single
+    last_c: Single
+
+
+class Average:
+    """The mean of the last readings, each in the slot that is its turn."""
+
+    def __init__(self, number: int) -> None:
+        """Begin with an empty window."""
+        self._window: list[Single] = []
+        self._number = number
+        self._turn = 0
+        self._share = Single(1 / number)
+
+    def take(self, reading_c: Single) -> Single:
+        """Take in a reading and return the mean."""
+        if not self._window:
+            self._window = [reading_c] * self._number
+        self._window[self._turn] = reading_c
+        self._turn = (self._turn + 1) % self._number
+        total = self._window[0]
+        for other in self._window[1:]:
+            total = total + other
+        return total * self._share
+
+
+class Readings:
+    """What a loop knows of its temperature."""
+
+    def __init__(self, controller: Controller, loop: str) -> None:
+        """Start without a reading."""
+        name = controller.loops[loop].sensor
+        sensor = controller.thermometers[name]
+        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
+        self._convert = kind.converter(sensor, controller.board)
+        self._average = Average(sensor.moving_average) if sensor.moving_average > 1 else None
+        self.raw_width: str = getattr(kind, "RAW", RAW_WIDTH)
+        self.members: tuple[Member, ...] = (
+            ("reading_status", "u1"),
+            ("reading_raw", self.raw_width),
+            ("temperature_c", "f4"),
+            *((("reading_c", "f4"),) if self._average else ()),
+            ("missing", "u1"),
+            ("has_reading", "u1"),
+        )
+        self._status = self._raw = 0
+        self.missing = 0
+        """Steps without a valid reading in a row."""
+        self._has_reading = 0
+        self.gap = 1
+        """Periods since the valid reading before."""
+        self.single = Seen(ZERO, ZERO)
+        """The reading alone: what the protections judge."""
+        self.mean = Seen(ZERO, ZERO)
+        """What the control goes by."""
+
+    def take(self, status: int, raw: int) -> None:
+        """Take in what the sensor said."""
+        self.gap = self.missing + 1 if self._has_reading else 1
+        self._status, self._raw = status, raw
+        if status:
+            self.missing = min(self.missing + 1, MOST_MISSING)
+            self.single, self.mean = _kept(self.single), _kept(self.mean)
+            return
+        reading_c = self._convert(raw)
+        mean_c = self._average.take(reading_c) if self._average else reading_c
+        self.single = self._after(self.single, reading_c)
+        self.mean = self._after(self.mean, mean_c)
+        self.missing = 0
+        self._has_reading = 1
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (
+            self._status,
+            self._raw,
+            self.mean.temperature_c,
+            *((self.single.temperature_c,) if self._average else ()),
+            self.missing,
+            self._has_reading,
+        )
+
+    def _after(self, before: Seen, temperature_c: Single) -> Seen:
+        return Seen(temperature_c, before.temperature_c if self._has_reading else temperature_c)
+
+
+def _kept(seen: Seen) -> Seen:
+    return Seen(seen.temperature_c, seen.temperature_c)
