@@ -6,14 +6,10 @@ from heatwright.spec.nextion.keypads import asking
 from heatwright.spec.nextion.overview import switched, waveform_attributes
 from heatwright.spec.nextion.parts import (
     AMBER,
-    DARK,
     GREEN,
     LARGE,
-    RED,
-    SMALL,
     Page,
     Sheet,
-    text_attributes,
 )
 from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.rules import Rule
@@ -72,11 +68,7 @@ def debug_page(number: int, top_c: int, *, tunable: bool) -> Page:
     sheet.text("t", (330, 10, 130, 40), LONGEST_NUMBER)
     sheet.text("sp", (330, 60, 130, 40), LONGEST_NUMBER)
     sheet.add("waveform", "chart", (0, 240, *CONTROL_CHART_PX), waveform_attributes())
-    sheet.add(
-        "dual_state", "on", (560, 10, 110, 60),
-        text_attributes("on", 2, SMALL) | {"val": 0, "bco": DARK, "bco2": GREEN, "xcen": 1},
-        release=switched("on", "#2"),
-    )  # fmt: skip
+    sheet.switch("on", (560, 10, 110, 60), "on", switched("on", "#2"), longest=2)
     sheet.label("lt", (260, 10, 60, 40), "T °C")
     sheet.label("lsp", (260, 60, 60, 40), "set")
     sheet.label("lot", (10, 10, 70, 40), "out %")
@@ -108,11 +100,11 @@ def fault_page(number: int, rule: Rule) -> Page:
     """Lay out the page of one fault: what it is, how hot it was, what to do."""
     sheet = Sheet(f"fault{rule.code:02d}", number, rule.meaning)
     sheet.text("t", (10, 230, 200, 50), LONGEST_NUMBER, LARGE, pco=AMBER)
-    sheet.label("code", (10, 10, 400, 60), f"E{rule.code:02d} {rule.display}", LARGE)
+    sheet.label("code", (0, 0, 800, 66), f"E{rule.code:02d} {rule.display}", LARGE, bco=RED)
     sheet.label("means", (10, 80, 780, 60), rule.meaning)
     sheet.label("remedy", (10, 150, 780, 60), rule.remedy)
     sheet.label("lt", (220, 230, 60, 50), "°C")
     sheet.button("ack", (10, 340, 220, 90), "seen", ('print "#16;"',), GREEN)
     sheet.button("list", (280, 340, 220, 90), "all faults", ('print "#12;"',))
-    sheet.button("back", (550, 340, 220, 90), "back", ("page main",), RED)
+    sheet.button("back", (550, 340, 220, 90), "back", ("page main",))
     return sheet.page()

@@ -8,25 +8,23 @@ from __future__ import annotations
 
 from heatwright.spec.nextion.parts import (
     AMBER,
-    BLACK,
-    DARK,
-    GREEN,
-    GREY,
+    FIELD,
+    GRID,
+    GROUND,
     HUGE,
     LARGE,
+    LIME,
     RED,
     SMALL,
-    WHITE,
     Page,
     Sheet,
-    text_attributes,
 )
 from heatwright.spec.programs import LONGEST_NAME
 
-CHART_PX = (360, 180)
+CHART_PX = (600, 180)
 """The chart's width and height; a value is a height in pixels."""
-CHART_EVERY_S = 90.0
-"""Time between two pixels: nine hours in the chart's width."""
+CHART_EVERY_S = 60.0
+"""Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
 LONGEST_ENERGY = 12
 """Such as `1234.56 kWh`."""
@@ -39,7 +37,7 @@ FLASHING = (
     "}else",
     "{",
     "flash.val=0",
-    f"alarm.bco={BLACK}",
+    f"alarm.bco={FIELD}",
     "}",
 )
 """What the timer ERROR does: it has `alarm` flash."""
@@ -48,14 +46,14 @@ FLASHING = (
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:
     """Lay the main page out. top_c -- the temperature at the chart's upper edge, °C."""
     sheet = Sheet("main", number, "What the machine is doing.")
-    sheet.number("temp", (10, 10, 200, 90), HUGE)
-    sheet.number("set", (330, 30, 110, 50))
+    sheet.number("temp", (10, 8, 210, 90), HUGE, pco=AMBER)
+    sheet.number("set", (275, 48, 130, 50), pco=LIME)
     if programs:
         _clocks(sheet)
     _state(sheet, programs=programs)
     _orders(sheet, programs=programs)
-    sheet.text("energy", (470, 205, 200, 40), LONGEST_ENERGY)
-    sheet.number("duty", (10, 390, 60, 40), SMALL)
+    sheet.text("energy", (330, 420, 190, 40), LONGEST_ENERGY)
+    sheet.number("duty", (150, 420, 70, 40), SMALL)
     sheet.add("waveform", "chart", (70, 200, *CHART_PX), waveform_attributes())
     _labels(sheet, top_c, programs=programs)
     return sheet.page()
@@ -73,34 +71,31 @@ def stop_page(number: int) -> Page:
 def waveform_attributes() -> dict[str, int]:
     """Two channels: the temperature, and the setpoint behind it; a line each 60 pixels."""
     return {
-        "ch": 2, "bco": BLACK, "gdc": GREY, "gdw": 60, "gdh": 60, "dis": 100,
-        "pco0": AMBER, "pco1": GREEN,
+        "ch": 2, "bco": GROUND, "gdc": GRID, "gdw": 60, "gdh": 60, "dis": 100,
+        "pco0": AMBER, "pco1": LIME,
     }  # fmt: skip
 
 
 def _clocks(sheet: Sheet) -> None:
     """Time in the program and in the segment, and which they are."""
-    places = {"day": 470, "hour1": 530, "minute1": 590}
+    places = {"day": 470, "hour1": 526, "minute1": 582}
     for name, x in places.items():
-        sheet.number(name, (x, 105, 50, 40), SMALL)
+        sheet.number(name, (x, 52, 50, 36), SMALL)
     for name, x in zip(("day2", "hour2", "minute2"), places.values(), strict=True):
-        sheet.number(name, (x, 155, 50, 40), SMALL)
-    sheet.number("programm", (470, 10, 40, 40), SMALL)
-    sheet.number("point", (470, 55, 40, 40), SMALL)
-    sheet.text("pname", (520, 10, 150, 40), LONGEST_NAME, shared=True)
+        sheet.number(name, (x, 146, 50, 36), SMALL)
+    sheet.number("programm", (446, 8, 40, 38), SMALL)
+    sheet.number("point", (446, 102, 40, 38), SMALL)
+    sheet.text("pname", (492, 8, 184, 38), LONGEST_NAME, shared=True)
 
 
 def _state(sheet: Sheet, *, programs: bool) -> None:
-    sheet.text("state", (10, 110, 430, 40), LONGEST_STATE, LARGE, shared=True, pco=AMBER)
+    sheet.text("state", (10, 106, 395, 38), LONGEST_STATE, shared=True)
     switch = "bt1" if programs else "on"
     command, text = ("#9", "run") if programs else ("#2", "on")
-    sheet.add(
-        "dual_state", switch, (690, 10, 100, 60),
-        text_attributes(text, 4, SMALL) | {"val": 0, "bco": DARK, "bco2": GREEN, "xcen": 1},
-        release=switched(switch, command), shared=True,
-    )  # fmt: skip
+    code = switched(switch, command)
+    sheet.switch(switch, _column(0), text, code, longest=4, shared=True)
     sheet.add("timer", "ERROR", attributes={"tim": 500, "en": 0}, timer=FLASHING, shared=True)
-    sheet.text("alarm", (10, 155, 430, 40), LONGEST_STATE, release=('print "#12;"',), pco=WHITE)
+    sheet.text("alarm", (10, 150, 395, 38), LONGEST_STATE, release=('print "#12;"',))
     sheet.variable("flash")
 
 
@@ -113,24 +108,32 @@ def switched(name: str, command: str) -> tuple[str, ...]:
 
 
 def _orders(sheet: Sheet, *, programs: bool) -> None:
-    sheet.button("bstop", (690, 80, 100, 60), "stop", ("page stop",), RED)
+    sheet.button("bstop", _column(1), "stop", ("page stop",), RED)
     if programs:
-        sheet.button("bskip", (690, 150, 100, 60), "go on", ('print "#18;"',))
-        sheet.button("bprog", (690, 220, 100, 60), "programs", ("page programs",))
-    sheet.button("bset", (690, 290, 100, 60), "settings", ("page settings",))
-    sheet.button("bdebug", (690, 360, 100, 60), "control", ("page debug",))
+        sheet.button("bskip", _column(2), "go on", ('print "#18;"',))
+        sheet.button("bprog", _column(3), "programs", ("page programs",))
+    sheet.button("bset", _column(4), "settings", ("page settings",))
+    sheet.button("bdebug", _column(5), "control", ("page debug",))
 
 
 def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
     """What comes behind the chart, so that its number does not depend on it."""
-    sheet.button("bfaults", (690, 430, 100, 45), "faults", ('print "#12;"',))
-    sheet.label("lset", (220, 30, 110, 50), "°C  set")
-    sheet.label("lduty", (10, 430, 60, 40), "%")
-    sheet.label("ltop", (10, 200, 60, 30), f"{top_c}")
-    sheet.label("lspan", (70, 390, 360, 30), "9 h")
+    sheet.button("bfaults", _column(6), "faults", ('print "#12;"',))
+    sheet.label("lset", (275, 8, 130, 38), "setpoint")
+    sheet.label("lc", (225, 55, 40, 38), "°C")
+    sheet.label("lduty", (70, 420, 75, 40), "power")
+    sheet.label("lpercent", (225, 420, 30, 40), "%")
+    sheet.label("ltop", (8, 196, 60, 28), f"{top_c}")
+    sheet.label("lbottom", (8, 356, 60, 28), "0")
+    sheet.label("lspan", (600, 384, 75, 30), f"{CHART_PX[0] * CHART_EVERY_S / 3600:.0f} h")
     if programs:
-        sheet.button("bpoints", (520, 55, 150, 45), "segments", ("page points",))
-        sheet.label("lclock", (650, 105, 40, 40), "d h m")
-        sheet.label("lclock2", (650, 155, 40, 40), "d h m")
-        sheet.label("lprog", (450, 10, 20, 40), "P")
-        sheet.label("lpoint", (450, 55, 20, 40), "S")
+        sheet.button("bpoints", (492, 102, 184, 38), "segments", ("page points",))
+        sheet.label("lclock", (638, 52, 44, 36), "dhm")
+        sheet.label("lclock2", (638, 146, 44, 36), "dhm")
+        sheet.label("lprog", (420, 8, 24, 38), "P")
+        sheet.label("lpoint", (420, 102, 24, 38), "S")
+
+
+def _column(place: int) -> tuple[int, int, int, int]:
+    """Place of a button in the column at the right."""
+    return 690, 8 + 67 * place, 102, 60

@@ -19,9 +19,15 @@ FONTS = (24, 32, 80)
 """Heights of the fonts in pixels, by their numbers in the editor."""
 SMALL, LARGE, HUGE = range(3)
 
-BLACK, WHITE, GREY, DARK = 0x0000, 0xFFFF, 0x8410, 0x2104
-RED, GREEN, BLUE, AMBER = 0xC000, 0x0400, 0x0010, 0xFD20
+WHITE, DIM = 0xFFFF, 0xA577
+GROUND, FIELD, GRID = 0x10A3, 0x2146, 0x31A8
+BUTTON, HELD = 0x3A2A, 0x7C75
+RED, GREEN, AMBER, LIME = 0xC0E3, 0x1C09, 0xFD20, 0x766E
 """Colours of 16 bits: five red, six green, five blue."""
+FLAT = 0
+"""The editor's `style` without edges."""
+CENTRED = 12
+"""Texts of so many characters or less stand in the middle of their fields, longer ones left."""
 
 NO_ATTRIBUTES: Mapping[str, Attribute] = MappingProxyType({})
 
@@ -54,7 +60,7 @@ class Page:
     components: tuple[Component, ...]
     preinitialize: Code = ()
     postinitialize: Code = ()
-    bco: int = BLACK
+    bco: int = GROUND
     meaning: str = ""
     """What it is for, in a line."""
 
@@ -90,9 +96,18 @@ class Sheet:
             )
         )  # fmt: skip
 
-    def label(self, name: str, place: tuple[int, int, int, int], text: str, font: int = 0) -> None:
-        """Add a text that never changes."""
-        self.add("text", name, place, text_attributes(text, len(text), font))
+    def label(  # noqa: PLR0913 - as for text
+        self,
+        name: str,
+        place: tuple[int, int, int, int],
+        text: str,
+        font: int = 0,
+        *,
+        bco: int = GROUND,
+    ) -> None:
+        """Add a text that never changes; one with a colour of its own stands in its middle."""
+        own = {"pco": WHITE if font else DIM, "bco": bco, "xcen": int(bco != GROUND)}
+        self.add("text", name, place, text_attributes(text, len(text), font) | own)
 
     def text(  # noqa: PLR0913 - what differs between texts
         self,
@@ -106,24 +121,46 @@ class Sheet:
         pco: int = WHITE,
     ) -> None:
         """Add a text of at most `longest` characters that begins empty."""
+        own = {"pco": pco, "xcen": int(longest <= CENTRED)}
         self.add(
-            "text", name, place, text_attributes("", longest, font) | {"pco": pco},
+            "text", name, place, text_attributes("", longest, font) | own,
             release=release, shared=shared,
         )  # fmt: skip
 
     def number(
-        self, name: str, place: tuple[int, int, int, int], font: int = LARGE, *, shared: bool = True
+        self,
+        name: str,
+        place: tuple[int, int, int, int],
+        font: int = LARGE,
+        *,
+        shared: bool = True,
+        pco: int = WHITE,
     ) -> None:
         """Add a whole number that begins with 0."""
-        attributes = {"val": 0, "font": font, "pco": WHITE, "bco": BLACK}
+        attributes = {"val": 0, "font": font, "pco": pco, "bco": FIELD, "xcen": 1}
         self.add("number", name, place, attributes, shared=shared)
 
     def button(
-        self, name: str, place: tuple[int, int, int, int], text: str, code: Code, bco: int = DARK
+        self, name: str, place: tuple[int, int, int, int], text: str, code: Code, bco: int = BUTTON
     ) -> None:
         """Add a button that does something when the finger leaves it."""
-        attributes = text_attributes(text, max(len(text), 1), SMALL) | {"bco": bco, "bco2": GREY}
-        self.add("button", name, place, attributes | {"xcen": 1}, release=code)
+        attributes = text_attributes(text, max(len(text), 1), SMALL)
+        self.add("button", name, place, attributes | _pressed(bco, HELD), release=code)
+
+    def switch(  # noqa: PLR0913 - what differs between switches
+        self,
+        name: str,
+        place: tuple[int, int, int, int],
+        text: str,
+        code: Code,
+        *,
+        longest: int,
+        shared: bool = False,
+    ) -> None:
+        """Add a button of two states that begins in the first."""
+        own = {"val": 0} | _pressed(BUTTON, GREEN)
+        attributes = text_attributes(text, longest, SMALL) | own
+        self.add("dual_state", name, place, attributes, release=code, shared=shared)
 
     def variable(self, name: str) -> None:
         """Add a whole number that is not seen."""
@@ -144,6 +181,11 @@ class Sheet:
 def text_attributes(text: str, longest: int, font: int) -> dict[str, Attribute]:
     """Attributes of what shows a text, white on black."""
     return {
-        "txt": text, "txt_maxl": longest, "font": font, "pco": WHITE, "bco": BLACK,
+        "txt": text, "txt_maxl": longest, "font": font, "pco": WHITE, "bco": FIELD,
         "xcen": 0, "ycen": 1,
     }  # fmt: skip
+
+
+def _pressed(bco: int, bco2: int) -> dict[str, Attribute]:
+    """Attributes of a button: its colour, and the other while it is touched or on."""
+    return {"bco": bco, "bco2": bco2, "pco2": WHITE, "xcen": 1, "style": FLAT}
