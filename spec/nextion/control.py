@@ -8,6 +8,7 @@ from heatwright.spec.nextion.parts import (
     AMBER,
     GREEN,
     LARGE,
+    RED,
     Page,
     Sheet,
 )

@@ -96,7 +96,7 @@ class Sheet:
             )
         )  # fmt: skip
 
-    def label(  # noqa: PLR0913 - as for text
+    def label(
         self,
         name: str,
         place: tuple[int, int, int, int],
