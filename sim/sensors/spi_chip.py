@@ -1,4 +1,4 @@
-"""What the thermocouple converters on three wires have in common."""
+"""What the thermocouple converters on three or four wires have in common."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Port, Timing, Wires
-from heatwright.spec import Board, Max6675, Max31855
+from heatwright.spec import Board, Max6675, Max31855, Max31856
 
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
@@ -143,7 +143,9 @@ class SpiChip:
         return felt_c
 
 
-def wires_of(board: Board, sensor: Max6675 | Max31855) -> Wires:
+def wires_of(board: Board, sensor: Max6675 | Max31855 | Max31856) -> Wires:
     """Return the wires of a specified sensor."""
-    names = sensor.chip_select, sensor.clock, sensor.data_out
+    names = [sensor.chip_select, sensor.clock, sensor.data_out]
+    if isinstance(sensor, Max31856):
+        names.append(sensor.data_in)
     return Wires(*(board.pins[name].port_name for name in names))

@@ -1,0 +1,238 @@
+"""A MAX31856 thermocouple converter (Maxim data sheet 19-7534, rev. 0): registers and conversions.
+
+Only its wires are here, not its pins DRDY and FAULT, which the firmware does without. It measures
+the voltage of the wire that is really there, and makes a temperature of it by the type it was set
+to: a wrong type reads wrong. All its times are the longest of the data sheet.
+"""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.native.spi import Timing
+from heatwright.sim.sensors.max31856_registers import (
+    ALWAYS_ZERO,
+    CJ_RANGE,
+    CJTH,
+    CJTL,
+    LTCBH,
+    LTCBL,
+    OPEN,
+    OVUV,
+    POWER_ON,
+    SR,
+    TC_RANGE,
+    TYPES,
+    Settings,
+    threshold_bits,
+)
+from heatwright.sim.sensors.spi_chip import Faults, SpiChip, Wires, wires_of
+from heatwright.sim.sensors.thermovoltage import Type, celsius, millivolts
+from heatwright.spec import Board
+from heatwright.spec import Max31856 as Spec
+
+RANGES_C = {
+    "B": (250.0, 1820.0), "E": (-200.0, 1000.0), "J": (-210.0, 1200.0), "K": (-200.0, 1372.0),
+    "N": (-200.0, 1300.0), "R": (-50.0, 1768.0), "S": (-50.0, 1768.0), "T": (-200.0, 400.0),
+}  # fmt: skip
+"""What it makes of each type; beyond an end it says so, and stays there."""
+JUNCTION_C = (-55.0, 125.0)
+"""What its own thermometer measures, likewise."""
+TEST_EVERY = 16
+"""It looks for an open thermocouple once in so many conversions."""
+STEP_C, JUNCTION_STEP_C = 2.0**-7, 2.0**-6
+WRITE = 0x80
+"""Added to the address of the first register that is written."""
+TIMING = Timing(
+    setup=100, high=100, low=100, period=200, hold=100, idle=400, told=35, kept=35,
+    output=80, enable=0,
+)  # fmt: skip
+"""Serial interface timing: at most 5 MHz."""
+
+
+def code_of(temperature_c: float, step_c: float) -> int:
+    """Return the code of a temperature, of so many kelvin each, signed."""
+    return math.floor(temperature_c / step_c + 0.5)
+
+
+class Max31856(SpiChip):
+    """A chip on four pins of a processor (see SpiChip).
+
+    wire -- the type of the thermocouple that is there; internal_c -- what the chip itself feels,
+    and the thermocouple's cold junction, °C; held -- an open input keeps the voltage it had, as its
+    capacitor does for a while; else it is at the bias, 0 mV; beyond_supply -- a terminal is above
+    its supply or below ground; orders -- writes that were taken; misused -- orders that the data
+    sheet forbids: another mains filter while it converts.
+    """
+
+    longest_s = 0.0  # its settings decide: see Settings
+    bits = driven = 8 * len(POWER_ON)
+    corruptible = ALWAYS_ZERO
+    _began: int | None
+
+    def __init__(
+        self, avr: Avr, wires: Wires, *, wire: Type = "K", timing: Timing = TIMING, seed: int = 1
+    ) -> None:
+        self.wire: Type = wire
+        self.internal_c = 25.0
+        self.held = True
+        self.orders = self.misused = 0
+        self._beyond_supply = False
+        self._faults = Faults()
+        self._wired = False
+        super().__init__(avr, wires, timing=timing, seed=seed)
+        self._wired = True
+
+    # -- faults: what has happened up to now has happened without the new one -------------------
+
+    @property
+    def faults(self) -> Faults:
+        """Ways to fail, set at any time."""
+        self._settle()
+        return self._faults
+
+    @faults.setter
+    def faults(self, faults: Faults) -> None:
+        self._settle()
+        self._faults = faults
+
+    @property
+    def beyond_supply(self) -> bool:
+        """Whether a terminal is above its supply or below ground."""
+        return self._beyond_supply
+
+    @beyond_supply.setter
+    def beyond_supply(self, beyond: bool) -> None:
+        self._settle()
+        self._beyond_supply = beyond
+
+    def _settle(self) -> None:
+        if self._wired:
+            self._go_on(self._avr.cycle)
+
+    # -- the wires -----------------------------------------------------------------------------
+
+    def selected(self, cycle: int) -> None:
+        """Wait for an address; what it measures from now on it shows next time."""
+        self._go_on(cycle)
+        self._shown = self._status(bytes(self._registers))
+
+    def addressed(self, address: int, cycle: int) -> None:
+        """Load the registers from an address on, the first behind the last."""
+        del cycle
+        if address & WRITE:
+            return
+        self.reads += address == LTCBH
+        at = address % len(POWER_ON)
+        answer = self._shown[at:] + self._shown[:at]
+        if self._faults.dumb:
+            answer = bytes(len(answer))
+        elif address == LTCBH:
+            word = int.from_bytes(answer, "big")
+            answer = self._maybe_corrupt(word).to_bytes(len(answer), "big")
+        self.port.load(int.from_bytes(answer, "big"), self.bits, self.driven)
+
+    def released(self, cycle: int) -> None:
+        """Take what was written."""
+        told = self.port.told
+        if self._faults.dumb or len(told) < 2 or not told[0] & WRITE:
+            return
+        self._go_on(cycle)
+        before = self._settings
+        self.orders += 1
+        for place, byte in enumerate(told[1:], start=told[0] & ~WRITE):
+            if self._settings.may_write(place):
+                self._registers[place] = byte
+        self._take_orders(before, cycle)
+
+    def _take_orders(self, before: Settings, cycle: int) -> None:
+        asked = self._settings
+        self.misused += before.automatic and asked.mains_hz != before.mains_hz
+        if asked.clears_faults and asked.keeps_faults:
+            self._registers[SR] = 0
+        self._registers[0] = asked.lasting
+        if not asked.automatic and not asked.once:
+            self._began = None
+        elif asked.once or not before.automatic:
+            self._began, self._count = cycle, 0
+
+    # -- measuring -----------------------------------------------------------------------------
+
+    @property
+    def _settings(self) -> Settings:
+        return Settings(bytes(self._registers))
+
+    def _power_on(self, cycle: int) -> None:
+        del cycle
+        self._registers = bytearray(POWER_ON)
+        self._shown = bytes(POWER_ON)
+        self._began = None
+        self._count = 0
+        self._open = False
+        self._voltage_mv = 0.0
+
+    def _go_on(self, cycle: int) -> None:
+        last: int | None = None
+        while self._began is not None and cycle >= self._began + self._next_cycles:
+            if self._beyond_supply:
+                self._began = cycle  # it stands still, and begins anew when that is over
+                break
+            last = self._began + self._next_cycles
+            self._began = last if self._settings.automatic else None
+            self._count += 1
+            if self._count % TEST_EVERY == 0:
+                self._open = self._settings.tests_open and self._faults.open
+        if last is not None and not self._faults.frozen:
+            self._convert(last)
+
+    @property
+    def _next_cycles(self) -> int:
+        """How long the conversion under way takes."""
+        tested = (self._count + 1) % TEST_EVERY == 0
+        seconds = self._settings.conversion_s(first=self._count == 0, tested=tested)
+        return self._cycles(seconds * self._faults.slow)
+
+    def _convert(self, ended: int) -> None:
+        settings = self._settings
+        junction_c = min(max(self.internal_c, JUNCTION_C[0]), JUNCTION_C[1])
+        flags = CJ_RANGE * (junction_c != self.internal_c)
+        if settings.measures_junction:
+            seen = code_of(junction_c + settings.offset_c, JUNCTION_STEP_C)
+            self._registers[CJTH : CJTL + 1] = (seen << 2 & 0xFFFF).to_bytes(2, "big")
+        self._measure(ended)
+        letter = TYPES[settings.type]
+        found_c = celsius(letter, self._voltage_mv, self._settings.junction_c)
+        least_c, most_c = RANGES_C[letter]
+        limited_c = min(max(found_c, least_c), most_c)
+        flags |= TC_RANGE * (limited_c != found_c) | OPEN * self._open
+        code = code_of(limited_c, STEP_C)
+        self._registers[LTCBH : LTCBL + 1] = (code << 5 & 0xFFFFFF).to_bytes(3, "big")
+        flags |= threshold_bits(bytes(self._registers))
+        kept = self._registers[SR] if settings.keeps_faults else 0
+        self._registers[SR] = kept | flags
+
+    def _measure(self, ended: int) -> None:
+        """Take the voltage: the mean of as many samples as are averaged, one each mains cycle."""
+        if self._faults.open:
+            self._voltage_mv = self._voltage_mv if self.held else 0.0
+            return
+        settings = self._settings
+        felt = [
+            self._felt_c(ended - self._cycles((turn + 1) / settings.mains_hz))
+            for turn in range(settings.samples)
+        ]
+        self._voltage_mv = millivolts(self.wire, sum(felt) / len(felt), self.internal_c)
+
+    def _status(self, registers: bytes) -> bytes:
+        """Return the registers with what shows at once, conversion or not."""
+        flags = registers[SR] | OVUV * self._beyond_supply
+        return registers[:SR] + bytes([flags])
+
+    def _word(self) -> int:
+        return int.from_bytes(self._shown, "big")
+
+
+def attach(avr: Avr, board: Board, sensor: Spec) -> Max31856:
+    """Put a new chip on the sensor's pins, and the thermocouple that was specified on it."""
+    return Max31856(avr, wires_of(board, sensor), wire=sensor.thermocouple)

@@ -1,0 +1,127 @@
+"""The registers of a MAX31856, as its data sheet lists them ("Internal Registers")."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heatwright.sim.sensors.thermovoltage import Type
+
+CR0, CR1, MASK, CJHF, CJLF, LTHFTH, LTHFTL, LTLFTH, LTLFTL, CJTO = range(10)
+CJTH, CJTL, LTCBH, LTCBM, LTCBL, SR = range(10, 16)
+POWER_ON = bytes([0, 3, 0xFF, 0x7F, 0xC0, 0x7F, 0xFF, 0x80, 0, 0, 0, 0, 0, 0, 0, 0])
+"""What they hold after the supply has come."""
+
+CJ_RANGE, TC_RANGE, CJ_HIGH, CJ_LOW, TC_HIGH, TC_LOW, OVUV, OPEN = (
+    1 << bit for bit in range(7, -1, -1)
+)
+"""Bits of SR."""
+AUTOMATIC, ONCE, TESTS_OPEN, NO_JUNCTION, KEEPS, CLEARS, FIFTY = 0x80, 0x40, 0x30, 8, 4, 2, 1
+"""Bits of CR0."""
+TYPES: tuple[Type, ...] = ("B", "E", "J", "K", "N", "R", "S", "T")
+"""In the order of their codes in CR1; the codes from 8 on give a voltage, and are not here."""
+
+_AT_LTCBL = 8 * (len(POWER_ON) - 1 - (LTCBL - LTCBH))
+ALWAYS_ZERO = tuple(range(_AT_LTCBL, _AT_LTCBL + 5))
+"""Bits of an answer that begins with LTCBH, 0 the last: those of LTCBL below the temperature's."""
+
+FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
+NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}
+"""Longest conversion, and what each sample more adds, by the mains' frequency: the first one after
+a stop, and those that follow it."""
+TEST_S = {0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
+"""What the test for an open thermocouple adds to a conversion, at most, by its kind."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the registers ask of the chip."""
+
+    registers: bytes
+
+    @property
+    def automatic(self) -> bool:
+        """Whether it converts again and again."""
+        return bool(self.registers[CR0] & AUTOMATIC)
+
+    @property
+    def once(self) -> bool:
+        """Whether one conversion is asked for."""
+        return not self.automatic and bool(self.registers[CR0] & ONCE)
+
+    @property
+    def lasting(self) -> int:
+        """What stays of CR0: two of its bits clear themselves."""
+        return self.registers[CR0] & ~(ONCE | CLEARS)
+
+    @property
+    def tests_open(self) -> bool:
+        """Whether it looks for an open thermocouple."""
+        return bool(self.registers[CR0] & TESTS_OPEN)
+
+    @property
+    def measures_junction(self) -> bool:
+        """Whether the cold junction's temperature is its own, not one it was told."""
+        return not self.registers[CR0] & NO_JUNCTION
+
+    @property
+    def keeps_faults(self) -> bool:
+        """Whether bits of SR stay until they are cleared."""
+        return bool(self.registers[CR0] & KEEPS)
+
+    @property
+    def clears_faults(self) -> bool:
+        """Whether that is asked for now."""
+        return bool(self.registers[CR0] & CLEARS)
+
+    @property
+    def mains_hz(self) -> float:
+        """What it filters out."""
+        return 50.0 if self.registers[CR0] & FIFTY else 60.0
+
+    @property
+    def samples(self) -> int:
+        """How many samples it averages."""
+        return min(1 << (self.registers[CR1] >> 4 & 7), 16)
+
+    @property
+    def type(self) -> int:
+        """Code of the thermocouple's type."""
+        return self.registers[CR1] & 7
+
+    @property
+    def offset_c(self) -> float:
+        """What it adds to its own temperature, °C."""
+        return _signed(self.registers[CJTO : CJTO + 1]) / 16
+
+    @property
+    def junction_c(self) -> float:
+        """The cold junction's temperature as it stands in its registers, °C."""
+        return (_signed(self.registers[CJTH : CJTL + 1]) >> 2) / 64
+
+    def may_write(self, place: int) -> bool:
+        """Tell whether a register takes what is written to it."""
+        return place <= CJTO or (place in {CJTH, CJTL} and not self.measures_junction)
+
+    def conversion_s(self, *, first: bool, tested: bool) -> float:
+        """Return how long a conversion takes at most, s: the first after a stop takes longer.
+
+        tested -- with the test for an open thermocouple.
+        """
+        times = FIRST_S if first else NEXT_S
+        alone_s, each_s = times[self.mains_hz]
+        test_s = TEST_S[self.registers[CR0] & TESTS_OPEN] if tested and self.tests_open else 0.0
+        return alone_s + (self.samples - 1) * each_s + test_s
+
+
+def threshold_bits(registers: bytes) -> int:
+    """Return the bits of SR that say on which side of its thresholds a temperature is."""
+    junction_c = Settings(registers).junction_c
+    code = _signed(registers[LTCBH : LTCBM + 1])
+    bits = CJ_HIGH * (junction_c > _signed(registers[CJHF : CJHF + 1]))
+    bits |= CJ_LOW * (junction_c < _signed(registers[CJLF : CJLF + 1]))
+    bits |= TC_HIGH * (code > _signed(registers[LTHFTH : LTHFTL + 1]))
+    return bits | TC_LOW * (code < _signed(registers[LTLFTH : LTLFTL + 1]))
+
+
+def _signed(register: bytes) -> int:
+    return int.from_bytes(register, "big", signed=True)
