@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple, get_args
 
 from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity
-from heatwright.generator.plan.parts import Constant, File
+from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Max31856
 from heatwright.spec.commands import tunable
@@ -29,10 +30,11 @@ TENTHS_PER_DUTY = 1000
 
 
 class Shown(NamedTuple):
-    """What the display shows: files, and their constants."""
+    """What the display shows: files, their constants, and what each tick does for them."""
 
     files: tuple[File, ...]
     constants: tuple[Constant, ...]
+    tick_calls: tuple[Call, ...] = ()
 
 
 def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
@@ -56,7 +58,9 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "types": [{"code": CODES.index(letter), "letter": letter} for letter in selectable],
         "energy": power_w is not None,
     }
+    log = fault_log()
     files = (
+        *log.files,
         File("src/panel.c", "interfaces/menu.c.j2", context),
         *(
             File(f"src/menu_{part}.{end}", f"interfaces/menu_{part}.{template}", context)
@@ -65,12 +69,13 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         ),
     )
     return Shown(
-        files, (*_constants(source, loop, name, interface.step_k), *_energy(source, loop, power_w))
+        files,
+        (*_constants(source, loop, interface.step_k), *_energy(source, loop, power_w)),
+        log.tick_calls,
     )
 
 
-def _constants(source: Source, loop: Loop, name: str, step_k: float) -> tuple[Constant, ...]:
-    setpoint = Source(source.spec, ("loops", name, "setpoint"))
+def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...]:
     per_minute = round(60.0 / loop.period_s)
     return (
         Constant(
@@ -82,17 +87,6 @@ def _constants(source: Source, loop: Loop, name: str, step_k: float) -> tuple[Co
             "PANEL_TARGET_STEP",
             f"{max(1, round(step_k * 10))}",
             f"{source.at('step').where}: {quantity(step_k, 'K')}, in 0.1 K",
-        ),
-        *(
-            Constant(
-                f"PANEL_TARGET_{key.upper()}",
-                f"{round(value_c * 10)}",
-                f"{setpoint.at(key).where}: {quantity(value_c, 'degC')}, in 0.1 degC",
-            )
-            for key, value_c in (
-                ("minimum", loop.setpoint.minimum_c),
-                ("maximum", loop.setpoint.maximum_c),
-            )
         ),
     )
 

@@ -79,6 +79,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         tick_calls=(
             Call(Stage.OPERATE, "panel.h", "panel_tick();"),
             *keys.tick_calls,
+            *shown.tick_calls,
             Call(Stage.SHOW, "lcd.h", "lcd_tick();"),
         ),
         wiring=(
