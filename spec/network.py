@@ -55,15 +55,32 @@ class Heated:
         """Power that holds the sensor at a temperature above ambient."""
         return self._at_rest(self._sensed, sensed_k)[-1]
 
-    def _at_rest(self, given: int, value: float) -> Vector:
-        """Find the nodes' temperatures at rest, and behind them the power, one of them given."""
+    def ramp_power_w(self, sensed_k: float, rate_k_per_s: float) -> float:
+        """Power at which all rises at one rate, when the sensor is at a temperature."""
+        ahead_k = rate_k_per_s * self.lag_s
+        return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
+
+    def rest(self, sensed_k: float) -> Vector:
+        """State in which nothing moves, the sensor at a temperature above ambient."""
+        *nodes, _ = self._at_rest(self._sensed, sensed_k)
+        return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
+
+    def _at_rest(self, given: int, value: float, rate_k_per_s: float = 0.0) -> Vector:
+        """Find the nodes' temperatures, and behind them the power, one of them given.
+
+        All is at rest, or rises at one rate.
+        """
         size = len(self._capacities)
         found = [0.0] * (size + 1)
         for _ in range(MOST_TRIES):
             conductances, constants = self._flows.about(found)
             rows = [[*row, -float(i == self._heated)] for i, row in enumerate(conductances)]
             rows.append([float(i == given) for i in range(size + 1)])
-            right = [*(-constant for constant in constants), value]
+            right = [
+                -constant - capacity * rate_k_per_s
+                for constant, capacity in zip(constants, self._capacities, strict=True)
+            ]
+            right.append(value)
             before, found = found, [each.real for each in solve(rows, right)]
             if self._flows.linear or _alike(before, found):
                 break
@@ -95,6 +112,13 @@ class Heated:
             for i, (row, capacity) in enumerate(zip(conductances, self._capacities, strict=True))
         )
         return min(1 / quickest, self.lag_s) if self.lag_s else 1 / quickest
+
+    def answer_s(self) -> float:
+        """Time until the sensor has answered the heater: what lies between them, one by one."""
+        conductances, _ = self._flows.about(self.start(0.0))
+        between = {self._heated, self._sensed}
+        lags_s = [self._capacities[i] / conductances[i][i] for i in between]
+        return sum(lags_s) + self.lag_s + self.delay_s
 
     def start(self, above_ambient_k: float) -> Vector:
         """State with every node, and the sensor, at one temperature; the last entry is 1."""

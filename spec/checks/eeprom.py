@@ -10,8 +10,9 @@ from heatwright.spec.eeprom import LEAST_YEARS, Area, Layout, layout, log_in_eep
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, duration
 
-ROUNDED_S = 10.0
-"""Times are proposed in multiples of this."""
+MINUTE_S = 60.0
+TENTH_S = 10.0
+"""Times are proposed in multiples of this, those above a minute in minutes."""
 
 
 def eeprom_suffices(controller: Controller) -> Findings:
@@ -77,4 +78,6 @@ def _worn(what: str, area: Area, every_s: float) -> str:
 
 
 def _rare_enough(slots: int) -> str:
-    return duration(math.ceil(slowest_s(LEAST_YEARS, slots) / ROUNDED_S) * ROUNDED_S)
+    slowest = slowest_s(LEAST_YEARS, slots)
+    step_s = MINUTE_S if slowest > MINUTE_S else TENTH_S
+    return duration(math.ceil(slowest / step_s) * step_s)

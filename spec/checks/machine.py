@@ -43,7 +43,7 @@ class Machine:
         cooled = [*running, self.loop.cooler] if self.loop.cooler else running
         self.cooled = Heated(simulation.plant, *parts, self.ambient_c, cooled)
         start_c = simulation.plant.initial_c
-        self._start_k = 0.0 if start_c is None else start_c - self.ambient_c
+        self.start_k = 0.0 if start_c is None else start_c - self.ambient_c
         self.power_w = self.output.power_w or 0.0
         self.target_k = self.loop.setpoint.maximum_c - self.ambient_c
         self.because_of: tuple[Path, ...] = (
@@ -107,7 +107,7 @@ class Machine:
         quick_s = self.plant.fastest_s() / 4
         rule = self.loop.protection.heating
         longest_s = rule.within_s / 16 if rule is not None else 64 * quick_s
-        self._hot = self.plant.start(self._start_k)
+        self._hot = self.plant.start(self.start_k)
         course = self.plant.course(self._hot, self.full_power_w, quick_s, longest_s)
         for time_s, state in islice(course, MOST_POINTS):
             self._hot = state
@@ -118,10 +118,11 @@ class Machine:
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.
 
-        It goes off late: the reading is one dead time old, the step up to a period away, and the
-        heater may have to stay on a while.
+        It goes off late: the reading is one dead time old, the mean of the last readings is half of
+        them behind, the step up to a period away, and the heater may have to stay on a while.
         """
-        late_s = self.plant.delay_s + self.loop.period_s + self.held_on_s
+        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
+        late_s = self.plant.delay_s + behind_s + self.loop.period_s + self.held_on_s
         state: Vector = self.plant.advance(self._hot, self.full_power_w, late_s)
         highest_k = self.plant.sensed_k(state)
         quick_s = self.plant.fastest_s() / 4

@@ -17,6 +17,7 @@ from heatwright.spec.checks.coasting import (
     overshoot_stays_below_maximum,
 )
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
+from heatwright.spec.checks.firing import ramps_can_be_followed
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.power import (
     autotune_has_time,
@@ -58,6 +59,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
         if any_setpoint:
             yield from integral_suffices(machine)
             yield from integral_cools(machine)
+            if controller.programs is not None and controller.programs.loop == name:
+                yield from ramps_can_be_followed(machine, controller.programs)
 
 
 def heating_rule_holds(machine: Machine) -> Findings:
