@@ -193,7 +193,7 @@ class Programs(Model):
         alias="places",
         description="How many programs the EEPROM keeps; left out: 3, or as many as are stored.",
     )
-    hold_back: Annotated[HoldBack | None, Off, Within] = Field(
+    hold_back: Annotated[HoldBack | None, Within, Off] = Field(
         DEFAULTS,
         validate_default=True,
         description="The clock waits while the machine lags by more, or `off`.",
