@@ -1,0 +1,31 @@
+"""Whether those at the controller's interfaces are told of a latched fault."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults.world import World
+from heatwright.spec import modbus_of, nextion_of
+from heatwright.spec.rules import RULES
+
+
+def complaints(world: World, code: int) -> Iterator[str]:
+    """Yield who was told something else, or nothing."""
+    site, rule = world.site, RULES[code]
+    wanted = f"E{rule.code:02d} {rule.display}"
+    if site.has_keys and world.screen[1].rstrip() != wanted:
+        yield f"the display says {world.screen[1]!r}, not {wanted!r},"
+    if site.is_hosted and not world.device.host.texts(f"Error:{wanted}"):
+        yield f"the host was not told {wanted!r},"
+    if modbus_of(site.controller) is not None and not _master_knows(world, code):
+        yield f"the master was not told {wanted!r},"
+    if nextion_of(site.controller) is not None:
+        page = world.device.display.page
+        if page != f"fault{code:02d}":
+            yield f"the touch display shows page {page}, not fault{code:02d},"
+
+
+def _master_knows(world: World, code: int) -> bool:
+    """Whether the master knows of a fault, if it is there to be told."""
+    master = world.device.master
+    return not master.is_plugged or master.fault == code
