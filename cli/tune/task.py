@@ -48,7 +48,7 @@ def task_of(
             "one, or let `heatwright identify` find it in a record."
         )
     target_c = _target(spec, name) if at_c is None else _within(chosen, at_c)
-    process = process_of(controller, name)
+    process = process_of(controller, name, target_c)
     warm_s = _warm_s(spec, process, chosen, target_c)
     return Task(
         controller, name, target_c, process, warm_s, _filter_s(process, chosen), lambda_s, tauc_s

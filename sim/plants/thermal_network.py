@@ -4,6 +4,7 @@ Of every node i with capacity C_i:
 
     C_i · dT_i/dt = Σ_j (T_j − T_i) / R_ij + Q_i
 
+and what surfaces radiate to each other (heatwright.sim.plants.radiation).
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
 τ · dy/dt = T − y, a dead time and Gaussian noise; that of a heater's current sees its mean over a
 step behind a first-order filter. A fan multiplies the conductance of a link by a
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from heatwright.sim.plants.radiation import Surface
 from heatwright.sim.plants.sensing import Ammeter, Feeler
 from heatwright.spec import ThermalNetwork
 
@@ -27,7 +29,7 @@ Matrix = NDArray[np.float64]
 
 AMBIENT = "ambient"
 MOST_STEP_MATRICES = 1024
-"""One is kept for every state of the fans and the feed that occurred: a few hundred at most."""
+"""One is kept for every state of fans, feed and radiation that occurred: a few hundred at most."""
 
 
 class Plant:
@@ -62,8 +64,13 @@ class Plant:
         self._lagging = tuple(name for name, sense in tips.items() if sense.lag_s > 0)
         self._states = len(self.nodes) + len(self._lagging)
         initial_c = ambient_c if network.initial_c is None else network.initial_c
-        self._vector = np.full(self._states + len(self._heaters) + 1, initial_c)
+        self._radiant = self._states + len(self._heaters)
+        self._vector = np.full(self._radiant + len(network.radiation) + 1, initial_c)
         self._vector[-1] = ambient_c
+        self._surfaces = tuple(
+            Surface.of(each, [self._place(node) for node in each.between])
+            for each in network.radiation
+        )
         self._next = np.empty(self._states)
         self._matrices: dict[tuple[float, ...], Matrix] = {}
         self._feelers = {
@@ -109,19 +116,31 @@ class Plant:
         for place, (name, power_w) in enumerate(self._heaters, states):
             vector[place] = active[name] * power_w
         fans = tuple(active[name] for name in self._network.fans)
-        matrix = self._matrices.get((feed_mm_per_s, *fans))
+        radiates = self._radiate() if self._surfaces else ()
+        matrix = self._matrices.get((feed_mm_per_s, *fans, *radiates))
         if matrix is None:
-            matrix = self._remember(fans, feed_mm_per_s)
+            matrix = self._remember(fans, feed_mm_per_s, radiates)
         np.dot(matrix, vector, out=self._next)
         vector[:states] = self._next
         for feeler in self._feelers.values():
             feeler.feel(vector)
 
-    def _remember(self, fans: tuple[float, ...], feed_mm_per_s: float) -> Matrix:
+    def _radiate(self) -> tuple[float, ...]:
+        """Set what the surfaces give beside their conductances, and return these, W/K."""
+        found = []
+        for place, surface in enumerate(self._surfaces, self._radiant):
+            conductance, self._vector[place] = surface.now(self._vector)
+            found.append(conductance)
+        return tuple(found)
+
+    def _remember(
+        self, fans: tuple[float, ...], feed_mm_per_s: float, radiates: tuple[float, ...]
+    ) -> Matrix:
         if len(self._matrices) >= MOST_STEP_MATRICES:
             self._matrices.clear()
-        matrix = step_matrix(self.rates(fans, feed_mm_per_s), self._states, self._step_s)
-        self._matrices[feed_mm_per_s, *fans] = matrix
+        rates = self.rates(fans, feed_mm_per_s, radiates)
+        matrix = step_matrix(rates, self._states, self._step_s)
+        self._matrices[feed_mm_per_s, *fans, *radiates] = matrix
         return matrix
 
     def state_of(self, sensor: str) -> int:
@@ -130,8 +149,24 @@ class Plant:
             return len(self.nodes) + self._lagging.index(sensor)
         return self._node_of(sensor)
 
-    def rates(self, fans: tuple[float, ...], feed_mm_per_s: float = 0.0) -> Matrix:
-        """Return the derivatives of the states by states and inputs, 1/s."""
+    def radiates_at(self, temperature_c: float) -> tuple[float, ...]:
+        """Return by how much more each surface radiates for a kelvin more, W/K, at a temperature."""
+        return tuple(surface.slope(temperature_c) for surface in self._surfaces)
+
+    def rates(
+        self,
+        fans: tuple[float, ...],
+        feed_mm_per_s: float = 0.0,
+        radiates: tuple[float, ...] = (),
+    ) -> Matrix:
+        """Return the derivatives of the states by states and inputs, 1/s.
+
+        Args:
+            fans: active fraction of each fan.
+            feed_mm_per_s: speed of the filament.
+            radiates: conductance of each surface that radiates, W/K; none radiates if left out.
+
+        """
         rates = np.zeros((self._states, len(self._vector)))
         for link in self._network.links:
             self._join(
@@ -141,6 +176,11 @@ class Plant:
         if filament is not None:
             conductance_w_per_k = filament.heat_j_per_k_mm * feed_mm_per_s
             self._join(rates, (filament.node, AMBIENT), conductance_w_per_k)
+        for place, (each, conductance) in enumerate(
+            zip(self._network.radiation, radiates, strict=False), self._radiant
+        ):
+            self._join(rates, each.between, conductance)
+            self._heat(rates, each.between, place)
         for place, node in enumerate(self._network.heat.values(), self._states):
             number = self.nodes.index(node)
             rates[number, place] = 1 / self._network.nodes[node]
@@ -163,6 +203,16 @@ class Plant:
             other = -1 if there == AMBIENT else self.nodes.index(there)
             rates[row, other] += conductance_w_per_k / self._network.nodes[here]
             rates[row, row] -= conductance_w_per_k / self._network.nodes[here]
+
+    def _heat(self, rates: Matrix, between: tuple[str, str], place: int) -> None:
+        """Let an input bring heat from the second of two nodes to the first."""
+        for node, sign in zip(between, (1.0, -1.0), strict=True):
+            if node != AMBIENT:
+                rates[self.nodes.index(node), place] = sign / self._network.nodes[node]
+
+    def _place(self, node: str) -> int:
+        """Return where the temperature of a node is in the vector."""
+        return len(self._vector) - 1 if node == AMBIENT else self.nodes.index(node)
 
     def _gain(self, between: tuple[str, str], fans: tuple[float, ...]) -> float:
         gain = 1.0

@@ -67,7 +67,11 @@ class ProgrammedOperator(SwitchedOperator):
 
         """
         code = ORDERS[order]
-        if not self._may_order(code, number) or self._program[0] == STOP:
+        if self._program[0] == STOP:
+            return False
+        if not self._may_order(code, number):
+            if code == START and self.state == IDLE and not self._reference.fault_code:
+                self._program = NO_ORDER  # the copy is read over that of a START that waits
             return False
         if code == START:
             self._run.load(number, self.copies[number])

@@ -91,8 +91,13 @@ def power_of(controller: Controller, loop: str) -> float | None:
     return getattr(controller.outputs[controller.loops[loop].heater], "power_w", None)
 
 
-def process_of(controller: Controller, loop: str) -> Process:
+def process_of(controller: Controller, loop: str, at_c: float | None = None) -> Process:
     """Linearise the machine of a specification, with its fans as they always run.
+
+    Args:
+        controller: the specification.
+        loop: name of the loop.
+        at_c: temperature about which surfaces radiate, °C; the initial setpoint if None.
 
     Raises:
         ValueError: the specification has no simulation, or its heater no power.
@@ -107,7 +112,10 @@ def process_of(controller: Controller, loop: str) -> Process:
         message = f"The heater {spec.heater} has no power"
         raise ValueError(message)
     plant = Plant(network, powers_of(controller), ambient_c=0.0, step_s=spec.period_s)
-    equations = plant.rates(tuple(float(_runs(controller, fan)) for fan in network.fans))
+    equations = plant.rates(
+        tuple(float(_runs(controller, fan)) for fan in network.fans),
+        radiates=plant.radiates_at(spec.setpoint.initial_c if at_c is None else at_c),
+    )
     size = len(equations)
     sensed = plant.state_of(spec.sensor)
     kept = sorted({*range(len(plant.nodes)), sensed})
@@ -115,6 +123,7 @@ def process_of(controller: Controller, loop: str) -> Process:
     late_s = (
         network.sense[spec.sensor].delay_s
         + reading_age_s(controller, spec.sensor)
+        + (controller.thermometers[spec.sensor].moving_average - 1) / 2 * spec.period_s
         + output_delay_s(controller, spec.heater, spec.period_s)
     )
     return Process(

@@ -1,0 +1,51 @@
+"""Heat that surfaces radiate to each other: σ·ε·A·(Ta⁴ − Tb⁴), T in kelvin.
+
+The difference of fourth powers is a product, (Ta² + Tb²)·(Ta + Tb)·(Ta − Tb): a conductance that
+depends on the temperatures. It changes slowly against a step of time, but a matrix exponential for
+each of its values would take longer than all else. So the conductance is taken from a grid, and
+what it lacks, a hundredth of it at most, is a heat that is constant over the step. Where nothing
+changes any more the sum of both is exact.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.spec import Radiation
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""W/(m²·K⁴), CODATA 2018."""
+ZERO_C_K = 273.15
+LOG_GRID = math.log(1.02)
+
+
+class Surface(NamedTuple):
+    """Two places in the plant's vector of temperatures that radiate to each other."""
+
+    here: int
+    there: int
+    factor: float
+    """σ·ε·A, W/K⁴."""
+
+    @classmethod
+    def of(cls, radiation: Radiation, places: Sequence[int]) -> "Surface":
+        """Make one of its specification."""
+        here, there = places
+        return cls(here, there, STEFAN_BOLTZMANN * radiation.emissivity * radiation.area_m2)
+
+    def now(self, temperatures_c: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the conductance of the grid, W/K, and the heat towards `here` beside it, W."""
+        here_c, there_c = float(temperatures_c[self.here]), float(temperatures_c[self.there])
+        here_k, there_k = here_c + ZERO_C_K, there_c + ZERO_C_K
+        exact = self.factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
+        if exact <= 0:
+            return 0.0, 0.0
+        grid = math.exp(round(math.log(exact) / LOG_GRID) * LOG_GRID)
+        return grid, (exact - grid) * (there_c - here_c)
+
+    def slope(self, temperature_c: float) -> float:
+        """Return by how much more one end radiates for each kelvin that it is hotter, W/K."""
+        return 4 * self.factor * (temperature_c + ZERO_C_K) ** 3
