@@ -15,6 +15,7 @@ from heatwright.sim.faults import (
     memory,
     operators,
     processor,
+    relays,
     tips,
     wires,
 )
@@ -67,6 +68,7 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
 def _of_controller(site: Site) -> list[Fault]:
     return [
         *processor.faults(site),
+        *relays.faults(site),
         *memory.faults(site),
         *operators.faults(site),
         *masters.faults(site),

@@ -8,18 +8,20 @@ from heatwright.spec import Spec, load_text
 
 CHAMBER = Path(__file__).parents[2] / "spec" / "examples" / "chamber.yaml"
 
-# A relay module that is on at low level, PID in slow windows, a band with two ends, half the
-# sensor's resolution, the setpoint kept; heating_failed off, so that sensor_frozen is the first.
+# A relay module that is on at low level, PID in slow windows spread over them, a safety relay with
+# its contact, a band with two ends, half the sensor's resolution, the setpoint kept; heating_failed
+# off, so that sensor_frozen is the first.
 PID = (
     ("heater: {kind: digital, pin: D3, power: 240 W}",
-     "heater: {kind: time_proportional, pin: D3, active: low, window: 1 s, power: 240 W}"),
+     "heater: {kind: time_proportional, pin: D3, active: low, window: 2 s, resolution: 20 ms, "
+     "distribution: spread, power: 240 W}\n  contactor: {kind: digital, pin: D2, active: low}"),
     ("resolution: 12 bit", "resolution: 11 bit"),
     ("maximum: 70 °C}", "maximum: 70 °C, stored: true}"),
     ("{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}",
      "{kind: pid, kp: 12, ki: 0.05, kd: 300, derivative_filter: 4 s}"),
     ("heating: {rise: 2 K, within: 120 s}", "heating: off\n      frozen: {for: 90 s}"),
     ("{above: 10 K, for: 60 s}", "{above: 10 K, below: 8 K, for: 30 s}"),
-    ("watchdog: 2 s", "watchdog: 500 ms"),
+    ("watchdog: 2 s", "watchdog: 500 ms\n  relay: contactor\n  relay_feedback: D12"),
 )  # fmt: skip
 
 # A transistor under PWM, a fast loop, a short patience; no display, no keys, no fan.
