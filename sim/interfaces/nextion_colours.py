@@ -11,11 +11,3 @@ def rgb(colour: int) -> Colour:
     """Return red, green and blue, 0 to 255 each."""
     red, green, blue = colour >> 11 & 31, colour >> 5 & 63, colour & 31
     return red * 255 // 31, green * 255 // 63, blue * 255 // 31
-
-
-def mixed(colour: Colour, other: Colour, share: float) -> Colour:
-    """Return a colour with a share of another in it."""
-    red, green, blue = (
-        round(mine + (its - mine) * share) for mine, its in zip(colour, other, strict=True)
-    )
-    return red, green, blue

@@ -90,7 +90,7 @@ def _pieces(line: str) -> list[str]:
             piece = text
         pieces.append(piece)
         text = text[len(piece) :].strip()
-    return [piece for piece in pieces if not piece.startswith("//")]
+    return pieces
 
 
 def _condition(text: str) -> str:

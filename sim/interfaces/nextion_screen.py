@@ -1,7 +1,8 @@
 """A Nextion display's page as a picture.
 
 Letters are drawn with DejaVu Sans, which comes with matplotlib, at the height of the display's own
-fonts: a real display has the fonts that its maker has put into the editor.
+fonts: a real display has the fonts that its maker has put into the editor. All is drawn flat, as
+with the editor's `style` 0.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 from PIL import Image, ImageDraw, ImageFont
 
-from heatwright.sim.interfaces.nextion_colours import WHITE, Colour, mixed, rgb
+from heatwright.sim.interfaces.nextion_colours import WHITE, Colour, rgb
 from heatwright.sim.interfaces.nextion_memory import Part
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH
 
@@ -22,17 +23,7 @@ if TYPE_CHECKING:
     from heatwright.sim.interfaces.nextion_display import Display
 
 DARK = (0, 0, 0)
-BRIGHT = (255, 255, 255)
-EDGE = 2
-"""Width of the light and dark edges of a button, pixels."""
-FRAMED = 1
-"""`style` of a component with a border of one colour; 2 to 4 are those that stand out."""
-TRANSPARENT = 3
-"""`sta` of a component without a background of its own."""
 CURVES = ("pco0", "pco1", "pco2", "pco3")
-RIGHT_ALIGNED = 2
-"""`dir` of a waveform whose newest point is always at its right."""
-
 Box = tuple[int, int, int, int]
 """Left, top, right, bottom; the last two still inside."""
 
@@ -55,7 +46,7 @@ def save(display: Display, path: Path) -> None:
 
 
 @cache
-def _font(height: int) -> ImageFont.FreeTypeFont:
+def font(height: int) -> ImageFont.FreeTypeFont:
     """Return letters that fill lines of a height, pixels."""
     file = Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
     size = height
@@ -93,8 +84,7 @@ class _Canvas:
     def _button(self, part: Part) -> None:
         on = part is self._held or part.values.get("val") == 1
         suffix = "2" if on else ""
-        ground = _colour(part, f"bco{suffix}", 1024 if on else 50_712)
-        self._ground(part, ground, pressed=on, style=4)
+        self._ground(part, _colour(part, f"bco{suffix}", 1024 if on else 50_712))
         self._write(part, str(part.values["txt"]), _colour(part, f"pco{suffix}", 0))
 
     def _number(self, part: Part) -> None:
@@ -115,9 +105,8 @@ class _Canvas:
                 self._curve(part, list(points), _colour(part, name, 64_495))
 
     def _curve(self, part: Part, points: list[int], colour: Colour) -> None:
-        left, top, right, bottom = _box(part)
-        first = right + 1 - len(points) if part.values.get("dir") == RIGHT_ALIGNED else left
-        places = [(first + at, max(top, bottom - value)) for at, value in enumerate(points)]
+        left, top, _, bottom = _box(part)
+        places = [(left + at, max(top, bottom - value)) for at, value in enumerate(points)]
         if len(places) > 1:
             self._ink.line(places, fill=colour, width=2)
         elif places:
@@ -125,55 +114,29 @@ class _Canvas:
 
     # -- what they share -----------------------------------------------------------------------
 
-    def _ground(self, part: Part, colour: Colour, *, pressed: bool = False, style: int = 0) -> None:
-        style = int(part.values.get("style", style))
-        left, top, right, bottom = box = _box(part)
-        if part.values.get("sta") != TRANSPARENT:
-            self._ink.rectangle(box, fill=colour)
-        if style == FRAMED:
-            width = int(part.values.get("borderw", 1))
-            self._ink.rectangle(box, outline=_colour(part, "borderc", 0), width=width)
-        elif style > FRAMED:
-            light, shade = mixed(colour, BRIGHT, 0.45), mixed(colour, DARK, 0.45)
-            if pressed or style == FRAMED + 1:
-                light, shade = shade, light
-            for edge in range(EDGE):
-                inner = left + edge, top + edge, right - edge, bottom - edge
-                self._ink.line((inner[0], inner[3], inner[0], inner[1], inner[2], inner[1]), light)
-                self._ink.line((inner[2], inner[1], inner[2], inner[3], inner[0], inner[3]), shade)
+    def _ground(self, part: Part, colour: Colour) -> None:
+        self._ink.rectangle(_box(part), fill=colour)
 
     def _write(self, part: Part, text: str, colour: Colour) -> None:
         """Write lines where the component wants them: 0 left or top, 1 in the middle, 2 beyond."""
         height = FONTS[int(part.values.get("font", 0))]
-        font = _font(height)
+        letters = font(height)
         place = part.component
         lines = text.split("\r\n")
-        if part.values.get("isbr"):
-            lines = [piece for line in lines for piece in _broken(line, font, place.w)]
         across, down = int(part.values.get("xcen", 1)), int(part.values.get("ycen", 1))
         mask = Image.new("L", (place.w, place.h))
         ink = ImageDraw.Draw(mask)
         y = _aligned(down, place.h - height * len(lines))
         for line in lines:
-            ink.text((_aligned(across, place.w - round(font.getlength(line))), y), line, 255, font)
+            ink.text(
+                (_aligned(across, place.w - round(letters.getlength(line))), y), line, 255, letters
+            )
             y += height
         self._image.paste(colour, (place.x, place.y), mask)
 
 
 def _aligned(where: int, spare: int) -> int:
     return (0, spare // 2, spare)[where]
-
-
-def _broken(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
-    """Break a line between words so that each part fits."""
-    lines = [""]
-    for word in text.split(" "):
-        longer = f"{lines[-1]} {word}" if lines[-1] else word
-        if lines[-1] and font.getlength(longer) > width:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines
 
 
 def shown_number(part: Part) -> str:

@@ -63,9 +63,9 @@ def debug_page(number: int, top_c: int, *, tunable: bool) -> Page:
     """Lay out the control's inside: gains, on and off, the running chart."""
     sheet = Sheet("debug", number, "The control: gains, on and off, running chart.")
     sheet.number("ot", (90, 10, 100, 40))
-    sheet.text("kp", (90, 60, 104, 40), LONGEST_NUMBER, pco=AMBER)
-    sheet.text("ki", (90, 105, 104, 40), LONGEST_NUMBER, pco=AMBER)
-    sheet.text("kd", (90, 150, 104, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("kp", (64, 60, 130, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("ki", (64, 105, 130, 40), LONGEST_NUMBER, pco=AMBER)
+    sheet.text("kd", (64, 150, 130, 40), LONGEST_NUMBER, pco=AMBER)
     sheet.text("t", (330, 10, 130, 40), LONGEST_NUMBER)
     sheet.text("sp", (330, 60, 130, 40), LONGEST_NUMBER)
     sheet.add("waveform", "chart", (0, 240, *CONTROL_CHART_PX), waveform_attributes())
@@ -80,7 +80,7 @@ def debug_page(number: int, top_c: int, *, tunable: bool) -> Page:
         for command, name, y in ((5, "kp", 60), (6, "ki", 105), (19, "kd", 150)):
             title = name.capitalize()
             sheet.button(f"b{name}", (200, y, 50, 40), "=", asking(command, title, name, number))
-            sheet.label(f"l{name}", (10, y, 70, 40), title)
+            sheet.label(f"l{name}", (10, y, 50, 40), title)
         sheet.button("keep", (560, 80, 110, 60), "keep", ('print "#22;"',), GREEN)
     sheet.button("back", (690, 10, 100, 60), "back", ("page main",))
     return sheet.page()

@@ -128,8 +128,8 @@ def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
     sheet.label("lspan", (600, 384, 75, 30), f"{CHART_PX[0] * CHART_EVERY_S / 3600:.0f} h")
     if programs:
         sheet.button("bpoints", (492, 102, 184, 38), "segments", ("page points",))
-        sheet.label("lclock", (638, 52, 44, 36), "dhm")
-        sheet.label("lclock2", (638, 146, 44, 36), "dhm")
+        sheet.label("lclock", (638, 52, 48, 36), "dhm")
+        sheet.label("lclock2", (638, 146, 48, 36), "dhm")
         sheet.label("lprog", (420, 8, 24, 38), "P")
         sheet.label("lpoint", (420, 102, 24, 38), "S")
 
