@@ -127,7 +127,7 @@ class ProgramRun:
         if state in (RUNNING, RETURNING):
             return orders._replace(enabled=1, mode=AUTOMATIC), self.now.setpoint_c
         if state != IDLE:
-            return orders._replace(enabled=0), self.now.setpoint_c
+            return orders._replace(enabled=0, mode=AUTOMATIC), self.now.setpoint_c
         if self.handed_over is None:
             return orders, setpoint_c
         enabled, held_c = self.handed_over
