@@ -126,9 +126,15 @@ class Program(Model):
     """One program with its name, as the controller has it before anybody edits it."""
 
     name: ProgramName = Field(description=f"Its name, up to {LONGEST_NAME} characters.")
-    segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_ENTRIES)] = Field(
-        description="What it does, one after the other."
+    segments: tuple[Segment, ...] = Field(
+        max_length=MOST_ENTRIES, description="What it does, one after the other."
     )
+
+    @model_validator(mode="after")
+    def _something_to_do(self) -> Program:
+        if not self.segments:
+            raise refuse("a program of no segments does nothing", "Add one, such as {hold: 30 min}")
+        return self
 
 
 class HoldBack(Model):
@@ -140,7 +146,7 @@ class HoldBack(Model):
     limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
         7200.0,
         alias="limit",
-        description="Rule `program_lags`: so long it may lag below without a break.",
+        description="Rule `program_lags`: so long it may lag below in one segment, all in all.",
     )
 
 

@@ -38,7 +38,7 @@ def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermomete
 
 
 def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer, str]]:
-    """List the same, once for each type of thermocouple that may be chosen, with words for it."""
+    """List the same, and once more for each other type of thermocouple that may be chosen."""
     for name, loop, sensor in loop_sensors(controller):
         yield name, loop, sensor, ""
         if not isinstance(sensor, Max31856):
@@ -46,7 +46,7 @@ def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer,
         for kind in sensor.selectable:
             if kind != sensor.thermocouple:
                 chosen = sensor.model_copy(update={"thermocouple": kind})
-                yield name, loop, chosen, f"with type {kind} "
+                yield name, loop, chosen, kind
 
 
 def shows_its_range(sensor: Thermometer, mcu: str) -> bool:

@@ -130,15 +130,17 @@ def protections_in_range(controller: Controller) -> Findings:
     for name, loop, sensor, kind in loop_types(controller):
         lowest_c, highest_c = sensor.range_c
         path = ("loops", name, "protection")
+        with_type = f"with type {kind} " if kind else ""
+        or_less = f", or take {kind} out of selectable" if kind else ""
         reaches_c = highest_c - sensor.error_k(highest_c)
         if loop.protection.maximum_c > reaches_c:
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
             yield Finding(
                 (*path, "maximum"),
                 f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
-                f"{kind}ends at {celsius(highest_c)} and may be "
+                f"{with_type}ends at {celsius(highest_c)} and may be "
                 f"{about(sensor.error_k(highest_c))} K too low there",
-                f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}",
+                f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_less}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
         reaches_c = lowest_c + sensor.error_k(lowest_c)
@@ -146,10 +148,10 @@ def protections_in_range(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "minimum"),
                 f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} "
-                f"{kind}ends at "
+                f"{with_type}ends at "
                 f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
                 "there",
-                f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}",
+                f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_less}",
                 (("sensors", loop.sensor),),
             )
 

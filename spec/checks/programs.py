@@ -86,9 +86,8 @@ def programs_have_room(controller: Controller) -> Findings:
         if len(program.segments) > programs.points:
             yield Finding(
                 (*STORED, index, "segments"),
-                f"{len(program.segments)} segments are more than the {programs.points} points of "
-                "a program",
-                "Join some, or write a higher number of points",
+                f"it has {len(program.segments)} segments, and points is {programs.points}",
+                f"Join some, or write points: {len(program.segments)}",
                 (("programs", "points"),),
             )
 
@@ -126,6 +125,8 @@ def targets_can_be_chosen(controller: Controller) -> Findings:
 
 def slopes_have_a_program(controller: Controller) -> Findings:
     """Find a feed-forward of slopes where no setpoint ever slopes."""
+    if any(True for _ in programs_have_a_loop(controller)):
+        return
     for name, loop in controller.loops.items():
         if getattr(loop.algorithm, "feed_forward", 0.0) and not programmed(controller, name):
             yield Finding(

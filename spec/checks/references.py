@@ -43,6 +43,13 @@ def output_sensors(controller: Controller) -> Findings:
         yield from unknown(path, sensor, "sensors", controller.sensors)
 
 
+def relay_is_there(controller: Controller) -> Findings:
+    """Find a safety relay that is no output."""
+    relay = controller.safety.relay
+    if relay is not None:
+        yield from unknown(("safety", "relay"), relay, "outputs", controller.outputs)
+
+
 def interface_loops(controller: Controller) -> Findings:
     """Find loops of interfaces that are not there."""
     for index, interface in enumerate(controller.interfaces):
@@ -132,7 +139,7 @@ def everything_used(controller: Controller) -> Findings:
 
     A sensor of the wrong kind is told there too.
     """
-    if any(True for each in (loop_parts, output_sensors) for _ in each(controller)):
+    if any(True for each in (loop_parts, output_sensors, relay_is_there) for _ in each(controller)):
         return
     used = {loop.sensor for loop in controller.loops.values()}
     used.update(current_sensors(controller).values())

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.references import driven_by_host, driven_by_loops, unknown
+from heatwright.spec.checks.references import driven_by_host, driven_by_loops
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
 
 RELAY: Path = ("safety", "relay")
-
-
-def relay_is_there(controller: Controller) -> Findings:
-    """Find a safety relay that is no output."""
-    relay = controller.safety.relay
-    if relay is not None:
-        yield from unknown(RELAY, relay, "outputs", controller.outputs)
 
 
 def relay_is_free(controller: Controller) -> Findings:
@@ -42,7 +35,7 @@ def relay_is_free(controller: Controller) -> Findings:
 
 
 def relay_can_open(controller: Controller) -> Findings:
-    """Find what would keep the relay from opening at once, or means nothing to it."""
+    """Find what would keep the relay from opening at once."""
     relay = controller.safety.relay
     output = None if relay is None else controller.outputs.get(relay)
     if relay is None or not isinstance(output, DigitalOutput):
@@ -63,13 +56,6 @@ def relay_can_open(controller: Controller) -> Findings:
                 "Delete it",
                 (RELAY,),
             )
-    if output.current is not None:
-        yield Finding(
-            (*path, "current"),
-            "the current of a heater is measured at the heater's own output",
-            "Move it there",
-            (RELAY,),
-        )
 
 
 def feedback_has_a_relay(controller: Controller) -> Findings:
