@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 from heatwright.generator.plan.parts import MARK
 
-_BANNER = re.compile(rb"(//|;|#|<!--) " + MARK.encode() + b" from ")
+_BANNER = re.compile(rb"((//|;|#|<!--) |{\"_\": \")" + MARK.encode() + b" from ")
 """How each of our files begins; one that has these words further down may be the user's."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from functools import cache
@@ -18,7 +19,9 @@ _COMMENTS = {
     ".ini": "; {}\n",
     **dict.fromkeys((".md", ".xml"), "<!-- {} -->\n"),
     **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
+    ".json": '{{"_": "{}",\n',
 }
+"""How a file begins with the banner, by its suffix; JSON, which has no comments, with a member."""
 
 
 def _load(template: str) -> str:
@@ -47,11 +50,16 @@ def _compiled() -> CompiledTemplates:
     return CompiledTemplates(Path(str(files("heatwright.templates"))), "trim_blocks")
 
 
+def _begun(suffix: str, banner: str) -> str:
+    inside = json.dumps(banner)[1:-1] if suffix == ".json" else banner
+    return _COMMENTS.get(suffix, "// {}\n").format(inside)
+
+
 def render(plan: Plan) -> Mapping[str, str]:
     """Text of every file by its path in the project, in the order of the paths."""
     environment = _environment()
     texts = {
-        file.path: _COMMENTS.get(PurePosixPath(file.path).suffix, "// {}\n").format(plan.banner)
+        file.path: _begun(PurePosixPath(file.path).suffix, plan.banner)
         + environment.get_template(file.template).render(file.context)
         for file in plan.files
     }

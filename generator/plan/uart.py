@@ -1,4 +1,4 @@
-"""The registers of a board's first serial port, as C."""
+"""The registers of a board's serial ports, as C."""
 
 from __future__ import annotations
 
@@ -107,9 +107,9 @@ class UartRegisters:
         return f"UCSR{self.number}B &= (uint8_t)~(1u << UDRIE{self.number});"
 
 
-def registers(board: Board) -> UartRegisters:
-    """Name the registers of the board's first serial port."""
-    number = board.uarts[0].suffix
+def registers(board: Board, port: int = 0) -> UartRegisters:
+    """Name the registers of one of the board's serial ports."""
+    number = board.uarts[port].suffix
     vectors = "USART" if board.mcu in ONE_UART else f"USART{number}"
     return UartRegisters(number, vectors, is_old(board))
 

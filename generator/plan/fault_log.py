@@ -1,0 +1,16 @@
+"""The list of the last faults, for the displays that show it."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.parts import Call, File, Part, Stage
+
+
+def fault_log() -> Part:
+    """Plan the list; several displays share one."""
+    return Part(
+        files=(
+            File("src/fault_log.h", "src/fault_log.h"),
+            File("src/fault_log.c", "src/fault_log.c"),
+        ),
+        tick_calls=(Call(Stage.SHOW, "fault_log.h", "fault_log_tick();"),),
+    )

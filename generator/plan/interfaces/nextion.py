@@ -1,0 +1,233 @@
+"""A Nextion touch display: its line, its orders, what it shows, its editor's documents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.fault_log import fault_log
+from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.nextion.documents import documents
+from heatwright.generator.plan.nextion.shown import components, whats
+from heatwright.generator.plan.nextion.words import words
+from heatwright.generator.plan.numbers import c_float, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.uart import registers
+from heatwright.spec import Nextion
+from heatwright.spec.boards import Uart
+from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
+from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S
+from heatwright.spec.nextion.overview import CHART_EVERY_S, CHART_PX
+from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
+from heatwright.spec.uart import baud_setting
+
+EVERY_S = 0.02
+"""Time between two instructions: the display has its own work to do."""
+REFRESH_S = 30.0
+"""Time between two refreshes: so long a line that was disturbed shows something wrong."""
+TRY_S = 1.0
+"""Time until a page that was ordered and is not shown is ordered again."""
+BYTES_OF_POINT = len("20,44640.25,-1100.5,4:")
+BYTES_OF_ORDER = 32
+TYPES = "BEJKNRST"
+JOULES_PER_HUNDREDTH_KWH = 36e3
+PARTS_OF_DUTY = 1000.0
+"""`program.energy` counts tenths of a percent."""
+
+
+def plan(source: Source, interface: Nextion) -> Part:
+    """Plan the display of one loop."""
+    log = fault_log()
+    return Part(
+        files=(*_files(source, interface), *log.files),
+        groups=(Group("Touch display", tuple(_constants(source, interface))),),
+        pins=(_receiving_pin(source, interface),),
+        start_calls=(Call(Stage.OPERATE, "nextion.h", "nextion_start();"),),
+        tick_calls=(Call(Stage.OPERATE, "nextion.h", "nextion_tick();"), *log.tick_calls),
+        wiring=tuple(_wiring(source, interface)),
+    )
+
+
+def _files(source: Source, interface: Nextion) -> Iterable[File]:
+    context = _context(source, interface)
+    for name in ("nextion.h", "nextion_port.h", "nextion_pages.h", "nextion_show.h"):
+        yield File(f"src/{name}", f"interfaces/{name}")
+    for stem in ("nextion_frame", "nextion_numbers", "nextion_say"):
+        for end in ("h", "c"):
+            yield File(f"src/{stem}.{end}", f"interfaces/{stem}.{end}")
+    for name in ("nextion_chart.h", "nextion_orders.h"):
+        yield File(f"src/{name}", f"interfaces/{name}")
+    for stem in ("nextion", "nextion_port", "nextion_pages", "nextion_show", "nextion_chart"):
+        yield File(f"src/{stem}.c", f"interfaces/{stem}.c.j2", context)
+    yield File("src/nextion_orders.c", "interfaces/nextion_orders.c.j2", context)
+    if context["programs"]:
+        yield File("src/nextion_points.h", "interfaces/nextion_points.h")
+        yield File("src/nextion_points.c", "interfaces/nextion_points.c.j2", context)
+    yield File("src/text.h", "src/text.h")
+    yield File("src/text.c", "src/text.c")
+    yield from documents(source, interface)
+
+
+def _uart(source: Source, interface: Nextion) -> Uart:
+    return source.controller.board.uarts[interface.port]
+
+
+def _context(source: Source, interface: Nextion) -> dict[str, Any]:
+    """All that the templates of the display need to know."""
+    controller = source.controller
+    loop = controller.loops[interface.loop]
+    uart = registers(controller.board, interface.port)
+    shown = whats(source, interface)
+    stems, found, begins = components(source, shown)
+    texts, first = words(controller)
+    return {
+        "where": source.where,
+        "every_ms": round(EVERY_S * 1000),
+        "loop_name": interface.loop,
+        "prefix": prefix_of(interface.loop),
+        "sensor": loop.sensor,
+        "programs": programmed(controller, interface.loop),
+        "tunable": tunable(controller, interface.loop),
+        "adjustable": loop.protection.maximum_adjustable,
+        "selectable": bool(selectable_types(controller)),
+        "top_c": chart_top_c(controller),
+        "fault_pages": _fault_pages(source),
+        "whats": shown,
+        "stems": stems,
+        "components": found,
+        "pages": begins,
+        "most_components": max(int(str(page["size"])) for page in begins),
+        "words": texts,
+        "first_words": first,
+        "headers": _headers(source, interface),
+        "receive_vector": uart.receive_vector,
+        "send_vector": uart.send_vector,
+        "data": uart.data,
+        "status": uart.status,
+        "errors": uart.errors,
+        "setup": uart.setup("NEXTION_DIVISOR", receives=True),
+        "interrupt_on": uart.interrupt_on,
+        "interrupt_off": uart.interrupt_off,
+    }
+
+
+def _fault_pages(source: Source) -> list[dict[str, object]]:
+    """The page of each code that the firmware knows; one that cannot trip has the main page."""
+    pages = {page.name: f"{page.id}" for page in display_pages(source.controller)}
+    named = [f"fault{rule['code']:02d}" for rule in rules(source.controller)]
+    return [
+        {"number": pages.get(name, "PAGE_MAIN"), "name": name if name in pages else ""}
+        for name in named
+    ]
+
+
+def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
+    """Headers of what is shown, with the names they are included for."""
+    name = interface.loop
+    found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
+    if programmed(source.controller, name):
+        found |= {"nextion_points.h": "points_*", "program.h": "program"}
+    return [{"name": header, "symbols": found[header]} for header in sorted(found)]
+
+
+def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
+    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
+    yield source.at("baud").count(
+        "NEXTION_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
+    )
+    yield Constant(
+        "NEXTION_EVERY_TICKS", f"{ticks(EVERY_S)}u", f"{quantity(EVERY_S * 1e3, 'ms')} at least"
+    )
+    yield Constant(
+        "NEXTION_REFRESH_TICKS",
+        f"{ticks(REFRESH_S)}u",
+        f"{quantity(REFRESH_S, 's')}, then all anew",
+    )
+    yield Constant(
+        "NEXTION_TRY_TICKS", f"{ticks(TRY_S)}u", f"{quantity(TRY_S, 's')} to show a page"
+    )
+    yield from _of_orders(source, interface)
+    yield from _of_pages(display_pages(source.controller))
+    yield from _of_charts(source)
+
+
+def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
+    controller = source.controller
+    programs = controller.programs if programmed(controller, interface.loop) else None
+    points = 0 if programs is None else programs.points
+    yield Constant(
+        "NEXTION_ORDER_SIZE",
+        f"{BYTES_OF_ORDER + points * BYTES_OF_POINT}u",
+        f"the longest order: {points} segments of {BYTES_OF_POINT} characters",
+    )
+    if selectable_types(controller):
+        yield Constant("NEXTION_LAST_TYPE", f"{len(TYPES) - 1}u", f"of the thermocouples {TYPES}")
+    if programs is None:
+        return
+    loop = controller.loops[interface.loop]
+    yield Constant(
+        "NEXTION_MINUTES_PER_STEP", c_float(loop.period_s / 60), "of the program's clocks"
+    )
+    power_w = getattr(controller.outputs[loop.heater], "power_w", None)
+    if power_w is not None:
+        joules = power_w * loop.period_s / PARTS_OF_DUTY
+        yield Source(source.spec, ("outputs", loop.heater, "power")).number(
+            "NEXTION_HUNDREDTHS_OF_KWH",
+            joules / JOULES_PER_HUNDREDTH_KWH,
+            f"{quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} / 1000, in 0.01 kWh",
+        )
+    for name, colour, what in (
+        ("PLAIN", FIELD, "any segment"),
+        ("MARKED", AMBER, "the one touched last"),
+        ("RUNNING", GREEN, "the one that runs"),
+    ):
+        yield Constant(f"NEXTION_{name}", f"{colour}", f"colour of {what}, 16 bits")
+
+
+def _of_pages(pages: tuple[Page, ...]) -> Iterable[Constant]:
+    numbers = {page.name: page.id for page in pages}
+    yield Constant("NEXTION_PAGES", f"{len(pages)}u", "numbered from 0 as in the editor")
+    first = min(
+        page.id for page in pages if page.name.startswith("fault") and page.name[5:6] != "s"
+    )
+    yield Constant("NEXTION_FIRST_FAULT_PAGE", f"{first}u", "one for each rule from here on")
+    for name in ("main", "points", "debug", "faults"):
+        if name in numbers:
+            yield Constant(f"PAGE_{name.upper()}", f"{numbers[name]}u", f"page {name}")
+
+
+def _of_charts(source: Source) -> Iterable[Constant]:
+    pages = {page.name: page for page in display_pages(source.controller)}
+    top_c = chart_top_c(source.controller)
+    for constant, page in (("NEXTION_CHART_ID", "main"), ("NEXTION_RUNNING_ID", "debug")):
+        number = next(each.id for each in pages[page].components if each.name == "chart")
+        yield Constant(constant, f"{number}u", f"number of the chart on page {page}")
+    width, height = CHART_PX
+    hours = quantity(width * CHART_EVERY_S / 3600, "h")
+    yield Constant("NEXTION_CHART_COLUMNS", f"{width}u", f"pixels across, {hours}")
+    yield Constant("NEXTION_CHART_HEIGHT", f"{height}u", "pixels")
+    yield Constant(
+        "NEXTION_CHART_TICKS", f"{ticks(CHART_EVERY_S)}u", f"{quantity(CHART_EVERY_S, 's')} a pixel"
+    )
+    yield Constant(
+        "NEXTION_RUNNING_TICKS",
+        f"{ticks(CONTROL_CHART_EVERY_S)}u",
+        f"{quantity(CONTROL_CHART_EVERY_S, 's')} a pixel of the running chart",
+    )
+    yield Constant("NEXTION_PIXELS_PER_K", c_float(height / top_c), f"{height} px for {top_c} degC")
+
+
+def _receiving_pin(source: Source, interface: Nextion) -> Any:
+    pins = source.controller.board.pins
+    return pulled_up(source, "nextion_rx", pins[_uart(source, interface).rx], "from the display")
+
+
+def _wiring(source: Source, interface: Nextion) -> Iterable[Wiring]:
+    board, uart = source.controller.board, _uart(source, interface)
+    speed = f"{interface.baud} baud, 8N1"
+    yield Wiring(label(board.pins[uart.rx]), "Nextion display, TX (blue)", speed)
+    yield Wiring(label(board.pins[uart.tx]), "Nextion display, RX (yellow)", "5 V, its own supply")

@@ -1,0 +1,1 @@
+"""The touch display: what its components show, and the documents for its editor."""

@@ -1,0 +1,189 @@
+"""What the components of the touch display's pages show, as C."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Nextion
+from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.nextion import Page, display_pages, selectable_types
+
+
+@dataclass(frozen=True, slots=True)
+class What:
+    """One thing that can be shown: its C name, the form, and the number that stands for it."""
+
+    macro: str
+    form: str
+    number: str
+
+
+ENERGY = "steps((float)program.energy, NEXTION_HUNDREDTHS_OF_KWH)"
+_FAULT_PAGE = re.compile(r"fault\d\d")
+_NUMBERED = re.compile(r"(\D+)(\d+)")
+
+_MAIN = {
+    "temp": "TEMPERATURE",
+    "set": "SETPOINT",
+    "duty": "DUTY",
+    "on": "ENABLED",
+    "state": "STATE",
+    "ERROR": "ALARM",
+    "alarm": "ALARM_WORD",
+    "energy": "ENERGY",
+    "bt1": "ON_THE_WAY",
+    "programm": "PROGRAM",
+    "point": "SEGMENT",
+    "pname": "NAME",
+    "day": "DAYS",
+    "hour1": "HOURS",
+    "minute1": "MINUTES",
+    "day2": "SEGMENT_DAYS",
+    "hour2": "SEGMENT_HOURS",
+    "minute2": "SEGMENT_MINUTES",
+}
+_POINTS = {
+    "programm": "PROGRAM",
+    "pname": "NAME",
+    "p": "COLOUR",
+    "k": "KIND",
+    "m": "TIME_OR_RATE",
+    "t": "TARGET",
+}
+_DEBUG = {
+    "ot": "DUTY",
+    "t": "EXACT_TEMPERATURE",
+    "sp": "EXACT_SETPOINT",
+    "on": "ENABLED",
+    "kp": "KP",
+    "ki": "KI",
+    "kd": "KD",
+}
+_SHOWN = {
+    "main": _MAIN,
+    "programs": {"name": "PLACE"},
+    "points": _POINTS,
+    "points2": _POINTS,
+    "settings": {"sp": "ASKED_SETPOINT", "crit": "MAXIMUM", "type": "TYPE"},
+    "debug": _DEBUG,
+    "thermo": {"type": "TYPE"},
+    "faults": {"l": "LISTED"},
+    "fault": {"t": "FAULT_TEMPERATURE"},
+}
+"""By page and component; rows of components have a number behind their name."""
+
+
+def whats(source: Source, interface: Nextion) -> list[What]:
+    """List what can be shown on the pages of this controller, each once."""
+    known = _known(source, interface)
+    used = {each["shows"] for _, rows in _by_page(source, known) for each in rows}
+    return [what for what in known if what.macro in used]
+
+
+def components(
+    source: Source, shown: list[What]
+) -> tuple[list[str], list[dict[str, object]], list[dict[str, object]]]:
+    """List the components' names without their rows, the components, and where pages begin."""
+    stems: dict[str, int] = {}
+    found: list[dict[str, object]] = []
+    begins: list[dict[str, object]] = []
+    for name, rows in _by_page(source, shown):
+        begins.append({"name": name, "first": len(found), "size": len(rows)})
+        for row in rows:
+            stem = stems.setdefault(str(row["stem"]), len(stems) + 1)
+            found.append({"stem": stem, "row": row["row"], "shows": row["shows"]})
+    return list(stems), found, begins
+
+
+def _known(source: Source, interface: Nextion) -> list[What]:
+    """All that there is to be shown; a machine without programs has less."""
+    known = [*_control(interface), *_settings(source, interface)]
+    if programmed(source.controller, interface.loop):
+        known += _program()
+        heater = source.controller.outputs[source.controller.loops[interface.loop].heater]
+        if getattr(heater, "power_w", None) is not None:
+            known.append(What("SHOWS_ENERGY", "AS_ENERGY", ENERGY))
+    return known
+
+
+def _by_page(source: Source, known: list[What]) -> Iterable[tuple[str, list[dict[str, object]]]]:
+    """Each page with its components that show something; the faults' pages are all alike."""
+    macros = {what.macro for what in known}
+    faults_are_done = False
+    for page in display_pages(source.controller):
+        of_fault = _FAULT_PAGE.fullmatch(page.name) is not None
+        if of_fault and faults_are_done:
+            continue
+        faults_are_done |= of_fault
+        rows = [row for row in _of_page(page, of_fault=of_fault) if row["shows"] in macros]
+        yield ("every fault" if of_fault else page.name), rows
+
+
+def _of_page(page: Page, *, of_fault: bool) -> Iterable[dict[str, object]]:
+    shown = _SHOWN.get("fault" if of_fault else page.name, {})
+    for component in page.components:
+        stem, row = component.name, 0
+        numbered = _NUMBERED.fullmatch(stem)
+        if stem not in shown and numbered:
+            stem, row = numbered[1], int(numbered[2])
+        if stem in shown and (row or component.name == stem):
+            prefix = "" if of_fault else f"{page.name}."
+            yield {"stem": f"{prefix}{stem}", "row": row, "shows": f"SHOWS_{shown[stem]}"}
+
+
+def _control(interface: Nextion) -> list[What]:
+    loop = f"loop_{interface.loop}"
+    return [
+        What("SHOWS_TEMPERATURE", "AS_NUMBER", f"steps({loop}.temperature_c, 1.0f)"),
+        What("SHOWS_EXACT_TEMPERATURE", "AS_TENTHS", f"tenths({loop}.temperature_c)"),
+        What("SHOWS_SETPOINT", "AS_NUMBER", f"steps({loop}.setpoint_c, 1.0f)"),
+        What("SHOWS_EXACT_SETPOINT", "AS_TENTHS", f"tenths({loop}.setpoint_c)"),
+        What("SHOWS_DUTY", "AS_NUMBER", f"steps({loop}.duty_percent, 1.0f)"),
+        What("SHOWS_ENABLED", "AS_NUMBER", f"{loop}_is_enabled()"),
+        What("SHOWS_STATE", "AS_WORD", "state_word()"),
+        What("SHOWS_ALARM", "AS_SWITCH", "fault.code != FAULT_NONE"),
+        What("SHOWS_ALARM_WORD", "AS_WORD", "WORD_OF_FAULTS + fault.code"),
+        What("SHOWS_FAULT_TEMPERATURE", "AS_TENTHS", "tenths(fault.temperature_c)"),
+        What("SHOWS_LISTED", "AS_LISTED", "fault_log_count()"),
+    ]
+
+
+def _settings(source: Source, interface: Nextion) -> list[What]:
+    name = interface.loop
+    found = [What("SHOWS_ASKED_SETPOINT", "AS_TENTHS", f"tenths(settings.{name}_setpoint_c)")]
+    if tunable(source.controller, name):
+        found += [
+            What(f"SHOWS_{gain.upper()}", "AS_FLOAT", f"bits(settings.{name}_{gain})")
+            for gain in ("kp", "ki", "kd")
+        ]
+    loop = source.controller.loops[name]
+    if loop.protection.maximum_adjustable:
+        found.append(What("SHOWS_MAXIMUM", "AS_TENTHS", f"tenths(settings.{name}_maximum_c)"))
+    if selectable_types(source.controller):
+        type_code = f"settings.{loop.sensor}_thermocouple"
+        found.append(What("SHOWS_TYPE", "AS_LETTER", f"pgm_read_byte(&TYPES[{type_code}])"))
+    return found
+
+
+def _program() -> list[What]:
+    program_minutes, segment_minutes = "minutes(program.clock)", "minutes(program.segment_clock)"
+    return [
+        What("SHOWS_ON_THE_WAY", "AS_NUMBER", "is_on_the_way()"),
+        What("SHOWS_PROGRAM", "AS_NUMBER", "points_number"),
+        What("SHOWS_SEGMENT", "AS_NUMBER", "program.segment"),
+        What("SHOWS_NAME", "AS_NAME", "points_revision"),
+        What("SHOWS_PLACE", "AS_PLACE", "points_revision"),
+        What("SHOWS_DAYS", "AS_NUMBER", f"{program_minutes} / MINUTES_OF_DAY"),
+        What("SHOWS_HOURS", "AS_NUMBER", f"{program_minutes} / 60 % 24"),
+        What("SHOWS_MINUTES", "AS_NUMBER", f"{program_minutes} % 60"),
+        What("SHOWS_SEGMENT_DAYS", "AS_NUMBER", f"{segment_minutes} / MINUTES_OF_DAY"),
+        What("SHOWS_SEGMENT_HOURS", "AS_NUMBER", f"{segment_minutes} / 60 % 24"),
+        What("SHOWS_SEGMENT_MINUTES", "AS_NUMBER", f"{segment_minutes} % 60"),
+        What("SHOWS_COLOUR", "AS_COLOUR", "colour(row)"),
+        What("SHOWS_KIND", "AS_WORD", "WORD_OF_KINDS + segment(row)->kind"),
+        What("SHOWS_TIME_OR_RATE", "AS_TIME_OR_RATE", "amount(row)"),
+        What("SHOWS_TARGET", "AS_TARGET", "target(row)"),
+    ]

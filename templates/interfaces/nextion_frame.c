@@ -1,0 +1,75 @@
+/* What a touch display sends, put together.
+ *
+ * An order is `#`, printable characters, `;`. Anything else in it, or too much of it, and the whole
+ * is dropped; the next `#` begins anew. The display's own answers end with three bytes of 0xFF.
+ */
+#include "nextion_frame.h"
+
+#include <stdbool.h> /* bool */
+#include <string.h>  /* memmove */
+
+#include "config.h" /* NEXTION_ORDER_SIZE */
+
+enum {
+    ANSWER_SIZE = 6, /* the longest that matters, its end included */
+    ANSWER_PAGE = 0x66,
+    ANSWER_LOST = 0x24,
+    END = 0xFF
+};
+
+char frame_text[NEXTION_ORDER_SIZE + 1];
+uint8_t frame_page;
+
+static uint16_t length;
+static bool inside;
+static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; at first no answer */
+
+/* Three ends are in: look at what is before them. */
+static uint8_t judge_answer(void)
+{
+    const uint8_t *const end = answer + ANSWER_SIZE - 3;
+
+    if (end[0] != END || end[1] != END) {
+        return FRAME_NOTHING;
+    }
+    if (answer[0] == 0 && answer[1] == 0 && answer[2] == 0) {
+        return FRAME_STARTED;
+    }
+    if (answer[1] == ANSWER_PAGE) {
+        frame_page = answer[2];
+        return FRAME_PAGE;
+    }
+    return answer[2] == ANSWER_LOST ? FRAME_LOST : FRAME_NOTHING;
+}
+
+static uint8_t take_order(uint8_t byte)
+{
+    if (byte == '#') {
+        inside = true;
+        length = 0;
+        return FRAME_NOTHING;
+    }
+    if (!inside) {
+        return FRAME_NOTHING;
+    }
+    if (byte == ';') {
+        inside = false;
+        frame_text[length] = '\0';
+        return FRAME_ORDER;
+    }
+    if (byte < ' ' || byte > '~' || length == NEXTION_ORDER_SIZE) {
+        inside = false;
+        return FRAME_NOTHING;
+    }
+    frame_text[length] = (char)byte;
+    length++;
+    return FRAME_NOTHING;
+}
+
+uint8_t frame_take(uint8_t byte)
+{
+    memmove(answer, answer + 1, ANSWER_SIZE - 1);
+    answer[ANSWER_SIZE - 1] = byte;
+    const uint8_t order = take_order(byte);
+    return byte == END ? judge_answer() : order;
+}

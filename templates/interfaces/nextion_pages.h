@@ -1,0 +1,28 @@
+/* Which page a touch display shows, and which it should. */
+#ifndef NEXTION_PAGES_H
+#define NEXTION_PAGES_H
+
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
+
+extern uint8_t pages_shown;
+
+/* The display has started: it shows its first page, and knows nothing. */
+void pages_start(void);
+
+/* The display says that it shows this page, whose components begin anew. */
+void pages_note(uint8_t page);
+
+/* It should show this page. */
+void pages_want(uint8_t page);
+
+/* Once a tick: a fault has a page of its own, which goes when it is acknowledged. */
+void pages_tick(void);
+
+/* Ask again for a page that has not been seen. */
+void pages_retry(void);
+
+/* Say that another page is wanted; false if there is nothing to say. */
+bool pages_say(void);
+
+#endif

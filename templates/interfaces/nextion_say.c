@@ -1,0 +1,118 @@
+/* Instructions to a touch display, put together piece by piece, ended by three bytes of 0xFF. */
+#include "nextion_say.h"
+
+#include <avr/pgmspace.h> /* pgm_read_byte */
+
+#include "nextion_port.h" /* nextion_port_send */
+#include "text.h"         /* text_number */
+
+enum { SAY_SIZE = 72, END_SIZE = 3, END = 0xFF, DIGITS = 10 };
+
+static char instruction[SAY_SIZE + END_SIZE];
+static uint8_t length;
+
+void say_char(char character)
+{
+    if (length < SAY_SIZE) {
+        instruction[length] = character;
+        length++;
+    }
+}
+
+void say_words(const char *words)
+{
+    for (char next; (next = (char)pgm_read_byte(words)) != '\0'; words++) {
+        say_char(next);
+    }
+}
+
+/* At least `places` digits. */
+static void say_digits(uint32_t count, uint8_t places)
+{
+    char digits[DIGITS];
+    uint8_t size = 0;
+
+    while (count != 0 || size < places) {
+        digits[size] = (char)('0' + (char)(count % 10u));
+        count /= 10u;
+        size++;
+    }
+    while (size-- != 0) {
+        say_char(digits[size]);
+    }
+}
+
+void say_count(uint32_t count)
+{
+    say_digits(count, 1);
+}
+
+/* Its sign, and what is left without it. */
+static uint32_t say_sign(int32_t number)
+{
+    if (number < 0) {
+        say_char('-');
+        return 0u - (uint32_t)number;
+    }
+    return (uint32_t)number;
+}
+
+void say_number(int32_t number)
+{
+    say_count(say_sign(number));
+}
+
+void say_scaled(int32_t steps, uint8_t decimals, bool short_form)
+{
+    uint32_t behind = say_sign(steps);
+    uint32_t scale = 1;
+
+    for (uint8_t i = 0; i < decimals; i++) {
+        scale *= 10u;
+    }
+    say_count(behind / scale);
+    behind %= scale;
+    while (short_form && decimals != 0 && behind % 10u == 0) {
+        behind /= 10u;
+        decimals--;
+    }
+    if (decimals != 0) {
+        say_char('.');
+        say_digits(behind, decimals);
+    }
+}
+
+void say_float(float number)
+{
+    char text[TEXT_SIZE];
+    const float size = number < 0.0f ? -number : number;
+    const uint8_t decimals = size < 10.0f ? 6u : size < 1000.0f ? 4u : size < 100000.0f ? 2u : 0u;
+    uint8_t end = text_number(text, number, decimals);
+
+    while (decimals != 0 && text[end - 1u] == '0') {
+        end--;
+    }
+    if (decimals != 0 && text[end - 1u] == '.') {
+        end--;
+    }
+    for (uint8_t i = 0; i < end; i++) {
+        say_char(text[i]);
+    }
+}
+
+void say_text(const char *text)
+{
+    for (; *text != '\0'; text++) {
+        say_char(*text == '"' ? '\'' : *text == '\\' ? '/' : *text);
+    }
+}
+
+void say_end(void)
+{
+    for (uint8_t i = 0; i < END_SIZE; i++) {
+        instruction[length] = (char)END;
+        length++;
+    }
+    nextion_port_send(instruction, length);
+    length = 0;
+}

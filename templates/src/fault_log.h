@@ -1,0 +1,24 @@
+/* The last faults since the reset, for a display. */
+#ifndef FAULT_LOG_H
+#define FAULT_LOG_H
+
+#include <stdint.h> /* uint8_t, uint32_t */
+
+enum { FAULT_LOG_SIZE = 8 };
+
+struct fault_log_entry {
+    uint8_t code;        /* the rule that tripped */
+    float temperature_c; /* of the loop that tripped */
+    uint32_t time_s;     /* since reset; 0 for one that was latched then already */
+};
+
+/* The newest is at 0; null where there is none. */
+const struct fault_log_entry *fault_log_at(uint8_t index);
+
+/* How many there were since the reset, wraps: it changes whenever the list does. */
+uint8_t fault_log_count(void);
+
+/* Once a tick: note a fault that is new. */
+void fault_log_tick(void);
+
+#endif
