@@ -19,6 +19,7 @@ from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion_orders import in_bytes
 from heatwright.sim.interfaces.registers import registers
+from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
@@ -240,6 +241,11 @@ class AvrDevice:
     def plotter(self) -> SerialPlotter:
         """The computer on the serial line; raises LookupError when the spec has none."""
         return self._interface(SerialPlotter)
+
+    @property
+    def log_reader(self) -> SerialLog:
+        """The computer that reads the log; raises LookupError when the spec has no log."""
+        return self._interface(SerialLog)
 
     @property
     def host(self) -> GcodeHost:

@@ -1,0 +1,101 @@
+"""Temperature and setpoint in a ring, read out over a serial port."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.uart import registers
+from heatwright.spec import SerialLog
+from heatwright.spec.boards import Board
+from heatwright.spec.eeprom import layout
+from heatwright.spec.uart import baud_setting
+
+
+def plan(source: Source, interface: SerialLog) -> Part:
+    """Plan the ring, its notes, and the commands that read it."""
+    board = source.controller.board
+    kept = interface.keep == "eeprom"
+    context = {
+        "where": source.where,
+        "keep_where": source.at("keep").where,
+        "loop_name": interface.loop,
+        **_registers(board, interface.port),
+    }
+    start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
+    tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
+    ring = [File("src/log_ring.h", "interfaces/log_ring.h")]
+    if kept:
+        start.append(Call(Stage.RESTORE, "log_ring_eeprom.h", "log_ring_start();"))
+        tick.append(Call(Stage.STORE, "log_ring_eeprom.h", "log_ring_tick();"))
+        ring += [
+            File("src/log_ring_eeprom.h", "interfaces/log_ring_eeprom.h"),
+            File("src/log_ring.c", "interfaces/log_ring_eeprom.c.j2", context),
+        ]
+    else:
+        ring.append(File("src/log_ring.c", "interfaces/log_ring_ram.c.j2", context))
+    uart = board.uarts[interface.port]
+    receives = board.pins[uart.rx]
+    line = f"{interface.baud} baud, 8N1"
+    return Part(
+        files=(
+            File("src/log.h", "interfaces/log.h"),
+            File("src/log.c", "interfaces/log.c.j2", context),
+            File("src/log_port.h", "interfaces/log_port.h"),
+            File("src/log_port.c", "interfaces/log_port.c.j2", context),
+            *ring,
+        ),
+        groups=(Group("Serial log", _constants(source, interface)),),
+        pins=(pulled_up(source, "log_rx", receives, "from the computer that reads the log"),),
+        start_calls=tuple(start),
+        tick_calls=tuple(tick),
+        wiring=(
+            Wiring(label(board.pins[uart.tx]), "serial log, to the computer", line),
+            Wiring(label(receives), "serial log, from the computer", f"{line}; send `help`"),
+        ),
+    )
+
+
+def _registers(board: Board, port: int) -> dict[str, object]:
+    uart = registers(board, port)
+    return {
+        "data": uart.data,
+        "status": uart.status,
+        "errors": uart.errors,
+        "receive_vector": uart.receive_vector,
+        "send_vector": uart.send_vector,
+        "setup": uart.setup("LOG_DIVISOR", receives=True),
+        "interrupt_on": uart.interrupt_on,
+        "interrupt_off": uart.interrupt_off,
+    }
+
+
+def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:
+    controller = source.controller
+    setting = baud_setting(controller.board.clock_hz, interface.baud)
+    every = source.at("every")
+    shown = quantity(interface.every_s, "s")
+    constants = [
+        source.at("baud").count(
+            "LOG_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
+        ),
+        every.count("LOG_EVERY_S", round(interface.every_s), "from one entry to the next"),
+        Constant("LOG_EVERY_TICKS", f"{ticks(interface.every_s)}ul", f"{every.where}: {shown}"),
+        source.at("entries").count(
+            "LOG_ENTRIES",
+            interface.entries,
+            f"the newest {quantity(interface.entries * interface.every_s / 3600, 'h')}",
+        ),
+    ]
+    if interface.keep == "eeprom":
+        area = layout(controller).history
+        constants += [
+            source.at("keep").count("LOG_EEPROM", area.start, "first byte of the log in EEPROM"),
+            Constant(
+                "LOG_SLOT_BYTES",
+                f"{area.slot_bytes}u",
+                f"of an entry; cells last {area.years(interface.every_s):.0f} years",
+            ),
+        ]
+    return tuple(constants)

@@ -1,0 +1,111 @@
+"""A computer that reads the log out over its serial port, as a person at a terminal would."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.spec import Board
+from heatwright.spec import SerialLog as Spec
+from heatwright.spec.uses import uart_of
+
+HEADING = "time_s,temperature_c,setpoint_c"
+MISMATCH = 0.045
+"""Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten, less
+the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
+MOST_WAITING = 10_000
+"""Bytes of a line that never ends, kept at most."""
+
+
+@dataclass(frozen=True)
+class LogRow:
+    """An entry of the log.
+
+    time_s -- since the log began; temperature_c -- None where no reading came.
+    """
+
+    time_s: int
+    temperature_c: float | None
+    setpoint_c: float
+
+
+class SerialLog:
+    """The computer at the end of a UART.
+
+    lines -- what has come, a line each, with the time of its end in s; garbage -- bytes that came
+    at another speed than the computer's.
+    """
+
+    def __init__(self, avr: Avr, baud: int, uart: int) -> None:
+        self.lines: list[tuple[float, str]] = []
+        self.garbage = 0
+        self.baud = baud
+        self._avr = avr
+        self._uart = avr.uarts[uart]
+        self._number = uart
+        self._waiting = bytearray()
+
+    def write(self, command: str) -> None:
+        """Send a command and its end; what came before is forgotten."""
+        self.lines.clear()
+        self._waiting.clear()
+        self.send_bytes(f"{command}\r\n".encode())
+
+    def send_bytes(self, data: bytes, *, gap_s: float = 0.0) -> None:
+        """Send bytes as they are, with so much silence before each, s."""
+        self._uart.send(data, self.baud, gap_s=gap_s)
+
+    @property
+    def texts(self) -> list[str]:
+        """The lines that have come, without their times."""
+        return [text for _, text in self.lines]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the answer to `log` has come to its end, an empty line."""
+        return bool(self.lines) and self.texts[-1] == ""
+
+    @property
+    def rows(self) -> list[LogRow]:
+        """Read the answer to `log`.
+
+        Raises ValueError where it is none.
+        """
+        heading, *rows = self.texts[:-1] if self.is_complete else self.texts
+        if heading != HEADING:
+            raise ValueError(f"A log does not begin with {heading!r}.")
+        return [_row(text) for text in rows]
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take what the UARTs have sent (UART_BYTE records)."""
+        del pins
+        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        if not len(mine):
+            return
+        if abs(10 / (self._uart.frame_s * self.baud) - 1) > MISMATCH:
+            self.garbage += len(mine)
+            return
+        for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):
+            self._take(value, end / self._avr.clock_hz)
+
+    def _take(self, byte: int, time_s: float) -> None:
+        self._waiting.append(byte)
+        del self._waiting[:-MOST_WAITING]
+        if self._waiting.endswith(b"\r\n"):
+            self.lines.append((time_s, self._waiting[:-2].decode("ascii", errors="replace")))
+            self._waiting.clear()
+
+
+def _row(text: str) -> LogRow:
+    time_s, temperature_c, setpoint_c = text.split(",")
+    return LogRow(int(time_s), float(temperature_c) if temperature_c else None, float(setpoint_c))
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> SerialLog:
+    """Connect the computer to the interface's UART."""
+    uart = uart_of(board, interface)
+    assert uart is not None  # noqa: S101 - the checks have refused ports the board lacks
+    return SerialLog(avr, interface.baud, uart.number)

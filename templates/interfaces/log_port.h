@@ -1,0 +1,24 @@
+/* The serial port of the log: a few bytes each way, by interrupt. */
+#ifndef LOG_PORT_H
+#define LOG_PORT_H
+
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
+
+enum { LOG_PORT_SIZE = 32 };
+
+/* Stands in the place of bytes that were damaged on the line, or for which there was no room. */
+enum { LOG_PORT_DAMAGED = 0 };
+
+void log_port_start(void);
+
+/* The next byte received; false when there is none. */
+bool log_port_take(char *byte);
+
+/* True when all that was sent has been handed to the transmitter. */
+bool log_port_is_empty(void);
+
+/* Send `size` bytes, at most LOG_PORT_SIZE; only while it is empty. */
+void log_port_send(const char *text, uint8_t size);
+
+#endif
