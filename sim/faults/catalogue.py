@@ -15,6 +15,7 @@ from heatwright.sim.faults import (
     memory,
     operators,
     processor,
+    programs,
     relays,
     tips,
     wires,
@@ -48,6 +49,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *heaters.faults(site),
         *wires.faults(site),
         *coolers.faults(site),
+        *programs.faults(site),
         *healthy.faults(site),
     ]
 

@@ -9,6 +9,7 @@ from heatwright.sim.faults import hosts, memory, starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.interfaces.keypad import CODES
 
 SEED = 2
 WATCH_S = 60.0
@@ -68,16 +69,18 @@ def hold(key: str) -> Act:
 
 
 def _one_step(world: World) -> str:
-    """See that a key that hangs is one press."""
-    expected_c = starts.highest_c(world.site) - world.site.key_step_k
+    """See that a key that hangs is one press; on a menu's first screen it is none at all."""
+    moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
+    expected_c = starts.highest_c(world.site) - moves_k
     return "" if world.setpoint_c == expected_c else f"the setpoint went to {world.setpoint_c:g} °C"
 
 
 def _play(world: World) -> None:
-    """Press UP and DOWN at random."""
+    """Press UP and DOWN at random; in a menu any key."""
     chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    keys = tuple(key for key in CODES if key) if world.site.has_menu else ("up", "down")
     for _ in range(PRESSES):
-        world.press(chance.choice(("up", "down")))
+        world.press(chance.choice(keys))
         world.run(chance.choice((0.0, 0.5, 3.0)))
 
 
@@ -93,7 +96,11 @@ def _unplug_and_plug(world: World) -> None:
 def _shows_again(world: World) -> str:
     """See that the display shows both lines, and that nothing waited for it."""
     first, second = world.screen
-    if not (first.startswith("T=") and second.startswith("Set temp ")):
+    if world.site.has_menu:
+        shows = first.split()[-1].startswith(">") and second.rstrip() == "on"
+    else:
+        shows = first.startswith("T=") and second.startswith("Set temp ")
+    if not shows:
         return f"the display says {first!r} and {second!r}"
     return keeps_time(world)
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.sim.elf import Elf
-from heatwright.spec import Controller, Loop, ThermalNetwork, commanded, gcode_of, switched
+from heatwright.spec import (
+    Controller,
+    Loop,
+    ThermalNetwork,
+    commanded,
+    gcode_of,
+    programmed,
+    switched,
+)
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,11 @@ class Site:
     def has_keys(self) -> bool:
         """Whether there is somebody to press UP, DOWN and SELECT."""
         return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)
+
+    @property
+    def has_menu(self) -> bool:
+        """Whether the keys lead through a menu, as they do where programs run."""
+        return self.has_keys and programmed(self.controller, self.loop_name)
 
     @property
     def is_commanded(self) -> bool:

@@ -96,10 +96,15 @@ def resting_c(site: Site) -> float:
 
 
 def hot(site: Site) -> World:
-    """Begin just below the protection's maximum."""
+    """Begin just below the protection's maximum.
+
+    A safety relay is closed then: behind an open one nothing heats that is on the supply.
+    """
     start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
     world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
+    if site.is_switched and site.controller.safety.relay is not None:
+        world.switch(on=True)
     return world
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from heatwright.sim.faults.bounds import lasting_s, reading_s
 from heatwright.sim.faults.conditions import Risen, at_full_power, exceeds, reaches
 from heatwright.sim.faults.fault import Trip, at_once
@@ -30,7 +32,10 @@ def no_rise(site: Site, still: Condition = at_once) -> Trip | None:
         return moving
     allowed_s = lasting_s(loop.protection.frozen.for_s, loop) + loop.period_s
     if moving and moving.allowed_s <= allowed_s:
-        return moving
+        heating = loop.protection.heating
+        equal = heating is not None and loop.protection.frozen.for_s == heating.within_s
+        # Rule 9 does not wait for full power, and so may be sooner by the time it takes.
+        return replace(moving, rules=(*moving.rules, "sensor_frozen")) if equal else moving
     return Trip(("sensor_frozen",), allowed_s, still, LONGEST_S)
 
 
@@ -70,9 +75,14 @@ def rising(site: Site, *, settle_s: float = 0.0) -> Trip | None:
 
 
 def runaway_above(site: Site, setpoint_c: float) -> Trip | None:
-    """The reading leaves the band upwards, and stays outside."""
-    rule = site.loop.protection.runaway
+    """The reading leaves the band upwards, and stays outside.
+
+    Within a wide band the heater that is off may be seen to heat before: rule 13.
+    """
+    rule, rising_rule = site.loop.protection.runaway, site.loop.protection.rising_while_off
     if rule is None:
         return None
+    wide = rising_rule is not None and rising_rule.rise_k < rule.above_k
+    rules = ("runaway_above", "rising_while_off") if wide else ("runaway_above",)
     allowed_s = lasting_s(rule.for_s, site.loop)
-    return Trip(("runaway_above",), allowed_s, exceeds(setpoint_c + rule.above_k), LONGEST_S)
+    return Trip(rules, allowed_s, exceeds(setpoint_c + rule.above_k), LONGEST_S)
