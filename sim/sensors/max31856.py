@@ -123,14 +123,10 @@ class Max31856(SpiChip):
         del cycle
         if address & WRITE:
             return
-        self.reads += address == LTCBH
-        at = address % len(POWER_ON)
-        answer = self._shown[at:] + self._shown[:at]
-        if self._faults.dumb:
-            answer = bytes(len(answer))
-        elif address == LTCBH:
-            word = int.from_bytes(answer, "big")
-            answer = self._maybe_corrupt(word).to_bytes(len(answer), "big")
+        self.reads += 1
+        word = 0 if self._faults.dumb else self._maybe_corrupt(self._word())
+        at, registers = address % len(POWER_ON), word.to_bytes(len(POWER_ON), "big")
+        answer = registers[at:] + registers[:at]
         self.port.load(int.from_bytes(answer, "big"), self.bits, self.driven)
 
     def released(self, cycle: int) -> None:

@@ -1,0 +1,134 @@
+"""MAX31856: a thermocouple of any type, 19 bit, with registers on four wires."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
+from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Max31856
+from heatwright.spec.boards import Pin
+from heatwright.spec.commands import programmed
+
+TYPES = "BEJKNRST"
+"""In the order of the data sheet's codes (CR1, "TC TYPE")."""
+OPEN_TEST = 0x10
+"""CR0, OCFAULT: look for an open thermocouple, with less than 5 kΩ in its wires."""
+FIFTY_HZ = 0x01
+REGISTERS, NEAR_A_TICK, FAR_A_TICK = 16, 4, 3
+"""Both divide 12, the number of those before the temperature's."""
+AVERAGING_AT = 4
+"""Lowest bit of CR1's AVGSEL: the power of two that is averaged."""
+SHIFT = " through a level shifter to 3.3 V"
+SUPPLY = "3.3 V, with 100 nF; T+ and T- with 100 nF between them and 10 nF each to ground"
+
+
+def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
+    """Plan the sensor and the wires to its registers."""
+    pins = source.controller.board.pins
+    names = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
+    select, clock, told, data = (pins[each] for each in names)
+    loops = source.controller.loops
+    users = [user for user, loop in loops.items() if loop.sensor == name]
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "select": label(select),
+        "clock": label(clock),
+        "told": label(told),
+        "data": label(data),
+        "where": source.where,
+        "step": quantity(sensor.step_k, "K"),
+        "selectable": bool(sensor.selectable),
+        "selectable_where": source.at("selectable").where,
+        "users": users,
+        "programmed": any(programmed(source.controller, user) for user in users),
+    }
+    of_sensor = f"of sensor {name}"
+    return Part(
+        files=(
+            File(f"src/spi_{name}.h", "src/spi_registers.h.j2", context),
+            File(f"src/spi_{name}.c", "src/spi_registers.c.j2", context),
+            File(f"src/sensor_{name}.h", "sensors/max31856.h.j2", context),
+            File(f"src/sensor_{name}.c", "sensors/max31856.c.j2", context),
+        ),
+        groups=(Group(f"Sensor {name}", _constants(source, name, sensor, use)),),
+        pins=(
+            driven(source.at("chip_select"), f"sensor_{name}_select", select, f"CS {of_sensor}"),
+            driven(source.at("clock"), f"sensor_{name}_clock", clock, f"SCK {of_sensor}"),
+            driven(source.at("data_in"), f"sensor_{name}_told", told, f"SDI {of_sensor}"),
+            lifted(source.at("data_out"), f"sensor_{name}_data", data, f"SDO {of_sensor}"),
+        ),
+        start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
+        tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
+        wiring=_wiring(f"sensor `{name}`: MAX31856", select, clock, told, data),
+    )
+
+
+def _wiring(what: str, select: Pin, clock: Pin, told: Pin, data: Pin) -> tuple[Wiring, ...]:
+    return (
+        Wiring(label(select), what, f"CS{SHIFT}; 10 kΩ to its supply"),
+        Wiring(label(clock), what, f"SCK{SHIFT}"),
+        Wiring(label(told), what, f"SDI{SHIFT}"),
+        Wiring(label(data), what, "SDO; nothing else may drive or pull this line"),
+        Wiring("–", what, SUPPLY),
+    )
+
+
+def _constants(
+    source: Source, name: str, sensor: Max31856, use: UseOfSensor
+) -> tuple[Constant, ...]:
+    prefix = f"SENSOR_{name.upper()}"
+    mains, average = source.at("mains_filter"), source.at("average")
+    settings = OPEN_TEST | (FIFTY_HZ if sensor.mains_filter_hz == 50.0 else 0)
+    wires = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
+    ports = {source.controller.board.pins[wire].port for wire in wires}
+    read_a_tick = FAR_A_TICK if ports & set(FAR_PORTS) else NEAR_A_TICK
+    averaging = int(math.log2(sensor.average)) << AVERAGING_AT
+    return (
+        Constant(
+            f"{prefix}_STEP_C", f"{sensor.step_k!r}f", f"{source.where}: one step of the reading"
+        ),
+        Constant(
+            f"{prefix}_PERIOD_TICKS",
+            f"{ticks(use.period_s)}u",
+            f"it is read once every {quantity(use.period_s, 's')}, in the ticks up to the step's",
+        ),
+        Constant(
+            f"{prefix}_SETTINGS",
+            f"0x{settings:02X}u",
+            f"{mains.where}: CR0 with a filter of {quantity(sensor.mains_filter_hz, 'Hz')}, and "
+            "the test for an open thermocouple in every 16th conversion",
+        ),
+        Constant(
+            f"{prefix}_AVERAGING", f"0x{averaging:02X}u", f"{average.where}: CR1, {sensor.average}"
+        ),
+        *(() if sensor.selectable else (_type(source, prefix, sensor),)),
+        Constant(
+            f"{prefix}_READ_A_TICK",
+            f"{read_a_tick}u",
+            "registers, in less than 100 us; those of the temperature in one tick",
+        ),
+        Constant(
+            f"{prefix}_READ_TICKS",
+            f"{math.ceil(REGISTERS / read_a_tick) + 1}u",
+            f"to read all {REGISTERS} registers and judge, after the tick in which it is selected",
+        ),
+        Constant(
+            f"{prefix}_FIRST_TICKS",
+            f"{math.ceil(round(sensor.first_s * 1000) / TICK_MS)}u",
+            f"its first conversion takes {quantity(round(sensor.first_s * 1000), 'ms')} at most",
+        ),
+    )
+
+
+def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
+    """Give the type's code; where others may be chosen that is among the settings' constants."""
+    return Constant(
+        f"{prefix}_TYPE",
+        f"{TYPES.index(sensor.thermocouple)}u",
+        f"{source.at('thermocouple').where}: CR1, type {sensor.thermocouple}",
+    )
