@@ -24,8 +24,7 @@ struct slot {
 
 _Static_assert(sizeof(struct slot) == PROGRESS_SLOT_BYTES, "the layout of the EEPROM says so");
 
-static struct slot newest; /* or the one being written */
-static bool found;
+static struct slot newest; /* or the one being written; sequence 0: none */
 static uint8_t place;                          /* of that slot */
 static uint8_t next_byte = sizeof(struct slot); /* to be written; sizeof: none */
 static bool save_wanted;
@@ -50,29 +49,28 @@ static uint16_t crc_of(const struct slot *slot)
     return crc;
 }
 
+static bool is_valid(const struct slot *slot)
+{
+    return slot->last == (uint8_t)slot->sequence && slot->crc == crc_of(slot);
+}
+
 void progress_start(void)
 {
     struct slot candidate;
 
     for (uint8_t i = 0; i < PROGRESS_SLOTS; i++) {
         eeprom_read_block(&candidate, address(i, 0), sizeof candidate);
-        if (candidate.last != (uint8_t)candidate.sequence || candidate.crc != crc_of(&candidate)) {
-            continue;
-        }
-        if (!found || candidate.sequence > newest.sequence) {
+        if (candidate.sequence > newest.sequence && is_valid(&candidate)) {
             newest = candidate;
             place = i;
         }
-        found = true;
     }
 }
 
 bool progress_found(struct progress_record *into)
 {
-    if (found) {
-        *into = newest.record;
-    }
-    return found;
+    *into = newest.record;
+    return newest.sequence != 0;
 }
 
 void progress_save(void)

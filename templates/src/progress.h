@@ -25,8 +25,8 @@ struct progress_record {
 /* After a reset: find the newest record. */
 void progress_start(void);
 
-/* Copy what `progress_start` has found; false if there was none. Means something until the first
- * `progress_tick` behind a `progress_save`. */
+/* Copy what `progress_start` has found; false if there was none, and what was copied means nothing.
+ * To be called before anything is saved. */
 bool progress_found(struct progress_record *into);
 
 /* Write a record soon, in the background: as things are when it is begun (program_note). A wish while

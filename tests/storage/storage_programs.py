@@ -132,8 +132,13 @@ class Programs(StorageHost):
     def unchanged(self) -> Iterator[str]:
         """What is there already is not written again."""
         self.boot(self.memory.blank)
-        for number, stored in ((1, self.given(1)), (1, NEW), (2, EMPTY), (2, OLD), (1, EMPTY)):
+        other = OLD._replace(segments=(*OLD.segments[:1], Segment(HOLD, 0, 1)))
+        for number, stored in (
+            (1, self.given(1)), (1, NEW), (2, self.given(2)), (2, EMPTY), (2, OLD), (2, other),
+            (1, EMPTY),
+        ):  # fmt: skip
             assert stored is not None
+            beside = self.read(3 - number)
             there = self.read(number) or EMPTY
             for turn in range(2):
                 if not self.write(number, stored):
@@ -141,7 +146,8 @@ class Programs(StorageHost):
                 bytes_wanted = 0 if turn or there == stored else self.memory.program_bytes
                 if self.settle() != bytes_wanted:
                     yield f"{stored} at place {number}, {turn}: not {bytes_wanted} bytes"
-        if self.memory.places > 3:  # two are the spec's
+                yield from self.expect("beside it", 3 - number, beside)
+        if self.memory.places > len(self.programs.stored):
             self.write(self.memory.places, EMPTY)
             if self.settle():
                 yield "an empty place is emptied"
@@ -153,9 +159,23 @@ class Programs(StorageHost):
         for written in range(self.memory.program_bytes):
             if self.library.programs_are_saved() or self.write(2, NEW) or self.write(1, NEW):
                 yield f"a second one is taken after {written} bytes"
+            yield from self.expect("beside it", 2, self.given(2))
             self.tick()
         yield from self.expect("alone", 2, self.given(2))
         yield from self.expect("alone", 1, OLD)
+
+    def half(self) -> Iterator[str]:
+        """A slot that was cut short, and whose CRC is right by chance, does not count."""
+        memory = self.memory
+        for turn, last in ((7, 5), (0, 0xFF)):
+            slot = memory.program_slot(turn, OLD)[:-1] + bytes([last])
+            self.boot(memory.with_at(memory.blank, (memory.program_at(2, 0), slot)))
+            yield from self.expect("cut short", 2, self.given(2))
+            self.write(2, NEW)
+            self.settle()
+            at = memory.program_at(2, 0)
+            if self.image[at : at + memory.program_bytes] != memory.program_slot(0, NEW):
+                yield "the first turn is not 0"
 
     def foreign(self) -> Iterator[str]:
         """What another spec has left counts for nothing."""
@@ -196,10 +216,11 @@ class Programs(StorageHost):
                 yield f"{stored} is {'un' * wanted}sound"
             if not wanted and (self.write(1, stored) or self.settle()):
                 yield f"{stored} is written"
-        raw = self.packed(OLD)
         for count in (self.memory.points + 1, 255):
-            raw.segments = count
-            if self.library.programs_are_sound(raw):
+            raw = bytearray(Stored(b"", (Segment(HOLD, 0, 1),) * 255).packed(255))
+            raw[13] = count
+            program = self.ffi.from_buffer("uint8_t[]", raw)
+            if self.library.programs_are_sound(self.ffi.cast("struct stored_program *", program)):
                 yield f"{count} segments are sound"
 
     def crc(self) -> Iterator[str]:
@@ -248,8 +269,8 @@ def programs_problem(checked: Programs) -> str:
     checks = [
         checked.blank(), checked.newest((0, 128)), checked.one_slot(), checked.cuts((2,), (-1,)),
         checked.cuts((1,), (0,), EMPTY), checked.first_cuts(), checked.emptied(),
-        checked.unchanged(), checked.one_at_a_time(), checked.foreign(), checked.sound(),
-        checked.crc(), checked.unsound_in_eeprom(), checked.noise(1),
+        checked.unchanged(), checked.one_at_a_time(), checked.foreign(), checked.half(),
+        checked.sound(), checked.crc(), checked.unsound_in_eeprom(), checked.noise(1),
         *(checked.damaged(seed) for seed in range(20)), checked.beyond(),
     ]  # fmt: skip
     return next((problem for check in checks for problem in check), "")

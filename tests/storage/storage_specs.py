@@ -21,7 +21,11 @@ loops:
     period: 1 s
     setpoint: {{initial: 20 °C, minimum: -5 °C, maximum: 90.5 °C}}
     algorithm: {{kind: pid, kp: 8, ki: 0.02}}
-    protection: {{maximum: 110 °C, rise_rate: 10 K/s, runaway: {{above: 15 K, for: 60 s}}{protection}}}
+    protection:
+      maximum: 110 °C
+      rise_rate: 10 K/s
+      runaway: {{above: 15 K, for: 60 s}}
+{protection}
 programs:
   loop: chamber
 {programs}
@@ -40,7 +44,7 @@ interfaces:
 """
 
 _PROGRAMS = {
-    "few": "  places: 2\n  points: 3\n  save_every: 5 min",
+    "few": "  points: 3\n  save_every: 5 min",
     "many": "  places: 8\n  points: 20\n  save_every: 3 min",
     "usual": "  after_power_loss: {resume_within: 30 K, otherwise: stop}",
     "pausing": "  after_power_loss: {resume_within: 0 K, otherwise: pause}\n  save_every: 10 min\n"
@@ -52,7 +56,7 @@ NAMES = tuple(_PROGRAMS)
 
 @cache
 def spec_of(name: str) -> Spec:
-    adjustable = ", maximum_adjustable: true" if name in {"few", "many"} else ""
+    adjustable = "      maximum_adjustable: true" if name in {"few", "many"} else ""
     text = TEXT.format(
         board=_BOARDS[name], programs=_PROGRAMS[name], protection=adjustable
     )  # fmt: skip

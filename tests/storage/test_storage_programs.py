@@ -17,7 +17,7 @@ def programs(request, builds):
     "check",
     [
         "blank", "newest", "one_slot", "first_cuts", "emptied", "unchanged", "one_at_a_time",
-        "foreign", "unsound_in_eeprom", "sound", "crc",
+        "half", "foreign", "unsound_in_eeprom", "sound", "crc",
     ],
 )  # fmt: skip
 def test_holds(programs, check):

@@ -13,7 +13,7 @@ def progress(request, builds):
     assert list(found.beyond()) == []
 
 
-@pytest.mark.parametrize("check", ["blank", "first_cuts", "wishes", "wear", "foreign"])
+@pytest.mark.parametrize("check", ["blank", "first_cuts", "wishes", "wear", "half", "foreign"])
 def test_holds(progress, check):
     assert list(getattr(progress, check)()) == []
 
