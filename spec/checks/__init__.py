@@ -144,6 +144,7 @@ CHECKS: tuple[Check, ...] = (
     program_limits.targets_can_be_reached,
     program_limits.program_times_fit,
     logs.entries_are_new,
+    logs.entries_have_a_time,
     logs.entries_fit_ram,
     leds.leds_show_one_loop,
     leds.leds_have_a_meaning,

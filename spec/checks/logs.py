@@ -8,7 +8,7 @@ from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.quantity import duration
 
 RAM_ENTRY_BYTES = 4
-"""Temperature and setpoint, 16 bits each."""
+"""Temperature and setpoint in tenths of a degree, 16 bits each."""
 
 RAM_BESIDE_BYTES = 1024
 """What the rest of the smallest firmware with programs takes: variables, stack, and some to spare
@@ -28,6 +28,17 @@ def entries_are_new(controller: Controller) -> Findings:
                 f"{duration(period_s)}, so entries would repeat themselves",
                 f"Use at least {duration(period_s)}",
                 (("loops", interface.loop, "period"),),
+            )
+
+
+def entries_have_a_time(controller: Controller) -> Findings:
+    """Find logs whose entries come between two seconds: the log counts whole ones."""
+    for index, interface in enumerate(controller.interfaces):
+        if isinstance(interface, SerialLog) and not interface.every_s.is_integer():
+            yield Finding(
+                ("interfaces", index, "every"),
+                f"{duration(interface.every_s)} is no whole number of seconds",
+                f"Use {duration(round(interface.every_s))}",
             )
 
 

@@ -7,6 +7,7 @@ import math
 from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import Controller
+from heatwright.spec.max31856 import Max31856
 from heatwright.spec.quantity import duration
 from heatwright.spec.sensors import Ds18b20, Thermometer
 from heatwright.spec.thermocouples import Max31855
@@ -35,8 +36,12 @@ def _what_takes_so_long(sensor: Thermometer) -> str:
     took = duration(sensor.conversion_s)
     if isinstance(sensor, AnalogSensor):
         return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
+    twice = f"two conversions of {took}, of which the first may have begun before the step"
     if isinstance(sensor, Max31855):
-        return f"two conversions of {took}, of which the first may have begun before the step"
+        return twice
+    if isinstance(sensor, Max31856):
+        more_s = sensor.read_s - sensor.conversion_s
+        return f"{twice}, and {duration(more_s)} for its own test and its answer"
     return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
 
 
