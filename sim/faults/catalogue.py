@@ -9,6 +9,7 @@ from importlib import import_module
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import (
     coolers,
+    displays,
     healthy,
     heaters,
     masters,
@@ -50,6 +51,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *wires.faults(site),
         *coolers.faults(site),
         *programs.faults(site),
+        *displays.faults(site),
         *healthy.faults(site),
     ]
 

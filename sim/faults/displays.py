@@ -1,0 +1,99 @@
+"""The touch display's side: unplugged, at another speed, restarted, flooding, hands that play."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.operators import keeps_time
+from heatwright.sim.faults.world import Site, World
+from heatwright.spec import nextion_of
+from heatwright.spec.nextion import HEIGHT, WIDTH
+
+WATCH_S = 60.0
+"""Longer than the half minute after which everything is sent again."""
+AWAY_S = 20.0
+SEED = 6
+TOUCHES = 60
+FLOOD_S = 20.0
+FLOOD_BYTES = 1000
+"""A tenth of a second at 115200 baud: the line is never quiet."""
+BELOW_ALL, BEYOND_ALL = "-300", "99999"
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what a touch display can do to the loop it serves; it may trip nothing."""
+    display = nextion_of(site.controller)
+    if display is None or display.loop != site.loop_name:
+        return
+    for name, cause in (
+        ("touch_display_unplugged", _unplug),
+        ("touch_display_of_other_speed", _other_speed(display.baud)),
+        ("touch_display_floods", _flood),
+        ("touch_display_asks_too_much", _ask_too_much),
+    ):
+        yield Fault(name, lambda: starts.heating(site), cause, watch_s=WATCH_S, judge=_unmoved)
+    yield Fault("touched_at_random", lambda: starts.heating(site), _play, watch_s=WATCH_S)
+
+
+def _unplug(world: World) -> None:
+    """Pull the plug for a while."""
+    world.device.display.unplug()
+    world.run(AWAY_S)
+    world.device.display.plug()
+
+
+def _other_speed(baud: int) -> Act:
+    """Let the display talk and hear at another speed, and then at its own again."""
+
+    def cause(world: World) -> None:
+        line = world.device.display.line
+        line.baud = baud // 2
+        for _ in range(TOUCHES):
+            world.device.send("#2 0;#3 0;#17;")
+            world.run(AWAY_S / TOUCHES)
+        line.baud = baud
+
+    return cause
+
+
+def _flood(world: World) -> None:
+    """Send what is no command, without a pause."""
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
+    quiet = bytes(byte for byte in range(256) if byte != ord("#"))
+    for _ in range(round(FLOOD_S / 0.1)):
+        world.device.display.send(bytes(noise.choices(quiet, k=FLOOD_BYTES)))
+        world.run(0.1)
+
+
+def _ask_too_much(world: World) -> None:
+    """Ask for what is out of bounds, of every command that takes a number."""
+    for command in (2, 3, 4, 8, 10, 13, 15, 20):
+        for value in (BELOW_ALL, BEYOND_ALL, "1e9", "--1", "", "nan"):
+            world.device.send(f"#{command} {value};")
+            world.run(0.1)
+
+
+def _unmoved(world: World) -> str:
+    """See that the setpoint stands, that every step came in time, and that the display lives."""
+    expected_c, found_c = starts.highest_c(world.site), world.setpoint_c
+    if found_c != expected_c:
+        return f"the setpoint went to {found_c:g} °C"
+    if not world.loop("enabled"):
+        return "the loop was switched off"
+    display = world.device.display
+    shown = display.value("main.temp.val")
+    if display.page != "main" or abs(float(shown) - world.loop("temperature_c")) > 1.0:
+        return f"the display shows page {display.page} and {shown} °C"
+    return keeps_time(world)
+
+
+def _play(world: World) -> None:
+    """Touch the screen at random places."""
+    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    for _ in range(TOUCHES):
+        world.device.display.display.touch(chance.randrange(WIDTH), chance.randrange(HEIGHT))
+        world.device.display.release()
+        world.run(chance.choice((0.1, 0.5, 2.0)))
