@@ -26,6 +26,12 @@ RANGE_C: dict[str, tuple[float, float]] = {
 """By the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
 
 AVERAGES = (1, 2, 4, 8, 16)
+OPEN_TEST_S = 0.015
+"""What the test for an open thermocouple adds to a conversion, at most, with less than 5 kΩ in its
+wires (data sheet, "Open-Circuit Fault Detection")."""
+READ_TICKS, SET_UP_TICKS = 7, 9
+"""What the firmware takes at most to read all its registers and judge; to set it up, and to notice
+that the first conversion is over."""
 
 
 class _Samples(WholeNumber):
@@ -91,14 +97,23 @@ class Max31856(Averaged):
 
     @property
     def read_s(self) -> float:
-        """Time of the reading: the tick that it takes place in."""
-        return TICK_S
+        """Time for another conversion, for it converts all the time and knows no step; to read it.
+
+        One conversion of 16 takes longer: it looks for an open thermocouple. The answer takes at
+        most so many ticks, on the slowest pins.
+        """
+        return self.conversion_s + OPEN_TEST_S + READ_TICKS * TICK_S
+
+    @property
+    def first_conversion_s(self) -> float:
+        """Longest time of the first conversion after it was set up (data sheet)."""
+        slow = self.mains_filter_hz == 50.0
+        return (0.185 if slow else 0.155) + (self.average - 1) * (0.04 if slow else 0.03333)
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: the first conversion takes longer."""
-        slow = self.mains_filter_hz == 50.0
-        return (0.185 if slow else 0.155) + (self.average - 1) * (0.04 if slow else 0.03333)
+        """From the power-up to the first reading: it is set up, converts and is read."""
+        return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
 __all__ = ["AVERAGES", "RANGE_C", "Max31856", "ThermocoupleType"]

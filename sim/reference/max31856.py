@@ -12,7 +12,7 @@ RAW = "i4"
 VALID, OUT_OF_RANGE = 0, 18
 """Codes of a reading's status."""
 STEPS_PER_K = 128
-READ_EARLY_S = 0.020
+READ_EARLY_S = 0.050
 """So long before a step what has been measured is read."""
 
 

@@ -87,6 +87,7 @@ def _constants(
     wires = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
     ports = {source.controller.board.pins[wire].port for wire in wires}
     read_a_tick = FAR_A_TICK if ports & set(FAR_PORTS) else NEAR_A_TICK
+    first_ms = round(sensor.first_conversion_s * 1000)
     averaging = int(math.log2(sensor.average)) << AVERAGING_AT
     return (
         Constant(
@@ -119,8 +120,8 @@ def _constants(
         ),
         Constant(
             f"{prefix}_FIRST_TICKS",
-            f"{math.ceil(round(sensor.first_s * 1000) / TICK_MS)}u",
-            f"its first conversion takes {quantity(round(sensor.first_s * 1000), 'ms')} at most",
+            f"{math.ceil(first_ms / TICK_MS)}u",
+            f"its first conversion takes {quantity(first_ms, 'ms')} at most",
         ),
     )
 
