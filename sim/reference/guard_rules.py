@@ -107,9 +107,10 @@ class RunawayRule:
 
     def check(self, look: Look) -> int:
         """Return 11 or 12 after too long outside the band."""
-        if look.setpoint_c != self._setpoint_last_c and not look.moved:
-            self.reset()
-        self._setpoint_last_c = look.setpoint_c
+        if look.setpoint_c != self._setpoint_last_c:
+            if not look.moved:
+                self.reset()
+            self._setpoint_last_c = look.setpoint_c
         if look.bandless:
             self.reset()
             return 0
