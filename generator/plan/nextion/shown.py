@@ -142,7 +142,7 @@ def _control(interface: Nextion) -> list[What]:
         What("SHOWS_SETPOINT", "AS_NUMBER", f"steps({loop}.setpoint_c, 1.0f)"),
         What("SHOWS_EXACT_SETPOINT", "AS_TENTHS", f"tenths({loop}.setpoint_c)"),
         What("SHOWS_DUTY", "AS_NUMBER", f"steps({loop}.duty_percent, 1.0f)"),
-        What("SHOWS_ENABLED", "AS_NUMBER", f"{loop}_is_enabled()"),
+        What("SHOWS_ENABLED", "AS_NUMBER", f"{loop}.enabled"),
         What("SHOWS_STATE", "AS_WORD", "state_word()"),
         What("SHOWS_ALARM", "AS_SWITCH", "fault.code != FAULT_NONE"),
         What("SHOWS_ALARM_WORD", "AS_WORD", "WORD_OF_FAULTS + fault.code"),

@@ -1,0 +1,252 @@
+/* The world around a kiln's firmware on this computer: the display's line, a thermometer, an EEPROM.
+ *
+ * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
+ * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
+ * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
+ * 'x', whether the display's line is cut. Each '?' writes `=`, the state as a line of words; each
+ * instruction that is sent is written as `>`, the tick, itself, a new line.
+ */
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define REGISTER /* here they are */
+#include <avr/eeprom.h>
+#include <avr/io.h>
+
+#include "config.h"
+#include "fault.h"
+#include "fault_log.h"
+#include "gate.h"
+#include "guard_chamber.h"
+#include "loop_chamber.h"
+#include "nextion.h"
+#include "nextion_pages.h"
+#include "nextion_points.h"
+#include "program.h"
+#include "progress.h"
+#include "sensor_chamber.h"
+#include "settings.h"
+
+void USART0_RX_vect(void);
+void USART0_UDRE_vect(void);
+
+enum { BYTES_SENT_PER_TICK = 115, EEPROM_BYTES = 4096 };
+
+volatile uint8_t host_port[HOST_PORTS];
+volatile uint8_t host_ddr[HOST_PORTS];
+volatile struct host_timer host_timer[HOST_TIMERS];
+uint8_t reset_cause;
+volatile uint16_t reset_hang_mark;
+
+static uint32_t now_ticks;
+static uint8_t eeprom[EEPROM_BYTES];
+static int32_t raw_now = (int32_t)(20.0f / SENSOR_CHAMBER_STEP_C);
+static bool answers = true;
+static bool cut;
+
+uint8_t host_level(uint8_t port)
+{
+    return host_port[port];
+}
+
+uint32_t clock_seconds(void);
+uint32_t clock_seconds(void)
+{
+    return now_ticks / 100u;
+}
+
+/* ---- EEPROM: an access outside ends the program, by the sanitizer ---- */
+
+bool eeprom_is_ready(void)
+{
+    return true;
+}
+
+uint8_t eeprom_read_byte(const uint8_t *place)
+{
+    return eeprom[(uintptr_t)place];
+}
+
+void eeprom_read_block(void *to, const void *from, size_t size)
+{
+    for (size_t i = 0; i < size; i++) {
+        ((uint8_t *)to)[i] = eeprom[(uintptr_t)from + i];
+    }
+}
+
+void eeprom_write_byte(uint8_t *place, uint8_t value)
+{
+    eeprom[(uintptr_t)place] = value;
+}
+
+/* ---- the sensor ---- */
+
+void sensor_chamber_begin(void)
+{
+}
+
+uint8_t sensor_chamber_take(int32_t *raw)
+{
+    if (!answers) {
+        return FAULT_SENSOR_NO_ANSWER;
+    }
+    memcpy(raw, &raw_now, sizeof *raw);
+    return READING_OK;
+}
+
+bool sensor_chamber_choose(uint8_t type)
+{
+    return !loop_chamber_is_enabled() && program.state == PROGRAM_IDLE
+        && settings_set_chamber_thermocouple(type);
+}
+
+/* ---- the line ---- */
+
+static void sent(uint8_t byte)
+{
+    static unsigned ends;
+    static bool inside;
+
+    if (byte == 0xFF) {
+        ends++;
+        if (ends == 3) {
+            putchar('\n');
+            inside = false;
+            ends = 0;
+        }
+        return;
+    }
+    if (!inside) {
+        printf(">%lu ", (unsigned long)now_ticks);
+        inside = true;
+    }
+    putchar(byte);
+}
+
+static void send_now(void)
+{
+    for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
+        USART0_UDRE_vect();
+        if (!cut) {
+            sent(UDR0);
+        }
+    }
+}
+
+static void receive(uint8_t byte, uint8_t flags)
+{
+    UCSR0A = flags;
+    UDR0 = byte;
+    USART0_RX_vect();
+    UCSR0A = 0;
+}
+
+/* ---- the firmware's life ---- */
+
+static void tick(void)
+{
+    now_ticks++;
+    gate_tick();
+    gate_renew_main();
+    nextion_tick();
+    loop_chamber_tick();
+    fault_log_tick();
+    settings_tick();
+    progress_tick();
+    programs_tick();
+    send_now();
+}
+
+static void start(void)
+{
+    memset(eeprom, 0xFF, sizeof eeprom);
+    settings_start();
+    progress_start();
+    guard_chamber_reset();
+    program_start_up();
+    nextion_start();
+    loop_chamber_start();
+}
+
+/* All that an order may change, and nothing that time does. */
+static void show_state(void)
+{
+    printf("=fault=%u acks=%u setpoint=%.9g kp=%.9g ki=%.9g kd=%.9g maximum=%.9g type=%u ", fault.code,
+        fault.acknowledgements, (double)settings.chamber_setpoint_c, (double)settings.chamber_kp,
+        (double)settings.chamber_ki, (double)settings.chamber_kd, (double)settings.chamber_maximum_c,
+        settings.chamber_thermocouple);
+    printf("on=%d mode=%d percent=%.9g ", loop_chamber_is_enabled(), loop_chamber_mode(),
+        (double)loop_chamber_manual_percent());
+    printf("page=%u state=%u number=%u segment=%u ended=%u shown=%u marked=%u name=%s points=",
+        pages_shown, program.state, program.number, program.segment, program.ended, points_number,
+        points_marked, points_shown.name);
+    for (unsigned i = 0; i < points_shown.segments && i < PROGRAM_POINTS; i++) {
+        const struct program_segment *const segment = &points_shown.segment[i];
+        printf("%u/%d/%lu,", segment->kind, segment->to_dc, (unsigned long)segment->amount);
+    }
+    putchar('\n');
+}
+
+static unsigned word(void)
+{
+    const int low = getchar();
+    const int high = getchar();
+
+    return high < 0 ? 0 : (unsigned)low | (unsigned)high << 8;
+}
+
+static void receive_many(unsigned count)
+{
+    for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
+        receive((uint8_t)byte, 0);
+    }
+}
+
+static bool follow(int command)
+{
+    switch (command) {
+    case 'd':
+        receive('#', 1u << FE0);
+        receive_many(word());
+        return true;
+    case 'r':
+        receive_many(word());
+        return true;
+    case 't':
+        for (unsigned left = word(); left-- != 0;) {
+            tick();
+        }
+        return true;
+    case 'c':
+        raw_now = (int32_t)((float)(int16_t)word() / SENSOR_CHAMBER_STEP_C);
+        return true;
+    case 'f':
+        fault_trip((uint8_t)getchar(), 20.0f);
+        return true;
+    case 'n':
+        answers = getchar() != 0;
+        return true;
+    case 'x':
+        cut = getchar() != 0;
+        return true;
+    case '?':
+        show_state();
+        return true;
+    default:
+        fprintf(stderr, "what is %d?\n", command);
+        return false;
+    }
+}
+
+int main(void)
+{
+    start();
+    for (int command; (command = getchar()) >= 0;) {
+        if (!follow(command)) {
+            return 2;
+        }
+    }
+    return 0;
+}
