@@ -41,6 +41,7 @@ def as_json(figures: Metrics) -> dict[str, Any]:
     return {
         "maximum": rounded(figures.maximum_c),
         "overshoot": rounded(figures.overshoot_k),
+        "tracking": rounded(figures.tracking_k),
         "settling_s": rounded(figures.settling_s),
         "steady_min": rounded(figures.steady_minimum_c),
         "steady_max": rounded(figures.steady_maximum_c),

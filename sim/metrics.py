@@ -4,6 +4,9 @@ All of them look at the response to the last change of the setpoint (or to power
 changed), until something happens to the machine; of a loop that is switched, to that or to being
 switched on, whichever was later, until it is switched off. What happens to the machine is in
 `Metrics.disturbances`. The *step* of the response is the setpoint minus the reading at its start.
+
+Where a program ran, all of its run is looked at (heatwright.sim.firing): overshoot is that of the
+holds, the steady part that of the last one, and there is nothing to rise or to settle.
 """
 
 from dataclasses import dataclass
@@ -11,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heatwright.sim.disturbances import Disturbance, disturbances, undisturbed
+from heatwright.sim.firing import Firing, firing_of
 from heatwright.sim.plants import powers_of
 from heatwright.sim.trace import Series, StepLog, Trace
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
@@ -56,6 +60,8 @@ class Metrics:
     """Heat from the heater in the whole run."""
     disturbances: tuple[Disturbance, ...]
     """What happened to the machine after the last change of the setpoint, and what it did."""
+    tracking_k: float | None = None
+    """Largest distance from the setpoint on a program's ramps; None if none ran."""
 
 
 def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Metrics:
@@ -73,6 +79,8 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     name = loop or next(iter(controller.loops))
     spec = controller.loops[name]
     log = trace.steps[name]
+    if firing := firing_of(log, spec):
+        return _fired(trace, controller, name, firing)
     response = response_of(log)
     response = response[response["has_reading"] != 0]
     if not len(response):
@@ -100,6 +108,30 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
         audible=audible(log, controller, name),
         energy_j=energy(trace, controller, spec.heater),
         disturbances=disturbed,
+    )
+
+
+def _fired(trace: Trace, controller: Controller, name: str, firing: Firing) -> Metrics:
+    """Evaluate a run in which there were programs."""
+    spec, log = controller.loops[name], trace.steps[name]
+    readings_c = firing.rows["temperature_c"].astype(float)
+    steady_c = firing.steady["temperature_c"].astype(float)
+    setpoint_c = float(firing.steady["setpoint_c"][-1])
+    return Metrics(
+        setpoint_c=setpoint_c,
+        maximum_c=float(readings_c.max()),
+        overshoot_k=firing.overshoot_k,
+        rise_time_s=None,
+        settling_s=None,
+        steady_minimum_c=float(steady_c.min()),
+        steady_maximum_c=float(steady_c.max()),
+        steady_error_k=float(np.abs(steady_c - firing.steady["setpoint_c"]).max()),
+        iae_ks=float(np.abs(readings_c - firing.rows["setpoint_c"]).sum() * spec.period_s),
+        switchings=switchings(log, controller, name),
+        audible=audible(log, controller, name),
+        energy_j=energy(trace, controller, spec.heater),
+        disturbances=disturbances(trace, firing.rows),
+        tracking_k=firing.tracking_k,
     )
 
 

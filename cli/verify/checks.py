@@ -84,6 +84,9 @@ def _expected(loop: str, figures: Metrics, expect: Expect) -> Iterator[Check]:
     for what, limit_k, found_k in (
         ("overshoot", expect.overshoot_k, figures.overshoot_k),
         ("steady error", expect.steady_k, figures.steady_error_k),
+        ("tracking on ramps", expect.tracking_k, figures.tracking_k),
     ):
-        if limit_k is not None:
+        if limit_k is not None and found_k is None:
+            yield Check(f"{loop}: {what}", f"{limit_k:g} K", "no program ran", passed=False)
+        elif limit_k is not None and found_k is not None:
             yield Check(f"{loop}: {what}", f"{limit_k:g} K", f"{found_k:.4g} K", found_k <= limit_k)
