@@ -36,6 +36,8 @@ class Parts(NamedTuple):
     adjustable: bool
     """The operator may lower the critical temperature."""
     programmed: bool
+    relay: str | None
+    """The safety relay's output."""
 
 
 def parts_of(controller: Controller) -> Parts:
@@ -68,6 +70,7 @@ def parts_of(controller: Controller) -> Parts:
         autotune=by_gain and loop.autotune is not None,
         adjustable=loop.protection.maximum_adjustable,
         programmed=programmed(controller, name),
+        relay=controller.safety.relay,
     )
 
 
@@ -110,18 +113,30 @@ def names_for_world(controller: Controller, parts: Parts) -> list[str]:
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
     pins = controller.board.pins
     if parts.fan:
-        fan = controller.outputs[parts.fan]
-        assert isinstance(fan, DigitalOutput)  # noqa: S101 - the language allows no other fan
-        pin = pins[fan.pin]
-        mask = f"(1u<<{pin.bit})"
-        off = "0u" if fan.active == "high" else mask
-        flags += [f"-DFAN={parts.fan}", f"-DFAN_PORT={PORTS.index(pin.port)}"]
-        flags += [f"-DFAN_MASK={mask}", f"-DFAN_OFF={off}"]
+        flags += _line_flags(controller, "FAN", parts.fan)
         headers.append(f"output_{parts.fan}.h")
+    if parts.relay:
+        flags += _line_flags(controller, "RELAY", parts.relay)
+        headers.append("relay.h")
+    if controller.safety.relay_feedback:
+        contact = pins[controller.safety.relay_feedback]
+        flags += [f"-DCONTACT_PORT={PORTS.index(contact.port)}"]
+        flags += [f"-DCONTACT_MASK=(1u<<{contact.bit})"]
     if parts.has_output_state:
         flags.append("-DHAS_STATE")
     flags += _pwm_flags(controller, parts.heater)
     return [*flags, *(part for header in headers for part in ("-include", header))]
+
+
+def _line_flags(controller: Controller, what: str, name: str) -> list[str]:
+    """Say where the line of a digital output is, and its inactive level."""
+    output = controller.outputs[name]
+    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows nothing else
+    pin = controller.board.pins[output.pin]
+    mask = f"(1u<<{pin.bit})"
+    off = "0u" if output.active == "high" else mask
+    place = [f"-D{what}={name}", f"-D{what}_PORT={PORTS.index(pin.port)}"]
+    return [*place, f"-D{what}_MASK={mask}", f"-D{what}_OFF={off}"]
 
 
 def _pwm_flags(controller: Controller, heater: str) -> list[str]:

@@ -3,8 +3,8 @@
  * Linked first, so that its data begin the memory that a reset restores. The names of the loop
  * and its parts come from the command line: LOOP, SENSOR, HEATER, perhaps FAN, COOLER, STEPPER,
  * CURRENT, HAS_STATE, and what can be commanded: HOSTED or SWITCHED, TUNABLE, AUTOTUNE,
- * ADJUSTABLE, PROGRAMMED; RAW is the type of the sensor's readings; the firmware's headers are
- * included there, too.
+ * ADJUSTABLE, PROGRAMMED; RELAY is the safety relay's output, RAW the type of the sensor's readings;
+ * the firmware's headers are included there, too.
  */
 #include "world.h"
 
@@ -166,6 +166,13 @@ uint8_t host_level(uint8_t port)
         return (uint8_t)((host_port[port] & ~FAN_MASK) | FAN_OFF);
     }
 #endif
+#ifdef CONTACT_PORT
+    if (port == CONTACT_PORT) {
+        const bool closed = (host_port[RELAY_PORT] & RELAY_MASK) != RELAY_OFF;
+        /* Closed to ground while the relay is open, else pulled up. */
+        return (uint8_t)(closed ? host_port[port] | CONTACT_MASK : host_port[port] & ~CONTACT_MASK);
+    }
+#endif
     return host_port[port];
 }
 
@@ -232,7 +239,13 @@ void host_power_up(void)
     world->both_on = 0;
     JOIN(pin_output_, COOLER, _off)();
 #endif
+#ifdef RELAY
+    JOIN(pin_output_, RELAY, _off)();
+#endif
     settings_start();
+#ifdef CONTACT_PORT
+    relay_start();
+#endif
 #ifdef PROGRAMMED
     progress_start();
 #endif

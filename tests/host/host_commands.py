@@ -9,8 +9,10 @@ from heatwright.sim.reference.autotune import DONE
 from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.operator import Operator
+from heatwright.sim.reference.program_state import IDLE
+from heatwright.sim.reference.programmed import ORDERS, ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
-from heatwright.spec import Controller, ThreePosition, commanded
+from heatwright.spec import Controller, ThreePosition, commanded, programmed
 from heatwright.spec.commands import switched
 
 READY_WITHIN_K = 1.0
@@ -25,14 +27,19 @@ _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {
 }
 
 
+_ORDERS = {code: name for name, code in ORDERS.items()}
+CLOSING = ("stop", "pause")
+NUMBERED = ("start", "jump")
+
+
 class Commands:
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         loop = controller.loops[name]
         self.commanded = commanded(controller, name)
         self._reference = reference
         self.switched = switched(controller, name)
-        kind = SwitchedOperator if self.switched else Operator
-        self._operator = kind(controller, name, reference)
+        self._operator = _operator(controller, name, reference)
+        self._closes = False
         self._kept = self._defaults = self._operator.gains
         within_k = loop.ready_within_k
         if self.switched and isinstance(loop.algorithm, ThreePosition):
@@ -54,13 +61,25 @@ class Commands:
         command, value = Command(row["command"]), float(row["value"])
         if not self.commanded:
             return
+        self._closes = False
+        self._command(command, value, row)
+        if isinstance(self._operator, ProgrammedOperator) and row["order"] in _ORDERS:
+            order = _ORDERS[row["order"]]
+            argument = int(row["argument"]) if order in NUMBERED else 0
+            given = self._operator.order(order, argument)
+            self._closes = self._closes or (given and order in CLOSING)
+
+    def _command(self, command: Command, value: float, row: Any) -> None:
         if command == Command.SET:
             self._operator.set(value)
         elif command == Command.EMERGENCY:
             if not self.switched:
                 self._reference.stop()
+        elif command == Command.MAXIMUM:
+            self._operator.set_critical(value)
         elif isinstance(self._operator, SwitchedOperator) and command in _SWITCHING:
             _SWITCHING[command](self._operator, value)
+            self._closes = command == Command.DISABLE
         elif self._operator.gains is not None:
             self._tuned(command, value, [float(each) for each in row["gains"]])
 
@@ -85,7 +104,8 @@ class Commands:
     @property
     def has_closed(self) -> bool:
         """Whether a loop is off at once, before the step that takes it over."""
-        return self.switched and self._operator.is_off
+        active = isinstance(self._operator, ProgrammedOperator) and self._operator.state != IDLE
+        return self._closes or (self.switched and self._operator.is_off and not active)
 
     def after_step(self) -> None:
         """What a tuning found is kept."""
@@ -115,3 +135,11 @@ class Commands:
         well = record["fault.code"] == 0 and record["reading_status"] == 0
         off_by_k = abs(Single(record["setpoint_c"]) - Single(record["temperature_c"]))
         return bool(well and off_by_k <= self._within_k)
+
+
+def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
+    if programmed(controller, name):
+        return ProgrammedOperator(controller, name, reference)
+    if switched(controller, name):
+        return SwitchedOperator(controller, name, reference)
+    return Operator(controller, name, reference)

@@ -16,6 +16,7 @@ from host_courses import (
 from host_reference import Expected, expected, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import TUNINGS
+from host_stretches_programmed import FIRING_KINDS
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
@@ -23,6 +24,7 @@ from heatwright.sim.host.firmware import HostHangs
 
 COURSES = 100
 TUNED_COURSES = 30
+FIRINGS = 150
 STRETCHES = 14
 
 
@@ -31,17 +33,25 @@ def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]
     controller = host_specs.spec_of(name).controller
     found = []
     kinds = kinds_of(controller)
-    drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(COURSES))  # noqa: S311
+    programmed = name in host_specs.PROGRAMMED
+    courses = COURSES // 2 if programmed else COURSES
+    drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(courses))  # noqa: S311
     tunings = [
         *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
         *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
         *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
     ]
+    firings = (_firing(Random(-seed)) for seed in range(FIRINGS))  # noqa: S311
     given = (LONG_SILENCE, LOWERED, *(tunings if name in host_specs.COMMANDED else ()))
-    for course in (*given, *drawn):
+    for course in (*given, *drawn, *(firings if programmed else ())):
         inputs = inputs_of(controller, course)
         found.append((inputs, expected(controller, inputs, kind)))
     return found
+
+
+def _firing(random: Random) -> list[Stretch]:
+    start = Stretch("start", random.randint(1, 14), random.randint(-200, 200))
+    return [start, *random_course(random, STRETCHES, FIRING_KINDS)]
 
 
 def run_problem(host: Host, inputs: NDArray[Any], wanted: Expected) -> str:

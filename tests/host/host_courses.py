@@ -4,11 +4,12 @@ from random import Random
 from typing import Any
 
 from host_reference import fill_currents
-from host_stretches import Stretch
+from host_stretches import Stretch, Walk
+from host_stretches_programmed import PROGRAM_KINDS, ProgrammedWalk
 from host_stretches_switched import SwitchedWalk, current_of
 from numpy.typing import NDArray
 
-from heatwright.spec import Controller, commanded
+from heatwright.spec import Controller, commanded, programmed
 from heatwright.spec.commands import switched
 
 KINDS = (
@@ -21,6 +22,8 @@ COMMAND_KINDS = (
 """What else a course of a commanded loop is made of; on others they hold."""
 SWITCH_KINDS = ("switch", "order_switched", "by_percent", "silence")
 """Of a switched loop, besides."""
+ADJUSTING_KINDS = ("critical",)
+"""Where the operator may move the critical temperature, besides."""
 CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
 
@@ -58,7 +61,9 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...] = KINDS
 
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
-    inputs = SwitchedWalk(controller).inputs(course)
+    ((name, _),) = controller.loops.items()
+    walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else SwitchedWalk
+    inputs = walk(controller).inputs(course)
     if current_of(controller):
         fill_currents(controller, inputs)
     return inputs
@@ -66,7 +71,9 @@ def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
 
 def kinds_of(controller: Controller) -> tuple[str, ...]:
     """The kinds of stretches that a controller has something to answer to."""
-    ((name, _),) = controller.loops.items()
+    ((name, loop),) = controller.loops.items()
     kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
     kinds += SWITCH_KINDS * (2 * switched(controller, name))
+    kinds += PROGRAM_KINDS * (3 * programmed(controller, name))
+    kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
     return kinds + CURRENT_KINDS * (2 * (current_of(controller) is not None))

@@ -31,15 +31,17 @@ class Expected(NamedTuple):
 
 def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
     """What `Host.run` should give: the state after each step and the heater's counts before it."""
-    return _Way(controller).expected(inputs, kind)
+    return Way(controller).expected(inputs, kind)
 
 
 def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
     """Make currents of what the rows of a course say of them, by the reference's duty."""
-    _Way(controller).fill_currents(inputs)
+    Way(controller).fill_currents(inputs)
 
 
-class _Way:
+class Way:
+    """A reference model that does what the rows of a course say, one after the other."""
+
     def __init__(self, controller: Controller) -> None:
         ((name, self._loop),) = controller.loops.items()
         self._reference = Reference(controller, name)
@@ -52,6 +54,7 @@ class _Way:
         self._time_s = 0
         self._takes_turn = False
         self._holds = isinstance(output, DigitalOutput) and has_minimum(output)
+        self._holds = self._holds or controller.safety.relay is not None
         lost_s = self._loop.protection.master_lost_after_s
         self._silence_ticks = None if lost_s is None else round(lost_s * 100)
         self._current = getattr(output, "current", None)
@@ -59,6 +62,16 @@ class _Way:
             sensor = controller.sensors[self._current.sensor]
             self._sensor = IdealSensor(sensor, controller.board)
             self._due_a = output.power_w / output.supply_v / 100
+
+    @property
+    def reference(self) -> Reference:
+        """The model after the last step."""
+        return self._reference
+
+    def take(self, number: int, row: Any) -> dict[str, Any]:
+        """Do the step of a row, and return the state after it."""
+        self._give(number, row)
+        return dict(zip(self._members, self._step(number, row), strict=True))
 
     def fill_currents(self, inputs: NDArray[Any]) -> None:
         """Make currents of what the rows say: per cent of what is due, or -1 - codes."""

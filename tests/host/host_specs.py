@@ -4,6 +4,7 @@ from functools import cache
 from random import Random
 
 import host_commanded
+import host_programmed
 import host_switched
 
 from heatwright.spec import Spec, load_text
@@ -173,10 +174,12 @@ def _texts() -> dict[str, str]:
     }
 
 
-TEXTS = _texts() | host_commanded.texts() | host_switched.texts()
+TEXTS = _texts() | host_commanded.texts() | host_switched.texts() | host_programmed.texts()
 NAMES = tuple(TEXTS)
 HOSTED = (*host_commanded.texts(), "held_by_host")
-SWITCHED = tuple(name for name, text in host_switched.texts().items() if "modbus" in text)
+PROGRAMMED = tuple(name for name, text in host_programmed.texts().items() if "programs:" in text)
+BY_MASTER = tuple(name for name, text in host_switched.texts().items() if "modbus" in text)
+SWITCHED = (*BY_MASTER, *host_programmed.texts())
 COMMANDED = (*HOSTED, *SWITCHED)
 
 

@@ -58,17 +58,15 @@ class Walk:
         self._command: tuple[Any, ...] = NO_COMMAND
         self._waiting: list[tuple[Any, ...]] = []
         self._others = (0, AS_DUE, 0)
+        self._acknowledges = False
         self._ordered: tuple[int, int] = NO_ORDER
 
     def inputs(self, course: list[Stretch]) -> NDArray[Any]:
         for stretch in course:
-            begin = len(self._rows)
+            self._acknowledges = stretch.acknowledge or stretch.kind.startswith("tune")
             if stretch.acknowledge:
                 self._go_on()
             getattr(self, f"_{stretch.kind}")(stretch)
-            if stretch.acknowledge or stretch.kind.startswith("tune"):
-                status, _, *others = self._rows[begin]
-                self._rows[begin] = (status, 1, *others)
         return np.array(self._rows, INPUT)
 
     def _go_on(self) -> None:
@@ -86,9 +84,14 @@ class Walk:
     def _append(self, status: int, raw: int) -> None:
         if self._waiting and self._command == NO_COMMAND:
             self._command = self._waiting.pop(0)
-        row = (status, 0, raw, self._setpoint_c, *self._command, *self._others, *self._ordered)
-        self._rows.append(row)
+        acknowledge = int(self._acknowledges)
+        self._acknowledges = False
+        reading = (status, acknowledge, raw, self._setpoint_c)
+        self._add((*reading, *self._command, *self._others, *self._ordered))
         self._command, self._ordered = NO_COMMAND, NO_ORDER
+
+    def _add(self, row: tuple[Any, ...]) -> None:
+        self._rows.append(row)
 
     def _hold(self, stretch: Stretch) -> None:
         for _ in range(stretch.steps):

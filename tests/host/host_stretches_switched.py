@@ -20,6 +20,8 @@ SWITCHED_ORDERS: tuple[tuple[Any, ...], ...] = (
     *((each, 0.0, NO_GAINS) for each in (Command.ENABLE, Command.DISABLE, Command.AUTOMATIC)),
     *((Command.PERCENT, value, NO_GAINS) for value in (0.0, 100.0, 100.5, -0.5, float("nan"))),
 )
+CRITICAL_C = (5.0, 4.9375, 85.0, 85.0625, float("nan"), 40.0, 33.0)
+"""About the lowest setpoint and the machine's own limit, as host_programmed has them."""
 SHARES = (300, 150, 75, 60, 50, 49, 30, 10, 0, 1000)
 """Of the current that is due, %."""
 SCAN_LOST = 4
@@ -99,3 +101,14 @@ class SwitchedWalk(CommandedWalk):
         self._set_others(status=SCAN_LOST, share=SHARES[stretch.value % len(SHARES)])
         self._zigzag(stretch)
         self._set_others()
+
+    def _critical(self, stretch: Stretch) -> None:
+        """Move the critical temperature, at times to just above this one."""
+        chosen_c = CRITICAL_C[stretch.value % len(CRITICAL_C)]
+        if stretch.value % 2:
+            chosen_c = self._scale.celsius(self._raw) + stretch.nudge / 16
+        self._command = (Command.MAXIMUM, chosen_c, NO_GAINS)
+        self._zigzag(stretch)
+        if stretch.value % 4:
+            self._command = (Command.MAXIMUM, 85.0, NO_GAINS)
+        self._hold(stretch)

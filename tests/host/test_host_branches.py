@@ -16,6 +16,7 @@ TEMPLATES = (
     "src/loop_switched.c.j2",
     "src/current.c.j2",
     "src/guard.c.j2",
+    "src/program.c.j2",
     "src/settings.c.j2",
     "src/gate.c.j2",
     "algorithms/on_off.c.j2",
