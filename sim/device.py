@@ -195,7 +195,9 @@ class AvrDevice:
 
     def _talks(self) -> bool:
         return any(
-            part.is_busy for part in self.interfaces if isinstance(part, GcodeHost | ModbusMaster)
+            part.is_busy
+            for part in self.interfaces
+            if isinstance(part, GcodeHost | ModbusMaster | Nextion)
         )
 
     def on_fraction(self, output: str) -> float:

@@ -88,6 +88,11 @@ class Variables(Mapping[str, Variable]):
         except ElfError:
             return False
 
+    def of_file(self, file: str) -> list[Variable]:
+        """List the variables that a source file defines, such as "control.c"; "" for registers."""
+        start = f"{file}:"
+        return [each for key in self._all if key.startswith(start) for each in self._all[key]]
+
     def _find(self, file: str, name: str) -> Variable:
         found = self._all.get(f"{file}:{name}" if file else name, [])
         if len(found) == 1:

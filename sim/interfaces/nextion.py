@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 START_S = 0.5
 """From power to its first message; until then it hears nothing."""
-LOOK_S = 0.1
+LOOK_S = 0.2
 """How often it looks at what has come, s: so late it answers at most."""
 REMEMBERED = 10_000
 """Instructions of the history."""
@@ -43,7 +43,7 @@ class Nextion:
     """The display at the end of a UART.
 
     history -- the latest instructions from the board; instructions -- how many there were;
-    shortest_gap_s -- the shortest time between the ends of two; display -- what it holds; line --
+    shortest_gap_s -- the shortest time from one's first byte to the next one's; display -- what it holds; line --
     its line, whose `baud` is the display's own.
     """
 
@@ -55,10 +55,13 @@ class Nextion:
         self.instructions = 0
         self.shortest_gap_s = float("inf")
         self._avr = avr
-        self._ended_s = float("-inf")
+        self._began_s = float("-inf")
+        self._begins_s: float | None = None
         self._seen_s = avr.time_s
         self._plugged = True
         self._starts_s = avr.time_s + START_S
+        self._look_cycles = round(LOOK_S * avr.clock_hz)
+        self._looks = 0
 
     def serve(self, pages: Sequence[Page]) -> None:
         """Take its pages, as an editor's file brings them."""
@@ -122,24 +125,22 @@ class Nextion:
         """Whether it is on the line."""
         return self._plugged
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether it still has something to say."""
-        return self.line.unsent > 0
-
     # -- time ----------------------------------------------------------------------------------
 
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which it looks again; None while it is unplugged."""
-        if not self._plugged:
-            return None
-        step = round(LOOK_S * self._avr.clock_hz)
-        return (self._avr.cycle // step + 1) * step
+        return self._looks * self._look_cycles if self._plugged else None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it should have looked by now."""
+        return self._plugged and self._avr.cycle >= self._looks * self._look_cycles
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
+        self._looks = self._avr.cycle // self._look_cycles + 1
         data, cycles = self.line.hear(sent)
         if not self._plugged or not self._has_started():
             return
@@ -148,6 +149,8 @@ class Nextion:
         self._seen_s = now_s
         start = 0
         while start < len(data):
+            if self._begins_s is None:
+                self._begins_s = cycles[start] / self._avr.clock_hz
             end = data.find(b"\xff", start) + 1 or len(data)
             for text in self.display.receive(data[start:end]):
                 self._note(text, cycles[end - 1] / self._avr.clock_hz)
@@ -165,8 +168,9 @@ class Nextion:
     def _note(self, text: str, time_s: float) -> None:
         self.history.append(Instruction(time_s, text))
         self.instructions += 1
-        self.shortest_gap_s = min(self.shortest_gap_s, time_s - self._ended_s)
-        self._ended_s = time_s
+        if self._begins_s is not None:
+            self.shortest_gap_s = min(self.shortest_gap_s, self._begins_s - self._began_s)
+            self._began_s, self._begins_s = self._begins_s, None
 
     def _answer(self) -> None:
         self.send(self.display.take())

@@ -173,8 +173,8 @@ class Display:
 
     def pass_time(self, milliseconds: float) -> None:
         """Let the page's timers run on."""
-        for part in tuple(self.memory.shown()):
-            if part.component.kind == "timer" and part.values["en"]:
+        for part in self.memory.timers:
+            if part.values["en"]:
                 name = part.component.name
                 self._since_ms[name] = self._since_ms.get(name, 0.0) + milliseconds
                 while self._since_ms.get(name, 0.0) >= int(part.values["tim"]):

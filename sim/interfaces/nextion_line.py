@@ -47,6 +47,8 @@ class Line:
 
     def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
         """Take what the UARTs have sent; return what has ended by now, and the cycle of each."""
+        if not len(sent) and self._coming is None:
+            return b"", []
         mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
         if self._coming is not None:
             mine = np.concatenate([self._coming, mine])

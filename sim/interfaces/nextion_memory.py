@@ -80,11 +80,12 @@ class Part:
 
 
 class Memory:
-    """All of it; page -- the number of the page that is shown."""
+    """All of it; page -- the number of the page that is shown; timers -- those on it."""
 
     def __init__(self, pages: Sequence[Page]) -> None:
         self._pages = tuple(pages)
         self._numbers = {page.name: number for number, page in enumerate(self._pages)}
+        self.timers: tuple[Part, ...] = ()
         self.start()
 
     def start(self) -> None:
@@ -99,7 +100,9 @@ class Memory:
     def show(self, page: int) -> None:
         """Take another page's components into memory, or the same page's anew."""
         self.page = self.variables["dp"] = page
-        for part in self.parts[page].values():
+        parts = self.parts[page].values()
+        self.timers = tuple(part for part in parts if part.component.kind == "timer")
+        for part in parts:
             if part.component.shared:
                 part.show()
             else:

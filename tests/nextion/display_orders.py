@@ -1,0 +1,225 @@
+"""What a touch display may order, told from its document alone, and thousands of bad orders."""
+
+import random
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from heatwright.spec import Controller, nextion_of
+from heatwright.spec.nextion import display_pages
+
+PLAIN = {12, 16, 17, 18, 22}
+"""Orders with nothing behind their number."""
+NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
+POINT = re.compile(r"(\d+),([^,:]*),([^,:]*)(?:,(\d+))?:")
+MOST_DIGITS = 9
+LONGEST_MINUTES = 31 * 1440
+LAST_KIND = 4
+LAST_TYPE = 7
+ANY_GAIN = 1e9
+NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
+         "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
+         "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0")  # fmt: skip
+
+
+def frames(data: bytes) -> Iterator[str]:
+    """What stands between a `#` and the `;` after it, where all of that is printable."""
+    inside: bytearray | None = None
+    for byte in data:
+        if byte == ord("#"):
+            inside = bytearray()
+        elif inside is not None and byte == ord(";"):
+            yield inside.decode()
+            inside = None
+        elif inside is not None:
+            inside = inside + bytes([byte]) if 0x20 <= byte < 0x7F else None
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """The orders a controller's display may give, in any state it may be in."""
+
+    places: int
+    points: int
+    pages: int
+    lowest_c: float
+    highest_c: float
+    maximum_c: float
+
+    @classmethod
+    def of(cls, controller: Controller) -> "Grammar":
+        interface, programs = nextion_of(controller), controller.programs
+        assert interface is not None
+        assert programs is not None
+        loop = controller.loops[interface.loop]
+        return cls(
+            programs.places, programs.points, len(display_pages(controller)),
+            loop.setpoint.minimum_c, loop.setpoint.maximum_c, loop.protection.maximum_c,
+        )  # fmt: skip
+
+    @cached_property
+    def _wholes(self) -> dict[int, tuple[int, int]]:
+        return {
+            2: (0, 1),
+            8: (1, self.places),
+            9: (0, 1),
+            10: (1, self.points),
+            11: (0, self.points),
+            13: (1, self.places),
+            15: (0, LAST_TYPE),
+            21: (0, self.pages - 1),
+        }
+
+    @cached_property
+    def _numbers(self) -> dict[int, tuple[float, float]]:
+        return {
+            3: (self.lowest_c, self.highest_c),
+            4: (0, 100),
+            5: (0, ANY_GAIN),
+            6: (0, ANY_GAIN),
+            19: (0, ANY_GAIN),
+            20: (self.lowest_c, self.maximum_c),
+        }
+
+    def allows(self, text: str) -> bool:
+        """Whether an order may be taken."""
+        found = re.fullmatch(r"(\d+) ?(.*)", text, re.DOTALL)
+        if found is None:
+            return False
+        order, data = int(found[1]), found[2]
+        if not data:
+            return order in PLAIN
+        if order in self._wholes:
+            low, high = self._wholes[order]
+            return data.isdigit() and low <= int(data) <= high
+        if order in self._numbers:
+            return _within(data, *self._numbers[order])
+        if order == 14:
+            return 1 <= len(data) <= 12 and bool(data.strip()) and not set(data) & set('"\\')
+        return order == 7 and self._allows_points(data)
+
+    def _allows_points(self, data: str) -> bool:
+        place = 0
+        while found := POINT.match(data, place):
+            place = found.end()
+            rate, kind = found[4] == "1", int(found[4] or 0)
+            amount = _within(found[2], 0, 6553.5 if rate else LONGEST_MINUTES)
+            ends = _within(found[3], self.lowest_c, self.highest_c) or found[3] == "0"
+            if not (1 <= int(found[1]) <= self.points + 1 and kind <= LAST_KIND and amount):
+                return False
+            if not ends and kind < 3:
+                return False
+        return place == len(data)
+
+
+def _within(text: str, low: float, high: float) -> bool:
+    digits = sum(character.isdigit() for character in text)
+    plain = NUMBER.fullmatch(text) is not None and digits <= MOST_DIGITS
+    return plain and low <= float(text) <= high
+
+
+class Malice:
+    """Makes orders that are none."""
+
+    def __init__(self, grammar: Grammar, seed: int) -> None:
+        self._grammar = grammar
+        self._chance = random.Random(seed)  # noqa: S311 - no secret
+
+    def orders(self, count: int) -> Iterator[bytes]:
+        """Bytes in which no order is one that may be taken, whatever comes before or after."""
+        made = 0
+        while made < count:
+            data = self._chance.choice((
+                self._numbered, self._changed, self._changed, self._points, self._points,
+                self._named, self._long, self._cut,
+            ))()  # fmt: skip
+            if not any(map(self._grammar.allows, frames(data))):
+                made += 1
+                yield data
+
+    def noise(self, count: int) -> bytes:
+        """Random bytes; a `#` that begins something that may be taken is none any more."""
+        data = bytearray(self._chance.randbytes(count))
+        while any(map(self._grammar.allows, frames(data))):
+            for found in re.finditer(rb"#[ -~]*;", bytes(data)):
+                data[found.start()] = ord("$")
+        return bytes(data)
+
+    def sound(self) -> str:
+        """An order that may be taken."""
+        chance, grammar = self._chance, self._grammar
+        order = chance.choice((2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 19, 20, 21))
+        data = {
+            2: "1",
+            9: "0",
+            3: f"{chance.uniform(0, 1100):.1f}",
+            4: f"{chance.uniform(0, 100):.1f}",
+            7: self._sound_points(),
+            14: chance.choice(("fuse", "slump 2", "a-b")),
+            20: f"{chance.uniform(500, 1150):.0f}",
+        }.get(order, str(chance.randint(1, grammar.places)))
+        return f"{order} {data}"
+
+    def _sound_points(self) -> str:
+        chance = self._chance
+        return "".join(
+            f"{number},{chance.randint(1, 300)},{chance.randint(20, 1000)}"
+            + chance.choice(("", ",0", ",1", ",2", ",4")) + ":"
+            for number in range(1, chance.randint(2, 6))
+        )  # fmt: skip
+
+    def _numbered(self) -> bytes:
+        """A number that is no order's."""
+        number = self._chance.choice((0, 1, 23, 24, 99, 100, 255, 256, 258, 264, 65538, 10**20, ""))
+        return f"#{number}{self._chance.choice((' 1', '', ' 1,2,3:', ','))};".encode()
+
+    def _changed(self) -> bytes:
+        """An order with some of its bytes changed, left out, doubled, or nasty words put in."""
+        text = bytearray(f"#{self.sound()};".encode())
+        for _ in range(self._chance.randint(1, 4)):
+            at = self._chance.randrange(1, len(text))
+            match self._chance.randrange(4):
+                case 0:
+                    text[at] = self._chance.randrange(256)
+                case 1:
+                    del text[at]
+                case 2:
+                    text[at:at] = text[at : at + self._chance.randint(1, 9)]
+                case _:
+                    text[at:at] = self._chance.choice(NASTY).encode()
+            text += b";" * (len(text) < 2)
+        return bytes(text)
+
+    def _points(self) -> bytes:
+        """Segments of which at least one is wrong."""
+        chance = self._chance
+        fields = [self._sound_points()]
+        number = chance.choice(("0", str(self._grammar.points + 2), "255", "256", "", "-1", "1"))
+        word = chance.choice(NASTY)
+        fields.append(chance.choice((
+            f"{number},{word},100:", f"{number},10,{word}:", f"{number},10:", f"{number},:",
+            f"{number},10,20,5:", f"{number},10,20,0,0:", f"{number},-5,100:", ":", ",,:", "1",
+            f"{number},10,1100.1:", f"{number},44641,100:", f"{number},10,-3300:",
+            f"{number},10,100,{word}:",
+        )))  # fmt: skip
+        chance.shuffle(fields)
+        return f"#7 {''.join(fields)};".encode()
+
+    def _named(self) -> bytes:
+        """Names that are too long, empty, or would end a text of the display."""
+        name = self._chance.choice(("", " ", "   ", 'a"b', "a\\b", "a" * 13, "x" * 64, "ÿ", "\x01"))
+        return f"#14 {name};".encode("latin-1")
+
+    def _long(self) -> bytes:
+        """More than any order is long."""
+        size = self._chance.choice((100, 256, 300))
+        filler = self._chance.choice((b"1", b"9,9,9:", b"a", b" ", b"0"))
+        return b"#" + self._chance.choice((b"7 ", b"14 ", b"3 ", b"")) + filler * size + b";"
+
+    def _cut(self) -> bytes:
+        """The front of an order, perhaps with the end of another."""
+        text = f"#{self.sound()};".encode()
+        other = self.sound().encode() + b";"
+        front = text[: self._chance.randrange(1, len(text))]
+        return front + self._chance.choice((b"\r\n", b"\xff\xff\xff", b"#")) * 2 + other[3:]
