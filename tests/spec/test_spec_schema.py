@@ -134,7 +134,12 @@ def test_defaults_are_those_of_the_models() -> None:
         for key, described in definitions["Protection"]["properties"].items()
         if "default" in described
     }
-    assert defaults == {"minimum": "-10 °C", "rise_rate": "5 K/s", "stale_after": "5 s"}
+    assert defaults == {
+        "maximum_adjustable": False,
+        "minimum": "-10 °C",
+        "rise_rate": "5 K/s",
+        "stale_after": "5 s",
+    }
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS, ids=lambda dimension: dimension.name)
