@@ -1,4 +1,4 @@
-"""Faults of a thermocouple converter on three wires: wires, supply, thermocouple, conversions."""
+"""Faults of a thermocouple converter on its wires: wires, supply, thermocouple, conversions."""
 
 from __future__ import annotations
 
@@ -33,10 +33,11 @@ def mend(world: World) -> None:
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to any of them."""
-    yield from _answers(site)
-    yield from _frozen(site)
-    yield from _harmless(site)
+    """Yield what applies to those that only answer."""
+    yield from wires(site)
+    yield no_reading(site, "thermocouple_broken", "sensor_open", cut, mend)
+    yield failing_supply(site, "sensor_no_answer")
+    yield from conversions(site)
 
 
 def on_chip(act: Callable[[SpiChip], None]) -> Act:
@@ -54,8 +55,8 @@ def _fail(faults: Faults) -> Act:
     return on_chip(lambda chip: setattr(chip, "faults", replace(faults)))
 
 
-def _answers(site: Site) -> Iterator[Fault]:
-    """The chip no longer answers, or badly, or that its thermocouple is broken."""
+def wires(site: Site) -> Iterator[Fault]:
+    """Yield what makes the chip no longer answer, or badly."""
     sound = _fail(Faults())
     yield no_reading(
         site, "unplugged", "sensor_no_answer", on_chip(SpiChip.unplug), on_chip(SpiChip.plug)
@@ -66,8 +67,17 @@ def _answers(site: Site) -> Iterator[Fault]:
     )
     yield no_reading(site, "no_clock", "sensor_no_answer", _fail(Faults(dumb=True)), sound)
     yield no_reading(site, "damaged_answers", "sensor_crc", _fail(Faults(corrupt_rate=1.0)), sound)
-    yield no_reading(site, "thermocouple_broken", "sensor_open", _fail(Faults(open=True)), sound)
-    yield no_reading(site, "failing_supply", "sensor_no_answer", _failing_supply, _leave_alone)
+
+
+def failing_supply(site: Site, rule: str) -> Fault:
+    """Return what breaks the chip's supply down again and again, which is seen by a rule."""
+    return no_reading(site, "failing_supply", rule, _failing_supply, _leave_alone)
+
+
+def conversions(site: Site) -> Iterator[Fault]:
+    """Yield what conversions can suffer, and what must not stop a machine."""
+    yield from _frozen(site)
+    yield from _harmless(site)
 
 
 def _short(level: Level | None) -> Act:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Timing
 from heatwright.sim.sensors.max31856_registers import (
     ALWAYS_ZERO,
@@ -107,9 +108,20 @@ class Max31856(SpiChip):
         self._settle()
         self._beyond_supply = beyond
 
+    def short_orders(self, level: Level | None) -> None:
+        """Short its input to ground ("low") or to supply ("high"); None ends it."""
+        assert self._wires.told is not None  # noqa: S101 - it has one
+        self._avr.pins.drive(self._wires.told, level)
+
     def _settle(self) -> None:
         if self._wired:
             self._go_on(self._avr.cycle)
+
+    @property
+    def untested(self) -> int:
+        """How many conversions have ended since it looked for an open thermocouple."""
+        self._settle()
+        return self._count % TEST_EVERY
 
     # -- the wires -----------------------------------------------------------------------------
 

@@ -1,0 +1,132 @@
+"""A MAX31856's faults: it is told, too, and looks for an open thermocouple now and then only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import cast
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import answer_s, reading_s
+from heatwright.sim.faults.converter import (
+    WATCH_S,
+    chip_of,
+    conversions,
+    failing_supply,
+    wires,
+)
+from heatwright.sim.faults.converter import cut as break_thermocouple
+from heatwright.sim.faults.converter import mend as mend_thermocouple
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.native.pins import Level
+from heatwright.sim.sensors.max31856 import TEST_EVERY, Max31856
+from heatwright.sim.sensors.max31856_registers import TEST_S
+
+SLOW = 1.5
+TOO_HOT_C, USUAL_C = 130.0, 25.0
+"""A cold junction beyond the chip's range, and a usual one."""
+
+CUT_RULE = "sensor_short"
+"""What sees that its answers are pulled to ground."""
+
+
+def cut(world: World) -> None:
+    """Short its answers to ground."""
+    chip_of(world).short("low")
+
+
+def mend(world: World) -> None:
+    """Let them go."""
+    chip_of(world).short(None)
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop's sensor."""
+    yield from wires(site)
+    yield from _broken(site)
+    yield failing_supply(site, "sensor_reset")
+    yield no_reading(
+        site, "orders_shorted_to_supply", "sensor_no_answer", _orders("high"), _orders(None)
+    )
+    yield no_reading(
+        site,
+        "thermocouple_beyond_supply",
+        "sensor_short",
+        _beyond(supply=True),
+        _beyond(supply=False),
+    )
+    yield no_reading(site, "chip_too_hot", "sensor_range", _is(TOO_HOT_C), _is(USUAL_C))
+    yield from conversions(site)
+    yield Fault("slow_conversions", lambda: starts.heating(site), _slow, watch_s=WATCH_S)
+
+
+def open_s(site: Site) -> float:
+    """Return how long the chip may take to find an open thermocouple, s."""
+    sensor = site.controller.thermometers[site.loop.sensor]
+    return TEST_EVERY * sensor.conversion_s + max(TEST_S.values())
+
+
+def _broken(site: Site) -> Iterator[Fault]:
+    """A thermocouple that breaks, and what its open input then shows until the chip looks for it.
+
+    Its capacitor holds the voltage for a while; or nothing does, and the tip seems to be as cold as
+    the chip, which another rule may see sooner.
+    """
+    found = Trip(("sensor_open",), answer_s(site.loop) + open_s(site))
+    fallen = ("rise_rate", "under_temperature", "sensor_open")
+    yield Fault(
+        "thermocouple_broken",
+        lambda: _just_tested(site),
+        break_thermocouple,
+        mend_thermocouple,
+        trip=found,
+        off_within_s=reading_s(site.loop) + open_s(site),
+        again=found,
+    )
+    yield Fault(
+        "thermocouple_broken_at_bias",
+        lambda: _just_tested(site),
+        _break_at_bias,
+        mend_thermocouple,
+        trip=Trip(fallen, found.allowed_s),
+        again=found,
+    )
+
+
+def _just_tested(site: Site) -> World:
+    """Begin while the heater is on, and the chip has just looked for an open thermocouple."""
+    world = starts.heating(site)
+    world.until(lambda now: _chip(now).untested == 1 and starts.heater_is_on(now), starts.LONGEST_S)
+    return world
+
+
+def _chip(world: World) -> Max31856:
+    return cast("Max31856", chip_of(world))
+
+
+def _break_at_bias(world: World) -> None:
+    _chip(world).held = False
+    break_thermocouple(world)
+
+
+def _orders(level: Level | None) -> Act:
+    return lambda world: _chip(world).short_orders(level)
+
+
+def _beyond(*, supply: bool) -> Act:
+    def act(world: World) -> None:
+        _chip(world).beyond_supply = supply
+
+    return act
+
+
+def _is(internal_c: float) -> Act:
+    def act(world: World) -> None:
+        _chip(world).internal_c = internal_c
+
+    return act
+
+
+def _slow(world: World) -> None:
+    chip_of(world).faults.slow = SLOW
