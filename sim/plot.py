@@ -16,10 +16,14 @@ from heatwright.sim.plot_data import (
     SETPOINT,
     TimeAxis,
     asked_of,
+    band_k,
     closer,
+    deviation_k,
     fault_label,
     faults,
+    followed,
     key_presses,
+    runs_program,
     time_axis,
     with_reading,
 )
@@ -101,7 +105,14 @@ def _label_keys(panel: Axes, trace: Trace, time: TimeAxis) -> None:
 
 
 def _closer(panel: Axes, log: StepLog, loop: str, time: TimeAxis) -> None:
-    """Show the readings around the last setpoint, once they have come near it."""
+    """Show the readings around the last setpoint, or about that of a program all the way."""
+    if runs_program(log):
+        seen = followed(log)
+        panel.axhline(0.0, color=SETPOINT, lw=1.0, ls="--")
+        panel.step(time(seen["time_s"]), deviation_k(seen), where="post", color=READING, lw=1.0)
+        panel.set_ylim(*band_k(log))
+        panel.set_ylabel(f"{loop} − setpoint [K]")
+        return
     _readings(panel, log, "reading", time)
     panel.set_ylim(*closer(log))
     panel.set_ylabel(f"{loop}, closer [°C]")

@@ -25,6 +25,15 @@ FAULT = "#c00000"
 LEAST_ZOOM_K = 0.5
 """Half of the least height of the closer look: eight steps of a 12 bit sensor."""
 
+RUNNING = 1
+"""What `program.state` says while a program runs (docs/control.md, "Programs")."""
+
+USUAL_SHARE = 0.95
+"""Of a program's deviations those that its picture has to hold."""
+
+LEAST_BAND_K = 1.0
+"""Half of its least height."""
+
 ROOM = 1.15
 """Height of the closer look over that of the curve in it."""
 
@@ -115,6 +124,35 @@ def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
     start = int(met[0]) if len(met) else 2 * len(errors_k) // 3
     half_k = max(LEAST_ZOOM_K, ROOM * float(np.abs(errors_k[start:]).max(initial=0.0)))
     return setpoint_c - half_k, setpoint_c + half_k
+
+
+def runs_program(log: StepLog) -> bool:
+    """Tell whether a program has moved the setpoint."""
+    return "program.state" in (log.dtype.names or ()) and bool(
+        (log["program.state"] == RUNNING).any()
+    )
+
+
+def followed(log: StepLog) -> StepLog:
+    """Return the steps in which a program runs and there is a reading to hold against it."""
+    running: StepLog = log[(log["program.state"] == RUNNING) & (log["has_reading"] != 0)]
+    return running
+
+
+def deviation_k(log: StepLog) -> Series:
+    """Return how far the readings are above the setpoint, K."""
+    deviations: Series = log["temperature_c"].astype(float) - log["setpoint_c"].astype(float)
+    return deviations
+
+
+def band_k(log: StepLog) -> tuple[float, float]:
+    """Choose the range of a program's deviations: all but a twentieth of them, and alike both ways.
+
+    A machine that cannot cool as fast as its program would else hide all the rest.
+    """
+    half_k = ROOM * float(np.quantile(np.abs(deviation_k(followed(log))), USUAL_SHARE))
+    half_k = max(LEAST_BAND_K, half_k)
+    return -half_k, half_k
 
 
 def thinned(values: NDArray[np.generic], most: int) -> NDArray[np.intp]:

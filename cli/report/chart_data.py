@@ -13,10 +13,14 @@ from heatwright.sim.plot_data import (
     NODES,
     TimeAxis,
     asked_of,
+    band_k,
     closer,
+    deviation_k,
     fault_label,
     faults,
+    followed,
     key_presses,
+    runs_program,
     thinned,
     time_axis,
     with_reading,
@@ -38,7 +42,7 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
     time = time_axis(trace.duration_s)
     panels = [_panel(TALL, _temperatures(trace, controller, time))]
     for loop, log in trace.steps.items():
-        panels.append(_panel(MIDDLE, list(readings(log, "reading", time)), closer(log)))
+        panels.append(_closer(log, time))
         asked = [
             curve(
                 time, log["time_s"], percent,
@@ -53,6 +57,18 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
         "panels": panels,
         "marks": [*_keys(trace, time), *_faults(trace, time)],
     }
+
+
+def _closer(log: StepLog, time: TimeAxis) -> Json:
+    """Show the readings around the last setpoint, or about that of a program all the way."""
+    if not runs_program(log):
+        return _panel(MIDDLE, list(readings(log, "reading", time)), closer(log))
+    seen = followed(log)
+    deviation = curve(
+        time, seen["time_s"], deviation_k(seen),
+        name="reading − setpoint [K]", colour="var(--accent)", kind="step", digits=2,
+    )  # fmt: skip
+    return _panel(MIDDLE, [deviation], band_k(log))
 
 
 def _panel(height: int, series: list[Json], span: tuple[float, float] | None = None) -> Json:
