@@ -5,14 +5,24 @@ import pytest
 from touch_kiln import SPEC, compile_kiln
 
 from heatwright.generator import plan_firmware, render
-from heatwright.spec import load
+from heatwright.spec import Controller, Spec, load
 
 
 @pytest.fixture(scope="session")
-def kiln_files(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, str]:
+def touched_spec(tmp_path_factory: pytest.TempPathFactory) -> Spec:
     path = tmp_path_factory.mktemp("spec") / "touched.yaml"
     path.write_text(SPEC, encoding="utf-8")
-    return render(plan_firmware(load(path)))
+    return load(path)
+
+
+@pytest.fixture(scope="session")
+def touched(touched_spec: Spec) -> Controller:
+    return touched_spec.controller
+
+
+@pytest.fixture(scope="session")
+def kiln_files(touched_spec: Spec) -> Mapping[str, str]:
+    return render(plan_firmware(touched_spec))
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,9 @@ def points(kiln: Path, *orders: str, place: int = 3) -> str:
 
 
 def test_the_example_of_the_source(kiln: Path) -> None:
-    assert points(kiln, "7 1,20,600:2,40,300:3,60,300:4,0,0:") == "1/6000/1200,1/3000/2400,4/0/3600,"
+    assert (
+        points(kiln, "7 1,20,600:2,40,300:3,60,300:4,0,0:") == "1/6000/1200,1/3000/2400,4/0/3600,"
+    )
 
 
 @pytest.mark.parametrize(
@@ -63,7 +65,9 @@ def test_a_gap_is_none_where_there_is_a_segment(kiln: Path) -> None:
 
 
 def test_one_segment_is_changed(kiln: Path) -> None:
-    assert points(kiln, "7 3,20,700:", place=1) == "1/5400/3600,4/0/1800,1/7000/1200,5/0/0,3/5100/0,"
+    assert (
+        points(kiln, "7 3,20,700:", place=1) == "1/5400/3600,4/0/1800,1/7000/1200,5/0/0,3/5100/0,"
+    )
 
 
 def test_the_end_of_before_makes_a_hold(kiln: Path) -> None:

@@ -1,0 +1,247 @@
+"""What the display is told: at its start, when something changes, and never too often."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from touch_kiln import LOOK, STARTED, Said, celsius, fault, received, run, seconds, ticks
+
+from heatwright.spec import Controller
+from heatwright.spec.nextion import Component, display_pages
+
+EVERY_TICKS = 2
+REFRESH_TICKS = 3000
+TRY_TICKS = 100
+
+
+@pytest.fixture(scope="session")
+def page_numbers(touched: Controller) -> dict[str, int]:
+    return {page.name: page.id for page in display_pages(touched)}
+
+
+def page(number: int) -> bytes:
+    return received(f"#21 {number};".encode())
+
+
+def order(text: str) -> bytes:
+    return received(f"#{text};".encode())
+
+
+def after(said: Said, tick: int) -> list[str]:
+    return [text for text, at in zip(said.instructions, said.ticks, strict=True) if at >= tick]
+
+
+def test_it_begins_with_silence_about_answers(kiln: Path) -> None:
+    said = run(kiln, seconds(1))
+    assert said.instructions[:2] == ["bkcmd=0", "sendme"]
+
+
+def test_a_change_is_said_and_nothing_else(kiln: Path) -> None:
+    said = run(kiln, seconds(5), celsius(300), seconds(10))
+    assert after(said, 501) == ["main.temp.val=300"]
+
+
+def test_no_instruction_follows_another_in_less_than_20_ms(kiln: Path) -> None:
+    touches = [order("2 1") + ticks(3), order("12") + ticks(1), page(3) + seconds(1)] * 20
+    said = run(kiln, seconds(1), *touches, fault(24), seconds(40))
+    assert min(b - a for a, b in pairwise(said.ticks)) == EVERY_TICKS
+
+
+def test_everything_again_every_30_s(kiln: Path) -> None:
+    said = run(kiln, seconds(61))
+    first = said.instructions[: said.instructions.index("main.duty.val=0") + 1]
+    for start in (REFRESH_TICKS, 2 * REFRESH_TICKS):
+        again = after(said, start)
+        assert again[:2] == ["bkcmd=0", "sendme"]
+        assert {text.split("=")[0] for text in first[2:]} <= {text.split("=")[0] for text in again}
+
+
+def test_everything_again_when_the_display_starts(kiln: Path) -> None:
+    said = run(kiln, seconds(5), page(3), seconds(5), received(STARTED), seconds(5))
+    again = after(said, 1000)
+    assert again[:3] == ["bkcmd=0", "sendme", "main.temp.val=20"]
+    assert said.state["page"] == "0"
+
+
+def test_everything_again_when_the_display_has_lost_something(kiln: Path) -> None:
+    said = run(kiln, seconds(5), received(b"\x24\xff\xff\xff"), seconds(5))
+    assert after(said, 500)[:3] == ["bkcmd=0", "sendme", "main.temp.val=20"]
+
+
+def test_the_display_answers_which_page_it_shows(kiln: Path) -> None:
+    said = run(kiln, seconds(5), received(b"\x66\x03\xff\xff\xff"), seconds(5))
+    assert said.state["page"] == "3"
+    assert said.shown["points.k1.txt"] == "min"
+
+
+@pytest.mark.parametrize("answer", [b"\x66\xc8\xff\xff\xff", b"\x66\x03\xff\xff#", b"\xff" * 12,
+                                    b"\x1a\xff\xff\xff", b"\0\xff\xff\xff"])  # fmt: skip
+def test_other_answers_mean_nothing(kiln: Path, answer: bytes) -> None:
+    said = run(kiln, seconds(5), received(answer), seconds(5))
+    assert said.state["page"] == "0"
+    assert after(said, 500) == []
+
+
+def test_a_page_shows_its_own_and_all_of_it(
+    kiln: Path, touched: Controller, page_numbers: dict[str, int]
+) -> None:
+    """Whatever begins empty, or 0 in a field, and is not set by the page's own code, is said."""
+    for name in ("main", "programs", "points", "settings", "thermo", "debug", "faults"):
+        said = run(kiln, order("3 640"), seconds(2), page(page_numbers[name]), seconds(3))
+        told = {text.split("=")[0] for text in after(said, 200)}
+        assert all(text.startswith((f"{name}.", "add ")) for text in told)
+        parts = display_pages(touched)[page_numbers[name]].components
+        missing = {part.name for part in parts if _waits(part)} - {
+            text.split(".")[1] for text in told if "." in text
+        }
+        assert missing == set(), name
+
+
+def _waits(part: Component) -> bool:
+    begins = part.attributes.get("val", part.attributes.get("txt"))
+    return part.kind in ("text", "number") and begins in ("", 0)
+
+
+def test_a_program_is_shown(kiln: Path, page_numbers: dict[str, int]) -> None:
+    said = run(kiln, seconds(1), order("13 1"), page(page_numbers["points"]), seconds(3))
+    rows = [
+        tuple(said.shown[f"points.{column}{row}.txt"] for column in "kmt") for row in range(1, 7)
+    ]
+    assert rows == [
+        ("min", "60", "540"), ("hold", "30", ""), ("K/h", "150", "800"), ("until", "", ""),
+        ("fast", "", "510"), ("", "", ""),
+    ]  # fmt: skip
+    assert said.shown["points.pname.txt"] == "fuse"
+
+
+def test_fractions_are_shown_as_they_are_typed(kiln: Path, page_numbers: dict[str, int]) -> None:
+    change = order("7 1,2.02,600.5:2,150.5,-0,1:3,0.5,700:")
+    said = run(
+        kiln, seconds(1), order("13 3"), change, seconds(1), page(page_numbers["points"]),
+        seconds(3),
+    )  # fmt: skip
+    assert said.shown["points.m1.txt"] == "2.02"
+    assert said.shown["points.t1.txt"] == "600.5"
+    assert (said.shown["points.m2.txt"], said.shown["points.t2.txt"]) == ("150.5", "0")
+    assert said.shown["points.m3.txt"] == "0.5"
+
+
+def test_marks_are_shown(kiln: Path, page_numbers: dict[str, int]) -> None:
+    said = run(
+        kiln, seconds(1), order("8 1"), seconds(2), order("11 4"), page(page_numbers["points"]),
+        seconds(3),
+    )  # fmt: skip
+    colours = [said.shown[f"points.p{row}.bco"] for row in range(1, 6)]
+    assert len(set(colours)) == 3
+    assert colours[1] == colours[2] == colours[4]
+
+
+def test_the_state_in_words(kiln: Path) -> None:
+    def state(*script: bytes) -> str:
+        return run(kiln, seconds(2), *script, seconds(3)).shown["main.state.txt"]
+
+    assert state() == "off"
+    assert state(order("2 1")) == "on"
+    assert state(order("2 1"), order("4 5")) == "by hand"
+    assert state(order("8 1")) == "runs"
+    assert state(order("8 1"), seconds(2), order("9 0")) == "paused"
+    assert state(order("8 1"), seconds(2), order("10 3")) == "returns to its setpoint"
+    assert state(order("8 1"), seconds(2), order("17")) == "stopped"
+    assert state(order("8 1"), seconds(2), fault(24)) == "stopped by a fault"
+
+
+def test_clocks_and_energy(kiln: Path) -> None:
+    """Half full power for two minutes over an hour: the clocks count, the meter too."""
+    said = run(kiln, seconds(2), order("8 1"), *[seconds(600)] * 7)
+    shown = said.shown
+    assert [shown[f"main.{name}.val"] for name in ("day", "hour1", "minute1")] == ["0", "1", "9"]
+    assert [shown[f"main.{name}.val"] for name in ("day2", "hour2", "minute2")] == ["0", "1", "9"]
+    kwh = float(shown["main.energy.txt"].removesuffix(" kWh"))
+    assert 0 < kwh <= 0.484 * 4202 / 3600 + 0.005
+
+
+def test_a_fault_has_its_page(kiln: Path) -> None:
+    said = run(kiln, seconds(5), fault(6), seconds(1))
+    told = after(said, 500)
+    assert told[0] == "page fault06"
+    assert {"main.ERROR.en=1", 'main.alarm.txt="E06 TOO HOT"'} <= set(told)
+
+
+def test_a_page_that_is_not_seen_is_ordered_again(kiln: Path) -> None:
+    said = run(kiln, seconds(5), fault(6), seconds(10))
+    times = [at for text, at in zip(said.instructions, said.ticks, strict=True)
+             if text == "page fault06"]  # fmt: skip
+    assert len(times) == 5
+    assert all(TRY_TICKS <= b - a <= TRY_TICKS + EVERY_TICKS for a, b in pairwise(times))
+
+
+def test_a_page_that_is_seen_is_not(kiln: Path, page_numbers: dict[str, int]) -> None:
+    there = page(page_numbers["fault06"])
+    said = run(kiln, seconds(5), fault(6), ticks(20), there, seconds(10))
+    assert said.instructions.count("page fault06") == 1
+    assert said.shown["t.txt"] == "20.0"
+
+
+def test_after_the_acknowledgement_the_main_page_comes_back(
+    kiln: Path, page_numbers: dict[str, int]
+) -> None:
+    there = page(page_numbers["fault06"])
+    said = run(kiln, seconds(5), fault(6), ticks(20), there, order("16"), seconds(1), page(0),
+               seconds(2))  # fmt: skip
+    assert said.instructions.count("page main") == 1
+    assert said.shown["main.ERROR.en"] == "0"
+    assert said.shown["main.alarm.txt"] == ""
+
+
+def test_the_page_of_a_fault_comes_again_when_the_display_starts(
+    kiln: Path, page_numbers: dict[str, int]
+) -> None:
+    there = page(page_numbers["fault06"])
+    said = run(kiln, seconds(5), fault(6), ticks(20), there, seconds(3), page(0), seconds(3),
+               received(STARTED), seconds(1))  # fmt: skip
+    assert said.instructions.count("page fault06") == 2
+
+
+def test_a_fault_without_a_page_shows_on_the_main_page(kiln: Path) -> None:
+    said = run(kiln, seconds(5), fault(9), seconds(2))
+    assert "page main" in said.instructions
+    assert said.shown["main.alarm.txt"] == "E09 FROZEN"
+
+
+def test_the_list_of_faults(kiln: Path, page_numbers: dict[str, int]) -> None:
+    trips = [fault(code) + seconds(61) + order("16") + seconds(1) for code in (1, 6, *[24] * 7)]
+    said = run(kiln, seconds(1), *trips, order("12"), ticks(5), page(page_numbers["faults"]),
+               seconds(2))  # fmt: skip
+    assert "page faults" in said.instructions
+    listed = [said.shown[f"faults.l{row}.txt"] for row in range(1, 9)]
+    assert listed[0] == "E24 KILN LAGS  20.0 C  0d 00:08"
+    assert [line[:3] for line in listed] == ["E24"] * 7 + ["E06"]
+
+
+def test_the_chart_of_the_firing(kiln: Path) -> None:
+    said = run(kiln, seconds(1), order("8 1"), *[seconds(600)] * 2, page(3), seconds(600),
+               page(0), seconds(5))  # fmt: skip
+    cleared = [text for text in said.instructions if text.startswith("cle")]
+    assert cleared == ["cle 24,0", "cle 24,1"]
+    drawn = [text for text in after(said, 100 + 180000) if text.startswith("add 24,")]
+    assert len(drawn) == 2 * 31  # one a minute, from its start, both channels
+    temperatures = [int(text.split(",")[2]) for text in drawn[::2]]
+    setpoints = [int(text.split(",")[2]) for text in drawn[1::2]]
+    assert set(temperatures) == {3}  # 20 °C of 1200 in 180 pixels
+    # From 20 °C to 540 °C in an hour: half way after 30 minutes.
+    assert setpoints[0] == 3
+    assert setpoints[-1] == round((20 + 260) * 180 / 1200)
+
+
+def test_the_running_chart(kiln: Path, page_numbers: dict[str, int]) -> None:
+    said = run(kiln, seconds(5), celsius(600), page(page_numbers["debug"]), seconds(10))
+    drawn = [text for text in said.instructions if text.startswith("add 7,0,")]
+    assert 9 <= len(drawn) <= 11
+    assert drawn[-1] == "add 7,0,90"
+    assert not any(text.startswith("add 24") for text in after(said, 520))
+
+
+def test_a_cut_line_changes_nothing(kiln: Path) -> None:
+    plain = run(kiln, seconds(3), order("8 1"), seconds(100))
+    cut = run(kiln, seconds(3), order("8 1"), b"x\1", seconds(99), b"x\0", seconds(1), LOOK)
+    assert cut.state == plain.state
