@@ -150,7 +150,7 @@ class Plant:
         return self._node_of(sensor)
 
     def radiates_at(self, temperature_c: float) -> tuple[float, ...]:
-        """Return by how much more each surface radiates for a kelvin more, W/K, at a temperature."""
+        """Return by how much more each surface radiates for a kelvin more at a temperature, W/K."""
         return tuple(surface.slope(temperature_c) for surface in self._surfaces)
 
     def rates(
