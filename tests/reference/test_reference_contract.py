@@ -16,6 +16,7 @@ SENSORS = {
     "current": {"pin": "A13", "scale": "50 mV/A", "offset": "0.5 V"},
     "ds18b20": {"pin": "A1"},
     "max31855": SPI,
+    "max31856": {**SPI, "data_in": "D51"},
     "max6675": SPI,
     "rtd": {
         "pin": "A13",

@@ -122,6 +122,64 @@ def test_of_the_bus_too(validator: Any, old: str, new: str) -> None:
         load_text(text)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("thermocouple: K", "thermocouple: C"),
+        ("selectable: [K, S]", "selectable: K"),
+        ("mains_filter: 50 Hz", "mains_filter: 50"),
+        ("average: 2 ", "average: 3 "),
+        ("moving_average: 5", "moving_average: 17"),
+        ("  points: 10 ", "  points: 21 "),
+        ("otherwise: stop", "otherwise: resume"),
+        ("resume_within: 30 K", "resume_within: 30"),
+        ("within: 10 K", "within: 10"),
+        ("name: fuse", "name: fused for long"),
+        ("{hold: 30 min}", "{hold: forever}"),
+        ("{hold: 30 min}", "{holds: 30 min}"),
+        ("over: 60 min", "at: 540 °C"),
+        ("relay_feedback: D9", "relay_feedback: 9"),
+        ("maximum_adjustable: true", "maximum_adjustable: off"),
+        ("port: 1", "port: 4"),
+        ("every: 1 min", "every: 60"),
+        ("entries: 600", "entries: 1001"),
+        ("entries: 600", "keep: sd"),
+        ("baud: 115200", "baud: fast"),
+        ("emissivity: 0.3", "emissivity: 1.3"),
+        ("area: 0.005 m²", "area: 0.005 m"),
+        ("tracking: 1 K", "tracking: 1 °C"),
+        ('send: "#8 1;"', "program: start"),
+    ],
+)
+def test_of_the_kiln_too(validator: Any, old: str, new: str) -> None:
+    text = (ROOT / "spec" / "examples" / "kiln.yaml").read_text(encoding="utf-8")
+    assert old in text
+    text = text.replace(old, new, 1)
+    assert not validator.is_valid(plain(parse_tree(text, "x").data))
+    with pytest.raises(SpecError):
+        load_text(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("hold_back: {within: 10 K, limit: 60 min}", "hold_back: 10 K"),
+        ("{resume_within: 30 K, otherwise: stop}", "stop"),
+        ("over: 60 min", "at: 500 K/h"),
+        ("over: 60 min", "at: as fast as possible"),
+        ("{hold: 30 min}", "{hold: until operator}"),
+        ('send: "#8 1;"', "program: start 1"),
+    ],
+)
+def test_other_forms_fit_too(validator: Any, old: str, new: str) -> None:
+    text = (ROOT / "spec" / "examples" / "kiln.yaml").read_text(encoding="utf-8")
+    assert old in text
+    text = text.replace(old, new, 1)
+    data = plain(parse_tree(text, "x").data)
+    assert [error.message for error in validator.iter_errors(data)] == []
+    assert load_text(text)
+
+
 def test_defaults_are_those_of_the_models() -> None:
     """A default shown to the user, written into the file, must change nothing."""
     text = (ROOT / "spec" / "examples" / "chamber.yaml").read_text(encoding="utf-8")
