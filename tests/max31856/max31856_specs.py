@@ -27,7 +27,7 @@ HOTTER = {
 
 @cache
 def spec_of(
-    board: str = "uno", *, period: str = "500 ms", clock: str = "", extra: str = ""
+    board: str = "uno", *, period: str = "350 ms", clock: str = "", extra: str = ""
 ) -> Spec:
     """A crucible under PID with this converter."""
     select, sck, out, into, heater = PINS[board]
@@ -72,7 +72,7 @@ simulation:
 
 
 @cache
-def program(board: str = "uno", *, period: str = "500 ms", clock: str = "", extra: str = "") -> Elf:
+def program(board: str = "uno", *, period: str = "350 ms", clock: str = "", extra: str = "") -> Elf:
     """Its binary, as PlatformIO builds it."""
     folder = Path(mkdtemp(prefix="crucible-"))
     spec = spec_of(board, period=period, clock=clock, extra=extra)

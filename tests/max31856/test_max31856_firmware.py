@@ -10,7 +10,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay
 from heatwright.sim.sensors.max31856 import Max31856
 
-PERIOD_S = 0.5
+PERIOD_S = 0.35
 AFTER_S = 0.02
 """We look so long after a step is due."""
 SPEED = [("uno", ""), ("leonardo", ""), ("mega2560", ""), ("atmega1284p", ""),
@@ -74,7 +74,7 @@ def test_temperatures_over_its_range(board: str) -> None:
 @pytest.mark.parametrize("letter", "BEJKNRST")
 @pytest.mark.parametrize(("average", "mains"), [(1, 60), (2, 50), (4, 60), (16, 50)])
 def test_every_setting(letter: str, average: int, mains: int) -> None:
-    period = "1 s" if average == 16 else "500 ms"
+    period = "350 ms" if average == 1 else "1 s"
     asked = {"extra": f", thermocouple: {letter}, average: {average}, mains_filter: {mains} Hz"}
     device = AvrDevice(spec_of(period=period, **asked).controller, program(period=period, **asked))
     chip = device.sensors["tip"]
