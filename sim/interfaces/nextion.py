@@ -43,8 +43,8 @@ class Nextion:
     """The display at the end of a UART.
 
     history -- the latest instructions from the board; instructions -- how many there were;
-    shortest_gap_s -- the shortest time from one's first byte to the next one's; display -- what it holds; line --
-    its line, whose `baud` is the display's own.
+    shortest_gap_s -- the shortest time from the first byte of one to that of the next; display --
+    what it holds; line -- its line, whose `baud` is the display's own.
     """
 
     def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:

@@ -1,0 +1,90 @@
+"""The kiln with its display and its machine, in a test's hands."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatwright.sim.bench import step_of
+from heatwright.sim.coupling import Coupling
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.interfaces.nextion import Nextion
+from heatwright.sim.plants import plant_of
+from heatwright.spec import Controller
+
+IDLE, RUNNING, PAUSED, RETURNING = range(4)
+"""States of a program."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A controller and its firmware; folder -- its sources."""
+
+    controller: Controller
+    program: Elf
+    folder: Path
+
+    @property
+    def display_files(self) -> list[str]:
+        """Source files whose variables are the display's own."""
+        return sorted(path.name for path in (self.folder / "src").glob("nextion*.c"))
+
+
+class KilnDesk:
+    """A kiln that is powered on; device -- the board, display -- on its line."""
+
+    def __init__(self, built: Built) -> None:
+        simulation = built.controller.simulation
+        assert simulation is not None
+        self.controller = built.controller
+        self.device = AvrDevice(built.controller, built.program)
+        self._step_s = step_of(built.controller)
+        self._plant = plant_of(
+            built.controller,
+            simulation.plant,
+            ambient_c=simulation.ambient_c,
+            step_s=self._step_s,
+            seed=0,
+        )
+        self._coupling = Coupling(built.controller, self.device, self._step_s)
+        self._rows = 0
+        self._begin_s = 0.0
+        self.open_couple = False
+
+    @property
+    def display(self) -> Nextion:
+        return self.device.display
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        for _ in range(round(seconds / self._step_s)):
+            for sensor, felt in self._plant.sensed_c().items():
+                self.device.sense(sensor, felt)
+            self._rows += 1
+            self.device.advance(self._begin_s + self._rows * self._step_s)
+            self._plant.step(self._coupling.supplied(self._coupling.active()), 0.0)
+        self.device.feed()
+
+    def tap(self, *names: str) -> None:
+        """Touch one component after the other, with time for the board to answer."""
+        for name in names:
+            self.display.tap(name)
+            self.run(0.6)
+
+    def read(self, name: str) -> Any:
+        return self.device.read(name).item()
+
+    def shows(self, attribute: str) -> int | str:
+        return self.display.value(attribute)
+
+    def power_cycle(self) -> None:
+        """Cut the power and give it back."""
+        self.device.power_cycle()
+        self._coupling = Coupling(self.controller, self.device, self._step_s)
+        self._begin_s, self._rows = self.device.time_s, 0
+        self.run(2.0)
+
+    def enter(self, text: str) -> None:
+        """Key a number into the pages that ask for one, in place of what they show."""
+        keys = {key: f"d{place}" for place, key in enumerate("789456123.0-")}
+        self.tap("clear", *(keys[character] for character in text), "ok")
