@@ -4,13 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import cycle
+from math import inf
 
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import Controller, DigitalOutput, Loop, PwmOutput, full_a, switched
+from heatwright.spec import (
+    Controller,
+    DigitalOutput,
+    Loop,
+    PwmOutput,
+    full_a,
+    modbus_of,
+    nextion_of,
+    programmed,
+    switched,
+)
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
+
+
+STARTED_S = 1.5
+"""When a loop is switched on: the program, a display and a person are there by then."""
+TO_SETPOINT = ("left", "select", "up", "select", "right", "left")
+"""In a menu: to the switch, on, back to the first screen, and to the setpoint."""
 
 
 @dataclass
@@ -25,8 +43,8 @@ class Beat:
 class Stage:
     """A device whose sensors move to and fro once a period, about where its loops rest.
 
-    The temperatures stay so near to a setpoint that no protection trips. A loop that a master
-    switches is switched on; a heater's current, where it is measured, is that of the same period.
+    The temperatures stay so near to a setpoint that no protection trips. A loop that is switched is
+    switched on; a heater's current, where it is measured, is that of the same period.
     """
 
     def __init__(self, controller: Controller, device: AvrDevice) -> None:
@@ -38,7 +56,7 @@ class Stage:
             swings[loop.sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
             if switched(controller, name):
-                device.write(f"{name}.enabled", True)
+                self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))
         self._beats += swings.values()
 
     def advance(self, until_s: float) -> None:
@@ -50,6 +68,21 @@ class Stage:
                     beat.act()
                     beat.due_s += beat.period_s
         self._device.advance(until_s)
+
+
+def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
+    """Let the loop work: have its master switch it on, its display start a program.
+
+    At the keys of a menu it is switched on, and then the screen of the setpoint is shown.
+    """
+    if modbus_of(controller) is not None:
+        device.write(f"{loop}.enabled", True)
+    elif nextion_of(controller) is None:
+        device.shield.play(TO_SETPOINT)
+    elif programmed(controller, loop):
+        device.program("start", 1)
+    else:
+        device.send("#2 1;")
 
 
 def _swing(device: AvrDevice, sensor: str, middle_c: float) -> Callable[[], None]:
