@@ -80,10 +80,11 @@ class Way:
         return False
 
     def lags(self, now: ProgramState, temperature_c: Single) -> bool:
-        """Tell whether the machine has been too far below for too long."""
+        """Tell whether the segment has waited too long for a machine that is too cold."""
         waits = now.kind in (OVER, RATE, HOLD) and now.waiting in (HELD_BACK, FOR_TARGET)
         below = waits and now.setpoint_c - temperature_c > ZERO
-        now.waited = min(now.waited + 1, LARGEST_COUNT) if below else 0
+        if below:
+            now.waited = min(now.waited + 1, LARGEST_COUNT)
         return self._back_k is not None and now.waited >= self._limit
 
     def _move(self, now: ProgramState, temperature_c: Single) -> None:
