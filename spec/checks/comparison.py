@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.commands import switched
 from heatwright.spec.controller import ComparisonRow, Controller
 from heatwright.spec.problems import Path
 
@@ -19,7 +20,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
             "algorithm": row.algorithm,
             "setpoint": setpoint,
             "autotune": loop.autotune if row.algorithm.kind == "pid" else None,
-            "starts": None,
+            "starts": "enabled" if switched(controller, name) else None,
         }
     )
     outputs = dict(controller.outputs)

@@ -22,6 +22,7 @@ from heatwright.spec import (
     load,
     load_text,
     modbus_of,
+    starts_enabled,
     switched,
     tunable,
 )
@@ -253,4 +254,4 @@ def test_a_row_needs_no_master(fabricator: Controller) -> None:
             "algorithm": {"kind": "three_position", "dead_band": "5 K"},
         }
     )
-    assert row_controller(fabricator, row).loops["nozzle"].starts is None
+    assert starts_enabled(row_controller(fabricator, row), "nozzle")

@@ -7,6 +7,7 @@ import pytest
 
 from heatwright.spec import (
     AfterPowerLoss,
+    ComparisonRow,
     Controller,
     HoldBack,
     Max31856,
@@ -28,6 +29,7 @@ from heatwright.spec import (
     must_release,
     nextion_of,
     programmed,
+    row_controller,
     starts_enabled,
     switched,
     tunable,
@@ -181,6 +183,13 @@ def test_a_programmed_loop_is_switched_by_people(kiln: Controller) -> None:
     assert starts_enabled(
         changed(("    period: 1 s", "    starts: enabled\n    period: 1 s")), "chamber"
     )
+
+
+def test_a_row_of_a_comparison_needs_no_operator(kiln: Controller) -> None:
+    row = ComparisonRow.model_validate(
+        {"name": "P", "setpoint": "300 °C", "algorithm": {"kind": "pid", "kp": 5, "ki": 0.01}}
+    )
+    assert starts_enabled(row_controller(kiln, row), "chamber")
 
 
 @pytest.mark.parametrize(
