@@ -33,6 +33,7 @@ REPLAY = exactly(ticks=WHOLE, mismatches=WHOLE)
 CLOSED_LOOP = exactly(
     maximum=NUMBER,
     overshoot=NUMBER,
+    tracking={"type": "null"},  # no program ran
     settling_s={"type": ["number", "null"]},
     steady_min=NUMBER,
     steady_max=NUMBER,
