@@ -11,8 +11,8 @@ void chart_clear(void);
 /* A page is shown, and its chart is empty. */
 void chart_show(uint8_t page);
 
-/* Once a tick: note what is due. */
-void chart_tick(void);
+/* In every turn: note what is due. */
+void chart_turn(void);
 
 /* Say one thing about the chart of the page that is shown; false if there is nothing to say. */
 bool chart_say(uint8_t page);

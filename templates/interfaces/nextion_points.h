@@ -31,7 +31,7 @@ bool points_are_waiting(void);
 /* Time of a segment in hundredths of a minute. */
 int32_t points_minutes(uint32_t seconds);
 
-/* Once a tick: have a change written, then show what was asked for meanwhile. */
-void points_tick(void);
+/* In every turn: have a change written, then show what was asked for meanwhile. */
+void points_turn(void);
 
 #endif

@@ -10,6 +10,9 @@ enum { NEXTION_PORT_DAMAGED = 0x15 };
 
 void nextion_port_start(void);
 
+/* True while no received byte waits. */
+bool nextion_port_is_silent(void);
+
 /* The next byte received; false if there is none. */
 bool nextion_port_take(uint8_t *byte);
 

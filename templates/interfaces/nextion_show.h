@@ -8,7 +8,10 @@
 /* Everything on the page is to be said again. */
 void show_anew(void);
 
-/* Look at the next component of a page, and say what it shows if it has changed; false if not. */
-bool show_say(uint8_t page);
+/* Whether a component of a page is to be looked at: all are after every control step, one a turn. */
+bool show_is_due(uint8_t page);
+
+/* Look at the next one, and say what it shows if it has changed; false if not. */
+bool show_say(void);
 
 #endif

@@ -25,8 +25,8 @@ from heatwright.spec.nextion.overview import CHART_EVERY_S, CHART_PX
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
 from heatwright.spec.uart import baud_setting
 
-EVERY_S = 0.02
-"""Time between two instructions: the display has its own work to do."""
+TURN_S = 0.02
+"""Time between two instructions at least: the display has its own work to do."""
 REFRESH_S = 30.0
 """Time between two refreshes: so long a line that was disturbed shows something wrong."""
 TRY_S = 1.0
@@ -54,16 +54,12 @@ def plan(source: Source, interface: Nextion) -> Part:
 
 def _files(source: Source, interface: Nextion) -> Iterable[File]:
     context = _context(source, interface)
-    for name in ("nextion.h", "nextion_port.h", "nextion_pages.h", "nextion_show.h"):
-        yield File(f"src/{name}", f"interfaces/{name}")
-    for stem in ("nextion_frame", "nextion_numbers", "nextion_say"):
+    for stem in ("nextion", "nextion_frame", "nextion_numbers", "nextion_say"):
         for end in ("h", "c"):
             yield File(f"src/{stem}.{end}", f"interfaces/{stem}.{end}")
-    for name in ("nextion_chart.h", "nextion_orders.h"):
-        yield File(f"src/{name}", f"interfaces/{name}")
-    for stem in ("nextion", "nextion_port", "nextion_pages", "nextion_show", "nextion_chart"):
-        yield File(f"src/{stem}.c", f"interfaces/{stem}.c.j2", context)
-    yield File("src/nextion_orders.c", "interfaces/nextion_orders.c.j2", context)
+    for name in ("talk", "port", "pages", "show", "chart", "orders"):
+        yield File(f"src/nextion_{name}.h", f"interfaces/nextion_{name}.h")
+        yield File(f"src/nextion_{name}.c", f"interfaces/nextion_{name}.c.j2", context)
     if context["programs"]:
         yield File("src/nextion_points.h", "interfaces/nextion_points.h")
         yield File("src/nextion_points.c", "interfaces/nextion_points.c.j2", context)
@@ -86,7 +82,7 @@ def _context(source: Source, interface: Nextion) -> dict[str, Any]:
     texts, first = words(controller)
     return {
         "where": source.where,
-        "every_ms": round(EVERY_S * 1000),
+        "turn_ms": round(TURN_S * 1000),
         "loop_name": interface.loop,
         "prefix": prefix_of(interface.loop),
         "sensor": loop.sensor,
@@ -139,20 +135,19 @@ def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield source.at("baud").count(
         "NEXTION_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
     )
-    yield Constant(
-        "NEXTION_EVERY_TICKS", f"{ticks(EVERY_S)}u", f"{quantity(EVERY_S * 1e3, 'ms')} at least"
-    )
-    yield Constant(
-        "NEXTION_REFRESH_TICKS",
-        f"{ticks(REFRESH_S)}u",
-        f"{quantity(REFRESH_S, 's')}, then all anew",
-    )
-    yield Constant(
-        "NEXTION_TRY_TICKS", f"{ticks(TRY_S)}u", f"{quantity(TRY_S, 's')} to show a page"
-    )
+    turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
+    yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
+    yield _turns("REFRESH", REFRESH_S, "until everything is said again")
+    yield _turns("TRY", TRY_S, "to show a page")
     yield from _of_orders(source, interface)
     yield from _of_pages(display_pages(source.controller))
     yield from _of_charts(source)
+
+
+def _turns(name: str, time_s: float, what: str) -> Constant:
+    """A time in turns."""
+    turns = ticks(time_s) // ticks(TURN_S)
+    return Constant(f"NEXTION_{name}_TURNS", f"{turns}u", f"{quantity(time_s, 's')} {what}")
 
 
 def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
@@ -210,14 +205,8 @@ def _of_charts(source: Source) -> Iterable[Constant]:
     hours = quantity(width * CHART_EVERY_S / 3600, "h")
     yield Constant("NEXTION_CHART_COLUMNS", f"{width}u", f"pixels across, {hours}")
     yield Constant("NEXTION_CHART_HEIGHT", f"{height}u", "pixels")
-    yield Constant(
-        "NEXTION_CHART_TICKS", f"{ticks(CHART_EVERY_S)}u", f"{quantity(CHART_EVERY_S, 's')} a pixel"
-    )
-    yield Constant(
-        "NEXTION_RUNNING_TICKS",
-        f"{ticks(CONTROL_CHART_EVERY_S)}u",
-        f"{quantity(CONTROL_CHART_EVERY_S, 's')} a pixel of the running chart",
-    )
+    yield _turns("CHART", CHART_EVERY_S, "a pixel")
+    yield _turns("RUNNING", CONTROL_CHART_EVERY_S, "a pixel of the running chart")
     yield Constant("NEXTION_PIXELS_PER_K", c_float(height / top_c), f"{height} px for {top_c} degC")
 
 

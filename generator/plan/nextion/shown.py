@@ -169,19 +169,20 @@ def _settings(source: Source, interface: Nextion) -> list[What]:
 
 
 def _program() -> list[What]:
-    program_minutes, segment_minutes = "minutes(program.clock)", "minutes(program.segment_clock)"
+    program = "read_clock(&program_clock, program.clock)->"
+    segment = "read_clock(&segment_clock, program.segment_clock)->"
     return [
         What("SHOWS_ON_THE_WAY", "AS_NUMBER", "is_on_the_way()"),
         What("SHOWS_PROGRAM", "AS_NUMBER", "points_number"),
         What("SHOWS_SEGMENT", "AS_NUMBER", "program.segment"),
         What("SHOWS_NAME", "AS_NAME", "points_revision"),
         What("SHOWS_PLACE", "AS_PLACE", "points_revision"),
-        What("SHOWS_DAYS", "AS_NUMBER", f"{program_minutes} / MINUTES_OF_DAY"),
-        What("SHOWS_HOURS", "AS_NUMBER", f"{program_minutes} / 60 % 24"),
-        What("SHOWS_MINUTES", "AS_NUMBER", f"{program_minutes} % 60"),
-        What("SHOWS_SEGMENT_DAYS", "AS_NUMBER", f"{segment_minutes} / MINUTES_OF_DAY"),
-        What("SHOWS_SEGMENT_HOURS", "AS_NUMBER", f"{segment_minutes} / 60 % 24"),
-        What("SHOWS_SEGMENT_MINUTES", "AS_NUMBER", f"{segment_minutes} % 60"),
+        What("SHOWS_DAYS", "AS_NUMBER", f"{program}days"),
+        What("SHOWS_HOURS", "AS_NUMBER", f"{program}hours"),
+        What("SHOWS_MINUTES", "AS_NUMBER", f"{program}minutes"),
+        What("SHOWS_SEGMENT_DAYS", "AS_NUMBER", f"{segment}days"),
+        What("SHOWS_SEGMENT_HOURS", "AS_NUMBER", f"{segment}hours"),
+        What("SHOWS_SEGMENT_MINUTES", "AS_NUMBER", f"{segment}minutes"),
         What("SHOWS_COLOUR", "AS_COLOUR", "colour(row)"),
         What("SHOWS_KIND", "AS_WORD", "WORD_OF_KINDS + segment(row)->kind"),
         What("SHOWS_TIME_OR_RATE", "AS_TIME_OR_RATE", "amount(row)"),

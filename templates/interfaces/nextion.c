@@ -1,0 +1,28 @@
+/* A touch display: what comes is heard in every tick, what is to be said goes out in turns. */
+#include "nextion.h"
+
+#include <stdint.h> /* uint8_t */
+
+#include "config.h"       /* NEXTION_TURN_TICKS */
+#include "nextion_port.h" /* nextion_port_start, nextion_port_is_silent */
+#include "nextion_talk.h" /* talk_* */
+
+void nextion_start(void)
+{
+    nextion_port_start();
+    talk_start();
+}
+
+void nextion_tick(void)
+{
+    static uint8_t ticks_left = NEXTION_TURN_TICKS;
+
+    if (!nextion_port_is_silent()) {
+        talk_hear();
+    }
+    ticks_left--;
+    if (ticks_left == 0) {
+        ticks_left = NEXTION_TURN_TICKS;
+        talk_turn();
+    }
+}
