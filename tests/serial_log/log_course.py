@@ -1,4 +1,4 @@
-"""What the log must say in any case, tried on a board: the same for the whole and for broken ones."""
+"""What the log must say in any case, tried on a board: the whole one, and broken ones."""
 
 from collections.abc import Callable, Iterator
 from functools import cache

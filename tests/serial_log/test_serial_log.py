@@ -1,4 +1,4 @@
-"""The log on its own: every row, every command, every cut of the power; and lines that are broken."""
+"""The log by itself: every row, every command, every cut of the power; its lines broken in turn."""
 
 import random
 
@@ -105,10 +105,8 @@ IN_EEPROM = [
     Broken("log_ring.c", "(lap_of(&slot) - lap) >= 0", "(lap_of(&slot) - lap) > 0"),
     Broken("log_ring.c", "            place = i;", ""),
     Broken("log_ring.c", "            lap = lap_of(&slot);", ""),
-    Broken(
-        "log_ring.c", "    if (found) {\n        go_on();", "    if (false) {\n        go_on();"
-    ),
-    Broken("log_ring.c", "    if (found) {\n        go_on();", "    if (true) {\n        go_on();"),
+    Broken("log_ring.c", "if (found) {\n        go_on();", "if (false) {\n        go_on();"),
+    Broken("log_ring.c", "if (found) {\n        go_on();", "if (true) {\n        go_on();"),
     Broken("log_ring.c", "lap == 0 ? 0 : log_ring_end() - LOG_ENTRIES", "0"),
     Broken("log_ring.c", "return eeprom_is_ready();", "return true;"),
     Broken("log_ring.c", "|| lap_of(&slot) != number / LOG_ENTRIES", ""),
