@@ -1,6 +1,7 @@
 """Commands of a course, given to the reference model's operator; what they keep and when ready."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from heatwright.sim.host import Command
@@ -9,7 +10,7 @@ from heatwright.sim.reference.autotune import DONE
 from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.operator import Operator
-from heatwright.sim.reference.program_state import IDLE
+from heatwright.sim.reference.program_state import IDLE, ProgramState
 from heatwright.sim.reference.programmed import ORDERS, ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.spec import Controller, ThreePosition, commanded, programmed
@@ -45,6 +46,21 @@ class Commands:
         if self.switched and isinstance(loop.algorithm, ThreePosition):
             within_k = loop.algorithm.dead_band_k
         self._within_k = Single(READY_WITHIN_K if within_k is None else within_k)
+
+    def restore(
+        self, program: ProgramState, setpoint_c: Single, gains: Gains | None, critical_c: float
+    ) -> None:
+        """Begin with what outlived a reset."""
+        operator, run = self._operator, self._reference.program
+        assert isinstance(operator, ProgrammedOperator)
+        assert run is not None
+        operator.setpoint_c = setpoint_c
+        operator.gains = self._kept = gains
+        operator.set_critical(critical_c)
+        run.restore(replace(program))
+        if program.state != IDLE:
+            SwitchedOperator.disable(operator)  # without an order to the program
+            run.load(program.number, operator.copies[program.number])
 
     @property
     def orders(self) -> Orders:

@@ -8,7 +8,7 @@ _TEMPLATE = """\
 heatwright: 1
 controller: {{name: host, board: {board}}}
 sensors:
-  air: {{kind: ds18b20, pin: A1, resolution: {bits} bit, moving_average: {readings}}}
+  air: {{{sensor}, moving_average: {readings}}}
 outputs:
   heater: {{{output}, power: 60 W}}
 {relay}
@@ -68,7 +68,7 @@ def _variant(
     period: str,
     programs: tuple[str, ...] = (),
     readings: int = 1,
-    bits: int = 12,
+    sensor: str = "kind: ds18b20, pin: A1",
     stored: bool = False,
     interface: str = _KEYS,
     more: str = "",
@@ -80,7 +80,7 @@ def _variant(
     return _TEMPLATE.format(
         board=board,
         readings=readings,
-        bits=bits,
+        sensor=sensor,
         output=output,
         relay="  relay: {kind: digital, pin: D7}" if relay else "",
         period=period,
@@ -123,8 +123,8 @@ def texts() -> dict[str, str]:
             "kind: pwm, pin: D46, frequency: 100 Hz",
             "kind: pid, kp: 11.5, feed_forward: 0.7, dead_band: 0.25 K, integral: {maximum: 40 %}",
             "runaway: {above: 3 K, for: 2.5 s}, heating: off, frozen: off, rising_while_off: off",
-            period="0.3 s",
-            bits=9,
+            period="0.5 s",
+            sensor="kind: ds18b20, pin: A1, resolution: 10 bit",
             programs=(
                 "hold_back: {within: 2 K, limit: 4 s}",
                 "reached_within: 0.75 K",
@@ -136,7 +136,7 @@ def texts() -> dict[str, str]:
             more="starts: enabled",
         ),
         "fired_never_again": _variant(
-            f"{_WINDOW}, window: 2 s",
+            f"{_WINDOW}, window: 2 s, resolution: 20 ms, distribution: spread",
             "kind: pid, kp: 5, kd: 30, output: {minimum: 2 %}, feed_forward: 12",
             "runaway: {above: 11 K, for: 3 s}, heating: off, frozen: off",
             period="1 s",
@@ -150,5 +150,7 @@ def texts() -> dict[str, str]:
             stored=True,
             interface="kind: nextion",
             relay=True,
+            sensor="kind: max31856, chip_select: D10, clock: D52, data_in: D51, data_out: D50, "
+            "selectable: [K, S]",
         ),
     }

@@ -12,13 +12,28 @@ from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.course import course_of
 from heatwright.sim.reference.current import IdealSensor
 from heatwright.sim.reference.held import has_minimum
-from heatwright.sim.reference.inputs import Orders
+from heatwright.sim.reference.inputs import Gains, Orders
+from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import pwm_period
+from heatwright.sim.reference.program_state import ProgramState
 from heatwright.spec import Controller, DigitalOutput
 
 TICK_US = 10_000
 SLACK = 0.001
 """Of counts: the reference has shares of a time, which do not add up to the last bit."""
+
+
+class Restored(NamedTuple):
+    """What is there after a reset, where that is not what the specification says."""
+
+    program: ProgramState
+    setpoint_c: Single
+    gains: Gains | None
+    critical_c: float
+    """Of loops where it is adjustable."""
+    fault_code: int
+    fault_c: Single
+    fault_s: int
 
 
 class Expected(NamedTuple):
@@ -29,9 +44,14 @@ class Expected(NamedTuple):
     cooler_ticks: int
 
 
-def expected(controller: Controller, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
+def expected(
+    controller: Controller,
+    inputs: NDArray[Any],
+    kind: np.dtype[Any],
+    restored: Restored | None = None,
+) -> Expected:
     """What `Host.run` should give: the state after each step and the heater's counts before it."""
-    return Way(controller).expected(inputs, kind)
+    return Way(controller, restored).expected(inputs, kind)
 
 
 def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
@@ -42,7 +62,7 @@ def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
 class Way:
     """A reference model that does what the rows of a course say, one after the other."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, restored: Restored | None = None) -> None:
         ((name, self._loop),) = controller.loops.items()
         self._reference = Reference(controller, name)
         self._commands = Commands(controller, name, self._reference)
@@ -62,6 +82,16 @@ class Way:
             sensor = controller.sensors[self._current.sensor]
             self._sensor = IdealSensor(sensor, controller.board)
             self._due_a = output.power_w / output.supply_v / 100
+
+        if restored is not None:
+            self._restore(restored)
+
+    def _restore(self, restored: Restored) -> None:
+        self._reference.restore(restored.fault_code, restored.fault_c)
+        self._time_s = restored.fault_s
+        self._commands.restore(
+            restored.program, restored.setpoint_c, restored.gains, restored.critical_c
+        )
 
     @property
     def reference(self) -> Reference:

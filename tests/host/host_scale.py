@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from heatwright.spec import Controller
+from heatwright.spec import Controller, Max31856
 from heatwright.spec.sensors import Ds18b20
 
 ADC_CODES = 1024
@@ -28,19 +28,37 @@ class Scale(Protocol):
         """Return the code farthest from another that is no more than `by_k` from it."""
 
 
-class Sixteenths:
+class _Steps:
+    """Codes that are whole numbers of a part of a kelvin."""
+
     lowest, highest = -(2**15), 2**15 - 1
-    noise = (-55 * 16, 125 * 16)
+    noise = (0, 0)
     first = 0
+    per_k = 1
 
     def celsius(self, code: int) -> float:
-        return code / 16
+        return code / self.per_k
 
     def code(self, celsius: float) -> int:
-        return round(celsius * 16)
+        return round(celsius * self.per_k)
 
     def moved(self, code: int, by_k: float) -> int:
-        return code + int(by_k * 16)
+        return code + int(by_k * self.per_k)
+
+
+class Sixteenths(_Steps):
+    """Of a DS18B20."""
+
+    noise = (-55 * 16, 125 * 16)
+    per_k = 16
+
+
+class Parts128(_Steps):
+    """Of a MAX31856, which has 19 bits."""
+
+    lowest, highest = -(2**18), 2**18 - 1
+    noise = (-200 * 128, 1372 * 128)
+    per_k = 128
 
 
 class _Table:
@@ -82,6 +100,9 @@ class _Table:
 def scale_of(controller: Controller) -> Scale:
     """Return the scale of the sensor of a controller's only loop."""
     ((_, loop),) = controller.loops.items()
-    if isinstance(controller.sensors[loop.sensor], Ds18b20):
+    sensor = controller.sensors[loop.sensor]
+    if isinstance(sensor, Ds18b20):
         return Sixteenths()
+    if isinstance(sensor, Max31856):
+        return Parts128()
     return _Table(controller, loop.sensor)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from host_reference import Way
+from host_reference import Restored, Way
 from host_stretches import Stretch
 from host_stretches_switched import SwitchedWalk
 
@@ -33,7 +33,7 @@ ORDERS = (STOP, PAUSE, START, RESUME, SKIP, JUMP)
 class ProgrammedWalk(SwitchedWalk):
     """Knows by a reference model of its own where the setpoint is."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, restored: Restored | None = None) -> None:
         super().__init__(controller)
         assert controller.programs is not None
         back = controller.programs.hold_back
@@ -41,8 +41,11 @@ class ProgrammedWalk(SwitchedWalk):
         reached_k = controller.programs.reached_within_k
         self._lags_k = (0.0, 0.25, 0.0, back_k, -back_k, reached_k, -reached_k, 2 * back_k)
         self._near_k = (reached_k, -reached_k, 0.0, reached_k / 2)
-        self._way = Way(controller)
-        self._last: dict[str, Any] = {"program.state": IDLE, "fault.code": 0}
+        self._resume_k = controller.programs.after_power_loss.resume_within_k
+        self._way = Way(controller, restored)
+        self._before_c = 30.0 if restored is None else float(restored.program.before_c)
+        fault_code = 0 if restored is None else restored.fault_code
+        self._last: dict[str, Any] = {"program.state": IDLE, "fault.code": fault_code}
 
     def _add(self, row: tuple[Any, ...]) -> None:
         super()._add(row)
@@ -65,6 +68,18 @@ class ProgrammedWalk(SwitchedWalk):
         left_k = self._scale.celsius(goal) - self._scale.celsius(self._raw)
         far = self._scale.moved(self._raw, self._fastest_k if left_k > 0 else -self._fastest_k)
         self._good(goal if abs(left_k) <= self._fastest_k else far)
+
+    def _come_back(self, stretch: Stretch) -> None:
+        """After a reset: find a temperature that it may go on from, or not, or wait for one."""
+        places_k = (0.0, self._resume_k, -self._resume_k, 20.0, 0.25, -0.25)
+        off_k = places_k[stretch.value % len(places_k)]
+        self._ordered = (stretch.value % 8, 1)
+        for _ in range(stretch.value % 3):
+            self._missed(1)
+        self._raw = self._scale.code(self._before_c + off_k) + (stretch.value // 5 % 3 - 1)
+        self._good(self._raw)
+        for _ in range(stretch.steps):
+            self._near(self._setpoint_c)
 
     def _start(self, stretch: Stretch) -> None:
         """Start a program, perhaps after another is stopped, from where it is or near 30 °C."""

@@ -1,0 +1,220 @@
+"""Whether a program goes on, or not, as it should after its power was cut between two steps."""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from math import nan
+from random import Random
+from typing import Any
+
+import host_specs
+from host_courses import random_course
+from host_reference import Restored, Way, expected, first_difference
+from host_stretches import Stretch
+from host_stretches_programmed import FIRING_KINDS, ProgrammedWalk
+from numpy.typing import NDArray
+
+from heatwright.sim.host import Host
+from heatwright.sim.reference.inputs import Gains
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.program_state import (
+    IDLE,
+    JUMP,
+    MEMBERS,
+    PAUSED,
+    POWER_UNREADABLE,
+    RESTORING,
+    RETURNING,
+    RUNNING,
+    START,
+    ProgramState,
+)
+from heatwright.spec import Controller
+
+FIRINGS = 80
+MOST_STRETCHES = 8
+NOT_KEPT = ("rate_k_per_s", "waited", "waiting", "leap", "order", "argument")
+
+State = dict[str, Any]
+
+
+def power_problem(host: Host, name: str) -> str:
+    """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
+    if not host.build.parts.programmed:
+        return ""
+    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (_cut, _edited, _senseless)
+    return next((problem for check in checks for problem in check(host, name)), "")
+
+
+def _firing(number: int) -> list[Stretch]:
+    random = Random(f"power {number}")  # noqa: S311
+    start = Stretch("start", random.randint(1, 14), random.randint(-200, 200))
+    return [start, *random_course(random, number % MOST_STRETCHES, FIRING_KINDS)]
+
+
+@cache
+def _before(name: str) -> list[tuple[NDArray[Any], list[State]]]:
+    """Inputs up to the cut, and the states that the reference then has."""
+    controller = host_specs.spec_of(name).controller
+    found = []
+    for number in range(FIRINGS):
+        inputs = ProgrammedWalk(controller).inputs(_firing(number))
+        way = Way(controller)
+        found.append((inputs, [way.take(place, row) for place, row in enumerate(inputs)]))
+    return found
+
+
+class _Noted:
+    """What the EEPROM has of a course: as it was after the step that wished to save last."""
+
+    def __init__(self, controller: Controller, states: list[State]) -> None:
+        ((_, loop),) = controller.loops.items()
+        assert controller.programs is not None
+        every_ms = round(1000 * controller.programs.save_every_s)
+        self._every = every_ms // round(1000 * loop.period_s)
+        self._since = self.saves = 0
+        self.record: State | None = None
+        last = {f"program.{name}": 0 for name, _ in MEMBERS}
+        for state in states:
+            self._step(last, state)
+            last = state
+
+    def _step(self, last: State, now: State) -> None:
+        order, active = now["program.order"], last["program.state"] != IDLE
+        changed = any(
+            now[f"program.{key}"] != last[f"program.{key}"] for key in ("state", "segment")
+        )
+        self._since += 1
+        due = now["program.state"] in (RUNNING, RETURNING) and self._since >= self._every
+        self.saves += order == START and active  # acknowledged and started at once
+        if changed or due or order in (START, JUMP):
+            self._since = 0
+            self.saves += 1
+            self.record = now
+
+
+def _program_of(record: State | None) -> ProgramState:
+    """The state of a program after a reset, by docs/control.md, "Loss of power"."""
+    if record is None:
+        return ProgramState()
+    if record["program.state"] == IDLE:
+        return ProgramState(ended=record["program.ended"], number=record["program.number"])
+    kept = {name: record[f"program.{name}"] for name, _ in MEMBERS if name not in NOT_KEPT}
+    kept["state"] = PAUSED if kept["state"] == PAUSED else RESTORING
+    return ProgramState(**{**kept, "before_c": record["temperature_c"]})
+
+
+def _restored(host: Host, record: State | None) -> Restored:
+    """What a reference has to know of the firmware's settings after a reset."""
+    library = host.library
+    settings, fault = library.settings, library.fault
+    tunable, adjustable = host.build.parts.tunable, host.build.parts.adjustable
+    gains = (settings.air_kp, settings.air_ki, settings.air_kd) if tunable else ()
+    return Restored(
+        _program_of(record),
+        Single(settings.air_setpoint_c),
+        Gains(*map(Single, gains)) if gains else None,
+        settings.air_maximum_c if adjustable else nan,
+        fault.code,
+        Single(fault.temperature_c),
+        fault.time_s,
+    )
+
+
+def _cut(host: Host, name: str) -> Iterator[str]:
+    """Cut the power after a course, and compare how it goes on."""
+    controller = host_specs.spec_of(name).controller
+    for number, (inputs, states) in enumerate(_before(name)):
+        noted = _Noted(controller, states)
+        _erase(host)
+        host.run(inputs)
+        host.library.host_settle()
+        if host.library.progress_saves() != noted.saves:
+            yield f"course {number}: {host.library.progress_saves()} saves, not {noted.saves}"
+        host.power_up()
+        restored = _restored(host, noted.record)
+        course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
+        after = ProgrammedWalk(controller, restored).inputs(course)
+        wanted = expected(controller, after, host.type, restored)
+        problem = first_difference(host.run(after), wanted)
+        if problem:
+            yield f"course {number}, after the cut, {problem}"
+
+
+def _erase(host: Host) -> None:
+    host.erase()
+    host.power_up()
+
+
+def _run(host: Host) -> None:
+    """Be in the first program for a few steps."""
+    _erase(host)
+    host.set_reading(0, 30 * 16)
+    host.step()
+    host.order(START, 1)
+    for _ in range(3):
+        host.step()
+    host.library.host_settle()
+
+
+def _expect(host: Host, when: str, **wanted: int) -> Iterator[str]:
+    for key, value in wanted.items():
+        found = getattr(host.library.program, key)
+        if found != value:
+            yield f"{when}: {key} is {found}, not {value}"
+
+
+def _edited(host: Host, _: str) -> Iterator[str]:
+    """Another program at its place cannot go on, and that is said until the next one begins."""
+    library = host.library
+    _erase(host)
+    yield from _expect(host, "blank", **{name: 0 for name, _ in MEMBERS})
+    _run(host)
+    edited = library.program_loaded()[0]
+    edited.segment[1].amount += 1
+    library.programs_write(1, library.program_loaded())
+    library.host_settle()
+    for _ in range(2):
+        host.power_up()
+        wanted = {name: 0 for name, _ in MEMBERS}
+        wanted |= {"number": 1, "ended": POWER_UNREADABLE}
+        yield from _expect(host, "edited", **wanted)
+        library.host_settle()
+    _run(host)
+    library.programs_write(2, library.program_loaded())
+    library.host_settle()
+    host.power_up()
+    yield from _expect(host, "another place edited", state=RESTORING, number=1)
+
+
+def _senseless(host: Host, _: str) -> Iterator[str]:
+    """A record that is whole, but cannot be of this machine, is not gone on with."""
+    limits = host.build.controller.loops["air"].protection
+    places: list[tuple[str, list[tuple[float, bool]]]] = [
+        ("segment", [(0, False), (1, True), (6, True), (7, False)]),
+        ("number", [(0, False), (8, False), (9, False), (1, True)]),
+        ("state", [(RETURNING, True), (RESTORING, False), (5, False)]),
+    ]
+    edges = [(limits.minimum_c, True), (limits.maximum_c, True), (nan, False)]
+    edges += [(limits.minimum_c - 1, False), (limits.maximum_c + 1, False)]
+    places += [(key, edges) for key in ("first_c", "from_c", "setpoint_c")]
+    for key, values in places:
+        for value, goes_on in values:
+            _run(host)
+            setattr(host.library.program, key, value)
+            yield from _saved(host, f"{key} {value}", goes_on=goes_on)
+    for value, goes_on in edges:
+        _run(host)
+        host.library.loop_air.temperature_c = value
+        yield from _saved(host, f"temperature {value}", goes_on=goes_on)
+    _run(host)
+    host.library.program.elapsed = 1000
+    yield from _saved(host, "too far", goes_on=True)
+    yield from _expect(host, "too far", elapsed=host.library.program.length)
+
+
+def _saved(host: Host, when: str, *, goes_on: bool) -> Iterator[str]:
+    host.library.progress_save()
+    host.library.host_settle()
+    host.power_up()
+    state, ended = (RESTORING, 0) if goes_on else (IDLE, POWER_UNREADABLE)
+    yield from _expect(host, when, state=state, ended=ended)
