@@ -165,12 +165,22 @@ def test_a_kiln_that_lags_for_too_long_is_a_fault():
     assert (*kiln.of_program("state", "ended"), kiln.record["enabled"]) == (IDLE, FAILED, 0)
 
 
-def test_one_that_is_near_for_a_step_lags_anew():
+def test_one_that_is_near_now_and_then_lags_all_the_same():
     kiln = Kiln()
     kiln.start()
     kiln.follow(20)
-    kiln.feed_all([25.0] * 4 + [40.0] + [25.0] * 4)
-    assert kiln.record["fault.code"] == 0
+    kiln.feed_all([25.0, 40.0, 25.0, 40.0, 25.0, 25.0])
+    assert (kiln.record["fault.code"], *kiln.of_program("waited")) == (0, 4)
+    assert kiln.feed(25.0)["fault.code"] == LAGS
+
+
+def test_each_segment_is_counted_by_itself():
+    kiln = Kiln(controller_of("{to: 40 °C, over: 1 s}, {to: 60 °C, over: 1 s}"))
+    kiln.start()
+    kiln.feed_all([20.0] * 4)
+    assert kiln.of_program("segment", "waited") == (1, 4)
+    kiln.feed_all([40.0] * 2)
+    assert kiln.of_program("segment", "waited") == (2, 0)
 
 
 def test_one_that_cools_slowly_is_waited_for():
