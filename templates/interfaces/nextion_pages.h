@@ -22,6 +22,9 @@ void pages_turn(void);
 /* Ask again for a page that has not been seen. */
 void pages_retry(void);
 
+/* A page was ordered and may be on its way: the one that goes takes nothing any more. */
+bool pages_are_turning(void);
+
 /* Say that another page is wanted; false if there is nothing to say. */
 bool pages_say(void);
 
