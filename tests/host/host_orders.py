@@ -1,0 +1,155 @@
+"""Whether orders to a program are taken and refused as the page says, and act at once."""
+
+from collections.abc import Callable, Iterator
+from random import Random
+
+from host_running import Running
+
+from heatwright.sim.host import Host
+from heatwright.sim.reference.program_state import (
+    IDLE,
+    JUMP,
+    PAUSE,
+    PAUSED,
+    RESTORING,
+    RESUME,
+    RETURNING,
+    RUNNING,
+    SKIP,
+    START,
+    STOP,
+)
+
+RANDOM_ORDERS = 4000
+FAULT = 6
+WAYS = 1
+"""A program that heats; the seventh is the last that there is."""
+PLACES = 7
+START_C, LEAST_C = 30.0, 10.0
+
+
+def orders_problem(host: Host) -> str:
+    """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
+    if not host.build.parts.programmed:
+        return ""
+    orders = _Orders(host)
+    checks = (orders.at_once(), orders.refused(), orders.others_refused())
+    return next((problem for check in checks for problem in check), "")
+
+
+class _Orders(Running):
+    def __init__(self, host: Host) -> None:
+        super().__init__(host)
+        library = host.library
+        self._give: dict[int, Callable[[int], bool]] = {
+            STOP: lambda _: library.program_stop(),
+            PAUSE: lambda _: library.program_pause(),
+            START: library.program_start,
+            RESUME: lambda _: library.program_resume(),
+            SKIP: lambda _: library.program_skip(),
+            JUMP: library.program_jump,
+        }
+        self._waits = 0
+
+    def _fire(self) -> None:
+        """Be in a program that heats: held back far below, or full on."""
+        self.host.world.main_hangs = self.host.world.loop_hangs = 0
+        self.host.erase()
+        self.host.power_up()
+        self.host.set_reading(0, self.scale.code(START_C))
+        self.host.step()
+        self.library.program_start(WAYS)
+        self.host.step()
+        self.host.set_reading(0, self.scale.code(START_C - 2.5))
+        for _ in range(3):
+            self.host.step()
+
+    def at_once(self) -> Iterator[str]:
+        """Stop, pause and off do not wait for the step that takes them over."""
+        events: dict[str, Callable[[], object]] = {
+            "stop": self.library.program_stop,
+            "pause": self.library.program_pause,
+            "off": self.library.loop_air_disable,
+        }
+        for name, event in events.items():
+            self._fire()
+            if self.library.program.state != RUNNING or not self.ticks(2)[0]:
+                yield f"{name}: it did not heat before"
+            event()
+            heated, _ = self.ticks(self.period_ticks - 3)
+            if heated:
+                yield f"{name}: it heats for {heated} more ticks"
+            self.host.step()
+            for _ in range(3):
+                self.ticks(self.period_ticks - 1)
+                if self.ticks(1)[0] or self.library.loop_air.enabled:
+                    yield f"{name}: it goes on heating"
+
+    def refused(self) -> Iterator[str]:
+        """Orders one after the other, and what each of them says."""
+        random = Random("orders")  # noqa: S311
+        self._fire()
+        for _ in range(RANDOM_ORDERS):
+            yield from self._anything(random)
+
+    def _anything(self, random: Random) -> Iterator[str]:
+        library = self.library
+        if random.random() < 0.5:
+            status = random.choice((0, 0, 0, 1))
+            near_c = float(library.program.setpoint_c) + random.choice((0.0, 0.0, 3.0))
+            had_fault = library.fault.code
+            self.host.set_reading(status, self.scale.code(max(LEAST_C, near_c)))
+            self.host.step()
+            if not status or self._waits in (STOP, PAUSE) or had_fault:
+                self._waits = 0
+        elif random.random() < 0.05:
+            library.fault_trip(FAULT, START_C)
+        elif random.random() < 0.2:
+            self._waits = 0 if library.fault.code else self._waits
+            library.fault_acknowledge()
+        order, number = random.choice((*self._give, START)), random.randint(0, 9)
+        wanted = self._may(order, number)
+        if self._give[order](number) != wanted:
+            yield f"order {order} {number} in state {library.program.state}: not {wanted}"
+        if wanted:
+            self._waits = order
+        elif order == START and library.program.state == IDLE and self._waits != STOP:
+            self._waits = 0 if not library.fault.code else self._waits
+
+    def _may(self, order: int, number: int) -> bool:
+        library = self.library
+        state = library.program.state
+        if order == STOP:
+            return bool(state != IDLE or self._waits)
+        fits = {
+            PAUSE: state in (RUNNING, RETURNING),
+            START: state == IDLE and 1 <= number <= PLACES,
+            RESUME: state == PAUSED,
+            SKIP: state == RUNNING,
+            JUMP: state not in (IDLE, RESTORING) and 1 <= number <= library.program.segments,
+        }
+        return fits[order] and not library.fault.code and self._waits != STOP
+
+    def others_refused(self) -> Iterator[str]:
+        """While a program is active the loop's own commands are refused, but for off."""
+        library = self.library
+        commands: dict[str, Callable[[], bool]] = {
+            "setpoint": lambda: library.loop_air_set(40.0),
+            "on": library.loop_air_enable,
+        }
+        if self.parts.tunable:
+            commands["by hand"] = lambda: library.loop_air_set_manual(50.0)
+        self._fire()
+        for name, command in commands.items():
+            if command():
+                yield f"{name}: taken while a program runs"
+        if library.loop_air_may_set(40.0) or library.loop_air_may_enable():
+            yield "it says that its own commands may be given while a program runs"
+        self.host.step()
+        if library.program.state != RUNNING:
+            yield "its own commands disturb the program"
+        library.program_stop()
+        self.host.step()
+        for name, command in commands.items():
+            if not command():
+                yield f"{name}: refused although the program is stopped"
