@@ -179,8 +179,10 @@ def test_each_segment_is_counted_by_itself():
     kiln.start()
     kiln.feed_all([20.0] * 4)
     assert kiln.of_program("segment", "waited") == (1, 4)
-    kiln.feed_all([40.0] * 2)
+    kiln.feed(40.0)
     assert kiln.of_program("segment", "waited") == (2, 0)
+    kiln.feed(40.0)
+    assert kiln.of_program("segment", "waited") == (2, 1)
 
 
 def test_one_that_cools_slowly_is_waited_for():
