@@ -12,7 +12,7 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of, modbus_of, starts_enabled
+from heatwright.spec.commands import gcode_of, modbus_of, nextion_of, starts_enabled
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -32,6 +32,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "host": _host(spec),
         "modbus": _modbus(spec),
+        "touch": nextion_of(controller),
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
         ],
