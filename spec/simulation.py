@@ -28,8 +28,8 @@ from heatwright.spec.units import (
 )
 from heatwright.spec.writes import Writes
 
-LONGEST_LINE = 80
-"""Characters of a line that a host sends; the firmware's own limit is above it."""
+LONGEST_LINE = 500
+"""Characters of a line that is sent: a display's whole program of 20 segments."""
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""
@@ -156,7 +156,7 @@ def _line(value: Any) -> str:
     plain = isinstance(value, str) and value.isascii() and value.isprintable()
     if not plain or not value.strip() or len(value) > LONGEST_LINE:
         raise refuse(
-            f"a line to send has 1 to {LONGEST_LINE} plain characters", "Write one: M104 S200"
+            f"a line to send has 1 to {LONGEST_LINE} plain characters", "Write one, such as M104 S200"
         )
     return str(value)
 
@@ -173,7 +173,7 @@ class Event(Model):
     )
     send: (
         Annotated[str, Checked(_line, type="string", minLength=1, maxLength=LONGEST_LINE)] | None
-    ) = Field(None, description="Line that the host sends.")
+    ) = Field(None, description="Line that a host or a display sends.")
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
         None, alias="extrude", description="Speed at which filament is fed from then on."
     )

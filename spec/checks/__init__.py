@@ -120,6 +120,7 @@ CHECKS: tuple[Check, ...] = (
     host.steppers_wait,
     host.ready_is_asked_for,
     host.lines_have_a_host,
+    host.lines_fit_the_host,
     master.somebody_switches_on,
     master.masters_have_time,
     tenths.setpoints_fit_tenths,

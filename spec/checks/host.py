@@ -10,6 +10,9 @@ from heatwright.spec.interfaces import Gcode
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.problems import Path
 
+LONGEST_HOST_LINE = 80
+"""Characters of a line that a host sends; the firmware's own limit is above it."""
+
 
 def host_names_once(controller: Controller) -> Findings:
     """Find loops and fans that a host would call by two names."""
@@ -117,6 +120,20 @@ def host_loops(controller: Controller) -> set[str]:
     """List the loops that a host commands."""
     gcode = gcode_of(controller)
     return set() if gcode is None else set(gcode.loops.values())
+
+
+def lines_fit_the_host(controller: Controller) -> Findings:
+    """Find lines of the scenario that no host sends."""
+    if controller.simulation is None or gcode_of(controller) is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.send is not None and len(event.send) > LONGEST_HOST_LINE:
+            yield Finding(
+                ("simulation", "scenario", index, "send"),
+                f"a line to a host's firmware has up to {LONGEST_HOST_LINE} characters",
+                "Shorten it",
+                (("interfaces",),),
+            )
 
 
 def lines_have_a_host(controller: Controller) -> Findings:
