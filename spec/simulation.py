@@ -156,7 +156,8 @@ def _line(value: Any) -> str:
     plain = isinstance(value, str) and value.isascii() and value.isprintable()
     if not plain or not value.strip() or len(value) > LONGEST_LINE:
         raise refuse(
-            f"a line to send has 1 to {LONGEST_LINE} plain characters", "Write one, such as M104 S200"
+            f"a line to send has 1 to {LONGEST_LINE} plain characters",
+            "Write one, such as M104 S200",
         )
     return str(value)
 
