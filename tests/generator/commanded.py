@@ -58,7 +58,7 @@ def spec_of(row: Row) -> str:
     """Write the spec."""
     board = row["board"]
     step, direction, enable, heater, fan = WIRES[board]
-    _, second, _, sensor, other, _, _ = PINS[board]
+    _, second, _, sensor, other, *_ = PINS[board]
     kind = "digital" if row["algorithm"] == "on_off" else "pwm"
     frequency = f", frequency: {row['frequency']}" if kind == "pwm" else ""
     outputs = {

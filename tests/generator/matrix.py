@@ -26,7 +26,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "below": ("", "8 K"),
     "stored": ("false", "true"),
     "interface": ("none", "lcd", "plotter", "both"),
-    "sensor": ("ds18b20", "thermistor", "rtd", "analog", "max6675", "max31855"),
+    "sensor": ("ds18b20", "thermistor", "rtd", "analog", "max6675", "max31855", "max31856"),
     "bits": ("9", "10", "11", "12"),
     "loops": ("1", "2"),
     "fan": ("no", "yes"),
@@ -51,15 +51,18 @@ PWM_PINS = {
 SHIELD = {"D4", "D5", "D6", "D7", "D8", "D9", "D10"}
 """Pins of the LCD keypad shield."""
 
-# Heater, second heater, fan, sensors, and two more wires of a converter: D2 and its like, free of
+# Heater, second heater, fan, sensors, and three more wires of a converter: D2 and its like, free of
 # everything else. The first sensor's pin has a channel of the ADC.
 PINS = {
-    **dict.fromkeys(("uno", "nano", "leonardo"), ("D2", "D12", "A2", "A1", "A3", "A4", "A5")),
-    "mega2560": ("D22", "A9", "D41", "A1", "A3", "D42", "D25"),
-    "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3", "PC4", "PC5"),
-    "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3", "PL2", "PA1"),
     **dict.fromkeys(
-        ("atmega1284p", "atmega32", "atmega16"), ("PA0", "PA7", "PC6", "PA1", "PA3", "PA2", "PA4")
+        ("uno", "nano", "leonardo"), ("D2", "D12", "A2", "A1", "A3", "A4", "A5", "D13")
+    ),
+    "mega2560": ("D22", "A9", "D41", "A1", "A3", "D42", "D25", "D26"),
+    "atmega328p": ("PD2", "PB4", "PC2", "PC1", "PC3", "PC4", "PC5", "PB5"),
+    "atmega2560": ("PA0", "PK1", "PJ6", "PF1", "PF3", "PL2", "PA1", "PL3"),
+    **dict.fromkeys(
+        ("atmega1284p", "atmega32", "atmega16"),
+        ("PA0", "PA7", "PC6", "PA1", "PA3", "PA2", "PA4", "PA5"),
     ),
 }
 
@@ -72,6 +75,7 @@ SENSORS = {
     "analog": "pin: {pin}, scale: 10 mV/K, offset: 500 mV, range: -30 °C .. 120 °C",
     "max6675": "chip_select: {pin}, clock: {clock}, data_out: {data}",
     "max31855": "chip_select: {pin}, clock: {clock}, data_out: {data}, thermocouple: T",
+    "max31856": "chip_select: {pin}, clock: {clock}, data_in: {told}, data_out: {data}, average: 4",
 }
 
 
@@ -93,7 +97,7 @@ def heater_pin(row: Row) -> str:
 
 def spec_of(row: Row) -> str:
     """Write the spec."""
-    _, second, fan, _, other, _, _ = PINS[row["board"]]
+    _, second, fan, _, other, *_ = PINS[row["board"]]
     outputs = {"heater": _output(row, heater_pin(row))}
     sensors = {"air": _sensor(row)}
     loops = {"air": _loop(row, "air", "heater")}
@@ -117,8 +121,9 @@ def spec_of(row: Row) -> str:
 
 
 def _sensor(row: Row) -> str:
-    *_, pin, _, clock, data = PINS[row["board"]]
-    wires = SENSORS[row["sensor"]].format(pin=pin, clock=clock, data=data, bits=row["bits"])
+    *_, pin, _, clock, data, told = PINS[row["board"]]
+    places = {"pin": pin, "clock": clock, "data": data, "told": told}
+    wires = SENSORS[row["sensor"]].format(**places, bits=row["bits"])
     return f"{{kind: {row['sensor']}, {wires}}}"
 
 
