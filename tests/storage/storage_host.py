@@ -3,13 +3,29 @@
 import re
 from typing import Any
 
-from storage_format import Memory, Progress, Segment, Stored
+from storage_format import FAST, HOLD, OVER, RATE, UNTIL, Memory, Progress, Segment, Stored
 
 from heatwright.sim.host import Host, HostBuild
 from heatwright.sim.host.layout import declarations
+from heatwright.spec import Controller
 
 TORN = (-1, 0xFF, 0x00, 0x5A)
 """What an interrupted write leaves in its byte: the old value, an erased cell, anything."""
+
+
+def given_at(controller: Controller, number: int) -> Stored | None:
+    """What the spec has at a place."""
+    programs = controller.programs
+    assert programs is not None
+    if number > len(programs.stored):
+        return None
+    program = programs.stored[number - 1]
+    kinds = {"over": OVER, "rate": RATE, "fast": FAST, "hold": HOLD, "until": UNTIL}
+    segments = []
+    for each in program.segments:
+        amount = each.over_s or each.hold_s or 10 * (each.at_k_per_h or 0)
+        segments.append(Segment(kinds[each.kind], round(10 * (each.to_c or 0)), round(amount)))
+    return Stored(program.name.encode(), tuple(segments))
 
 
 def memory_of(build: HostBuild) -> Memory:
@@ -91,15 +107,7 @@ class StorageHost:
 
     def given(self, number: int) -> Stored | None:
         """What the spec has at a place."""
-        if number > len(self.programs.stored):
-            return None
-        program = self.programs.stored[number - 1]
-        kinds = {"over": 1, "rate": 2, "fast": 3, "hold": 4, "until": 5}
-        segments = []
-        for each in program.segments:
-            amount = each.over_s or each.hold_s or 10 * (each.at_k_per_h or 0)
-            segments.append(Segment(kinds[each.kind], round(10 * (each.to_c or 0)), round(amount)))
-        return Stored(program.name.encode(), tuple(segments))
+        return given_at(self.controller, number)
 
     # ---- progress ----
 

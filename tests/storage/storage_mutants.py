@@ -136,4 +136,27 @@ PROGRESS = _of(
     ("next_byte++;", "next_byte += 2;"),
 )  # fmt: skip
 
-ALL = (*PROGRAMS, *PROGRESS)
+SETTINGS = _of(
+    "settings.c",
+    ("return type <= LAST_TYPE && ", "return "),
+    ("type <= LAST_TYPE && (SENSOR_CHAMBER_TYPES >> type & 1u) != 0", "type <= LAST_TYPE"),
+    ("settings.chamber_maximum_c = LOOP_CHAMBER_MAXIMUM_C;", ""),
+    ("settings.chamber_thermocouple = SENSOR_CHAMBER_TYPE_GIVEN;", ""),
+    ("!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)", "true"),
+    ("!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)",
+     "record.kept.chamber_maximum_c > LOOP_CHAMBER_SETPOINT_MINIMUM_C"),
+    ("\n        && record.kept.chamber_maximum_c <= LOOP_CHAMBER_MAXIMUM_C", ""),
+    ("record.kept.chamber_maximum_c <= LOOP_CHAMBER_MAXIMUM_C",
+     "record.kept.chamber_maximum_c < LOOP_CHAMBER_MAXIMUM_C - 20.0f"),
+    ("settings.chamber_maximum_c = record.kept.chamber_maximum_c;", ""),
+    ("if (is_type_of_chamber(record.kept.chamber_thermocouple)) {", "{"),
+    ("settings.chamber_thermocouple = record.kept.chamber_thermocouple;", ""),
+    ("    if (!is_type_of_chamber(type)) {\n        return false;\n    }\n", ""),
+    ("    if (type != settings.chamber_thermocouple) {", "    {"),
+    ("thermocouple) {\n        settings_save_later();", "thermocouple) {"),
+    ("settings.chamber_thermocouple = type;", ""),
+    ("record.kept.chamber_maximum_c = settings.chamber_maximum_c;", ""),
+    ("record.kept.chamber_thermocouple = settings.chamber_thermocouple;", ""),
+)  # fmt: skip
+
+ALL = (*PROGRAMS, *PROGRESS, *SETTINGS)

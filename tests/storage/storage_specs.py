@@ -11,7 +11,7 @@ TEXT = """\
 heatwright: 1
 controller: {{name: stored, board: {board}}}
 sensors:
-  chamber: {{kind: ds18b20, pin: A1}}
+  chamber: {{{sensor}}}
 outputs:
   element: {{kind: time_proportional, pin: D3, window: 1 s, power: 240 W}}
 loops:
@@ -50,15 +50,31 @@ _PROGRAMS = {
     "pausing": "  after_power_loss: {resume_within: 0 K, otherwise: pause}\n  save_every: 10 min\n"
     "  points: 4",
 }
-_BOARDS = {"few": "uno", "many": "mega2560", "usual": "mega2560", "pausing": "uno"}
+_PROGRAMS["typed"] = _PROGRAMS["usual"]
+_CHIP = "kind: ds18b20, pin: A1"
+_CONVERTER = (
+    "kind: max31856, chip_select: D22, clock: D23, data_in: D24, data_out: D25, "
+    "thermocouple: J, selectable: [T, J, E]"
+)
+_ADJUSTABLE = ("few", "many", "typed")
+_BOARDS = {
+    "few": "uno",
+    "many": "mega2560",
+    "usual": "mega2560",
+    "pausing": "uno",
+    "typed": "mega2560",
+}
 NAMES = tuple(_PROGRAMS)
 
 
 @cache
 def spec_of(name: str) -> Spec:
-    adjustable = "      maximum_adjustable: true" if name in {"few", "many"} else ""
+    adjustable = "      maximum_adjustable: true" if name in _ADJUSTABLE else ""
     text = TEXT.format(
-        board=_BOARDS[name], programs=_PROGRAMS[name], protection=adjustable
+        board=_BOARDS[name],
+        sensor=_CONVERTER if name == "typed" else _CHIP,
+        programs=_PROGRAMS[name],
+        protection=adjustable,
     )  # fmt: skip
     return load_text(text, f"{name}.yaml")
 

@@ -2,34 +2,39 @@
 
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from storage_mutants import ALL, Mutant
 from storage_programs import Programs, programs_problem
 from storage_progress import Progresses, progress_problem
+from storage_settings import Settings, settings_problem
 from storage_specs import build_of
 
 from heatwright.sim.host import HostBuild
 
-MACHINE = "few"
+MACHINES = {"programs.c": "few", "progress.c": "few", "settings.c": "typed"}
 MOST_S = 60
 """For what takes two."""
 
 
+Plain = Callable[[str], HostBuild]
+
+
 @pytest.fixture(scope="session")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> HostBuild:
-    """Without the sanitizer, which would end the process at a mutant's first overflow."""
-    return build_of(MACHINE, tmp_path_factory.mktemp("broken"), sanitized=False)
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Plain:
+    """The build whose file is broken, without the sanitizer, which would end the process."""
+    folder = tmp_path_factory.mktemp("broken")
+    return lambda file: build_of(MACHINES[file], folder, sanitized=False)
 
 
 def problem_of(build: HostBuild, file: str) -> str:
-    checked = Programs(build) if file == "programs.c" else Progresses(build)
-    found = (
-        programs_problem(checked) if isinstance(checked, Programs) else progress_problem(checked)
-    )
-    checked.host.close()
-    return found
+    if file == "programs.c":
+        return programs_problem(Programs(build))
+    if file == "progress.c":
+        return progress_problem(Progresses(build))
+    return settings_problem(Settings(build))
 
 
 def is_noticed(build: HostBuild, file: str) -> bool:
@@ -57,13 +62,14 @@ def broken(build: HostBuild, mutant: Mutant, folder: Path) -> HostBuild:
 @pytest.mark.parametrize(
     "mutant", ALL, ids=lambda mutant: f"{mutant.file}: {mutant.old} -> {mutant.new}"[:90]
 )
-def test_is_noticed(plain: HostBuild, mutant: Mutant, tmp_path: Path) -> None:
-    assert is_noticed(broken(plain, mutant, tmp_path), mutant.file), "nothing notices it"
+def test_is_noticed(plain: Plain, mutant: Mutant, tmp_path: Path) -> None:
+    build = broken(plain(mutant.file), mutant, tmp_path)
+    assert is_noticed(build, mutant.file), "nothing notices it"
 
 
-@pytest.mark.parametrize("file", ["programs.c", "progress.c"])
-def test_unbroken_nothing_is_wrong(plain: HostBuild, file: str) -> None:
-    assert problem_of(plain, file) == ""
+@pytest.mark.parametrize("file", MACHINES)
+def test_unbroken_nothing_is_wrong(plain: Plain, file: str) -> None:
+    assert problem_of(plain(file), file) == ""
 
 
 def test_every_mutant_is_another_one() -> None:

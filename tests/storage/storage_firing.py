@@ -1,0 +1,192 @@
+"""A kiln that is ordered about, breaks down and loses its power, and what its EEPROM then holds."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+import whole_firmware
+from storage_format import Progress
+
+from heatwright.sim.coupling import Coupling
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.plants import plant_of
+from heatwright.spec import Controller
+
+EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "kiln.yaml"
+STORED = """\
+  stored:
+    - name: quick
+      segments:
+        - {to: 60 °C, over: 1 min}
+        - {hold: 30 s}
+        - {to: 90 °C, at: 2000 K/h}
+        - {to: 50 °C, at: as fast as possible}
+        - {hold: until operator}
+        - {to: 40 °C, over: 2 min}
+    - name: slow
+      segments:
+        - {hold: 20 s}
+        - {to: 150 °C, at: 900.5 K/h}
+        - {to: 30 °C, over: 1 h}
+
+"""
+Newest = Callable[[bytes], Progress | None]
+"""Finds the newest record in an EEPROM."""
+STEP_S = 0.1
+START_S = 0.09
+"""In which the start is over; the first step comes later."""
+LOOP = "chamber"
+IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+UNSAVED = ("program_crc", "temperature_c")
+"""What is not a member of `program`."""
+
+
+def machine(broken: whole_firmware.Broken | None = None) -> tuple[Controller, Elf]:
+    """The kiln of the example, with shorter programs."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    before, _, rest = text.partition("  stored:\n")
+    changed = before + STORED + "safety:" + rest.partition("safety:")[2]
+    return whole_firmware.spec_of(changed).controller, whole_firmware.whole(changed, broken)
+
+
+class Seen(NamedTuple):
+    """What the program was at a time; its record's CRC is not known."""
+
+    time_s: float
+    record: Progress
+
+
+class Cut(NamedTuple):
+    """The power is cut: what the EEPROM then holds, and what went before."""
+
+    time_s: float
+    image: bytes
+    felt_c: float
+    seen: tuple[Seen, ...]
+    """Since the power came on."""
+    found: Progress | None
+    """What the EEPROM held when it came on."""
+    torn: bool
+    """A byte was being written."""
+
+
+def state_of(device: AvrDevice) -> Progress:
+    """The program as it is in RAM, with the loop's temperature."""
+    values = {
+        name: device.read(f"program.{name}").item()
+        for name in Progress._fields
+        if name not in UNSAVED
+    }
+    temperature_c = device.read(f"loop_{LOOP}.temperature_c").item()
+    return Progress(**values, program_crc=0, temperature_c=temperature_c)
+
+
+class Firing:
+    """One run, with cuts of which the controller learns nothing, and now and then a real one."""
+
+    def __init__(self, controller: Controller, program: Elf, seed: int, newest: Newest) -> None:
+        self._random = Random(seed)  # noqa: S311
+        self._newest = newest
+        self.controller = controller
+        self.device = AvrDevice(controller, program)
+        simulation = controller.simulation
+        assert simulation is not None
+        self._plant = plant_of(
+            controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=seed
+        )
+        self._coupling = Coupling(controller, self.device, STEP_S)
+        self._row = 0
+        self._jump_rows = 0
+        self._power_on(None)
+
+    def _power_on(self, found: Progress | None) -> None:
+        self._seen: list[Seen] = []
+        self._found = found
+        self._on_s = self.device.time_s
+
+    def _note(self) -> None:
+        if self.device.time_s - self._on_s < START_S:
+            return  # the memory is still as the power-up leaves it
+        record = state_of(self.device)
+        if not self._seen or self._seen[-1].record != record:
+            self._seen.append(Seen(self.device.time_s, record))
+
+    # ---- time ----
+
+    @property
+    def felt_c(self) -> float:
+        return self._plant.sensed_c()[LOOP] + 100.0 * (self._jump_rows > 0)
+
+    def cuts(self, rows: int, *, busy: float, quiet: float) -> Iterator[Cut]:
+        """Go on for so many steps of time; cut as often while something is written, and else."""
+        for _ in range(rows):
+            before = self.device.avr.eeprom.writes
+            self._act()
+            yield from self._row_with(busy if self._writes else quiet)
+            self._writes = self.device.avr.eeprom.writes != before
+
+    _writes = False
+
+    def _row_with(self, share: float) -> Iterator[Cut]:
+        self._row += 1
+        end_s = self._row * STEP_S
+        self.device.sense(LOOP, self.felt_c)
+        if self._random.random() < share:
+            self.device.advance(end_s - STEP_S * self._random.random())
+            yield self._cut()
+        self.device.advance(end_s)
+        self._note()
+        self._plant.step(self._coupling.supplied(self._coupling.active()), 0.0)
+        self._jump_rows = max(0, self._jump_rows - 1)
+
+    def _cut(self) -> Cut:
+        eeprom = self.device.avr.eeprom
+        torn = eeprom.writing is not None
+        image = eeprom.after_power_cut(self._random.randrange(256))
+        self._note()
+        return Cut(self.device.time_s, image, self.felt_c, tuple(self._seen), self._found, torn)
+
+    # ---- what happens ----
+
+    def _act(self) -> None:
+        random = self._random
+        state = self._seen[-1].record.state if self._seen else IDLE
+        if random.random() < STEP_S / 90.0:
+            self._lose_power()
+        elif random.random() < STEP_S / 120.0:
+            self._jump_rows = 15
+        elif random.random() < STEP_S / 8.0:
+            self.device.send(self._order(state))
+
+    def _order(self, state: int) -> str:
+        random = self._random
+        segment = random.randint(1, 6)
+        orders = {
+            IDLE: ["#8 1;", "#8 2;", "#8 3;", "#16;", "#16;", self._edit()],
+            RUNNING: ["#9 0;", "#18;", f"#10 {segment};", "#17;", self._edit(), self._gains()],
+            PAUSED: ["#9 1;", "#9 1;", f"#10 {segment};", "#17;", self._gains()],
+        }
+        return random.choice(orders.get(state, ["#9 0;", "#17;"]))
+
+    def _edit(self) -> str:
+        """Another program at one of the places, on the display."""
+        points = self._random.randint(1, 10)
+        ways = (f"{n},{self._random.randint(1, 3)},{n * 9 + 30}:" for n in range(1, points + 1))
+        end = f"{points + 1},0,0:" * (points < 10)
+        return f"#13 {self._random.randint(1, 3)};#7 {''.join(ways)}{end};"
+
+    def _gains(self) -> str:
+        return f"#5 {self._random.randint(1, 9)};#22;#20 {self._random.randint(500, 1100)};"
+
+    def _lose_power(self) -> None:
+        undefined = self._random.randrange(256)
+        image = self.device.avr.eeprom.after_power_cut(undefined)
+        self.device.power_cycle(undefined)
+        self._power_on(self._newest(image))
+
+
+def same(record: Progress, seen: Progress) -> bool:
+    """Whether a record is of this moment."""
+    return record._replace(program_crc=0) == seen

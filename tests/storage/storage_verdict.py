@@ -1,0 +1,230 @@
+"""What must happen after a power cut, from the EEPROM's bytes and a temperature; and what does."""
+
+import struct
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, same
+from storage_format import Memory, Progress, Stored, crc16
+from storage_host import given_at
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.spec import Controller
+from heatwright.spec.eeprom import layout
+
+FAILED, POWER_COLD, POWER_UNREADABLE = 3, 4, 5
+SETTINGS_CORRUPT = 16
+TICK_S = 0.01
+SLICE_S = 2 * TICK_S
+"""In which at most the relay is told to close; the heater waits five ticks for it."""
+DECIDED_BY_S = 4.0
+"""The converter's first reading takes 0.2 s, a step 1 s."""
+WATCHED_S = 1.0
+FULL_PERMILLE = 1000
+
+
+class Kept(NamedTuple):
+    """A record of settings: the fault, gains, the maximum, the type of thermocouple."""
+
+    code: int
+    kp: float
+    ki: float
+    kd: float
+    maximum_c: float
+    thermocouple: int
+
+
+_SETTINGS = struct.Struct("<BIHBBfIffffB")
+SETTINGS_BYTES = 2 + _SETTINGS.size
+SETTINGS_STRIDE = 64
+
+
+class Book:
+    """Reads an EEPROM of the kiln."""
+
+    def __init__(self, controller: Controller) -> None:
+        areas = layout(controller)
+        self.memory = Memory(controller)
+        self.memory.lay_out(areas.programs.start, areas.progress.start, areas.progress.slots)
+        self._settings_slots = areas.settings.slots
+        self._given = [given_at(controller, number + 1) for number in range(self.memory.places)]
+        programs = controller.programs
+        assert programs is not None
+        self.within_k = programs.after_power_loss.resume_within_k
+        self.save_every_s = programs.save_every_s
+
+    def record(self, image: bytes) -> Progress | None:
+        found = self.memory.progress(image)
+        return found and found[1]
+
+    def program(self, image: bytes, number: int) -> Stored | None:
+        found = self.memory.program(image, number)
+        if found is None:
+            return self._given[number - 1]
+        return found if found.segments else None
+
+    def settings(self, image: bytes) -> Kept | None:
+        """The newest valid record; numbers are near each other, but wrap."""
+        newest: tuple[int, Kept] | None = None
+        for slot in range(self._settings_slots):
+            raw = image[slot * SETTINGS_STRIDE :][:SETTINGS_BYTES]
+            size, own, sequence, code, _, _, _, *rest = _SETTINGS.unpack(raw[2:])
+            ours = size == _SETTINGS.size and struct.pack("<I", own) == self.memory.digest
+            if not ours or raw[:2] != struct.pack("<H", crc16(raw[2:])):
+                continue
+            if newest is None or 0 < (sequence - newest[0]) % 65536 < 32768:
+                newest = sequence, Kept(code, *rest)
+        return newest and newest[1]
+
+    # ---- what the image may hold ----
+
+    def late_s(self) -> float:
+        """Until a change is kept: a record of progress and one of settings may be under way, and
+        the settings', which come first, may be wanted anew meanwhile."""
+        ticks = 2 * len(self.memory.progress_slot(0, _ANY)) + 2 * SETTINGS_BYTES
+        return ticks * TICK_S + 0.1
+
+    def stale(self, cut: Cut) -> str:
+        """Say it if the newest record is neither of the last state and segment nor just behind."""
+        record = self.record(cut.image)
+        known_s = cut.time_s - self.late_s()
+        changed_s = _changed_s(cut, known_s)
+        moments = [each for each in cut.seen if changed_s is None or each.time_s >= changed_s]
+        matching = [each for each in moments if record and same(record, each.record)]
+        if matching:
+            running = record is not None and record.state in {RUNNING, RETURNING}
+            age_s = cut.time_s - matching[-1].time_s
+            if running and age_s > self.save_every_s + self.late_s():
+                return f"the record is {age_s:.1f} s old"
+            return ""
+        if changed_s is None and record == cut.found:
+            return ""  # nothing has been saved since the power came on
+        return f"{record} is of no moment since {changed_s}"
+
+
+_ANY = Progress(0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0)
+
+
+def _changed_s(cut: Cut, before_s: float) -> float | None:
+    """When state or segment changed last before a time, since the power came on; None: never."""
+    changed_s, last = None, cut.seen[0].record if cut.seen else _ANY
+    for time_s, record in cut.seen[1:]:
+        if time_s > before_s:
+            break
+        if (record.state, record.segment) != (last.state, last.segment):
+            changed_s = time_s
+        last = record
+    return changed_s
+
+
+class Outcome(NamedTuple):
+    """What a start makes of an EEPROM."""
+
+    state: int
+    ended: int
+    goes_on: Progress | None
+    loaded: Stored | None
+    code: int
+
+
+class Judge:
+    """Gives EEPROMs to a controller, and looks at what it does."""
+
+    def __init__(self, controller: Controller, program: Elf) -> None:
+        self.book = Book(controller)
+        self._device = AvrDevice(controller, program)
+        self._device.unplug()  # nobody touches a display: it only takes time
+        self.wanted = Outcome(IDLE, 0, None, None, 0)
+        """What had to become of the last cut."""
+
+    def problems(self, cut: Cut, change_k: float) -> Iterator[str]:
+        """Let the power come back with the machine hotter by so much, and say what is wrong."""
+        stale = self.book.stale(cut)
+        if stale:
+            yield stale
+        self._power_up(cut.image, max(5.0, cut.felt_c + change_k))
+        yield from self._start()
+        wanted = self.wanted = self._wanted(cut.image)
+        found_state, found_ended = self._read("state"), self._read("ended")
+        if self._device.read("fault.code") != wanted.code:
+            yield f"fault {self._device.read('fault.code')}, not {wanted.code}"
+        if (found_state, found_ended) != (wanted.state, wanted.ended):
+            yield f"state {found_state}, ended {found_ended}, not {wanted}"
+        if wanted.goes_on is not None:
+            yield from self._goes_on(wanted.goes_on, wanted.loaded)
+        yield from self._settings(self.book.settings(cut.image))
+        if wanted.state in {IDLE, PAUSED}:
+            self._advance(WATCHED_S)
+            if self._device.on_fraction("element") > 0:
+                yield "the heater is on though nothing runs"
+
+    def _power_up(self, image: bytes, felt_c: float) -> None:
+        device = self._device
+        writing = device.avr.eeprom.writing
+        device.avr.eeprom.contents = image
+        device.power_cycle(image[writing.address] if writing else 0)
+        device.sense(LOOP, felt_c)
+        device.on_fraction("element")
+
+    def _advance(self, seconds: float) -> None:
+        self._device.advance(self._device.time_s + seconds)
+
+    def _read(self, member: str) -> float:
+        found: float = self._device.read(f"program.{member}").item()
+        return found
+
+    def _start(self) -> Iterator[str]:
+        """Run to the first step; no heater may be on until what is to be done is decided."""
+        device, steps = self._device, f"loop_{LOOP}.steps"
+        begun_s = device.time_s
+        self._advance(0.9)
+        while device.read(steps) == 0 or self._read("state") == RESTORING:
+            if device.time_s - begun_s > DECIDED_BY_S:
+                yield "nothing is decided"
+                return
+            self._advance(SLICE_S)
+        if device.on_fraction("element") > 0:
+            yield "the heater is on before the checks"
+
+    def _wanted(self, image: bytes) -> Outcome:
+        record, kept = self.book.record(image), self.book.settings(image)
+        code = kept.code if kept else 0
+        if record is None or record.state == IDLE:
+            return Outcome(IDLE, record.ended if record else 0, None, None, code)
+        program = self.book.program(image, record.number)
+        if program is None or program.crc != record.program_crc:
+            return Outcome(IDLE, POWER_UNREADABLE, None, None, code)
+        if code:
+            return Outcome(IDLE, FAILED, None, None, code)
+        temperature_c = self._device.read(f"loop_{LOOP}.temperature_c").item()
+        if record.state == PAUSED:
+            return Outcome(PAUSED, record.ended, record, program, 0)
+        if abs(temperature_c - record.temperature_c) > self.book.within_k:
+            return Outcome(IDLE, POWER_COLD, None, None, 0)
+        return Outcome(RETURNING, record.ended, record, program, 0)
+
+    def _goes_on(self, record: Progress, program: Stored | None) -> Iterator[str]:
+        """Where it was, with the program that it was."""
+        for name in Progress._fields:
+            if name in {"state", "program_crc", "temperature_c", "energy"}:
+                continue
+            if self._read(name) != getattr(record, name):
+                yield f"{name} is {self._read(name)}, not {getattr(record, name)}"
+        if not 0 <= self._read("energy") - record.energy <= FULL_PERMILLE:
+            yield f"energy is {self._read('energy')}, not {record.energy}"
+        if self._loaded() != program:
+            yield f"{self._loaded()} runs, not {program}"
+
+    def _loaded(self) -> Stored:
+        first = self._device.variables["program.c:loaded.name[0]"].address
+        return Stored.of(self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points))
+
+    def _settings(self, kept: Kept | None) -> Iterator[str]:
+        if kept is None:
+            return
+        for name in ("kp", "ki", "kd", "maximum_c", "thermocouple"):
+            found = self._device.read(f"settings.{LOOP}_{name}")
+            if not np.array_equal(found, np.array(getattr(kept, name), found.dtype)):
+                yield f"{name} is {found}, not {getattr(kept, name)}"

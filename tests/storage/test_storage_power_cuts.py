@@ -1,0 +1,96 @@
+"""Ten thousand power cuts on the binary of the kiln, while it fires, is ordered about and saves."""
+
+from collections import Counter
+from itertools import islice
+from random import Random
+
+import pytest
+from storage_firing import Cut, Firing, machine
+from storage_verdict import Judge, Outcome
+from whole_firmware import Broken
+
+SEEDS = range(24)
+CUTS = 420
+"""In each of the firings: 10 080 in all."""
+MOST_ROWS = 20_000
+CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
+"""Of the machine while the power is away: within 30 K, where it goes on, or beyond."""
+KINDS = ("idle", "goes on", "paused", "cold", "unreadable", "failed")
+
+_seen: dict[int, Counter[str]] = {}
+
+
+def kind_of(outcome: Outcome) -> str:
+    by_end = {3: "failed", 4: "cold", 5: "unreadable"}
+    names = {(0, False): by_end.get(outcome.ended, "idle"), (2, True): "paused"}
+    return names.get((outcome.state, outcome.goes_on is not None), "goes on")
+
+
+def cuts_of(judge: Judge, firing: Firing, count: int) -> list[Cut]:
+    """Most of them while something is written, the others as it comes."""
+    return list(islice(firing.cuts(MOST_ROWS, busy=1.0, quiet=0.02), count))
+
+
+@pytest.fixture(scope="session")
+def kiln():
+    return machine()
+
+
+@pytest.fixture(scope="session")
+def judge(kiln):
+    return Judge(*kiln)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_cut_leaves_what_can_go_on_or_has_ended(kiln, judge, seed):
+    random, found = Random(seed), []  # noqa: S311
+    cuts = cuts_of(judge, Firing(*kiln, seed, judge.book.record), CUTS)
+    assert len(cuts) == CUTS
+    tally = _seen.setdefault(seed, Counter())
+    for cut in cuts:
+        problems = judge.problems(cut, random.choice(CHANGES_K))
+        found += [f"{cut.time_s:.6f} s: {problem}" for problem in problems]
+        tally[kind_of(judge.wanted)] += 1
+        tally["torn"] += cut.torn
+    assert found == []
+
+
+def test_every_outcome_was_among_them():
+    total = sum(_seen.values(), Counter())
+    rare = {kind: total[kind] for kind in (*KINDS, "torn") if total[kind] < len(SEEDS)}
+    assert rare == {} or len(_seen) < len(SEEDS)  # only some of the firings were asked for
+
+
+BROKEN = {
+    "goes on unasked": Broken(
+        "program.c", "== PROGRAM_PAUSED ? PROGRAM_PAUSED : PROGRAM_RESTORING;", "* 1u;"
+    ),
+    "heats while it is paused": Broken(
+        "loop_chamber.c",
+        "loop_chamber.enabled = program.state == PROGRAM_RUNNING",
+        "loop_chamber.enabled = program.state >= PROGRAM_RUNNING",
+    ),
+    "goes on too cold": Broken("program.c", "gone_k <= PROGRAM_RESUME_WITHIN_K &&", ""),
+    "goes on with another program": Broken(
+        "program.c", "programs_crc(&loaded) == record->program_crc", "true"
+    ),
+    "begins its segment anew": Broken("program.c", "program.length : record->elapsed;", "0 : 0;"),
+    "saves nothing": Broken("program.c", "progress_save();", ""),
+    "writes over the newest": Broken("progress.c", "(place + 1u) % PROGRESS_SLOTS", "place"),
+    "takes any slot": Broken("progress.c", "&& is_valid(&candidate)", ""),
+    "forgets a byte": Broken("progress.c", "next_byte == sizeof newest", "next_byte == 44"),
+    "forgets a lowered maximum": Broken(
+        "settings.c", "settings.chamber_maximum_c = record.kept.chamber_maximum_c;", ""
+    ),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_controller_is_noticed_that(what):
+    controller, program = machine(BROKEN[what])
+    judge, random = Judge(controller, program), Random(what)  # noqa: S311
+    cuts = cuts_of(judge, Firing(controller, program, 2, judge.book.record), CUTS)
+    problems = (
+        problem for cut in cuts for problem in judge.problems(cut, random.choice(CHANGES_K))
+    )
+    assert next(problems, ""), "nothing notices it"
