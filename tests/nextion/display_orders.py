@@ -17,7 +17,7 @@ MOST_DIGITS = 9
 LONGEST_MINUTES = 31 * 1440
 LAST_KIND = 4
 LAST_TYPE = 7
-ANY_GAIN = 1e9
+ANY_GAIN = ANY_AMOUNT = 1e9
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
          "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0")  # fmt: skip
@@ -100,17 +100,27 @@ class Grammar:
         return order == 7 and self._allows_points(data)
 
     def _allows_points(self, data: str) -> bool:
-        place = 0
+        """Whether what they leave behind is sound: a later one may take an earlier one's place."""
+        place, sound = 0, dict[int, bool]()
         while found := POINT.match(data, place):
-            place = found.end()
-            rate, kind = found[4] == "1", int(found[4] or 0)
-            amount = _within(found[2], 0, 6553.5 if rate else LONGEST_MINUTES)
-            ends = _within(found[3], self.lowest_c, self.highest_c) or found[3] == "0"
-            if not (1 <= int(found[1]) <= self.points + 1 and kind <= LAST_KIND and amount):
+            place, number = found.end(), int(found[1])
+            if not (1 <= number <= self.points + 1 and int(found[4] or 0) <= LAST_KIND):
                 return False
-            if not ends and kind < 3:
+            if not (
+                _within(found[2], 0, ANY_AMOUNT) and _within(found[3], -ANY_AMOUNT, ANY_AMOUNT)
+            ):
                 return False
-        return place == len(data)
+            if found[4] in (None, "0") and float(found[2]) == float(found[3]) == 0:
+                sound = {each: right for each, right in sound.items() if each < number}
+            else:
+                sound[number] = self._allows_point(*found.group(2, 3, 4))
+        return place == len(data) and all(sound.values())
+
+    def _allows_point(self, amount: str, target: str, kind: str | None) -> bool:
+        most = 6553.5 if kind == "1" else LONGEST_MINUTES
+        holds = kind in ("3", "4")
+        lasts = kind in ("2", "3") or _within(amount, 0, most)
+        return lasts and (holds or _within(target, self.lowest_c, self.highest_c))
 
 
 def _within(text: str, low: float, high: float) -> bool:
@@ -145,6 +155,16 @@ class Malice:
             for found in re.finditer(rb"#[ -~]*;", bytes(data)):
                 data[found.start()] = ord("$")
         return bytes(data)
+
+    def answers(self, count: int) -> Iterator[bytes]:
+        """What a display says of itself, true or not."""
+        chance = self._chance
+        for _ in range(count):
+            yield chance.choice((
+                b"\0\0\0", b"\x88", b"\x24", b"\x1a", b"\x66" + chance.randbytes(1), b"",
+                b"\x66", b"\x65" + chance.randbytes(3), b"\x71" + chance.randbytes(4),
+                b"\x70" + chance.randbytes(40).replace(b"#", b"$"),
+            )) + b"\xff" * chance.choice((3, 3, 3, 3, 1, 2, 4, 7))  # fmt: skip
 
     def sound(self) -> str:
         """An order that may be taken."""

@@ -18,8 +18,8 @@ FIRST = 0x20
 """Address of the first register; below are those of the core."""
 CORE = range(0x5D, 0x60)
 """Stack pointer and status register."""
-HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|TIFR\d|PIN[A-L]")
-"""Registers that tell the very moment, and those of the line."""
+HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|TIFR\d|PIN[A-L]|EEAR|EEDR")
+"""Registers that tell the very moment, those of the line, and where the EEPROM was read last."""
 TICK = "clock.c:ticks_of_second"
 """Changes once a tick, in the main loop."""
 

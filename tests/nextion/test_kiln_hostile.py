@@ -1,0 +1,178 @@
+"""A million random bytes and ten thousand malformed orders: nothing but the display's own changes.
+
+Two boards run side by side, one of them with the bytes on its line. After every tick all of their
+memory is compared; what only the display's own files may write is left out. The line goes at full
+speed while a program runs.
+"""
+
+import shutil
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import pytest
+from display_orders import Grammar, Malice
+from kiln_desk import RUNNING, Built
+from memory_guard import Pair
+
+from heatwright.generator.stack import worst_stack
+from heatwright.generator.toolchain import build
+from heatwright.sim.avr import RAM_FILL, AvrError
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+
+BAUD = 115_200
+CHARACTER_S = 10 / BAUD
+RANDOM_BYTES = 1_000_000
+MALFORMED = 10_000
+SEED = 7
+STEP_S = 1.0
+TICK_S = 0.01
+FIRST_C, RISE_K_PER_S = 20.0, 0.15
+"""What the thermocouple feels: as the program wants it, so that nothing trips."""
+
+
+class Line:
+    """Two boards, and whatever goes to the second."""
+
+    def __init__(self, kiln: Built, program: Elf | None = None) -> None:
+        self.kiln = kiln
+        self.now_s = 0.0
+        quiet, disturbed = (self._powered(program or kiln.program) for _ in range(2))
+        self.pair = Pair(quiet, disturbed, kiln.display_files)
+        self.run(2.0)
+        for device in (quiet, disturbed):
+            device.avr.uarts[0].send(b"#8 1;", BAUD)
+        self.run(2.0)
+        assert disturbed.read("program.state") == RUNNING
+
+    def _powered(self, program: Elf) -> AvrDevice:
+        device = AvrDevice(self.kiln.controller, program)
+        device.unplug()
+        return device
+
+    @property
+    def board(self) -> AvrDevice:
+        """The one that is disturbed."""
+        return self.pair.disturbed.device
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, in steps; raises AssertionError for the first byte that differs."""
+        end_s = self.now_s + seconds
+        while self.now_s < end_s:
+            self.now_s += STEP_S
+            for each in (self.pair.quiet, self.pair.disturbed):
+                each.device.sense("chamber", FIRST_C + RISE_K_PER_S * self.now_s)
+            self.pair.run_to(self.now_s)
+
+    def send(self, chunks: Iterable[bytes], baud: float = BAUD) -> None:
+        """Send all that comes, without a pause."""
+        for data in chunks:
+            self.board.avr.uarts[0].send(data, baud)
+            self.run(10 * len(data) / baud)
+
+    def finish(self) -> None:
+        """See that all went well to the end: in time, on its stack, and that it still listens."""
+        self.run(3.0)
+        clock_hz = self.board.avr.clock_hz
+        assert self.pair.latest / clock_hz < TICK_S / 2
+        assert self.pair.disturbed.ticks == self.pair.quiet.ticks
+        assert len(self.board.avr.take_resets()) == 0
+        assert self.board.read("program.state") == RUNNING
+        assert self.board.avr.eeprom.contents == self.pair.quiet.device.avr.eeprom.contents
+        assert self.board.avr.stack_used <= worst_stack(self.kiln.program.path).total
+        self.board.avr.uarts[0].send(b"#9 0;", BAUD)
+        self.board.advance(self.now_s + 2.0)
+        assert self.board.read("program.state") != RUNNING, "it listens no more"
+
+
+@pytest.fixture
+def line(kiln: Built) -> Line:
+    return Line(kiln)
+
+
+@pytest.fixture
+def malice(kiln: Built) -> Malice:
+    return Malice(Grammar.of(kiln.controller), SEED)
+
+
+def chunks(data: bytes, size: int = 11_520) -> Iterator[bytes]:
+    for at in range(0, len(data), size):
+        yield data[at : at + size]
+
+
+def test_a_million_random_bytes(line: Line, malice: Malice) -> None:
+    line.send(chunks(malice.noise(RANDOM_BYTES)))
+    line.finish()
+
+
+def test_ten_thousand_malformed_orders(line: Line, malice: Malice) -> None:
+    line.send(chunks(b"".join(malice.orders(MALFORMED))))
+    line.finish()
+
+
+def test_false_answers_of_the_display(line: Line, malice: Malice) -> None:
+    """Pages that there are not, starts without end, errors: what a broken display might send."""
+    line.send(chunks(b"".join(malice.answers(MALFORMED))))
+    line.finish()
+
+
+@pytest.mark.parametrize("baud", [9_600, 57_600, 230_400])
+def test_a_display_at_the_wrong_speed(line: Line, malice: Malice, baud: int) -> None:
+    line.send(chunks(malice.noise(baud // 4), baud // 10), baud)
+    line.finish()
+
+
+def test_a_line_that_is_held_low(line: Line) -> None:
+    line.board.avr.uarts[0].send_break(5.0)
+    line.run(6.0)
+    line.finish()
+
+
+# -- the guard itself ------------------------------------------------------------------------------
+
+
+def test_the_guard_sees_a_byte(line: Line) -> None:
+    """Any one, in any variable that is not the display's own, and any register."""
+    for name in ("program.setpoint_c", "settings.chamber_kp", "fault.code", "PORTH", "OCR1A"):
+        address = line.board.variables[name].address
+        held = line.board.avr.read_ram(address, 1)
+        line.board.avr.write_ram(address, bytes([held[0] ^ 1]))
+        with pytest.raises(AssertionError, match=r"Difference|ticks are missing"):
+            line.run(1.0)
+        line = Line(line.kiln)
+
+
+def test_the_guard_sees_a_byte_below_the_stack(line: Line) -> None:
+    """Nothing but the stack is ever written above the variables."""
+    before = line.board.avr.stack_used
+    address = line.board.elf.static_ram[1] + 40
+    assert line.board.avr.read_ram(address, 1)[0] == RAM_FILL
+    line.board.avr.write_ram(address, b"\0")
+    assert line.board.avr.stack_used > worst_stack(line.kiln.program.path).total > before
+
+
+BROKEN = [
+    ("nextion_frame.c", " || length == NEXTION_ORDER_SIZE", ""),
+    ("nextion_points.c", "if (point->number > PROGRAM_POINTS) {", "if (point->number > 250u) {"),
+]
+"""Lines without which an order writes outside its array: file, text, what stands there instead."""
+
+
+@pytest.mark.parametrize("change", BROKEN, ids=lambda change: change[0])
+def test_a_bound_that_is_missing_is_seen(
+    kiln: Built, malice: Malice, tmp_path: Path, change: tuple[str, str, str]
+) -> None:
+    shutil.copytree(kiln.folder, tmp_path / "kiln")
+    file, old, new = change
+    source = tmp_path / "kiln" / "src" / file
+    text = source.read_text()
+    assert text.count(old) == 1, f"{file} has no {old!r}"
+    source.write_text(text.replace(old, new))
+    line = Line(kiln, Elf(build(tmp_path / "kiln").elf))
+
+    def whole() -> None:
+        line.send(chunks(b"".join(malice.orders(MALFORMED))))
+        line.finish()
+
+    with pytest.raises((AssertionError, AvrError)):
+        whole()
