@@ -1,0 +1,62 @@
+"""The log in the kilns' whole firmware: it tells what the loop did, and changes nothing of it."""
+
+import random
+from pathlib import Path
+
+import pytest
+from log_course import shown_c
+from whole_firmware import spec_of, whole
+
+from heatwright.sim.bench import bench
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Event, SerialLog
+
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+KILNS = {name: (EXAMPLES / f"{name}.yaml").read_text("utf-8") for name in ("kiln", "kiln_uno")}
+FLOOD_S = 60
+
+
+def fired(device: AvrDevice, name: str, duration: str) -> StepLog:
+    """Start the first program, and let it go on for a time."""
+    controller = spec_of(KILNS[name]).controller
+    events = [{"at": "5 s", "program": "start 1"}, {"for": duration}]
+    trace = bench(controller, device, [Event.model_validate(event) for event in events])
+    return trace.steps["chamber"]
+
+
+@pytest.mark.parametrize("name", KILNS)
+def test_it_tells_what_the_loop_did(name: str) -> None:
+    device = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
+    steps = fired(device, name, "40 min")
+    reader = device.log_reader
+    reader.write("log")
+    device.advance(device.time_s + 2)
+    device.feed()
+    assert reader.is_complete
+    (log,) = (each for each in spec_of(KILNS[name]).controller.interfaces
+              if isinstance(each, SerialLog))  # fmt: skip
+    assert [row.time_s for row in reader.rows] == [
+        round(log.every_s) * (number + 1) for number in range(len(reader.rows))
+    ]
+    assert len(reader.rows) == 40 * 60 // log.every_s
+    for row in reader.rows:
+        (step,) = steps[steps["steps"] == row.time_s]  # of the same tick: its period is a second
+        assert row.temperature_c == shown_c(float(step["temperature_c"]))
+        assert row.setpoint_c == shown_c(float(step["setpoint_c"]))
+    assert reader.rows[-1].setpoint_c > 200
+
+
+@pytest.mark.parametrize("name", KILNS)
+def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
+    quiet = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
+    flooded = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
+    drawn = random.Random(1)  # noqa: S311 - no secret
+    words = b"log\n clear\n help\n \r\n \0 \xff".split(b" ")
+    noise = b"".join(drawn.choices([*words, *(bytes([n]) for n in range(256))], k=11_520 * FLOOD_S))
+    flooded.log_reader.send_bytes(noise[: 11_520 * FLOOD_S])
+    expected, found = (fired(each, name, "90 s") for each in (quiet, flooded))
+    assert flooded.log_reader.lines
+    assert len(expected) == len(found)
+    for member in set(expected.dtype.names or ()) - {"time_s"}:  # when it sleeps again, to the us
+        assert expected[member].tobytes() == found[member].tobytes(), member
