@@ -156,7 +156,9 @@ class Max31856(SpiChip):
 
     def _take_orders(self, before: Settings, cycle: int) -> None:
         asked = self._settings
-        self.misused += before.automatic and asked.mains_hz != before.mains_hz
+        if not before.automatic:
+            self._filters_hz = asked.mains_hz
+        self.misused += asked.automatic and asked.mains_hz != self._filters_hz
         if asked.clears_faults and asked.keeps_faults:
             self._registers[SR] = 0
         self._registers[0] = asked.lasting
@@ -179,6 +181,7 @@ class Max31856(SpiChip):
         self._count = 0
         self._open = False
         self._voltage_mv = 0.0
+        self._filters_hz = self._settings.mains_hz
 
     def _go_on(self, cycle: int) -> None:
         last: int | None = None
