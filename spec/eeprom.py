@@ -110,7 +110,8 @@ def layout(controller: Controller) -> Layout:
     log = log_in_eeprom(controller)
     entries = log.entries if log else 0
     room -= places * programs_bytes + entries * LOG_ENTRY_BYTES
-    wanted = _slots_for(LEAST_YEARS, _save_every_s(controller)) * PROGRESS_BYTES
+    lasting = max(FEWEST_PROGRESS_SLOTS, _slots_for(LEAST_YEARS, _save_every_s(controller)))
+    wanted = lasting * PROGRESS_BYTES if places else 0
     most = room // slot_bytes
     if places or entries:
         most = max(FEWEST_SETTINGS_SLOTS, (room - wanted) // slot_bytes)
