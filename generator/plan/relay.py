@@ -11,9 +11,10 @@ from heatwright.spec import Controller, DigitalOutput
 from heatwright.spec.commands import commanded
 
 SETTLE_TICKS = 5
-"""A power relay closes within 15 ms to 25 ms and bounces for some more; then it may carry load."""
+"""A power relay has closed after 15 ms, bouncing included (TE T9A, data sheet); a contactor of 9 A
+with a coil for 24 V DC after 35 ms to 60 ms (Siemens 3RT201, system manual of 2011)."""
 CONTACT_TICKS = 10
-"""Four times the slowest: neither bouncing nor a cold relay is taken for a weld."""
+"""The next larger contactor, of 25 A, closes within 90 ms (3RT202)."""
 
 
 def is_judged_by(controller: Controller, loop: str) -> bool:
