@@ -103,7 +103,7 @@ void say_float(float number)
 void say_text(const char *text)
 {
     for (; *text != '\0'; text++) {
-        say_char(*text == '"' ? '\'' : *text == '\\' ? '/' : *text);
+        say_char(*text);
     }
 }
 

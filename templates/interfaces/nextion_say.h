@@ -17,7 +17,7 @@ void say_scaled(int32_t steps, uint8_t decimals, bool short_form);
 /* With as many digits as a float has, without the zeros at the end. */
 void say_float(float number);
 
-/* A text of the operator's, which must not end the text it is put into. */
+/* A name: it has no quotation mark, which would end the text it is put into, and no backslash. */
 void say_text(const char *text);
 
 /* Send what was put together. */

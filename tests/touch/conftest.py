@@ -2,10 +2,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from touch_kiln import SPEC, compile_kiln
+from touch_kiln import SPEC, compile_kiln, linked
 
 from heatwright.generator import plan_firmware, render
 from heatwright.spec import Controller, Spec, load
+from heatwright.spec.nextion import display_pages
 
 
 @pytest.fixture(scope="session")
@@ -26,6 +27,21 @@ def kiln_files(touched_spec: Spec) -> Mapping[str, str]:
 
 
 @pytest.fixture(scope="session")
-def kiln(kiln_files: Mapping[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def kiln_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("kiln")
+
+
+@pytest.fixture(scope="session")
+def kiln_objects(kiln_files: Mapping[str, str], kiln_project: Path) -> dict[str, Path]:
+    return compile_kiln(kiln_files, kiln_project)
+
+
+@pytest.fixture(scope="session")
+def kiln(kiln_objects: dict[str, Path], kiln_project: Path) -> Path:
     """The kiln's firmware as a program of this computer: see touch_kiln."""
-    return compile_kiln(kiln_files, tmp_path_factory.mktemp("kiln"), {})
+    return linked(kiln_objects, kiln_project / "kiln")
+
+
+@pytest.fixture(scope="session")
+def page_numbers(touched: Controller) -> dict[str, int]:
+    return {page.name: page.id for page in display_pages(touched)}

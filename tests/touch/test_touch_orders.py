@@ -3,7 +3,20 @@
 from pathlib import Path
 
 import pytest
-from touch_kiln import ANSWERS, SILENT, Said, celsius, damaged, fault, order, received, run, seconds
+from touch_kiln import (
+    ANSWERS,
+    FORGET,
+    LOOK,
+    SILENT,
+    Said,
+    celsius,
+    damaged,
+    fault,
+    order,
+    received,
+    run,
+    seconds,
+)
 
 START = "8 1"
 
@@ -45,10 +58,12 @@ def test_an_order_does_what_it_says(kiln: Path, text: str, expected: dict[str, s
 
 MALFORMED = [
     "2", "2 2", "2 1 ", "2  1", "2 -1", "2 x", "2 1.0", "2 01x", "3", "3 1100.5", "3 -1",
-    "3 1e2", "3 nan", "3 600C", "3 .", "3 -", "3 1.2.3", "3 99999999999", "4 20", "5 -1",
+    "3 1e2", "3 nan", "3 600C", "3 .", "3 -", "3 1.2.3", "3 99999999999", "3 4294967396",
+    "4 20", "5 -1",
     "5 1000001", "6 --1", "19 ,", "20 1150.5", "20 -0.5", "15 4", "15 8", "15 256", "15 3 ",
     "8 0", "8 3", "8 4", "8 257", "8 1 2", "9 1", "9 0", "9 2", "10 1", "11 11", "11 -1",
-    "13 0", "13 4", "13 260", "14", "14 ", "14    ", "14 thirteen char", '14 say "no"',
+    "13 0", "13 4", "13 260", "14", "14 ", "14    ", f"14 {100 * 'x'}", "14 thirteen char",
+    '14 say "no"',
     "14 back\\slash", "18", "18 1", "21 200", "21 256", "22 1", "1 1", "23 1", "0 0", "99",
     "100", "256", "258 1", "65538 1", "", " ", "x", "-2 1", " 2 1", "2,1", "2\t1", "2 1\r",
     "2 ½", "14 \x7f", "7", "7 ",
@@ -67,13 +82,19 @@ def test_a_damaged_byte_spoils_its_order_and_no_other(kiln: Path) -> None:
 
 
 def test_a_cut_order_is_replaced_by_the_next(kiln: Path) -> None:
-    said = run(kiln, seconds(1), received(b"#3 9#3 700;00;"), seconds(1))
-    assert said.state["setpoint"] == "700"
+    said = run(kiln, seconds(1), received(b"#3 9#3 70;0;"), seconds(1))
+    assert said.state["setpoint"] == "70"
 
 
 def test_an_order_too_long_is_dropped(kiln: Path) -> None:
     long = b"#3 6" + 300 * b"0" + b";"
     said = run(kiln, seconds(1), received(long[:200]), seconds(1), received(long[200:]), seconds(1))
+    assert said.state["setpoint"] == "20"
+
+
+def test_an_order_that_the_ring_cuts_is_not_completed_by_the_next(kiln: Path) -> None:
+    full = 251 * b"." + b"#3 123456;"
+    said = run(kiln, seconds(1), received(full), seconds(1), received(b"55;"), seconds(1))
     assert said.state["setpoint"] == "20"
 
 
@@ -133,10 +154,12 @@ def test_nothing_starts_while_a_fault_is_latched(kiln: Path) -> None:
     }
 
 
-def test_gains_are_lost_unless_kept(kiln: Path) -> None:
-    """What 22 keeps, settings.c writes; here it is seen to be asked for, once."""
-    said = order(kiln, "5 12", "22", "22 ")
-    assert said.state["kp"] == "12"
+def test_gains_are_kept_when_it_is_ordered(kiln: Path) -> None:
+    said = run(
+        kiln, seconds(1), received(b"#5 12;"), seconds(1), FORGET, LOOK, received(b"#5 13;"),
+        seconds(1), received(b"#22;"), seconds(5), FORGET, LOOK,
+    )  # fmt: skip
+    assert [state["kp"] for state in said.states[:2]] == ["7.5999999", "13"]
 
 
 def test_a_start_waits_for_a_reading(kiln: Path) -> None:

@@ -14,11 +14,6 @@ REFRESH_TICKS = 3000
 TRY_TICKS = 100
 
 
-@pytest.fixture(scope="session")
-def page_numbers(touched: Controller) -> dict[str, int]:
-    return {page.name: page.id for page in display_pages(touched)}
-
-
 def page(number: int) -> bytes:
     return received(f"#21 {number};".encode())
 
@@ -75,7 +70,8 @@ def test_the_display_answers_which_page_it_shows(kiln: Path) -> None:
 
 
 @pytest.mark.parametrize("answer", [b"\x66\xc8\xff\xff\xff", b"\x66\x03\xff\xff#", b"\xff" * 12,
-                                    b"\x1a\xff\xff\xff", b"\0\xff\xff\xff"])  # fmt: skip
+                                    b"\x1a\xff\xff\xff", b"\0\xff\xff\xff",
+                                    b"\x66\x03ab\xff"])  # fmt: skip
 def test_other_answers_mean_nothing(kiln: Path, answer: bytes) -> None:
     said = run(kiln, seconds(5), received(answer), seconds(5))
     assert said.state["page"] == "0"
@@ -250,6 +246,45 @@ def test_the_running_chart(kiln: Path, page_numbers: dict[str, int]) -> None:
     assert 9 <= len(drawn) <= 11
     assert drawn[-1] == "add 7,0,90"
     assert not any(text.startswith("add 24") for text in after(said, 520))
+
+
+def test_a_chart_ends_at_its_edges(kiln: Path, page_numbers: dict[str, int]) -> None:
+    for degrees, pixels in ((1300, 180), (1800, 180), (-30, 0)):
+        said = run(kiln, seconds(5), celsius(degrees), page(page_numbers["debug"]), seconds(20))
+        assert [text for text in said.instructions if text.startswith("add 7,0,")][-1] == (
+            f"add 7,0,{pixels}"
+        )
+
+
+def test_a_chart_that_is_full_loses_its_beginning(kiln: Path) -> None:
+    """Ten hours are 600 columns; the eleventh hour takes the place of the first."""
+    away = [page(3), *[seconds(600)] * 60, celsius(1000), *[seconds(600)] * 6]
+    said = run(kiln, *away, page(0), seconds(30))
+    drawn = [text for text in said.instructions if text.startswith("add 24,0,")]
+    assert drawn == 540 * ["add 24,0,3"] + 60 * ["add 24,0,150"]
+
+
+def test_a_button_is_put_right_if_its_order_was_refused(kiln: Path) -> None:
+    said = run(kiln, seconds(5), order("9 1"), seconds(3))
+    assert "main.bt1.val=0" in after(said, 500)
+
+
+def test_a_program_comes_up_when_it_is_asked_for(kiln: Path) -> None:
+    said = run(kiln, seconds(5), order("13 2"), seconds(1))
+    assert "page points" in said.instructions
+
+
+def test_below_zero(kiln: Path) -> None:
+    said = run(kiln, seconds(5), celsius(-30), seconds(5))
+    assert said.shown["main.temp.val"] == "-30"
+
+
+def test_the_same_fault_again_is_listed_again(kiln: Path, page_numbers: dict[str, int]) -> None:
+    """It is acknowledged in the tick of the step that trips it again: ticks 100, 200, 300."""
+    hot = celsius(1160) + ticks(299) + order("16")
+    said = run(kiln, hot, ticks(1), page(page_numbers["faults"]), seconds(3))
+    listed = [said.shown[f"faults.l{row}.txt"][:3] for row in range(1, 4)]
+    assert listed == ["E06", "E06", ""]
 
 
 def test_a_cut_line_changes_nothing(kiln: Path) -> None:

@@ -3,7 +3,7 @@
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
  * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
  * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
- * 'x', whether the display's line is cut. Each '?' writes `=`, the state as a line of words; each
+ * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept. Each '?' writes `=`, the state as a line of words; each
  * instruction that is sent is written as `>`, the tick, itself, a new line.
  */
 #include <stdbool.h>
@@ -230,6 +230,9 @@ static bool follow(int command)
         return true;
     case 'x':
         cut = getchar() != 0;
+        return true;
+    case 'p':
+        settings_reload();
         return true;
     case '?':
         show_state();
