@@ -113,7 +113,8 @@ class Grammar:
             if found[4] in (None, "0") and float(found[2]) == float(found[3]) == 0:
                 sound = {each: right for each, right in sound.items() if each < number}
             else:
-                sound[number] = self._allows_point(*found.group(2, 3, 4))
+                right = self._allows_point(*found.group(2, 3, 4))
+                sound[number] = right and number <= self.points
         return place == len(data) and all(sound.values())
 
     def _allows_point(self, amount: str, target: str, kind: str | None) -> bool:
@@ -215,13 +216,14 @@ class Malice:
         """Segments of which at least one is wrong."""
         chance = self._chance
         fields = [self._sound_points()]
-        number = chance.choice(("0", str(self._grammar.points + 2), "255", "256", "", "-1", "1"))
+        beyond = self._grammar.points
+        number = chance.choice(("0", f"{beyond + 1}", f"{beyond + 2}", "255", "256", "", "-1", "1"))
         word = chance.choice(NASTY)
         fields.append(chance.choice((
             f"{number},{word},100:", f"{number},10,{word}:", f"{number},10:", f"{number},:",
             f"{number},10,20,5:", f"{number},10,20,0,0:", f"{number},-5,100:", ":", ",,:", "1",
-            f"{number},10,1100.1:", f"{number},44641,100:", f"{number},10,-3300:",
-            f"{number},10,100,{word}:",
+            f"{number},10,1100.1:", f"{beyond + 1},10,100:", f"{number},44641,100:",
+            f"{number},10,-3300:", f"{number},10,100,{word}:",
         )))  # fmt: skip
         chance.shuffle(fields)
         return f"#7 {''.join(fields)};".encode()
