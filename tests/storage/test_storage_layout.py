@@ -1,0 +1,115 @@
+"""Where everything stands in the EEPROM, and how long it lasts."""
+
+import re
+from itertools import pairwise, product
+from pathlib import Path
+
+import pytest
+from storage_format import PROGRESS_BYTES, Memory
+from storage_host import memory_of
+from storage_settings import Settings
+from storage_specs import NAMES, TEXT
+
+from heatwright.spec import Controller, SpecError, load, load_text
+from heatwright.spec.eeprom import CELL_WRITES, YEAR_S, layout, settings_bytes
+
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+BOARDS = ("uno", "leonardo", "mega2560")
+FEWEST_SETTINGS, MOST_SETTINGS, SETTINGS_STRIDE = 4, 16, 64
+LOG = "  - {{kind: serial_log, loop: chamber, keep: eeprom, entries: {entries}, every: {every}}}\n"
+
+
+def text_of(board: str, programs: str, log: str = "") -> str:
+    sensor = "kind: ds18b20, pin: A1"
+    return TEXT.format(board=board, sensor=sensor, programs=programs, protection="") + log
+
+
+@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_areas_of_an_example_do_not_overlap_and_fit(example):
+    controller = load(example).controller
+    areas = layout(controller)
+    assert areas.settings.start == 0
+    assert all(one.end == other.start for one, other in pairwise(areas))
+    assert areas.end <= controller.board.eeprom_bytes
+    assert areas.settings.slot_bytes % SETTINGS_STRIDE == 0
+    assert settings_bytes(controller) <= areas.settings.slot_bytes
+    if controller.programs is None and not areas.history.slots:
+        assert areas.settings.slots == min(16, controller.board.eeprom_bytes // SETTINGS_STRIDE)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_firmware_has_the_same_layout(builds, name):
+    build = builds(name)
+    areas, memory = layout(build.controller), memory_of(build)
+    assert (memory.programs_at, memory.progress_at) == (areas.programs.start, areas.progress.start)
+    assert memory.progress_slots == areas.progress.slots
+    assert areas.programs.slot_bytes == Memory(build.controller).program_bytes
+    assert areas.progress.slot_bytes == PROGRESS_BYTES
+
+
+@pytest.mark.parametrize("name", ["few", "typed"])
+def test_a_record_of_settings_has_the_size_that_it_has(builds, name):
+    settings = Settings(builds(name))
+    assert len(settings.record(1, settings.old)) == settings_bytes(settings.controller)
+
+
+def tried(board: str, programs: str) -> tuple[Controller | None, str]:
+    """The controller, or why it is refused."""
+    try:
+        return load_text(text_of(board, programs), "tried.yaml").controller, ""
+    except SpecError as error:
+        return None, str(error)
+
+
+SIZES = list(product(BOARDS, (3, 10, 20), (2, 3, 8), ("10 s", "1 min", "7 min", "1 h")))
+PROGRAMS = "  points: {}\n  places: {}\n  save_every: {}"
+
+
+def test_whatever_is_accepted_fits_and_lasts_ten_years():
+    controllers = [tried(size[0], PROGRAMS.format(*size[1:]))[0] for size in SIZES]
+    accepted = [each for each in controllers if each is not None]
+    assert len(accepted) > len(SIZES) // 4
+    for controller in accepted:
+        areas, room = layout(controller), controller.board.eeprom_bytes
+        assert areas.end <= room
+        assert FEWEST_SETTINGS <= areas.settings.slots <= MOST_SETTINGS
+        every_s = controller.programs.save_every_s
+        assert areas.progress.slots * CELL_WRITES * every_s >= 10 * YEAR_S
+        assert areas.progress.slots <= 255
+        assert room - areas.end < PROGRESS_BYTES or areas.progress.slots == 255
+
+
+def test_what_is_proposed_where_something_is_refused_is_accepted():
+    proposals = 0
+    for board, points, places, every in SIZES:
+        controller, why = tried(board, PROGRAMS.format(points, places, every))
+        proposed = re.search(r"Use save_every: ([^,.]+), or", why)
+        if proposed:
+            proposals += 1
+            assert tried(board, PROGRAMS.format(points, places, proposed[1]))[1] == ""
+        elif controller is None:
+            assert "bytes, and the EEPROM of the" in why
+    assert proposals > len(SIZES) // 4
+
+
+@pytest.mark.parametrize(
+    ("entries", "every", "wrong"),
+    [(60, "1 min", ""), (60, "30 s", "Use every: 1 min"), (900, "1 h", "bytes, and the EEPROM")],
+)
+def test_a_log_in_eeprom(entries, every, wrong):
+    log = LOG.format(entries=entries, every=every)
+    text = text_of("mega2560", "  points: 5", log)
+    if wrong:
+        with pytest.raises(SpecError, match=re.escape(wrong)):
+            load_text(text, "logged.yaml")
+    else:
+        controller = load_text(text, "logged.yaml").controller
+        assert layout(controller).history.slots == entries
+        assert layout(controller).end <= controller.board.eeprom_bytes
+
+
+def test_the_kiln_lasts_more_than_ten_years_at_one_save_a_minute():
+    controller = load(EXAMPLES / "kiln.yaml").controller
+    assert controller.programs.save_every_s == 60.0
+    assert layout(controller).progress.years(60.0) == pytest.approx(10.647, abs=0.001)
+    assert layout(controller).settings.slots == MOST_SETTINGS
