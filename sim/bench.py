@@ -11,6 +11,7 @@ from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Controller, Event, ThermalNetwork
+from heatwright.spec.program_orders import Order
 from heatwright.spec.timers import TICK_S
 
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
@@ -45,7 +46,7 @@ class Device(Protocol):
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value, by its name in a scenario."""
 
-    def program(self, order: str, number: int = 0) -> None:
+    def program(self, order: Order, number: int = 0) -> None:
         """Have an order given to the program: start and jump with a number, pause and so on."""
 
     def relay_fraction(self) -> float:

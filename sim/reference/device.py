@@ -26,6 +26,7 @@ from heatwright.spec import (
     programmed,
     switched,
 )
+from heatwright.spec.program_orders import Order
 
 SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
@@ -106,7 +107,7 @@ class ReferenceDevice:
         else:
             self._host.send(line)
 
-    def program(self, order: str, number: int = 0) -> None:
+    def program(self, order: Order, number: int = 0) -> None:
         """Give an order to the program; what the firmware would refuse changes nothing.
 
         Raises:

@@ -22,8 +22,9 @@ from heatwright.sim.reference.program_state import (
 )
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.spec import Controller
+from heatwright.spec.program_orders import Order
 
-ORDERS = {
+ORDERS: dict[Order, int] = {
     "start": START,
     "pause": PAUSE,
     "resume": RESUME,
@@ -59,13 +60,8 @@ class ProgrammedOperator(SwitchedOperator):
         """What the program does now."""
         return self._run.now.state
 
-    def order(self, order: str, number: int = 0) -> bool:
-        """Give an order; tell whether that may be.
-
-        Raises:
-            KeyError: there is no such order.
-
-        """
+    def order(self, order: Order, number: int = 0) -> bool:
+        """Give an order; tell whether that may be."""
         code = ORDERS[order]
         if self._program[0] == STOP:
             return False

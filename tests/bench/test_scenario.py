@@ -1,7 +1,7 @@
 import pytest
 
 from heatwright.sim.scenario import Action, actions, end_s
-from heatwright.spec import Event, Write
+from heatwright.spec import Event, ProgramOrder, Write
 
 
 def events(*lines):
@@ -77,3 +77,16 @@ def test_a_master_writes_one_value_after_the_other():
     )
     assert [action.text for action in found] == ["air.setpoint = 60", "air.enabled = on"]
     assert not any(action.disturbs for action in found)
+
+
+@pytest.mark.parametrize(
+    ("said", "order", "text"),
+    [
+        ("start 2", ProgramOrder("start", 2), "start 2"),
+        ("pause", ProgramOrder("pause"), "pause"),
+        ("jump 3", ProgramOrder("jump", 3), "jump 3"),
+    ],
+)
+def test_a_program_is_ordered_about(said, order, text):
+    (found,) = actions(events({"at": "3 s", "program": said}))
+    assert (found.time_s, found.program, found.text, found.disturbs) == (3.0, order, text, False)
