@@ -1,0 +1,65 @@
+"""RAM: enough of it for what takes most. What a firmware really takes, `heatwright build` tells."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import nextion_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import LcdKeypad, SerialLog
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import number
+
+# Variables and stack of the smallest firmware, and what comes on top, each a little less than was
+# measured: nothing that fits is refused.
+LEAST_BYTES = 250
+NEXTION_BYTES = 1800
+PROGRAMS_BYTES = 240
+POINT_BYTES = 27
+POINT_SHOWN_BYTES = 36
+"""Of a nextion, for each point of a program."""
+MENU_BYTES = 190
+LOG_BYTES = 60
+ENTRY_BYTES = 4
+"""Temperature and setpoint in tenths of a degree, 16 bits each."""
+
+
+def least_bytes(controller: Controller) -> int:
+    """Return what a firmware takes at least, beside the ring of a log."""
+    interfaces, programs = controller.interfaces, controller.programs
+    touched = nextion_of(controller) is not None
+    found = LEAST_BYTES + NEXTION_BYTES * touched
+    found += LOG_BYTES * any(isinstance(each, SerialLog) for each in interfaces)
+    if programs is None:
+        return found
+    found += MENU_BYTES * any(isinstance(each, LcdKeypad) for each in interfaces)
+    return found + PROGRAMS_BYTES + programs.points * (POINT_BYTES + POINT_SHOWN_BYTES * touched)
+
+
+def ram_suffices(controller: Controller) -> Findings:
+    """Find logs, displays and programs that the chip has no RAM for."""
+    board, least = controller.board, least_bytes(controller)
+    rings = {
+        index: each.entries * ENTRY_BYTES
+        for index, each in enumerate(controller.interfaces)
+        if isinstance(each, SerialLog) and each.keep == "ram"
+    }
+    because_of: tuple[Path, ...] = (("controller", "board"), ("programs",), ("interfaces",))
+    has = f"and the {board.mcu} has {board.ram_bytes}"
+    display = nextion_of(controller)
+    if display is not None and least > board.ram_bytes:
+        fewer = ", or fewer points" if controller.programs is not None else ""
+        yield Finding(
+            ("interfaces", controller.interfaces.index(display), "kind"),
+            f"a nextion and what it shows take at least {least} bytes of RAM, {has}",
+            f"Use a board with more RAM, such as mega2560, or an lcd_keypad{fewer}",
+            because_of,
+        )
+    elif rings and least + max(rings.values()) > board.ram_bytes:
+        index = max(rings, key=rings.__getitem__)
+        most = (board.ram_bytes - least) // ENTRY_BYTES
+        yield Finding(
+            ("interfaces", index, "entries"),
+            f"they take {number(rings[index])} bytes of RAM, all else at least {least}, {has}",
+            f"Use at most {most}, or keep: eeprom" if most else "Use keep: eeprom",
+            because_of,
+        )
