@@ -16,6 +16,7 @@ from touch_kiln import (
     received,
     run,
     seconds,
+    ticks,
 )
 
 START = "8 1"
@@ -90,6 +91,17 @@ def test_an_order_too_long_is_dropped(kiln: Path) -> None:
     long = b"#3 6" + 300 * b"0" + b";"
     said = run(kiln, seconds(1), received(long[:200]), seconds(1), received(long[200:]), seconds(1))
     assert said.state["setpoint"] == "20"
+
+
+def test_one_order_is_done_in_a_tick(kiln: Path) -> None:
+    two = received(b"#3 100;#3 200;")
+    said = run(kiln, seconds(1), two, ticks(1), LOOK, ticks(1), LOOK)
+    assert [state["setpoint"] for state in said.states[:2]] == ["100", "200"]
+
+
+def test_a_mark_goes_with_its_program(kiln: Path) -> None:
+    said = order(kiln, "11 4", "13 2")
+    assert [state["marked"] for state in said.states[:2]] == ["4", "0"]
 
 
 def test_an_order_that_the_ring_cuts_is_not_completed_by_the_next(kiln: Path) -> None:

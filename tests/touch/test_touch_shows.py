@@ -67,6 +67,10 @@ def test_the_display_answers_which_page_it_shows(kiln: Path) -> None:
     said = run(kiln, seconds(5), received(b"\x66\x03\xff\xff\xff"), seconds(5))
     assert said.state["page"] == "3"
     assert said.shown["points.k1.txt"] == "min"
+    said = run(kiln, seconds(5), page(3), seconds(5), received(b"\x66\0\xff\xff\xff"), seconds(5))
+    assert said.state["page"] == "0"
+    told = {text.split("=")[0] for text in after(said, 1000)}
+    assert {text.split("=")[0] for text in said.instructions if text.startswith("main.")} <= told
 
 
 @pytest.mark.parametrize("answer", [b"\x66\xc8\xff\xff\xff", b"\x66\x03\xff\xff#", b"\xff" * 12,
@@ -120,6 +124,14 @@ def test_fractions_are_shown_as_they_are_typed(kiln: Path, page_numbers: dict[st
     assert said.shown["points.t1.txt"] == "600.5"
     assert (said.shown["points.m2.txt"], said.shown["points.t2.txt"]) == ("150.5", "0")
     assert said.shown["points.m3.txt"] == "0.5"
+
+
+def test_what_was_taken_away_is_not_shown(kiln: Path, page_numbers: dict[str, int]) -> None:
+    said = run(
+        kiln, seconds(1), page(page_numbers["points"]), seconds(3), order("7 3,0,0:"), seconds(3)
+    )
+    shown = [said.shown[f"points.{column}3.txt"] for column in "kmt"]
+    assert shown == ["", "", ""]
 
 
 def test_marks_are_shown(kiln: Path, page_numbers: dict[str, int]) -> None:
@@ -282,7 +294,7 @@ def test_below_zero(kiln: Path) -> None:
 def test_the_same_fault_again_is_listed_again(kiln: Path, page_numbers: dict[str, int]) -> None:
     """It is acknowledged in the tick of the step that trips it again: ticks 100, 200, 300."""
     hot = celsius(1160) + ticks(299) + order("16")
-    said = run(kiln, hot, ticks(1), page(page_numbers["faults"]), seconds(3))
+    said = run(kiln, hot, ticks(1), page(page_numbers["faults"]), seconds(8))
     listed = [said.shown[f"faults.l{row}.txt"][:3] for row in range(1, 4)]
     assert listed == ["E06", "E06", ""]
 

@@ -50,7 +50,7 @@ POINTS = [
     ("* 6u + 5u) / 10u", "* 6u) / 10u", "points.each_kind"),
     ("strlen(text) >= PROGRAM_NAME_SIZE || ", "", "orders.malformed"),
     ("|| strspn(text, \" \") == strlen(text)", "", "orders.malformed"),
-    ("    points_marked = 0;\n", "", "shows.marks"),
+    ("    points_marked = 0;\n", "", "orders.a_mark_goes"),
 ]  # fmt: skip
 ORDERS = [
     ("number_whole(&text, most, count) && *text == '\\0'", "number_whole(&text, most, count)",
@@ -66,8 +66,6 @@ ORDERS = [
      "orders.run_pause"),
     ("    pages_want(PAGE_POINTS);", "", "shows.a_program_comes_up"),
     ("        settings_keep_chamber();", "", "orders.gains_are_kept"),
-    ("number_whole(&text, ORDER_LAST, &order)", "number_whole(&text, 255, &order)",
-     "orders.malformed"),
 ]  # fmt: skip
 PAGES = [
     ("    tries_left--;", "", "shows.a_page_that_is_not_seen"),
@@ -75,8 +73,8 @@ PAGES = [
     ("    turns_to_try = NEXTION_TRY_TURNS;", "", "shows.a_page_that_is_not_seen"),
     ("is_of_fault(pages_shown) || is_of_fault(wanted)", "is_of_fault(wanted)",
      "shows.after_the_acknowledgement"),
-    ("    pages_shown = page;", "", "shows.everything_again_when_the_display_starts"),
-    ("    show_anew();", "", "shows.a_page_shows_its_own"),
+    ("    pages_shown = page;", "", "shows.the_display_answers"),
+    ("    show_anew();", "", "shows.the_display_answers"),
     ("    chart_show(page);", "", "shows.the_chart_of_the_firing"),
     ("(tries_left != 0 || turns_to_try != 0)", "false", "shows.a_page_that_goes"),
     ("    pages_note(PAGE_MAIN);\n    if (fault.code != FAULT_NONE) {",
@@ -86,17 +84,15 @@ SHOW = [
     ("if (is_said[place] && said[place] == number)", "if (false)", "shows.a_change_is_said"),
     (" && said[place] == number)", ")", "shows.a_change_is_said"),
     ("    memset(is_said, 0, sizeof is_said);", "", "shows.everything_again_every"),
-    ("row <= points_shown.segments", "true", "shows.a_program_is_shown"),
+    ("row <= points_shown.segments", "true", "shows.what_was_taken_away"),
     ("seen_step != loop_chamber.steps", "false", "shows.a_change_is_said"),
     ("in_all != shown->in_all", "false", "shows.clocks"),
     ("+ program.ended", "", "shows.the_state_in_words"),
-    ("* KINDS + segment(row)->kind", "* KINDS", "shows.a_program_is_shown"),
+    ("->amount * KINDS + segment(row)->kind", "->amount * KINDS", "shows.a_program_is_shown"),
 ]  # fmt: skip
 CHART = [
     ("pixels < (float)NEXTION_CHART_HEIGHT ?", "true ?", "shows.a_chart_ends"),
     ("!(pixels >= 0.0f)", "false", "shows.a_chart_ends"),
-    ("    if (left < NEXTION_CHART_COLUMNS) {\n        left++;\n    }", "    left++;",
-     "shows.a_chart_that_is_full"),
     ("    if (size < NEXTION_CHART_COLUMNS) {\n        size++;\n    }", "    size++;",
      "shows.a_chart_that_is_full"),
     ("% NEXTION_CHART_COLUMNS);\n    if (size", "% 65536u);\n    if (size",
@@ -107,7 +103,7 @@ CHART = [
 TALK = [
     ("            (void)orders_do(frame_text);\n            show_anew();",
      "            (void)orders_do(frame_text);", "shows.a_button_is_put_right"),
-    ("of it */\n            return;", "of it */\n            break;", "hostile.a_flood"),
+    ("of it */\n            return;", "of it */\n            break;", "orders.one_order"),
     ("    set_up--;", "", "shows.it_begins"),
     ("page < NEXTION_PAGES && page != pages_shown", "page != pages_shown", "shows.other_answers"),
     ("    turns_to_refresh--;", "", "shows.everything_again_every"),
@@ -123,7 +119,7 @@ PORT = [
 ]  # fmt: skip
 SAY = [
     ("    if (length < SAY_SIZE) {", "    if (length < 20) {", "shows.the_list_of_faults"),
-    ("number < 0", "false", "shows.below_zero"),
+    ("if (number < 0) {", "if (false) {", "shows.below_zero"),
     ("behind % 10u == 0", "false", "shows.a_program_is_shown"),
 ]  # fmt: skip
 
@@ -143,6 +139,6 @@ MUTANTS += [
            "shows.the_list_of_faults"),
     Mutant("fault_log.c", "&& fault.acknowledgements == seen_acknowledgements", "",
            "shows.the_same_fault_again"),
-    Mutant("fault_log.c", "    if (index >= size) {", "    if (false) {",
-           "shows.a_page_shows_its_own"),
+    Mutant("fault_log.c", "    if (index >= size) {", "    if (0) {",
+           "shows.the_same_fault_again"),
 ]  # fmt: skip
