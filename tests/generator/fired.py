@@ -32,7 +32,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "average": ("1", "5"),
     "adjustable": ("false", "true"),
     "relay": ("", "alone", "with contact"),
-    "log": ("", "keep: ram, entries: 20", "keep: eeprom, entries: 20, every: 1 h"),
+    "log": ("", "keep: ram, entries: 20", "keep: eeprom, entries: 10, every: 1 h"),
     "starts": ("", "starts: enabled", "starts: disabled"),
     "remembered": ("false", "true"),
     "loops": ("1", "2"),
