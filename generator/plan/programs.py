@@ -7,9 +7,17 @@ import math
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.text import c_string
+from heatwright.generator.plan.text import c_string, markdown
+from heatwright.spec import Controller
 from heatwright.spec.eeprom import CELL_WRITES, Area, layout
-from heatwright.spec.programs import FASTEST_K_PER_H, LONGEST_SEGMENT_S, Programs, Segment
+from heatwright.spec.programs import (
+    FASTEST_K_PER_H,
+    LONGEST_SEGMENT_S,
+    AfterPowerLoss,
+    Programs,
+    Segment,
+)
+from heatwright.spec.quantity import duration
 
 KINDS = {kind: f"PROGRAM_{kind.upper()}" for kind in ("over", "rate", "fast", "hold", "until")}
 UINT16_MAX = 0xFFFF
@@ -51,6 +59,33 @@ def programs(root: Source) -> Part:
     )
 
 
+def in_words(controller: Controller) -> dict[str, str] | None:
+    """What the README says of programs; None if there are none."""
+    given = controller.programs
+    if given is None:
+        return None
+    years = math.floor(layout(controller).progress.years(given.save_every_s))
+    return {
+        "loop": given.loop,
+        "places": str(given.places),
+        "points": str(given.points),
+        "names": ", ".join(markdown(program.name) for program in given.stored),
+        "after_power_loss": _after_power_loss(given.after_power_loss),
+        "save_every": duration(given.save_every_s),
+        "years": str(years),
+    }
+
+
+def _after_power_loss(power: AfterPowerLoss) -> str:
+    otherwise = {"stop": "ends", "pause": "is paused"}[power.otherwise]
+    if power.resume_within_k == 0:
+        return f"it {otherwise}"
+    within = quantity(power.resume_within_k, "K")
+    return (
+        f"it goes on if the temperature has changed by no more than {within}, else it {otherwise}"
+    )
+
+
 def _program(source: Source, programs: Programs, index: int) -> dict[str, object]:
     program = programs.stored[index]
     return {
@@ -75,12 +110,12 @@ def _segment(segment: Segment) -> dict[str, str]:
 def _amount(segment: Segment) -> tuple[int, str]:
     """Give a segment's time in seconds, or its rate in tenths of a kelvin per hour, and say it."""
     if segment.over_s is not None:
-        return round(segment.over_s), f"over {quantity(segment.over_s, 's')}"
+        return round(segment.over_s), f"over {duration(segment.over_s)}"
     if segment.at_k_per_h is not None:
         rate = quantity(segment.at_k_per_h, "K/h")
         return round(segment.at_k_per_h * PER_KELVIN), f"at {rate}"
     if segment.hold_s is not None:
-        return round(segment.hold_s), quantity(segment.hold_s, "s")
+        return round(segment.hold_s), duration(segment.hold_s)
     return 0, "as fast as possible" if segment.fast else "until the operator goes on"
 
 
@@ -118,7 +153,7 @@ def _where_they_are(source: Source) -> tuple[Constant, ...]:
     assert given is not None  # noqa: S101 - as above
     areas = layout(source.controller)
     programs, progress = areas.programs, areas.progress
-    every = quantity(given.save_every_s, "s")
+    every = duration(given.save_every_s)
     years = math.floor(progress.years(given.save_every_s))
     saves = f"{progress.slots * CELL_WRITES / 1e6:.1f} million saves"
     return (

@@ -9,6 +9,7 @@ from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, rules
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import LcdKeypad, Protection, SerialPlotter, Spec
@@ -32,6 +33,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "host": _host(spec),
         "modbus": _modbus(spec),
+        "programs": in_words(controller),
         "touch": nextion_of(controller),
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
