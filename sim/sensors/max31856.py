@@ -184,25 +184,22 @@ class Max31856(SpiChip):
         self._filters_hz = self._settings.mains_hz
 
     def _go_on(self, cycle: int) -> None:
-        last: int | None = None
-        while self._began is not None and cycle >= self._began + self._next_cycles:
+        settings, last = self._settings, None
+        while self._began is not None:
+            tested = (self._count + 1) % TEST_EVERY == 0
+            conversion_s = settings.conversion_s(first=self._count == 0, tested=tested)
+            ends = self._began + self._cycles(conversion_s * self._faults.slow)
+            if cycle < ends:
+                break
             if self._beyond_supply:
                 self._began = cycle  # it stands still, and begins anew when that is over
                 break
-            last = self._began + self._next_cycles
-            self._began = last if self._settings.automatic else None
+            last, self._began = ends, ends if settings.automatic else None
             self._count += 1
-            if self._count % TEST_EVERY == 0:
-                self._open = self._settings.tests_open and self._faults.open
+            if tested:
+                self._open = settings.tests_open and self._faults.open
         if last is not None and not self._faults.frozen:
             self._convert(last)
-
-    @property
-    def _next_cycles(self) -> int:
-        """How long the conversion under way takes."""
-        tested = (self._count + 1) % TEST_EVERY == 0
-        seconds = self._settings.conversion_s(first=self._count == 0, tested=tested)
-        return self._cycles(seconds * self._faults.slow)
 
     def _convert(self, ended: int) -> None:
         settings = self._settings

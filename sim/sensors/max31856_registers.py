@@ -28,7 +28,7 @@ FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
 NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}
 """Longest conversion, and what each sample more adds, by the mains' frequency: the first one after
 a stop, and those that follow it."""
-TEST_S = {0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
+TEST_S = {0x00: 0.0, 0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
 """What the test for an open thermocouple adds to a conversion, at most, by its kind."""
 
 
@@ -107,9 +107,8 @@ class Settings:
 
         tested -- with the test for an open thermocouple.
         """
-        times = FIRST_S if first else NEXT_S
-        alone_s, each_s = times[self.mains_hz]
-        test_s = TEST_S[self.registers[CR0] & TESTS_OPEN] if tested and self.tests_open else 0.0
+        alone_s, each_s = (FIRST_S if first else NEXT_S)[self.mains_hz]
+        test_s = TEST_S[self.registers[CR0] & TESTS_OPEN] if tested else 0.0
         return alone_s + (self.samples - 1) * each_s + test_s
 
 
