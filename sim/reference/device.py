@@ -58,7 +58,7 @@ class ReferenceDevice:
         self._master: Master | None = None
         if modbus_of(controller) and isinstance(self._operator, SwitchedOperator):
             self._master = Master(controller, self._name, self._operator, self._reference)
-        self._display = Display(self._operator) if nextion_of(controller) else None
+        self._display = Display(controller, self._operator) if nextion_of(controller) else None
         self._host = Host(controller, self._operator, self._reference, self._driven, self._feeds)
         self._key: str | None = None
         self._key_step_k = Single(_key_step_k(controller))

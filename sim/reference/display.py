@@ -1,22 +1,29 @@
-"""What a touch display's buttons do to the reference device (docs/nextion.md).
-
-Of all commands those that steer: what only asks for a page, a name or a list changes nothing here.
-"""
+"""What a touch display's orders do to the reference device (docs/nextion.md)."""
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 
 from heatwright.sim.reference.operator import Operator
+from heatwright.sim.reference.points import Editor
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.spec import Controller
 
-_COMMAND = re.compile(r"#\s*(\d{1,2})\s*([^#;]*);")
+_ORDER = re.compile(r"#(\d{1,2}) ?([^#;]*);")
+POINTS = 7
+
+Does = dict[int, Callable[[float], object]]
 
 
 class Display:
-    """A display that nothing is answered."""
+    """A display that nothing is answered.
 
-    def __init__(self, operator: Operator) -> None:
+    Of all orders it gives those that steer: what only asks for a page, a name or a list changes
+    nothing here. What the firmware would refuse changes nothing either.
+    """
+
+    def __init__(self, controller: Controller, operator: Operator) -> None:
         """Serve the loop of an operator.
 
         Raises:
@@ -26,46 +33,69 @@ class Display:
         if not isinstance(operator, SwitchedOperator):
             message = "A display needs a loop that is switched"
             raise TypeError(message)
-        self._operator = operator
-        self._does: dict[int, Callable[[float], object]] = {
-            2: lambda on: operator.switch(on=bool(on)),
-            3: operator.set,
-            4: self._heat,
-            5: lambda kp: operator.set_gains(kp, None, None),
-            6: lambda ki: operator.set_gains(None, ki, None),
-            16: lambda _: operator.acknowledge(),
-            19: lambda kd: operator.set_gains(None, None, kd),
-            20: operator.set_critical,
-        }
+        self._does = _steering(operator)
+        self._programs: ProgrammedOperator | None = None
         if isinstance(operator, ProgrammedOperator):
-            self._does |= _orders(operator)
+            self._programs = operator
+            self._editor = Editor(controller)
+            self._shown = 1
+            self._does |= {**_orders(operator), 13: self._show}
 
     def send(self, text: str) -> None:
-        """Do what the bytes say, command by command.
+        """Do what the bytes say, order by order.
 
         Raises:
-            ValueError: there is no command in them.
+            ValueError: there is no order in them.
 
         """
-        found = _COMMAND.findall(text)
+        found = _ORDER.findall(text)
         if not found:
-            message = f"{text!r} is no command of a display: write one such as #8 1;"
+            message = f"{text!r} is no order of a display: write one such as #8 1;"
             raise ValueError(message)
-        for command, data in found:
-            does = self._does.get(int(command))
-            if does is not None:
+        for order, data in found:
+            self._do(int(order), data)
+
+    def _do(self, order: int, data: str) -> None:
+        does = self._does.get(order)
+        with suppress(ValueError):
+            if order == POINTS and self._programs is not None:
+                shown = self._programs.copies.get(self._shown, ())
+                self._programs.copies[self._shown] = self._editor.edited(shown, data)
+            elif does is not None:
                 does(float(data or 0))
 
-    def _heat(self, percent: float) -> None:
-        self._operator.set_manual(percent)
+    def _show(self, number: float) -> None:
+        self._shown = int(number)
 
 
-def _orders(operator: ProgrammedOperator) -> dict[int, Callable[[float], object]]:
-    """Return the commands to a program."""
+def _steering(operator: SwitchedOperator) -> Does:
+    """Return the orders that need no programs."""
+    return {
+        2: lambda on: _switch(operator, on=bool(on)),
+        3: operator.set,
+        4: operator.set_manual,
+        5: lambda kp: operator.set_gains(kp, None, None),
+        6: lambda ki: operator.set_gains(None, ki, None),
+        16: lambda _: operator.acknowledge(),
+        19: lambda kd: operator.set_gains(None, None, kd),
+        20: operator.set_critical,
+    }
+
+
+def _switch(operator: SwitchedOperator, *, on: bool) -> None:
+    """Switch off, or on under automatic control."""
+    if not on:
+        operator.disable()
+    elif operator.enable():
+        operator.steer_by_hand(on=False)
+
+
+def _orders(operator: ProgrammedOperator) -> Does:
+    """Return the orders to a program."""
     return {
         8: lambda number: operator.order("start", int(number)),
         9: lambda runs: operator.order("resume" if runs else "pause"),
         10: lambda segment: operator.order("jump", int(segment)),
-        17: lambda _: operator.order("stop"),
+        17: lambda _: operator.disable(),
         18: lambda _: operator.order("skip"),
     }

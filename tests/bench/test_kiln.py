@@ -135,29 +135,30 @@ class TestAFiring:
         assert fired.cpu_s <= LONGEST_S
 
 
+POINTS = (
+    {"at": "3 s", "send": "#13 2;"},
+    {"at": "4 s", "send": "#7 1,20,600:2,40,300:3,60,300:4,0,0:;"},
+    {"at": "8 s", "send": "#8 2;"},
+)
+
+
 @pytest.fixture(scope="module")
 def source(elf):
-    return fire(
-        elf,
-        {"at": "3 s", "send": "#13 2;"},
-        {"at": "4 s", "send": "#7 1,20,600:2,40,300:3,60,300:4,0,0:;"},
-        {"at": "8 s", "send": "#8 2;"},
-        {"for": "4 h"},
-    )
+    return fire(elf, *POINTS, {"for": "4 h"})
 
 
 class TestTheSourcesFiring:
     """Its example of points, sent as its display sends them."""
 
-    def test_it_is_taken_as_it_is(self, source):
-        log = running(source.log)
-        parts = [
-            tuple(log[f"program.{name}"][log["program.segment"] == number][0].item() for name in
-                  ("kind", "to_dc", "amount"))
-            for number in (1, 2, 3)
-        ]  # fmt: skip
-        assert parts[:2] == [(OVER, 6000, 1200), (OVER, 3000, 2400)]
-        assert (parts[2][0], parts[2][2]) == (HOLD, 3600)
+    def test_it_is_taken_as_the_model_takes_it(self, source, kiln):
+        found = course(source.log, "number", "segment", "kind", "to_dc", "amount", "length")
+        model = modelled(kiln, *POINTS, {"for": "20 s"}).steps[LOOP]
+        assert found[:2] == course(model, "number", "segment", "kind", "to_dc", "amount", "length")
+        assert [row[2:] for row in found[1:]] == [
+            (OVER, 6000, 1200, 1200),
+            (OVER, 3000, 2400, 2400),
+            (HOLD, 0, 3600, 3600),
+        ]
 
     def test_it_comes_to_its_end_and_replays(self, source, kiln):
         assert (source.log["program.ended"][-1], source.log["fault.code"].max()) == (FINISHED, 0)

@@ -17,7 +17,6 @@ SENSORS = {
     "ds18b20": {"pin": "A1"},
     "max31855": SPI,
     "max31856": {**SPI, "data_in": "D51"},
-    "max31856": {**SPI, "data_in": "D51"},
     "max6675": SPI,
     "rtd": {
         "pin": "A13",

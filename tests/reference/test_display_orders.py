@@ -1,0 +1,113 @@
+"""What a touch display orders of the model, and the segments it sends."""
+
+import pytest
+from programmed_kiln import Kiln, controller_of
+
+from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
+from heatwright.sim.reference.display import Display
+from heatwright.sim.reference.points import Editor
+from heatwright.sim.reference.program_state import IDLE, PAUSED, RETURNING, RUNNING
+
+THREE = (Part(OVER, 6000, 1200), Part(OVER, 3000, 2400), Part(HOLD, 0, 3600))
+
+
+@pytest.fixture
+def kiln():
+    return Kiln()
+
+
+@pytest.fixture
+def display(kiln):
+    return Display(kiln.controller, kiln.operator)
+
+
+@pytest.fixture
+def edited():
+    return Editor(controller_of()).edited
+
+
+def test_the_sources_example_is_two_ways_and_a_hold(edited):
+    """600 °C in 20 min, 300 °C in 40 min, an hour there."""
+    assert edited((), "1,20,600:2,40,300:3,60,300:4,0,0:") == THREE
+
+
+@pytest.mark.parametrize(
+    ("point", "part"),
+    [
+        ("1,90,800,0:", Part(OVER, 8000, 5400)),
+        ("1,150.5,800,1:", Part(RATE, 8000, 1505)),
+        ("1,0,800,2:", Part(FAST, 8000)),
+        ("1,0,0,3:", Part(UNTIL)),
+        ("1,0.5,0,4:", Part(HOLD, 0, 30)),
+    ],
+)
+def test_every_kind_can_be_sent(edited, point, part):
+    assert edited(THREE, point) == (part, *THREE[1:])
+
+
+def test_one_is_put_behind_the_last_and_one_ends_the_program(edited):
+    assert edited(THREE, "4,10,20:") == (*THREE, Part(OVER, 200, 600))
+    assert edited(THREE, "2,0,0:") == THREE[:1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["5,1,20:", "0,1,20:", "1.5,1,20:", "1,0,20:", "1,1,1001:", "1,1,20,5:", "1,9999,20,1:",
+     "1,50000,20:", "x", "1,1:", "1,1,20:9,1,20:"],
+)  # fmt: skip
+def test_what_is_not_sound_is_refused_whole(edited, text):
+    with pytest.raises(ValueError, match=r"."):
+        edited(THREE, text)
+
+
+def test_it_runs_a_program_about(kiln, display):
+    for said, state in (
+        ("#8 1;", RUNNING),
+        ("#9 0;", PAUSED),
+        ("#9 1;", RETURNING),
+        ("#10 2;", RETURNING),
+        ("#17;", IDLE),
+    ):
+        display.send(said)
+        kiln.feed(20.0)
+        assert kiln.of_program("state") == (state,)
+
+
+def test_it_goes_on_from_a_hold_for_the_operator(kiln, display):
+    kiln.start(2)
+    display.send("#18;")
+    kiln.feed(20.0)
+    assert kiln.of_program("state") == (IDLE,)
+
+
+def test_it_steers_the_loop_without_a_program(kiln, display):
+    display.send("#3 60;#2 1;#5 3;#6 0;#19 7;")
+    record = kiln.feed(20.0)
+    assert (record["enabled"], record["setpoint_c"], record["algorithm.kd"]) == (1, 60.0, 7.0)
+    assert record["duty_percent"] == 100.0
+    display.send("#4 35;")
+    assert (kiln.feed(20.0)["mode"], kiln.record["duty_percent"]) == (1, 35.0)
+    display.send("#2 1;")
+    assert kiln.feed(20.0)["mode"] == 0
+    display.send("#2 0;")
+    assert kiln.feed(20.0)["enabled"] == 0
+
+
+def test_it_edits_the_program_that_it_shows(kiln, display):
+    display.send("#13 3;#7 1,20,600:2,40,300:3,60,300:4,0,0:;#8 3;")
+    kiln.feed(20.0)
+    assert kiln.of_program("number", "segments", "to_dc", "amount") == (3, 3, 6000, 1200)
+
+
+def test_what_is_not_sound_changes_nothing(kiln, display):
+    before = dict(kiln.operator.copies)
+    display.send("#7 1,20,600:7,1,1:;#99 5;#8 x;")
+    assert kiln.operator.copies == before
+    with pytest.raises(ValueError, match="no order"):
+        display.send("M104 S200")
+
+
+def test_it_acknowledges(kiln, display):
+    kiln.feed(1100.0)
+    display.send("#16;")
+    assert kiln.feed(20.0)["fault.code"] == 0
