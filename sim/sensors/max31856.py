@@ -71,6 +71,7 @@ class Max31856(SpiChip):
     bits = driven = 8 * len(POWER_ON)
     corruptible = ALWAYS_ZERO
     _began: int | None
+    _settings: Settings
 
     def __init__(
         self, avr: Avr, wires: Wires, *, wire: Type = "K", timing: Timing = TIMING, seed: int = 1
@@ -147,15 +148,19 @@ class Max31856(SpiChip):
         if self._faults.dumb or len(told) < 2 or not told[0] & WRITE:
             return
         self._go_on(cycle)
-        before = self._settings
         self.orders += 1
-        for place, byte in enumerate(told[1:], start=told[0] & ~WRITE):
-            if self._settings.may_write(place):
-                self._registers[place] = byte
-        self._take_orders(before, cycle)
+        self._write(told[0] & ~WRITE, told[1:])
+        self._obey(cycle)
 
-    def _take_orders(self, before: Settings, cycle: int) -> None:
-        asked = self._settings
+    def _write(self, place: int, data: bytes) -> None:
+        for at, byte in enumerate(data, start=place):
+            if Settings(bytes(self._registers)).may_write(at):
+                self._registers[at] = byte
+
+    def _obey(self, cycle: int) -> None:
+        """Do what the registers ask from now on."""
+        before, asked = self._settings, Settings(bytes(self._registers))
+        self._settings = asked
         if not before.automatic:
             self._filters_hz = asked.mains_hz
         self.misused += asked.automatic and asked.mains_hz != self._filters_hz
@@ -169,13 +174,16 @@ class Max31856(SpiChip):
 
     # -- measuring -----------------------------------------------------------------------------
 
-    @property
-    def _settings(self) -> Settings:
-        return Settings(bytes(self._registers))
+    def was_told(self, settings: bytes) -> None:
+        """Be as somebody left it who wrote these settings, CR0 first, some time ago."""
+        self._power_on(self._avr.cycle)
+        self._write(0, settings)
+        self._obey(self._avr.cycle)
 
     def _power_on(self, cycle: int) -> None:
         del cycle
         self._registers = bytearray(POWER_ON)
+        self._settings = Settings(POWER_ON)
         self._shown = bytes(POWER_ON)
         self._began = None
         self._count = 0
@@ -184,11 +192,13 @@ class Max31856(SpiChip):
         self._filters_hz = self._settings.mains_hz
 
     def _go_on(self, cycle: int) -> None:
-        settings, last = self._settings, None
+        settings = self._settings
+        last: int | None = None
         while self._began is not None:
             tested = (self._count + 1) % TEST_EVERY == 0
-            conversion_s = settings.conversion_s(first=self._count == 0, tested=tested)
-            ends = self._began + self._cycles(conversion_s * self._faults.slow)
+            took_s = settings.next_s if self._count else settings.first_s
+            took_s += settings.test_s * tested
+            ends = self._began + self._cycles(took_s * self._faults.slow)
             if cycle < ends:
                 break
             if self._beyond_supply:
@@ -210,7 +220,8 @@ class Max31856(SpiChip):
             self._registers[CJTH : CJTL + 1] = (seen << 2 & 0xFFFF).to_bytes(2, "big")
         self._measure(ended)
         letter = TYPES[settings.type]
-        found_c = celsius(letter, self._voltage_mv, self._settings.junction_c)
+        seen_c = Settings(bytes(self._registers)).junction_c
+        found_c = celsius(letter, self._voltage_mv, seen_c)
         least_c, most_c = RANGES_C[letter]
         limited_c = min(max(found_c, least_c), most_c)
         flags |= TC_RANGE * (limited_c != found_c) | OPEN * self._open

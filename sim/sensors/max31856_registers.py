@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from heatwright.sim.sensors.thermovoltage import Type
 
@@ -32,7 +34,7 @@ TEST_S = {0x00: 0.0, 0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
 """What the test for an open thermocouple adds to a conversion, at most, by its kind."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Settings:
     """What the registers ask of the chip."""
 
@@ -102,14 +104,24 @@ class Settings:
         """Tell whether a register takes what is written to it."""
         return place <= CJTO or (place in {CJTH, CJTL} and not self.measures_junction)
 
-    def conversion_s(self, *, first: bool, tested: bool) -> float:
-        """Return how long a conversion takes at most, s: the first after a stop takes longer.
+    @cached_property
+    def first_s(self) -> float:
+        """How long the first conversion after a stop takes at most, s."""
+        return self._conversion_s(FIRST_S)
 
-        tested -- with the test for an open thermocouple.
-        """
-        alone_s, each_s = (FIRST_S if first else NEXT_S)[self.mains_hz]
-        test_s = TEST_S[self.registers[CR0] & TESTS_OPEN] if tested else 0.0
-        return alone_s + (self.samples - 1) * each_s + test_s
+    @cached_property
+    def next_s(self) -> float:
+        """How long those take that follow it, s."""
+        return self._conversion_s(NEXT_S)
+
+    @cached_property
+    def test_s(self) -> float:
+        """What the test for an open thermocouple adds, s."""
+        return TEST_S[self.registers[CR0] & TESTS_OPEN]
+
+    def _conversion_s(self, times: Mapping[float, tuple[float, float]]) -> float:
+        alone_s, each_s = times[self.mains_hz]
+        return alone_s + (self.samples - 1) * each_s
 
 
 def threshold_bits(registers: bytes) -> int:

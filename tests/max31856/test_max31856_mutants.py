@@ -110,8 +110,7 @@ def steps(device: AvrDevice, count: int) -> list[tuple[int, int]]:
 
 def _sets_it_up(device: AvrDevice, chip: Max31856) -> Iterator[str]:
     """Whatever it was told before; and its first conversion is waited for."""
-    chip._registers[: len(LATE)] = LATE
-    chip._began, chip._filters_hz = 0, 60.0
+    chip.was_told(LATE)
     device.sense("tip", 30.0)
     device.advance(0.02)
     found = steps(device, 3)
