@@ -1,13 +1,16 @@
 """A kiln that is ordered about, breaks down and loses its power, and what its EEPROM then holds."""
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
 import whole_firmware
+from storage_bare import LOOP, Names
 from storage_format import Progress
 
+from heatwright.sim.avr import Avr
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -37,18 +40,25 @@ Newest = Callable[[bytes], Progress | None]
 STEP_S = 0.1
 START_S = 0.09
 """In which the start is over; the first step comes later."""
-LOOP = "chamber"
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
 UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
 
 
-def machine(broken: whole_firmware.Broken | None = None) -> tuple[Controller, Elf]:
-    """The kiln of the example, with shorter programs."""
-    text = EXAMPLE.read_text(encoding="utf-8")
-    before, _, rest = text.partition("  stored:\n")
+@cache
+def text_of(otherwise: str) -> str:
+    """The kiln of the example, with shorter programs; what it does when it is too cold."""
+    before, _, rest = EXAMPLE.read_text(encoding="utf-8").partition("  stored:\n")
     changed = before + STORED + "safety:" + rest.partition("safety:")[2]
-    return whole_firmware.spec_of(changed).controller, whole_firmware.whole(changed, broken)
+    assert changed.count("otherwise: stop") == 1
+    return changed.replace("otherwise: stop", f"otherwise: {otherwise}")
+
+
+def machine(
+    broken: whole_firmware.Broken | None = None, otherwise: str = "stop"
+) -> tuple[Controller, Elf]:
+    text = text_of(otherwise)
+    return whole_firmware.spec_of(text).controller, whole_firmware.whole(text, broken)
 
 
 class Seen(NamedTuple):
@@ -72,14 +82,11 @@ class Cut(NamedTuple):
     """A byte was being written."""
 
 
-def state_of(device: AvrDevice) -> Progress:
+def state_of(names: Names, avr: Avr) -> Progress:
     """The program as it is in RAM, with the loop's temperature."""
-    values = {
-        name: device.read(f"program.{name}").item()
-        for name in Progress._fields
-        if name not in UNSAVED
-    }
-    temperature_c = device.read(f"loop_{LOOP}.temperature_c").item()
+    program = names.read(avr, "program")
+    values = {name: program[name].item() for name in Progress._fields if name not in UNSAVED}
+    temperature_c = names.read(avr, f"loop_{LOOP}.temperature_c").item()
     return Progress(**values, program_crc=0, temperature_c=temperature_c)
 
 
@@ -91,6 +98,7 @@ class Firing:
         self._newest = newest
         self.controller = controller
         self.device = AvrDevice(controller, program)
+        self._names = Names(program)
         simulation = controller.simulation
         assert simulation is not None
         self._plant = plant_of(
@@ -109,7 +117,7 @@ class Firing:
     def _note(self) -> None:
         if self.device.time_s - self._on_s < START_S:
             return  # the memory is still as the power-up leaves it
-        record = state_of(self.device)
+        record = state_of(self._names, self.device.avr)
         if not self._seen or self._seen[-1].record != record:
             self._seen.append(Seen(self.device.time_s, record))
 

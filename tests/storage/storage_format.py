@@ -10,13 +10,20 @@ NAME_BYTES = 13
 OVER, RATE, FAST, HOLD, UNTIL = 1, 2, 3, 4, 5
 
 
+def _shifted(value: int) -> int:
+    for _ in range(8):
+        value = value >> 1 ^ (0xA001 if value & 1 else 0)
+    return value
+
+
+_SHIFTED = [_shifted(byte) for byte in range(256)]
+
+
 def crc16(data: bytes) -> int:
     """Modbus's CRC."""
     crc = 0xFFFF
     for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
+        crc = crc >> 8 ^ _SHIFTED[(crc ^ byte) & 0xFF]
     return crc
 
 

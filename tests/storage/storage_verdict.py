@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, same
+from storage_bare import LOOP, Bare
+from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, same
 from storage_format import Memory, Progress, Stored, crc16
 from storage_host import given_at
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
 from heatwright.spec.eeprom import layout
@@ -19,10 +19,13 @@ SETTINGS_CORRUPT = 16
 TICK_S = 0.01
 SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
+FIRST_STEP_S = 1.0
 DECIDED_BY_S = 4.0
 """The converter's first reading takes 0.2 s, a step 1 s."""
 WATCHED_S = 1.0
 FULL_PERMILLE = 1000
+LEAST_C = 5.0
+"""Of the machine: well within what no rule takes for a fault."""
 
 
 class Kept(NamedTuple):
@@ -53,6 +56,7 @@ class Book:
         programs = controller.programs
         assert programs is not None
         self.within_k = programs.after_power_loss.resume_within_k
+        self.pauses = programs.after_power_loss.otherwise == "pause"
         self.save_every_s = programs.save_every_s
 
     def record(self, image: bytes) -> Progress | None:
@@ -134,8 +138,7 @@ class Judge:
 
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
-        self._device = AvrDevice(controller, program)
-        self._device.unplug()  # nobody touches a display: it only takes time
+        self._device = Bare(controller, program)
         self.wanted = Outcome(IDLE, 0, None, None, 0)
         """What had to become of the last cut."""
 
@@ -144,7 +147,7 @@ class Judge:
         stale = self.book.stale(cut)
         if stale:
             yield stale
-        self._power_up(cut.image, max(5.0, cut.felt_c + change_k))
+        self._device.power_up(cut.image, max(LEAST_C, cut.felt_c + change_k))
         yield from self._start()
         wanted = self.wanted = self._wanted(cut.image)
         found_state, found_ended = self._read("state"), self._read("ended")
@@ -156,20 +159,9 @@ class Judge:
             yield from self._goes_on(wanted.goes_on, wanted.loaded)
         yield from self._settings(self.book.settings(cut.image))
         if wanted.state in {IDLE, PAUSED}:
-            self._advance(WATCHED_S)
-            if self._device.on_fraction("element") > 0:
+            self._device.advance(WATCHED_S)
+            if self._device.heated():
                 yield "the heater is on though nothing runs"
-
-    def _power_up(self, image: bytes, felt_c: float) -> None:
-        device = self._device
-        writing = device.avr.eeprom.writing
-        device.avr.eeprom.contents = image
-        device.power_cycle(image[writing.address] if writing else 0)
-        device.sense(LOOP, felt_c)
-        device.on_fraction("element")
-
-    def _advance(self, seconds: float) -> None:
-        self._device.advance(self._device.time_s + seconds)
 
     def _read(self, member: str) -> float:
         found: float = self._device.read(f"program.{member}").item()
@@ -178,14 +170,13 @@ class Judge:
     def _start(self) -> Iterator[str]:
         """Run to the first step; no heater may be on until what is to be done is decided."""
         device, steps = self._device, f"loop_{LOOP}.steps"
-        begun_s = device.time_s
-        self._advance(0.9)
+        device.advance(FIRST_STEP_S - 0.1)
         while device.read(steps) == 0 or self._read("state") == RESTORING:
-            if device.time_s - begun_s > DECIDED_BY_S:
+            if device.time_s > DECIDED_BY_S:
                 yield "nothing is decided"
                 return
-            self._advance(SLICE_S)
-        if device.on_fraction("element") > 0:
+            self._device.advance(SLICE_S)
+        if device.heated():
             yield "the heater is on before the checks"
 
     def _wanted(self, image: bytes) -> Outcome:
@@ -199,9 +190,10 @@ class Judge:
         if code:
             return Outcome(IDLE, FAILED, None, None, code)
         temperature_c = self._device.read(f"loop_{LOOP}.temperature_c").item()
-        if record.state == PAUSED:
+        cold = abs(temperature_c - record.temperature_c) > self.book.within_k
+        if record.state == PAUSED or (cold and self.book.pauses):
             return Outcome(PAUSED, record.ended, record, program, 0)
-        if abs(temperature_c - record.temperature_c) > self.book.within_k:
+        if cold:
             return Outcome(IDLE, POWER_COLD, None, None, 0)
         return Outcome(RETURNING, record.ended, record, program, 0)
 
@@ -218,7 +210,7 @@ class Judge:
             yield f"{self._loaded()} runs, not {program}"
 
     def _loaded(self) -> Stored:
-        first = self._device.variables["program.c:loaded.name[0]"].address
+        first = self._device.names.address("program.c:loaded")
         return Stored.of(self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points))
 
     def _settings(self, kept: Kept | None) -> Iterator[str]:

@@ -32,19 +32,17 @@ def cuts_of(judge: Judge, firing: Firing, count: int) -> list[Cut]:
 
 
 @pytest.fixture(scope="session")
-def kiln():
-    return machine()
-
-
-@pytest.fixture(scope="session")
-def judge(kiln):
-    return Judge(*kiln)
+def kilns():
+    """The kiln that stops when it is too cold, and one that is paused; each with its judge."""
+    made = {otherwise: machine(otherwise=otherwise) for otherwise in ("stop", "pause")}
+    return {otherwise: (*each, Judge(*each)) for otherwise, each in made.items()}
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_every_cut_leaves_what_can_go_on_or_has_ended(kiln, judge, seed):
+def test_every_cut_leaves_what_can_go_on_or_has_ended(kilns, seed):
     random, found = Random(seed), []  # noqa: S311
-    cuts = cuts_of(judge, Firing(*kiln, seed, judge.book.record), CUTS)
+    controller, program, judge = kilns["pause" if seed % 4 == 3 else "stop"]
+    cuts = cuts_of(judge, Firing(controller, program, seed, judge.book.record), CUTS)
     assert len(cuts) == CUTS
     tally = _seen.setdefault(seed, Counter())
     for cut in cuts:
