@@ -54,7 +54,9 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
             pages += [points_page(6, ROWS + 1, programs.points, more="points")]
     first = len(pages)
     pages += [
-        settings_page(first, adjustable=adjustable, selectable=bool(types)),
+        settings_page(
+            first, adjustable=adjustable, selectable=bool(types), saves=programs is not None
+        ),
         debug_page(first + 1, top_c, tunable=tunable(controller, display.loop)),
         number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
     ]

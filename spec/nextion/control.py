@@ -27,7 +27,7 @@ LISTED = 8
 LONGEST_FAULT = 40
 
 
-def settings_page(number: int, *, adjustable: bool, selectable: bool) -> Page:
+def settings_page(number: int, *, adjustable: bool, selectable: bool, saves: bool) -> Page:
     """Lay out what the operator sets: the setpoint, the critical temperature, the sensor's type."""
     sheet = Sheet("settings", number, "Setpoint, critical temperature, thermocouple.")
     sheet.label("title", (10, 5, 400, 40), "Settings", LARGE)
@@ -41,6 +41,9 @@ def settings_page(number: int, *, adjustable: bool, selectable: bool) -> Page:
         sheet.text(name, (300, y, 200, 55), LONGEST_NUMBER, LARGE, pco=AMBER)
         sheet.label(f"l{name}", (10, y, 280, 55), title, LARGE)
         sheet.button(f"b{name}", (520, y, 150, 55), "change", code)
+    if saves:
+        sheet.number("saves", (300, 280, 200, 55))
+        sheet.label("lsaves", (10, 280, 280, 55), "Notes of progress", LARGE)
     sheet.button("back", (690, 420, 100, 55), "back", ("page main",))
     return sheet.page()
 
@@ -74,9 +77,9 @@ def debug_page(number: int, top_c: int, *, tunable: bool) -> Page:
     sheet.label("lsp", (260, 60, 60, 40), "set")
     sheet.label("lot", (10, 10, 70, 40), "out %")
     sheet.label("ltop", (0, 210, 120, 28), f"{top_c} °C")
-    sheet.button("bot", (200, 10, 50, 40), "=", asking(4, "Output in percent", "zero", number))
-    sheet.words("zero", 1)
     if tunable:
+        sheet.button("bot", (200, 10, 50, 40), "=", asking(4, "Output in percent", "zero", number))
+        sheet.words("zero", 1)
         for command, name, y in ((5, "kp", 60), (6, "ki", 105), (19, "kd", 150)):
             title = name.capitalize()
             sheet.button(f"b{name}", (200, y, 50, 40), "=", asking(command, title, name, number))

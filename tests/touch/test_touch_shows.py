@@ -63,11 +63,12 @@ def test_everything_again_when_the_display_has_lost_something(kiln: Path) -> Non
     assert after(said, 500)[:3] == ["bkcmd=0", "sendme", "main.temp.val=20"]
 
 
-def test_the_display_answers_which_page_it_shows(kiln: Path) -> None:
+def test_the_display_answers_which_page_it_shows(kiln: Path, page_numbers: dict[str, int]) -> None:
     said = run(kiln, seconds(5), received(b"\x66\x03\xff\xff\xff"), seconds(5))
     assert said.state["page"] == "3"
     assert said.shown["points.k1.txt"] == "min"
-    said = run(kiln, seconds(5), page(3), seconds(5), received(b"\x66\0\xff\xff\xff"), seconds(5))
+    faults = page(page_numbers["faults"])
+    said = run(kiln, seconds(5), faults, seconds(5), received(b"\x66\0\xff\xff\xff"), seconds(5))
     assert said.state["page"] == "0"
     told = {text.split("=")[0] for text in after(said, 1000)}
     assert {text.split("=")[0] for text in said.instructions if text.startswith("main.")} <= told
@@ -297,6 +298,16 @@ def test_the_same_fault_again_is_listed_again(kiln: Path, page_numbers: dict[str
     said = run(kiln, hot, ticks(1), page(page_numbers["faults"]), seconds(8))
     listed = [said.shown[f"faults.l{row}.txt"][:3] for row in range(1, 4)]
     assert listed == ["E06", "E06", ""]
+
+
+def test_the_writes_of_progress_are_counted(kiln: Path, page_numbers: dict[str, int]) -> None:
+    """One at the start, one a minute, one at the segment's end and start."""
+    look = page(page_numbers["settings"])
+    said = run(
+        kiln, seconds(1), look, seconds(2), order("8 1"), seconds(100), order("18"), seconds(9)
+    )
+    told = [text for text in said.instructions if text.startswith("settings.saves.val=")]
+    assert list(dict.fromkeys(told)) == [f"settings.saves.val={count}" for count in range(4)]
 
 
 def test_a_cut_line_changes_nothing(kiln: Path) -> None:

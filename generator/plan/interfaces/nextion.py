@@ -127,6 +127,7 @@ def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
     if programmed(source.controller, name):
         found |= {"nextion_points.h": "points_*", "program.h": "program"}
+        found |= {"progress.h": "progress_saves"}
     return [{"name": header, "symbols": found[header]} for header in sorted(found)]
 
 

@@ -67,7 +67,7 @@ _SHOWN = {
     "programs": {"name": "PLACE"},
     "points": _POINTS,
     "points2": _POINTS,
-    "settings": {"sp": "ASKED_SETPOINT", "crit": "MAXIMUM", "type": "TYPE"},
+    "settings": {"sp": "ASKED_SETPOINT", "crit": "MAXIMUM", "type": "TYPE", "saves": "SAVES"},
     "debug": _DEBUG,
     "thermo": {"type": "TYPE"},
     "faults": {"l": "LISTED"},
@@ -172,6 +172,7 @@ def _program() -> list[What]:
     program = "read_clock(&program_clock, program.clock)->"
     segment = "read_clock(&segment_clock, program.segment_clock)->"
     return [
+        What("SHOWS_SAVES", "AS_NUMBER", "(int32_t)progress_saves()"),
         What("SHOWS_ON_THE_WAY", "AS_NUMBER", "is_on_the_way()"),
         What("SHOWS_PROGRAM", "AS_NUMBER", "points_number"),
         What("SHOWS_SEGMENT", "AS_NUMBER", "program.segment"),
