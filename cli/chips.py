@@ -8,6 +8,7 @@ from heatwright.sim.avr import CAUSES
 from heatwright.sim.device import AvrDevice, Sensor
 from heatwright.sim.interfaces.indicators import Indicators
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import overlaps
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -21,6 +22,12 @@ def display(device: AvrDevice) -> tuple[str, str] | None:
     """Return what the display shows; None if there is none."""
     shields = [each for each in device.interfaces if isinstance(each, LcdKeypad)]
     return shields[0].lcd.text if shields else None
+
+
+def screen(device: AvrDevice) -> bytes | None:
+    """Return the page of the touch display as a PNG; None if there is none."""
+    displays = [each for each in device.interfaces if isinstance(each, Nextion)]
+    return displays[0].picture if displays else None
 
 
 def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str]]:
@@ -64,5 +71,16 @@ def _interfaces(device: AvrDevice) -> Iterator[str]:
         if isinstance(interface, LcdKeypad):
             for limit, count in interface.lcd.violations.items():
                 yield f"display: {limit} was below the data sheet {count} times"
+        elif isinstance(interface, Nextion):
+            yield from _touch_display(interface)
         elif isinstance(interface, SerialPlotter) and interface.garbage:
             yield f"serial plotter: {interface.garbage} bytes were no line of its"
+
+
+def _touch_display(display: Nextion) -> Iterator[str]:
+    if display.errors:
+        text, code = display.errors[0]
+        reason = code.name.lower().replace("_", " ")
+        yield f"display: it refused {len(display.errors)} instructions, first {text!r}: {reason}"
+    if display.line.garbage:
+        yield f"display: {display.line.garbage} bytes had no stop bit where one belongs"

@@ -12,7 +12,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import talk
 
 if TYPE_CHECKING:
-    from heatwright.spec import Controller, Gcode, ModbusRtu, Spec
+    from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, Spec
 
 
 def serve(
@@ -22,13 +22,13 @@ def serve(
 
     speed -- seconds of the board to one of ours.
     """
-    from heatwright.spec.commands import gcode_of, modbus_of  # noqa: PLC0415
+    from heatwright.spec.commands import gcode_of, modbus_of, nextion_of  # noqa: PLC0415
 
-    line = gcode_of(controller) or modbus_of(controller)
+    line = gcode_of(controller) or modbus_of(controller) or nextion_of(controller)
     if line is None:
         raise Refused(
-            "No interface of this spec listens to a serial port: add one, kind: gcode or "
-            "kind: modbus_rtu."
+            "No interface of this spec listens to a serial port: add one, kind: gcode, "
+            "kind: modbus_rtu or kind: nextion."
         )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")
@@ -38,7 +38,7 @@ def serve(
 def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     spec: Spec,
     controller: Controller,
-    line: Gcode | ModbusRtu,
+    line: Gcode | ModbusRtu | Nextion,
     speed: float,
     until_s: float | None,
     as_json: bool,

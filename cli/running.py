@@ -37,6 +37,8 @@ class Run:
     """By loop."""
     display: tuple[str, str] | None = None
     """What the display shows at the end; None if there is none, or no binary to write to it."""
+    screen: bytes | None = None
+    """What the touch display shows at the end, as a PNG."""
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """What the LEDs of each loop show at the end, by meaning."""
     complaints: tuple[str, ...] = ()
@@ -59,7 +61,7 @@ def run_binary(
     controller: Controller, elf: Path, progress: Progress, vcd: Path | None = None
 ) -> Run:
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
-    from heatwright.cli.chips import complaints, display, lights  # noqa: PLC0415
+    from heatwright.cli.chips import complaints, display, lights, screen  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
 
     device = AvrDevice(controller, elf)
@@ -71,6 +73,7 @@ def run_binary(
     return replace(
         run,
         display=display(device),
+        screen=screen(device),
         lights=lights(controller, device),
         complaints=complaints(device),
     )

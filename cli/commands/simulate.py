@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     examples=(
         "heatwright simulate chamber.yaml --plot chamber.html",
         "heatwright simulate chamber.yaml --model --for 2h --csv chamber.csv",
+        "heatwright simulate kiln.yaml --display kiln.png",
         "heatwright simulate extruder.yaml --serial",
     ),
 )
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 @click.option("--plot", type=File, metavar="OUT", help="Draw the run: .png, .svg or .html.")
 @click.option("--csv", type=File, metavar="OUT", help="Write all temperatures and variables.")
 @click.option("--vcd", type=File, metavar="OUT", help="Write the activity of the pins used.")
+@click.option("--display", type=File, metavar="OUT", help="Draw the touch display's page: .png.")
 @click.option("--serial", is_flag=True, help="Run in real time behind a serial port of its own.")
 @click.option(
     "--speed",
@@ -48,6 +50,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     plot: Path | None,
     csv: Path | None,
     vcd: Path | None,
+    display: Path | None,
     serial: bool,
     speed: float,
     as_json: bool,
@@ -59,32 +62,41 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     `scenario:` in a spec, with that key.
 
     With --serial no scenario is played: the board waits for a host (Printrun, OctoPrint, a
-    terminal) or a Modbus master at the port whose name is printed, until Ctrl-C. A master opens
-    it without parity, whatever the spec says: such a port has none.
+    terminal), a Modbus master or a Nextion editor at the port whose name is printed, until Ctrl-C.
+    A master opens it without parity, whatever the spec says: such a port has none.
     """
     if serial:
-        _serve(spec, (scenario, plot, csv, vcd), model, speed, length_s, as_json)
+        _serve(spec, (scenario, plot, csv, vcd, display), model, speed, length_s, as_json)
         return
     if model and vcd is not None:
         raise Refused("The model has no pins: take --vcd or --model away.")
+    if model and display is not None:
+        raise Refused("The model has no display: take --display or --model away.")
     check_target(plot, PLOTS)
     check_target(csv)
     check_target(vcd)
+    check_target(display, (".png",))
     from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
-    from heatwright.spec import load  # noqa: PLC0415
+    from heatwright.cli.targets import whole  # noqa: PLC0415
+    from heatwright.spec import load, nextion_of  # noqa: PLC0415
 
     loaded = load(spec)
     controller = with_scenario(loaded, scenario, length_s)
+    if display is not None and nextion_of(controller) is None:
+        raise Refused("There is no touch display to draw: the spec has no interface nextion.")
     run = _simulate(loaded, controller, model, vcd)
     from heatwright.cli import results  # noqa: PLC0415
 
     device = "model" if model else "binary"
     results.write_run(run, controller, device, plot, csv)
+    if display is not None and run.screen is not None:
+        with whole(display) as fresh:
+            fresh.write_bytes(run.screen)
     if as_json:
         results.print_run_json(str(spec), loaded, run, device)
     else:
         results.print_run(run, loaded, device)
-        for file in filter(None, (plot, csv, vcd)):
+        for file in filter(None, (plot, csv, vcd, display)):
             click.echo(str(file))
 
 

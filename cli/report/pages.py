@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -32,6 +33,11 @@ def page(template: str, title: str, **names: Any) -> str:
         .render(title=title, style=_own("style.css"), script=_own("chart.js"), **names)
     )
     return text
+
+
+def picture(png: bytes | None) -> str | None:
+    """Write a picture as the address of an image that is in the page itself."""
+    return None if png is None else f"data:image/png;base64,{b64encode(png).decode()}"
 
 
 def data(value: object) -> Markup:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells
 from heatwright.cli.report.chart_data import run_chart
-from heatwright.cli.report.pages import data, page
+from heatwright.cli.report.pages import data, page, picture
 from heatwright.cli.results import fault_text
 from heatwright.cli.running import Run
 from heatwright.spec import Controller
@@ -27,4 +27,5 @@ def run_page(run: Run, controller: Controller, title: str, device: str) -> str:
         load_columns=LOAD_COLUMNS,
         load_rows=load_cells(run.figures),
         display=run.display,
+        screen=picture(run.screen),
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells, replay_json
 from heatwright.cli.report.chart_data import run_chart
-from heatwright.cli.report.pages import data, page
+from heatwright.cli.report.pages import data, page, picture
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
     CHAIN_COLUMNS,
@@ -40,6 +40,7 @@ def verify_page(evidence: Evidence) -> str:
         load_columns=LOAD_COLUMNS,
         load_rows=load_cells(run.figures),
         display=run.display,
+        screen=picture(run.screen),
         check_columns=(*CHECK_COLUMNS, ""),
         check_rows=[(*check_cells(each), _mark(each.passed)) for each in evidence.checks],
         chain_columns=CHAIN_COLUMNS,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.nextion_codes import Code
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_line import Line
-from heatwright.sim.interfaces.nextion_screen import save
+from heatwright.sim.interfaces.nextion_screen import png
 from heatwright.sim.interfaces.nextion_syntax import Value
 
 if TYPE_CHECKING:
@@ -100,11 +99,12 @@ class Nextion:
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 
-    def save(self, path: Path) -> None:
-        """Write what it shows as a PNG."""
-        save(self.display, path)
-
     # -- what it shows -------------------------------------------------------------------------
+
+    @property
+    def picture(self) -> bytes:
+        """What it shows, as a PNG."""
+        return png(self.display)
 
     @property
     def page(self) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,9 +41,11 @@ def draw(display: Display) -> Image.Image:
     return image
 
 
-def save(display: Display, path: Path) -> None:
-    """Write the page that is shown as a PNG."""
-    draw(display).save(path, format="PNG")
+def png(display: Display) -> bytes:
+    """Draw the page that is shown as a PNG."""
+    file = BytesIO()
+    draw(display).save(file, format="PNG")
+    return file.getvalue()
 
 
 @cache

@@ -1,6 +1,6 @@
 """What the simulated display draws, pixel by pixel where it matters."""
 
-from pathlib import Path
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from small_pages import PAGES, button, display, page_of, tell
 
 from heatwright.sim.interfaces.nextion_colours import rgb
 from heatwright.sim.interfaces.nextion_display import Display
-from heatwright.sim.interfaces.nextion_screen import draw, save
+from heatwright.sim.interfaces.nextion_screen import draw, png
 from heatwright.spec.nextion import Component
 
 WHITE, RED, GREEN, BLUE = 0xFFFF, 0xF800, 0x07E0, 0x001F
@@ -112,9 +112,8 @@ def test_a_grid_begins_at_the_lower_left() -> None:
     assert [column for column, many in zip(*columns, strict=True) if many == 80] == [100, 120, 140]
 
 
-def test_a_page_is_saved_as_png(tmp_path: Path) -> None:
+def test_a_page_is_a_png() -> None:
     shown = display()
-    save(shown, tmp_path / "page.png")
-    with Image.open(tmp_path / "page.png") as read:
+    with Image.open(BytesIO(png(shown))) as read:
         assert (read.format, read.size) == ("PNG", (800, 480))
         assert (np.asarray(read) == pixels(shown)).all()
