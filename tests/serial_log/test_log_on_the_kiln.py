@@ -45,6 +45,17 @@ def test_it_tells_what_the_loop_did(name: str) -> None:
         assert row.temperature_c == shown_c(float(step["temperature_c"]))
         assert row.setpoint_c == shown_c(float(step["setpoint_c"]))
     assert reader.rows[-1].setpoint_c > 200
+    reader.write("saves")
+    device.advance(device.time_s + 1)
+    device.feed()
+    programs = spec_of(KILNS[name]).controller.programs
+    assert programs is not None
+    assert reader.texts == [str(device.read("progress.c:newest.sequence"))]
+    assert int(reader.texts[0]) >= 40 * 60 // programs.save_every_s
+    reader.write("save")
+    device.advance(device.time_s + 1)
+    device.feed()
+    assert reader.texts == ["unknown: write log, clear, saves or help"]
 
 
 @pytest.mark.parametrize("name", KILNS)

@@ -21,6 +21,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "where": source.where,
         "keep_where": source.at("keep").where,
         "loop_name": interface.loop,
+        "programs": source.controller.programs is not None,
         **_registers(board, interface.port),
     }
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
