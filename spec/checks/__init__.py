@@ -133,6 +133,7 @@ CHECKS: tuple[Check, ...] = (
     displays.display_apart_from_host,
     displays.maximum_has_an_operator,
     displays.types_have_an_operator,
+    displays.types_change_in_the_cold,
     relays.relay_is_free,
     relays.relay_can_open,
     relays.feedback_has_a_relay,

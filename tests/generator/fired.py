@@ -83,6 +83,7 @@ def can_be(row: Row) -> bool:
         row["loops"] == "2" and row["board"] == "atmega32",
         touched and row["board"] not in {*PORTS, "leonardo"},  # too little RAM
         touched and row["board"] == "leonardo" and programmed and "points: 3" not in row["room"],
+        shown == "both" and row["board"] == "leonardo" and programmed,
     ))  # fmt: skip
 
 
