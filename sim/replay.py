@@ -17,22 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.reference import Reference
-from heatwright.sim.reference.copies import from_cell
-from heatwright.sim.reference.inputs import Gains, Orders
-from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, RELAY_FAULTS
+from heatwright.sim.player import LOADED, Player, Restored
 from heatwright.sim.reference.members import Member
-from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import START
-from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
+__all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay"]
+
 MOST_SHOWN = 10
 
-ACKNOWLEDGEMENTS = "fault.acknowledgements"
-STARTS = "autotune.starts"
-LOADED = "loaded"
 NO_MEMBERS = ("time_s", LOADED)
 
 
@@ -57,14 +50,6 @@ class Mismatch:
             f"step {self.row} at {self.time_s:.3f} s: {self.variable} is {self.actual}, "
             f"not {self.expected}"
         )
-
-
-@dataclass(frozen=True)
-class Restored:
-    """A fault that was there at the first step after a reset without having tripped in it."""
-
-    row: int
-    fault_code: int
 
 
 @dataclass(frozen=True)
@@ -103,7 +88,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     if not len(log):
         message = "There are no control steps to compare"
         raise ReplayError(message)
-    player = _Player(controller, name)
+    player = Player(controller, name)
     _check_members(log, player.members)
     expected = np.array(
         [player.play(number, row) for number, row in enumerate(log)], player.members
@@ -137,111 +122,6 @@ def _check_members(log: StepLog, members: list[Member]) -> None:
         if log.dtype[name] != np.dtype(width):
             message = f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}"
             raise ReplayError(message)
-
-
-class _Player:
-    """Feeds the reference."""
-
-    def __init__(self, controller: Controller, loop: str) -> None:
-        self._controller = controller
-        self._loop = loop
-        self._reference = Reference(controller, loop)
-        self.members = list(self._reference.members)
-        self.segments = 0
-        self.restored: list[Restored] = []
-        self._last: np.void | None = None
-
-    def play(self, number: int, row: np.void) -> tuple[object, ...]:
-        if self._last is None or self._is_reset(row, self._last):
-            return self._first_of_segment(number, row)
-        for _ in range(_counted(ACKNOWLEDGEMENTS, self._last, row)):
-            self._reference.stop()  # unless there is a fault already, it came since the last step
-            self._reference.acknowledge()
-        starts = _counted(STARTS, self._last, row)
-        self._last = row
-        return self._fed(row, starts, lost=bool(row["fault.code"] == MASTER_LOST))
-
-    def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
-        self.segments += 1
-        self._last = row
-        values = self._begun_with(0, row)
-        code = int(row["fault.code"])
-        tripped = self._reference.fault_code and (
-            code not in RELAY_FAULTS or self._is_equal(values, row)
-        )
-        if not code or tripped:
-            return values
-        self.restored.append(Restored(number, code))
-        return self._begun_with(code, row)
-
-    def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
-        """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
-        self._reference = Reference(self._controller, self._loop)
-        self._reference.restore(code, Single(row["fault.temperature_c"]))
-        if self._reference.program:
-            self._reference.program.restore(resumed(row))
-            self._load(row)
-        return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0, lost=False)
-
-    def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
-        if row["fault.code"] == EMERGENCY_STOP:
-            self._reference.stop()
-        if self._reference.program and row["program.order"] == START:
-            self._load(row)
-        if tuner := self._reference.steering.tuner:
-            for _ in range(starts):
-                tuner.start(int(row["autotune.cycles"]))
-        record = self._reference.step(
-            int(row["reading_status"]),
-            int(row["reading_raw"]),
-            Single(row["setpoint_c"]),
-            orders=_orders(row, lost=lost),
-        )
-        return tuple(record.values())
-
-    def _is_equal(self, values: tuple[object, ...], row: np.void) -> bool:
-        return all(
-            row[name] == value for (name, _), value in zip(self.members, values, strict=True)
-        )
-
-    def _load(self, row: np.void) -> None:
-        if program := self._reference.program:
-            number = int(row["program.argument"] or row["program.number"])
-            program.load(number, from_cell(row[LOADED]))
-
-    @staticmethod
-    def _is_reset(row: np.void, last: np.void) -> bool:
-        return bool(row["steps"] == 1 and last["steps"] != 0)
-
-
-def _orders(row: np.void, *, lost: bool) -> Orders:
-    names = _names(row)
-    code = int(row["fault.code"])
-    orders = Orders(master_lost=lost, relay_fault=code if code in RELAY_FAULTS else 0)
-    if "enabled" in names:
-        orders = orders._replace(enabled=int(row["enabled"]))
-    if "current.raw" in names:
-        orders = orders._replace(current_raw=int(row["current.raw"]))
-    if "guard.maximum_c" in names:
-        orders = orders._replace(maximum_c=Single(row["guard.maximum_c"]))
-    if "program.order" in names:
-        orders = orders._replace(program=(int(row["program.order"]), int(row["program.argument"])))
-    if "mode" in names:
-        orders = orders._replace(
-            mode=int(row["mode"]),
-            manual_percent=Single(row["manual_percent"]),
-            gains=Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields)),
-        )
-    return orders
-
-
-def _counted(member: str, last: np.void, row: np.void) -> int:
-    """Return by how much a count of 8 bits went on; 0 if the log does not have it."""
-    return (int(row[member]) - int(last[member])) & 0xFF if member in _names(row) else 0
-
-
-def _names(row: np.void) -> tuple[str, ...]:
-    return row.dtype.names or ()
 
 
 def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:
