@@ -27,6 +27,8 @@ RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 MOST_SETTINGS_SLOTS = 16
 """The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""
+CYCLES_A_BYTE = 75
+"""At most, to read a byte and take it into a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
 FEWEST_SETTINGS_SLOTS = 4
 """Where programs or a log need the room: 400 000 saves are still a hundred a day for ten years."""
 
@@ -121,6 +123,13 @@ def layout(controller: Controller) -> Layout:
     programs = Area(settings.end, programs_bytes, places)
     progress = Area(programs.end, PROGRESS_BYTES, slots)
     return Layout(settings, programs, progress, Area(progress.end, LOG_ENTRY_BYTES, entries))
+
+
+def start_s(controller: Controller) -> float:
+    """Give the time that the start takes to find the newest settings and progress, at most, s."""
+    areas = layout(controller)
+    checked = areas.settings.end + areas.progress.end - areas.progress.start
+    return checked * CYCLES_A_BYTE / controller.board.clock_hz
 
 
 def _programs(controller: Controller) -> tuple[int, int]:

@@ -155,6 +155,7 @@ CHECKS: tuple[Check, ...] = (
     eeprom.eeprom_suffices,
     eeprom.progress_lasts,
     eeprom.log_lasts,
+    eeprom.start_in_time,
     scenario.scenario_in_order,
     scenario.keys_exist,
     orders.orders_have_programs,

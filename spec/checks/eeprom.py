@@ -5,8 +5,17 @@ from __future__ import annotations
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.controller import Controller
-from heatwright.spec.eeprom import LEAST_YEARS, Area, Layout, layout, log_in_eeprom, slowest_s
+from heatwright.spec.checks.timing import WATCHDOG_TOLERANCE
+from heatwright.spec.controller import WATCHDOG_S, Controller
+from heatwright.spec.eeprom import (
+    LEAST_YEARS,
+    Area,
+    Layout,
+    layout,
+    log_in_eeprom,
+    slowest_s,
+    start_s,
+)
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, duration
 
@@ -68,6 +77,21 @@ def log_lasts(controller: Controller) -> Findings:
             _worn("the log", areas.history, log.every_s),
             f"Use every: {_rare_enough(log.entries)}, or more entries, or keep: ram",
         )
+
+
+def start_in_time(controller: Controller) -> Findings:
+    """Let the start have looked through the EEPROM before the watchdog bites."""
+    seconds, watchdog_s = start_s(controller), controller.safety.watchdog_s
+    if controller.programs is None or seconds < watchdog_s * (1 - WATCHDOG_TOLERANCE):
+        return
+    able = next(each for each in WATCHDOG_S if seconds < each * (1 - WATCHDOG_TOLERANCE))
+    yield Finding(
+        ("safety", "watchdog"),
+        f"{duration(watchdog_s)} may be over before the start has found the newest of the "
+        f"program's records, which takes up to {about(1000 * seconds)} ms",
+        f"Use at least {duration(able)}",
+        (("programs",), ("controller",)),
+    )
 
 
 def _worn(what: str, area: Area, every_s: float) -> str:

@@ -113,3 +113,12 @@ def test_the_kiln_lasts_more_than_ten_years_at_one_save_a_minute():
     assert controller.programs.save_every_s == 60.0
     assert layout(controller).progress.years(60.0) == pytest.approx(10.647, abs=0.001)
     assert layout(controller).settings.slots == MOST_SETTINGS
+
+
+def test_a_watchdog_waits_for_the_start():
+    text = text_of("mega2560", "") + "safety: {watchdog: WATCHDOG}\n"
+    slow = text.replace("board: mega2560", "board: mega2560, clock: 8 MHz")
+    load_text(text.replace("WATCHDOG", "30 ms"), "quick.yaml")
+    with pytest.raises(SpecError, match=r"Use at least 60 ms"):
+        load_text(slow.replace("WATCHDOG", "30 ms"), "slow.yaml")
+    load_text(slow.replace("WATCHDOG", "60 ms"), "slow.yaml")

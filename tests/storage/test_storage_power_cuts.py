@@ -5,14 +5,19 @@ from itertools import islice
 from random import Random
 
 import pytest
+from storage_bare import Bare
 from storage_firing import Cut, Firing, machine
-from storage_verdict import Judge, Outcome
+from storage_format import PROGRESS_BYTES, Progress
+from storage_verdict import FIRST_STEP_S, Judge, Outcome
 from whole_firmware import Broken
+
+from heatwright.spec.eeprom import start_s
 
 SEEDS = range(24)
 CUTS = 420
 """In each of the firings: 10 080 in all."""
 MOST_ROWS = 20_000
+RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
 """Of the machine while the power is away: within 30 K, where it goes on, or beyond."""
 KINDS = ("idle", "goes on", "paused", "cold", "unreadable", "failed")
@@ -57,6 +62,24 @@ def test_every_outcome_was_among_them():
     total = sum(_seen.values(), Counter())
     rare = {kind: total[kind] for kind in (*KINDS, "torn") if total[kind] < len(SEEDS)}
     assert rare == {} or len(_seen) < len(SEEDS)  # only some of the firings were asked for
+
+
+def test_the_start_takes_no_longer_than_the_watchdog_is_told(kilns):
+    """Every slot is written, so that each must be looked at: the first step comes so much later."""
+    controller, program, judge = kilns["stop"]
+    memory = judge.book.memory
+    record = Progress(0, 1, 1, 1, 0, 20.0, 20.0, 20.0, 20.0, 0, 0, 0, 0)
+    slots = [
+        (memory.progress_at + slot * PROGRESS_BYTES, memory.progress_slot(slot + 1, record))
+        for slot in range(memory.progress_slots)
+    ]
+    bare = Bare(controller, program)
+    for image in (memory.blank, memory.with_at(memory.blank, *slots)):
+        bare.power_up(image, 20.0)
+        bare.advance(FIRST_STEP_S)
+        while bare.read("loop_chamber.steps") == 0:
+            bare.advance(RESOLUTION_S)
+        assert bare.time_s - FIRST_STEP_S < start_s(controller)
 
 
 BROKEN = {
