@@ -39,3 +39,20 @@ def test_every_step_is_the_models(fabricator_site: Site, name: str) -> None:
     result = replay(fabricator_site.controller, world.device.steps(world.site.loop_name))
     assert (result.mismatches, result.segments) == (0, 2), result.first
     assert (world.trips.changes != []) == (FAULTS[name] is not None)
+
+
+@pytest.mark.parametrize("name", ["relay_dead", "relay_contact_shorted"])
+def test_every_step_behind_a_bad_relay_is_the_models(pid_site: Site, name: str) -> None:
+    faults = {each.id: each for each in catalogue(pid_site.controller, pid_site.program)}
+    world = faults[name].make()
+    faults[name].cause(world)
+    assert world.until(lambda now: now.fault != 0, LONGEST_S)
+    world.run(ON_S)
+    world.acknowledge()
+    assert world.until(lambda now: now.fault != 0, LONGEST_S)
+    faults[name].cure(world)
+    world.acknowledge()
+    world.run(ON_S)
+    assert not world.fault
+    result = replay(pid_site.controller, world.device.steps(world.site.loop_name))
+    assert (result.mismatches, result.segments) == (0, 1), result.first
