@@ -1,0 +1,71 @@
+"""A safety relay under a G-code host, for two loops: closed while one of them is on."""
+
+import pytest
+from whole_firmware import spec_of, whole
+
+from heatwright.sim.device import AvrDevice
+
+SPEC = """
+heatwright: 1
+controller: {name: hosted, board: mega2560}
+sensors:
+  left: {kind: ds18b20, pin: D22}
+  right: {kind: ds18b20, pin: D23}
+outputs:
+  left: {kind: pwm, pin: D2, frequency: 490 Hz, active: low, power: 40 W}
+  right: {kind: digital, pin: D3, power: 40 W}
+  contactor: {kind: digital, pin: D9, active: low}
+loops:
+  left:
+    sensor: left
+    heater: left
+    period: 1 s
+    setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}
+    algorithm: {kind: pid, kp: 10, ki: 0.1}
+  right:
+    sensor: right
+    heater: right
+    period: 1 s
+    setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}
+    algorithm: {kind: on_off, hysteresis: 1 K}
+safety: {relay: contactor%s}
+interfaces: [{kind: gcode, loops: {T0: left, T1: right}}]
+"""
+HEARD_S = 3.0
+
+
+@pytest.fixture(params=["", ", relay_feedback: D10"])
+def device(request: pytest.FixtureRequest) -> AvrDevice:
+    text = SPEC % request.param
+    made = AvrDevice(spec_of(text).controller, whole(text))
+    for sensor in ("left", "right"):
+        made.sense(sensor, 20.0)
+    made.advance(5.0)
+    return made
+
+
+def after(device: AvrDevice, line: str) -> tuple[bool, bool, bool]:
+    """Send a line; tell of the relay, and whether each heater has been on since it was heard."""
+    device.send(line)
+    device.advance(device.time_s + HEARD_S)
+    for heater in ("left", "right"):
+        device.on_fraction(heater)
+    device.advance(device.time_s + HEARD_S)
+    assert device.relay is not None
+    assert device.relay.closed == device.outputs["contactor"].on
+    return (device.relay.closed, *(device.on_fraction(name) > 0 for name in ("left", "right")))
+
+
+def test_it_is_closed_while_a_loop_is_on(device: AvrDevice) -> None:
+    assert after(device, "M105") == (False, False, False)
+    assert after(device, "M104 T0 S50") == (True, True, False)
+    assert after(device, "M104 T1 S50") == (True, True, True)
+    assert after(device, "M104 T0 S0") == (True, False, True)
+    assert after(device, "M104 T1 S0") == (False, False, False)
+    assert after(device, "M104 T0 D30") == (True, True, False)
+    assert after(device, "M112") == (False, False, False)
+    assert after(device, "M999") == (False, False, False)
+    assert after(device, "M104 T1 S40") == (True, False, True)
+    device.sense("left", 21.0)
+    device.power_cycle()
+    assert after(device, "M105") == (False, False, False)
