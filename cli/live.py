@@ -12,7 +12,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import talk
 
 if TYPE_CHECKING:
-    from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, Spec
+    from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, SerialLog, Spec
 
 
 def serve(
@@ -25,20 +25,26 @@ def serve(
     from heatwright.spec.commands import gcode_of, modbus_of, nextion_of  # noqa: PLC0415
 
     line = gcode_of(controller) or modbus_of(controller) or nextion_of(controller)
+    line = line or _log_of(controller)
     if line is None:
         raise Refused(
             "No interface of this spec listens to a serial port: add one, kind: gcode, "
-            "kind: modbus_rtu or kind: nextion."
+            "kind: modbus_rtu, kind: nextion or kind: serial_log."
         )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")
     _run(spec, controller, line, speed, until_s, as_json)
 
 
+def _log_of(controller: Controller) -> SerialLog | None:
+    found = (each for each in controller.interfaces if each.kind == "serial_log")
+    return next(found, None)
+
+
 def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     spec: Spec,
     controller: Controller,
-    line: Gcode | ModbusRtu | Nextion,
+    line: Gcode | ModbusRtu | Nextion | SerialLog,
     speed: float,
     until_s: float | None,
     as_json: bool,
@@ -54,7 +60,8 @@ def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
         built = build_firmware(spec, shown.begin("Building the firmware"))
     device = AvrDevice(controller, built.elf)
     form = format_of(line) if line.kind == "modbus_rtu" else EIGHT_N_ONE
-    with SerialPort(device, line.baud, form) as port, suppress(KeyboardInterrupt):
+    uart = controller.board.uarts[getattr(line, "port", 0)].number
+    with SerialPort(device, line.baud, form, uart=uart) as port, suppress(KeyboardInterrupt):
         _announce(port.name, line.baud, speed, as_json)
         run(controller, device, port, Clock(speed), until_s=until_s)
 

@@ -223,9 +223,9 @@ class AvrDevice:
 
     @property
     def uart(self) -> int:
-        """The number of the serial port of the first interface that has one."""
-        ports = (getattr(each, "port", 0) for each in self._controller.interfaces)
-        return self._controller.board.uarts[next(ports, 0)].number
+        """The number of the serial port of the first interface that has a line."""
+        lines = (each for each in self._controller.interfaces if hasattr(each, "baud"))
+        return self._controller.board.uarts[getattr(next(lines, None), "port", 0)].number
 
     # -- looking in ----------------------------------------------------------------------------
 

@@ -19,13 +19,14 @@ READ_BYTES = 4096
 
 
 class SerialPort:
-    """A pseudo-terminal wired to a board's first UART: any program can open it as a port.
+    """A pseudo-terminal wired to a board's UART: any program can open it as a port.
 
     name -- such as /dev/pts/3. A context manager; at its end the port is gone.
 
     What the program sends goes to the board at the line's speed and in its format, which a
     pseudo-terminal does not know: a program opens it without parity. What the board says while
-    nobody reads is lost, as on a cable. A simulated master leaves the line to the program.
+    nobody reads is lost, as on a cable. A simulated master or display leaves the line to the
+    program. uart -- the number of the UART, that of the board's first interface if None.
     """
 
     def __init__(
@@ -35,8 +36,10 @@ class SerialPort:
         form: Format = EIGHT_N_ONE,
         *,
         noise: SerialNoise | None = None,
+        uart: int | None = None,
     ) -> None:
         self._device = device
+        self._number = device.uart if uart is None else uart
         self._baud, self._form = baud, form
         self._noise = noise or SerialNoise()
         self._board_end, self._program_end = pty.openpty()
@@ -68,13 +71,13 @@ class SerialPort:
         """Send the board what the program has written."""
         with suppress(BlockingIOError):
             data = os.read(self._board_end, READ_BYTES)
-            uart = self._device.avr.uarts[self._device.uart]
+            uart = self._device.avr.uarts[self._number]
             uart.send(self._noise.to_board(data), self._baud, self._form)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Give the program what the board has sent (UART_BYTE records)."""
         del pins
-        data = self._noise.to_host(sent["value"][sent["uart"] == self._device.uart].tobytes())
+        data = self._noise.to_host(sent["value"][sent["uart"] == self._number].tobytes())
         with suppress(BlockingIOError):
             while data:
                 data = data[os.write(self._board_end, data) :]

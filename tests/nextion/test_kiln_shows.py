@@ -132,6 +132,18 @@ def test_the_charts_grow(desk: KilnDesk) -> None:
     assert desk.display.errors == []
 
 
+@pytest.mark.parametrize(
+    ("baud", "heard"), [(113_000, True), (119_000, True), (100_000, False), (57_600, False)]
+)
+def test_a_display_hears_what_it_can_sample(kiln: Built, baud: int, heard: bool) -> None:
+    """The board's clock gives 117 647 baud for 115 200; each bit is sampled in its middle."""
+    desk = KilnDesk(kiln)
+    desk.display.line.baud = baud
+    desk.run(3.0)
+    assert ("bkcmd=0" in said(desk, 0.0)) is heard
+    assert (desk.display.errors == []) is (desk.display.instructions == 0 or heard)
+
+
 def test_a_display_that_starts_anew(desk: KilnDesk) -> None:
     desk.run(5.0)
     desk.display.unplug()
