@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import commanded
+import fired
 import mastered
 import pytest
 import switching
@@ -85,6 +86,7 @@ def test_every_template_is_used() -> None:
     switched = map(switching.spec_of, switching.pairwise())
     texts = [*map(spec_of, ROWS), *map(commanded.spec_of, COMMANDED), *switched]
     texts += map(mastered.spec_of, MASTERED)
+    texts += map(fired.spec_of, fired.pairwise())
     specs = [load_text(text) for text in texts]
     used_here = {file.template for spec in specs for file in plan_firmware(spec).files}
     there_are = {
