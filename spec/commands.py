@@ -38,12 +38,14 @@ def switched(controller: Controller, loop_name: str) -> bool:
     """
     if loop_name not in controller.loops:
         return False
+    return modbus_of(controller) is not None or by_hand(controller, loop_name)
+
+
+def by_hand(controller: Controller, loop_name: str) -> bool:
+    """Tell whether people switch a loop: on a touch display, or by starting its programs."""
     display = nextion_of(controller)
-    return (
-        modbus_of(controller) is not None
-        or (display is not None and display.loop == loop_name)
-        or programmed(controller, loop_name)
-    )
+    touched = display is not None and display.loop == loop_name
+    return touched or programmed(controller, loop_name)
 
 
 def programmed(controller: Controller, loop_name: str) -> bool:
@@ -64,7 +66,7 @@ def starts_enabled(controller: Controller, loop_name: str) -> bool:
     """Tell whether a loop is on from the power-up: one that people switch on is not."""
     starts = controller.loops[loop_name].starts
     if starts is None:
-        return not switched(controller, loop_name) or must_release(controller)
+        return not by_hand(controller, loop_name)
     return starts == "enabled"
 
 

@@ -1,5 +1,6 @@
 """Programs, displays, logs, relays and types of thermocouples: attributes, defaults, words."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -190,6 +191,21 @@ def test_a_row_of_a_comparison_needs_no_operator(kiln: Controller) -> None:
         {"name": "P", "setpoint": "300 °C", "algorithm": {"kind": "pid", "kp": 5, "ki": 0.01}}
     )
     assert starts_enabled(row_controller(kiln, row), "chamber")
+
+
+def test_a_display_beside_a_master_leaves_the_loop_off() -> None:
+    """The master has all loops; the one that people switch is still off until somebody does."""
+    text = re.sub(r"(?ms)^programs:.*?(?=^safety:)", "", KILN)
+    text = text.replace("      feed_forward", "      # feed_forward")
+    text = text.replace(
+        "  - {kind: serial_log, loop: chamber, port: 1", "  - {kind: modbus_rtu}\n  # -"
+    )
+    text = text.replace("115200, loop: chamber}", "115200, loop: chamber, port: 2}")
+    text = text.replace(", tracking: 1 K", "")
+    controller = load_text(text).controller
+    assert must_release(controller)
+    assert switched(controller, "chamber")
+    assert not starts_enabled(controller, "chamber")
 
 
 @pytest.mark.parametrize(
