@@ -17,6 +17,7 @@ from host_reference import Expected, expected, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import TUNINGS
 from host_stretches_programmed import FIRING_KINDS
+from host_stretches_switched import CRITICAL_C
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
@@ -24,7 +25,15 @@ from heatwright.sim.host.firmware import HostHangs
 
 COURSES = 100
 TUNED_COURSES = 30
-FIRINGS = 150
+FIRINGS = 100
+ARRIVALS = [
+    [Stretch("start", 1 + steps, value), Stretch("arrive", 8, place, nudge)]
+    for steps in range(6)
+    for value in (-64, 64)
+    for place in range(4)
+    for nudge in (-1, 0, 1)
+]
+"""Of a program that goes up or down to 33 °C and stays there: where that counts as reached."""
 STRETCHES = 14
 
 
@@ -34,7 +43,7 @@ def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]
     found = []
     kinds = kinds_of(controller)
     programmed = name in host_specs.PROGRAMMED
-    courses = COURSES // 2 if programmed else COURSES
+    courses = COURSES // 4 if programmed else COURSES
     drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(courses))  # noqa: S311
     tunings = [
         *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
@@ -43,7 +52,9 @@ def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]
     ]
     firings = (_firing(Random(-seed)) for seed in range(FIRINGS))  # noqa: S311
     given = (LONG_SILENCE, LOWERED, *(tunings if name in host_specs.COMMANDED else ()))
-    for course in (*given, *drawn, *(firings if programmed else ())):
+    critical = [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
+    given += tuple(critical) * host_specs.is_adjustable(name)
+    for course in (*given, *drawn, *((*ARRIVALS, *firings) if programmed else ())):
         inputs = inputs_of(controller, course)
         found.append((inputs, expected(controller, inputs, kind)))
     return found

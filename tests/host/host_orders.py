@@ -19,27 +19,34 @@ from heatwright.sim.reference.program_state import (
     START,
     STOP,
 )
+from heatwright.spec import starts_enabled
 
 RANDOM_ORDERS = 4000
 FAULT = 6
-WAYS = 1
-"""A program that heats; the seventh is the last that there is."""
+WAYS, ONE = 1, 2
+"""Programs that heat, the second with one segment; the seventh is the last that there is."""
+ONE_C, NEAR_C = 45.5, 43.0
+"""Where that leads to, and from where it has not far to go."""
+STEPS_SHORT, MOST_STEPS = 5, 20
 PLACES = 7
 START_C, LEAST_C = 30.0, 10.0
 
 
 def orders_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
-    if not host.build.parts.programmed:
-        return ""
+    """Say the first thing that is wrong; empty if nothing, or if a master switches it."""
     orders = _Orders(host)
-    checks = (orders.at_once(), orders.refused(), orders.others_refused())
+    checks = [orders.pressed()]
+    if host.build.parts.programmed:
+        checks += [orders.at_once(), orders.finished(), orders.refused(), orders.others_refused()]
     return next((problem for check in checks for problem in check), "")
 
 
 class _Orders(Running):
     def __init__(self, host: Host) -> None:
         super().__init__(host)
+        self._waits = 0
+        if not host.build.parts.programmed:
+            return
         library = host.library
         self._give: dict[int, Callable[[int], bool]] = {
             STOP: lambda _: library.program_stop(),
@@ -49,7 +56,6 @@ class _Orders(Running):
             SKIP: lambda _: library.program_skip(),
             JUMP: library.program_jump,
         }
-        self._waits = 0
 
     def _fire(self) -> None:
         """Be in a program that heats: held back far below, or full on."""
@@ -85,6 +91,42 @@ class _Orders(Running):
                 if self.ticks(1)[0] or self.library.loop_air.enabled:
                     yield f"{name}: it goes on heating"
 
+    def finished(self) -> Iterator[str]:
+        """A heater that may have to stay on for a while is off when its program has ended."""
+        assert self.host.build.controller.programs is not None
+        if self.host.build.controller.programs.at_end == "hold":
+            return
+        self.run_at(NEAR_C)
+        self.library.loop_air_disable()
+        self.library.program_start(ONE)
+        heated = 0
+        for number in range(MOST_STEPS):
+            short_k = 1.25 if number < STEPS_SHORT else 0.75
+            self.host.set_reading(0, self.scale.code(ONE_C - short_k))
+            self.host.step()
+            if self.library.program.ended:
+                break
+            heated = self.ticks(1)[0]
+        if not heated or self.ticks(self.period_ticks - 1)[0]:
+            yield f"finished after {heated} ticks of heat, and it is held on"
+
+    def pressed(self) -> Iterator[str]:
+        """Nobody has to press off first; but nothing heats again by itself."""
+        library = self.library
+        self.host.erase()
+        self.host.power_up()
+        if library.loop_air_is_enabled() != starts_enabled(self.host.build.controller, "air"):
+            yield "after a reset it is not as it should start"
+        for _ in range(2):
+            if not library.loop_air_enable() or not library.loop_air_is_enabled():
+                yield "it cannot be switched on"
+            library.fault_trip(FAULT, START_C)
+            if library.loop_air_may_enable() or library.loop_air_enable():
+                yield "it is switched on with a fault latched"
+            library.fault_acknowledge()
+            if library.loop_air_is_enabled():
+                yield "it heats again by itself"
+
     def refused(self) -> Iterator[str]:
         """Orders one after the other, and what each of them says."""
         random = Random("orders")  # noqa: S311
@@ -94,6 +136,10 @@ class _Orders(Running):
 
     def _anything(self, random: Random) -> Iterator[str]:
         library = self.library
+        if random.random() < 0.02:
+            self.host.library.host_settle()
+            self.host.power_up()
+            self._waits = 0
         if random.random() < 0.5:
             status = random.choice((0, 0, 0, 1))
             near_c = float(library.program.setpoint_c) + random.choice((0.0, 0.0, 3.0))

@@ -9,6 +9,7 @@ from typing import Any
 import host_specs
 from host_courses import random_course
 from host_reference import Restored, Way, expected, first_difference
+from host_scale import scale_of
 from host_stretches import Stretch
 from host_stretches_programmed import FIRING_KINDS, ProgrammedWalk
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from heatwright.sim.reference.program_state import (
     JUMP,
     MEMBERS,
     PAUSED,
+    POWER_COLD,
     POWER_UNREADABLE,
     RESTORING,
     RETURNING,
@@ -31,7 +33,10 @@ from heatwright.sim.reference.program_state import (
 from heatwright.spec import Controller
 
 FIRINGS = 80
-MOST_STRETCHES = 8
+BEGIN_C = 30.0
+MOST_STRETCHES = 5
+LONG = [Stretch("start", 14, 16), *[Stretch("follow", 14, 16)] * 8]
+"""Longer than the time between two records."""
 NOT_KEPT = ("rate_k_per_s", "waited", "waiting", "leap", "order", "argument")
 
 State = dict[str, Any]
@@ -41,12 +46,14 @@ def power_problem(host: Host, name: str) -> str:
     """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
     if not host.build.parts.programmed:
         return ""
-    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (_cut, _edited, _senseless)
+    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (_edges, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
 def _firing(number: int) -> list[Stretch]:
     random = Random(f"power {number}")  # noqa: S311
+    if number % 10 == 0:
+        return LONG
     start = Stretch("start", random.randint(1, 14), random.randint(-200, 200))
     return [start, *random_course(random, number % MOST_STRETCHES, FIRING_KINDS)]
 
@@ -148,7 +155,7 @@ def _erase(host: Host) -> None:
 def _run(host: Host) -> None:
     """Be in the first program for a few steps."""
     _erase(host)
-    host.set_reading(0, 30 * 16)
+    host.set_reading(0, scale_of(host.build.controller).code(BEGIN_C))
     host.step()
     host.order(START, 1)
     for _ in range(3):
@@ -161,6 +168,24 @@ def _expect(host: Host, when: str, **wanted: int) -> Iterator[str]:
         found = getattr(host.library.program, key)
         if found != value:
             yield f"{when}: {key} is {found}, not {value}"
+
+
+def _edges(host: Host, _: str) -> Iterator[str]:
+    """How far the temperature may have gone; a step of the sensor further is too far."""
+    assert host.build.controller.programs is not None
+    after, scale = host.build.controller.programs.after_power_loss, scale_of(host.build.controller)
+    gone = scale.code(after.resume_within_k) - scale.code(0.0)
+    state, ended = (PAUSED, 0) if after.otherwise == "pause" else (IDLE, POWER_COLD)
+    for sign in (-1, 1):
+        for further in (0, 1):
+            _run(host)
+            host.power_up()
+            host.set_reading(0, scale.code(BEGIN_C) + sign * (gone + further))
+            host.step()
+            resumes = gone and not further
+            wanted = {"state": RETURNING, "leap": 1, "ended": 0}
+            wanted = wanted if resumes else {"state": state, "leap": 0, "ended": ended}
+            yield from _expect(host, f"{sign * (gone + further)} steps away", **wanted)
 
 
 def _edited(host: Host, _: str) -> Iterator[str]:

@@ -17,10 +17,10 @@ loops:
     sensor: air
     heater: heater
     period: {period}
-    setpoint: {{initial: 30 °C, minimum: 5 °C, maximum: 70 °C, stored: {stored}}}
+    setpoint: {{initial: 30 °C, minimum: 5 °C, maximum: {most}, stored: {stored}}}
     algorithm: {{{algorithm}}}
 {more}
-    protection: {{maximum: 85 °C, {protection}}}
+    protection: {{{protection}}}
 {programs}
 safety: {{watchdog: 250 ms{safety}}}
 interfaces:
@@ -36,27 +36,28 @@ _STORED = """\
         - {to: 30 °C, at: 6300 K/h}
         - {to: 36 °C, at: as fast as possible}
         - {hold: until operator}
-        - {to: 30.1 °C, over: 3 s}
+        - {to: 30.3 °C, over: 3 s}
     - name: one ~
       segments: [{to: 45.5 °C, over: 2 s}]
     - name: hold only
-      segments: [{hold: 1 s}, {hold: until operator}, {hold: 5 s}]
+      segments: [{hold: 1 s}, {hold: 5 s}]
     - name: level
       segments: [{to: 33 °C, over: 4 s}, {to: 33 °C, over: 4 s}, {to: 33 °C, at: 0.1 K/h}]
     - name: down
       segments: [{to: 20 °C, at: as fast as possible}, {to: 10 °C, at: 6553.5 K/h}, {hold: 2 s}]
     - name: slow
-      segments: [{to: 70 °C, at: 0.1 K/h}, {to: 5 °C, over: 744 h}]
+      segments: [{to: MOST °C, at: 0.1 K/h}, {to: 5 °C, over: 744 h}]
     - name: quick
       segments:
         - {to: 31 °C, over: 1 s}
-        - {to: 31.1 °C, at: 6553.5 K/h}
+        - {to: 31.3 °C, at: 6553.5 K/h}
         - {hold: 1 s}
-        - {to: 30 °C, over: 1 s}
+        - {hold: until operator}
 """
 """The eighth place is empty."""
 
 _KEYS = "kind: lcd_keypad, step: 1 K"
+_MAX31856 = "kind: max31856, chip_select: D49, clock: D52, data_in: D51, data_out: D50"
 _WINDOW = "kind: time_proportional, pin: D3"
 
 
@@ -73,8 +74,10 @@ def _variant(
     interface: str = _KEYS,
     more: str = "",
     relay: bool = False,
+    most: str = "70 °C",
     board: str = "mega2560",
 ) -> str:
+    stored_programs = _STORED.replace("MOST °C", most)
     section = ["programs:", "  loop: air", "  points: 6", "  places: 8"]
     section += [f"  {each}" for each in programs]
     return _TEMPLATE.format(
@@ -85,10 +88,11 @@ def _variant(
         relay="  relay: {kind: digital, pin: D7}" if relay else "",
         period=period,
         stored=str(stored).lower(),
+        most=most,
         algorithm=algorithm,
         more=f"    {more}" if more else "",
         protection=protection,
-        programs="\n".join(section) + "\n" + _STORED if programs else "",
+        programs="\n".join(section) + "\n" + stored_programs if programs else "",
         safety=", relay: relay, relay_feedback: D8" if relay else "",
         interface=interface,
     )
@@ -116,8 +120,10 @@ def texts() -> dict[str, str]:
             "kind: on_off, hysteresis: 0.5 K, lead: 3 s",
             "runaway: off, heating: off, frozen: off, rising_while_off: off",
             period="0.8 s",
-            programs=("hold_back: off", "after_power_loss: stop", "at_end: hold"),
+            programs=("hold_back: off", "after_power_loss: stop"),
             stored=True,
+            sensor=_MAX31856,
+            most="800 °C",
         ),
         "fired_simply": _variant(
             "kind: pwm, pin: D46, frequency: 100 Hz",
@@ -140,7 +146,10 @@ def texts() -> dict[str, str]:
             "kind: pid, kp: 5, kd: 30, output: {minimum: 2 %}, feed_forward: 12",
             "runaway: {above: 11 K, for: 3 s}, heating: off, frozen: off",
             period="1 s",
-            programs=("after_power_loss: {resume_within: 0 K, otherwise: pause}",),
+            programs=(
+                "after_power_loss: {resume_within: 0 K, otherwise: pause}",
+                "at_end: hold",
+            ),
         ),
         "touched": _variant(
             f"{_WINDOW}, window: 1 s",
@@ -150,7 +159,6 @@ def texts() -> dict[str, str]:
             stored=True,
             interface="kind: nextion",
             relay=True,
-            sensor="kind: max31856, chip_select: D10, clock: D52, data_in: D51, data_out: D50, "
-            "selectable: [K, S]",
+            sensor=f"{_MAX31856}, selectable: [K, S]",
         ),
     }

@@ -186,3 +186,9 @@ COMMANDED = (*HOSTED, *SWITCHED)
 @cache
 def spec_of(name: str) -> Spec:
     return load_text(TEXTS[name], f"{name}.yaml")
+
+
+def is_adjustable(name: str) -> bool:
+    """Tell whether the operator may lower the critical temperature of the one loop."""
+    ((_, loop),) = spec_of(name).controller.loops.items()
+    return loop.protection.maximum_adjustable

@@ -25,6 +25,8 @@ PROGRAM_KINDS = (
 FIRING_KINDS = (*PROGRAM_KINDS, *PROGRAM_KINDS, "miss", "drift", "off_and_on", "switch", "manual")
 """Of a course that is little else than programs."""
 
+COLD_C = 4.0
+"""Below the lowest setpoint."""
 PLACES = 9
 """One more than there are; the eighth is empty."""
 ORDERS = (STOP, PAUSE, START, RESUME, SKIP, JUMP)
@@ -44,6 +46,8 @@ class ProgrammedWalk(SwitchedWalk):
         self._resume_k = controller.programs.after_power_loss.resume_within_k
         self._way = Way(controller, restored)
         self._before_c = 30.0 if restored is None else float(restored.program.before_c)
+        if restored is not None and restored.program.state != IDLE:
+            self._waiting = []
         fault_code = 0 if restored is None else restored.fault_code
         self._last: dict[str, Any] = {"program.state": IDLE, "fault.code": fault_code}
 
@@ -73,7 +77,8 @@ class ProgrammedWalk(SwitchedWalk):
         """After a reset: find a temperature that it may go on from, or not, or wait for one."""
         places_k = (0.0, self._resume_k, -self._resume_k, 20.0, 0.25, -0.25)
         off_k = places_k[stretch.value % len(places_k)]
-        self._ordered = (stretch.value % 8, 1)
+        if stretch.value % 4 == 0:
+            self._ordered = (stretch.value // 4 % 8, 1)
         for _ in range(stretch.value % 3):
             self._missed(1)
         self._raw = self._scale.code(self._before_c + off_k) + (stretch.value // 5 % 3 - 1)
@@ -87,7 +92,9 @@ class ProgrammedWalk(SwitchedWalk):
         if stretch.value % 2 and self._last["program.state"] != IDLE:
             self._give(STOP)
         if stretch.value % 3:
-            self._ramp_to(30 + stretch.value / 20)
+            self._ramp_to(30 + stretch.value / 10)
+        elif stretch.value % 5 == 0:
+            self._ramp_to(COLD_C)
         self._give(START, abs(stretch.value) % (PLACES + 1))
         self._follow(stretch)
 
@@ -120,7 +127,8 @@ class ProgrammedWalk(SwitchedWalk):
     def _interrupt(self, stretch: Stretch) -> None:
         """Pause, drift away, and return to just where that counts."""
         self._give(PAUSE)
-        self._drift(stretch)
+        if stretch.value % 3:
+            self._drift(stretch)
         self._give(RESUME)
         if stretch.value % 5 == 0:
             self._missed(1)
@@ -143,6 +151,8 @@ class ProgrammedWalk(SwitchedWalk):
 
     def _order_late(self, stretch: Stretch) -> None:
         """Orders while there is no reading; a later one may replace an earlier one."""
+        if stretch.value % 2:
+            self._give(JUMP, 2)
         self._ordered = (ORDERS[stretch.value % len(ORDERS)], abs(stretch.value) % PLACES)
         for _ in range(1 + stretch.steps // 4):
             self._missed(1)

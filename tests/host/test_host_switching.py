@@ -12,6 +12,6 @@ def test_switches_at_once_and_refuses_what_it_says(hosts, name):
     assert switching_problem(hosts(name)) == ""
 
 
-@pytest.mark.parametrize("name", host_specs.PROGRAMMED)
+@pytest.mark.parametrize("name", [*host_specs.PROGRAMMED, "touched"])
 def test_takes_and_refuses_orders_as_the_page_says(hosts, name):
     assert orders_problem(hosts(name)) == ""

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import host_specs
 import host_switched
 import mutants_algorithms
 import mutants_autotune
@@ -10,6 +11,7 @@ import mutants_current
 import mutants_guard
 import mutants_loop
 import mutants_outputs
+import mutants_programs
 import mutants_storage
 import mutants_switched
 import pytest
@@ -17,7 +19,9 @@ from host_builds import plain_build_of
 from host_control import control_problem
 from host_gate import gate_problem
 from host_kept import kept_problem
+from host_orders import orders_problem
 from host_output import output_problem
+from host_power import power_problem
 from host_ready import ready_problem
 from host_storage import storage_problem
 from host_switching import switching_problem
@@ -36,10 +40,12 @@ MUTANTS = [
     *mutants_autotune.ALL,
     *mutants_switched.ALL,
     *mutants_current.ALL,
+    *mutants_programs.ALL,
 ]
 
 
 SWITCHED = tuple(host_switched.texts())
+BY_PEOPLE = (*host_specs.PROGRAMMED, "touched")
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +54,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def problem_of(host: Host, mutant: Mutant) -> str:
+    if mutant.build in BY_PEOPLE:
+        problem = control_problem(host, mutant.build) or orders_problem(host)
+        return problem or power_problem(host, mutant.build)
     if mutant.build in SWITCHED:
         return control_problem(host, mutant.build) or switching_problem(host)
     if mutant.file == "settings.c":
