@@ -150,13 +150,11 @@ class _Run:
     def go(self, progress: Progress | None) -> None:
         device, plant, coupling, step_s = self._device, self._plant, self._coupling, self._step_s
         report_every = max(1, self._count // PROGRESS_REPORTS)
-        felt = plant.sensed_c()
+        felt = self._felt()
         self._note(0, felt)
         for row in range(1, self._count + 1):
-            for sensor, temperature_c in felt.items():
-                device.sense(sensor, temperature_c)
-            for sensor, amperes in plant.currents_a().items():
-                device.sense(sensor, amperes)
+            for sensor, value in felt.items():
+                device.sense(sensor, value)
             until_s = row * step_s
             if self._done < len(self._hand):
                 self._act(until_s)
@@ -164,7 +162,7 @@ class _Run:
             active = coupling.supplied(coupling.active())
             fed_mm_per_s = coupling.feed_mm_per_s()
             plant.step(active, fed_mm_per_s)
-            felt = plant.sensed_c()
+            felt = self._felt()
             self._note(row, felt)
             self._active[row] = tuple(active.values())
             self._fed[row] = fed_mm_per_s
@@ -183,10 +181,17 @@ class _Run:
             events=_events(self._hand),
         )
 
+    def _felt(self) -> Mapping[str, float]:
+        """Return what every sensor feels: the thermometers', then the currents'."""
+        felt = self._plant.sensed_c()
+        return felt | self._plant.currents_a() if self._meters else felt
+
     def _note(self, row: int, felt: Mapping[str, float]) -> None:
+        values = tuple(felt.values())
         self._temperatures[row] = self._plant.temperatures_c
-        self._sensed[row] = tuple(felt.values())
-        self._amperes[row] = tuple(self._plant.currents_a().values())
+        self._sensed[row] = values[: len(self._sensors)]
+        if self._meters:
+            self._amperes[row] = values[len(self._sensors) :]
 
     def _act(self, until_s: float) -> None:
         """Do what comes before the next row."""
