@@ -37,3 +37,15 @@ def extruder_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
 def fabricator_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
     spec = load(EXAMPLES / "fabricator.yaml")
     return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("fabricator"))), "nozzle")
+
+
+@pytest.fixture(scope="session")
+def kiln_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = load(EXAMPLES / "kiln.yaml")
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("kiln"))), "chamber")
+
+
+@pytest.fixture(scope="session")
+def menu_site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    spec = load(EXAMPLES / "kiln_uno.yaml")
+    return Site(spec.controller, Elf(built(spec, tmp_path_factory.mktemp("kiln_uno"))), "chamber")
