@@ -11,7 +11,7 @@ from heatwright.spec import load
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
-NAMES = ("chamber", "extruder", "fabricator", "feeder")
+NAMES = ("chamber", "extruder", "fabricator", "feeder", "kiln")
 """The examples whose firmware is committed."""
 
 
