@@ -24,8 +24,12 @@ def serve(
     """
     from heatwright.spec.commands import gcode_of, modbus_of, nextion_of  # noqa: PLC0415
 
-    line = gcode_of(controller) or modbus_of(controller) or nextion_of(controller)
-    line = line or _log_of(controller)
+    line = (
+        gcode_of(controller)
+        or modbus_of(controller)
+        or nextion_of(controller)
+        or _log_of(controller)
+    )
     if line is None:
         raise Refused(
             "No interface of this spec listens to a serial port: add one, kind: gcode, "
