@@ -141,7 +141,7 @@ class HoldBack(Model):
     """The program's clock waits while the machine lags behind."""
 
     within_k: _Band = Field(
-        10.0, alias="within", description="Deviation beyond which the clock waits."
+        8.0, alias="within", description="Deviation beyond which the clock waits."
     )
     limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
         7200.0,

@@ -159,8 +159,7 @@ def _loop(row: Row) -> str:
 
 def _programs(row: Row) -> list[str]:
     keys = ["loop: air", "save_every: 1 h", f"at_end: {row['at_end']}"]
-    # Just inside of the rule runaway, 10 K by default.
-    keys += [row["hold_back"] or "hold_back: 9.5 K", *row["room"].split(", ")]
+    keys += [row["hold_back"], *row["room"].split(", ")]
     keys += [f"after_power_loss: {row['after']}"] * bool(row["after"])
     count = {"none": 0, "one": 1, "two": 2}[row["stored"]]
     if "places: 1" in row["room"]:

@@ -18,6 +18,7 @@ from heatwright.spec import (
     ProgramOrder,
     Programs,
     Radiation,
+    Runaway,
     Segment,
     Sensor,
     SerialLog,
@@ -84,9 +85,14 @@ def test_the_defaults_of_programs() -> None:
     assert (found.reached_within_k, found.save_every_s, found.at_end) == (1.0, 60.0, "off")
     assert found.hold_back == HoldBack.model_validate({})
     assert found.hold_back is not None
-    assert (found.hold_back.within_k, found.hold_back.limit_s) == (10.0, 7200.0)
+    assert (found.hold_back.within_k, found.hold_back.limit_s) == (8.0, 7200.0)
     assert found.after_power_loss == AfterPowerLoss.model_validate({})
     assert (found.after_power_loss.resume_within_k, found.after_power_loss.otherwise) == (0, "stop")
+
+
+def test_the_default_clock_waits_before_the_default_runaway() -> None:
+    within_k = HoldBack.model_validate({}).within_k
+    assert within_k < Runaway.model_validate({}).above_k
 
 
 def test_as_many_places_as_are_stored() -> None:
@@ -101,7 +107,7 @@ def test_as_many_places_as_are_stored() -> None:
     [
         ("5 K", (5.0, 7200.0)),
         ({"within": "5 K"}, (5.0, 7200.0)),
-        ({"limit": "30 min"}, (10.0, 1800.0)),
+        ({"limit": "30 min"}, (8.0, 1800.0)),
         ({"within": "5 K", "limit": "30 min"}, (5.0, 1800.0)),
         ("off", None),
     ],
