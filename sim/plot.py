@@ -35,6 +35,9 @@ FORMATS = (".png", ".svg")
 
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
 
+CLOSE, LABEL_ROWS = 0.08, 3
+"""Labels nearer to each other than this part of the run stand below one another, in so many rows."""
+
 LATE = 0.85
 """Part of the run from which on a label stands before its line: behind it is the legend."""
 
@@ -94,12 +97,15 @@ def _readings(panel: Axes, log: StepLog, label: str, time: TimeAxis) -> None:
 
 
 def _label_keys(panel: Axes, trace: Trace, time: TimeAxis) -> None:
+    row, before_s = 0, -trace.duration_s
     for time_s, text in key_presses(trace):
         late = time_s > LATE * trace.duration_s
+        row = (row + 1) % LABEL_ROWS if time_s - before_s < CLOSE * trace.duration_s else 0
+        before_s = time_s
         panel.axvline(time_s / time.seconds, color="#888888", lw=0.6, ls=":", zorder=0)
         panel.annotate(
             text, (time_s / time.seconds, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(-3 if late else 3, -10), textcoords="offset points", fontsize=8,
+            xytext=(-3 if late else 3, -10 - 10 * row), textcoords="offset points", fontsize=8,
             color="#666666", ha="right" if late else "left",
         )  # fmt: skip
 
