@@ -36,7 +36,7 @@ FORMATS = (".png", ".svg")
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
 
 CLOSE, LABEL_ROWS = 0.08, 3
-"""Labels nearer to each other than this part of the run stand below one another, in so many rows."""
+"""Labels nearer than this part of the run stand below one another, in so many rows."""
 
 LATE = 0.85
 """Part of the run from which on a label stands before its line: behind it is the legend."""
