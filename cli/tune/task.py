@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
-from heatwright.sim.tuning.process import Process, power_of, process_of
+from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
 from heatwright.spec import Controller, DigitalOutput, Loop, Pid, Spec
 from heatwright.spec.commands import tunable
@@ -15,6 +15,10 @@ from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
 """Of heating up; a machine that takes longer has a slip of the pen in its plant."""
+
+STEPS_PER_LAG = 100
+ENDS_LAGS = 15
+"""Slowest lags after which nothing rises any more: e^−15 is three parts in ten million."""
 
 FILTER_SHARE = 10.0
 """A derivative without a filter of its own gets a tenth of what it must lead (Åström & Hägglund,
@@ -49,7 +53,7 @@ def task_of(
         )
     target_c = _target(spec, name) if at_c is None else _within(chosen, at_c)
     process = process_of(controller, name, target_c)
-    warm_s = _warm_s(spec, process, chosen, target_c)
+    warm_s = _warm_s(spec, name, process, target_c)
     return Task(
         controller, name, target_c, process, warm_s, _filter_s(process, chosen), lambda_s, tauc_s
     )
@@ -87,13 +91,14 @@ def _check_output(spec: Spec, name: str, loop: Loop) -> None:
 
 
 def _target(spec: Spec, name: str) -> float:
-    """Choose where to tune: the highest temperature of the scenario, or what the loop starts with.
+    """Choose where to tune: the highest temperature of scenario and programs, or of the start.
 
     A loop that starts at no more than ambient has nothing to hold there: then its highest.
     """
     loop, simulation = spec.controller.loops[name], spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
-    asked = max(_sent(spec.controller), default=loop.setpoint.initial_c)
+    wanted = (*_sent(spec.controller), *_fired(spec.controller, name))
+    asked = max(wanted, default=loop.setpoint.initial_c)
     if asked > simulation.ambient_c:
         return min(asked, loop.setpoint.maximum_c)
     return loop.setpoint.maximum_c
@@ -110,6 +115,13 @@ def _sent(controller: Controller) -> Iterator[float]:
                     yield write.value
 
 
+def _fired(controller: Controller, name: str) -> Iterator[float]:
+    """Yield the targets of a loop's programs, °C."""
+    if controller.programs is not None and controller.programs.loop == name:
+        for program in controller.programs.stored:
+            yield from (each.to_c for each in program.segments if each.to_c is not None)
+
+
 def _within(loop: Loop, at_c: float) -> float:
     low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
     if not low_c <= at_c <= high_c:
@@ -119,27 +131,22 @@ def _within(loop: Loop, at_c: float) -> float:
     return at_c
 
 
-def _warm_s(spec: Spec, process: Process, loop: Loop, target_c: float) -> float:
+def _warm_s(spec: Spec, name: str, process: Process, target_c: float) -> float:
     """Return how long full power takes from cold to the target."""
     simulation = spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
-    algorithm = loop.algorithm
-    full = algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
-    target_k = target_c - simulation.ambient_c
-    if target_k <= 0:
+    if target_c <= simulation.ambient_c:
         raise Refused(f"{celsius(target_c)} is no warmer than the ambient: there is nothing to do.")
-    if process.gain * full <= target_k:
-        ends_c = simulation.ambient_c + process.gain * full
-        raise Refused(
-            f"{celsius(target_c)} is beyond this machine: full power ends at {about(ends_c)} °C."
-        )
-    step_s = process.lags_s[0] / 100
-    step, given = process.held(step_s)
-    state, time_s = 0.0 * process.heat, process.late_s
-    while float(process.reading @ state) < target_k and time_s < LONGEST_S:
-        state = step @ state + given * full
-        time_s += step_s
-    return time_s
+    course = at_full_power(spec.controller, name, process.lags_s[0] / STEPS_PER_LAG)
+    felt_c = simulation.ambient_c
+    for time_s, felt_c in course:
+        if felt_c >= target_c:
+            return time_s + process.late_s
+        if time_s > ENDS_LAGS * process.lags_s[0] or time_s > LONGEST_S:
+            break
+    raise Refused(
+        f"{celsius(target_c)} is beyond this machine: full power ends at {about(felt_c)} °C."
+    )
 
 
 def _filter_s(process: Process, loop: Loop) -> float:

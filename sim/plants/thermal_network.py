@@ -149,6 +149,10 @@ class Plant:
             return len(self.nodes) + self._lagging.index(sensor)
         return self._node_of(sensor)
 
+    def state_c(self, place: int) -> float:
+        """Return a state now, °C."""
+        return float(self._vector[place])
+
     def radiates_at(self, temperature_c: float) -> tuple[float, ...]:
         """Return by how much more each surface radiates for a kelvin more at a temperature, W/K."""
         return tuple(surface.slope(temperature_c) for surface in self._surfaces)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -132,6 +133,31 @@ def process_of(controller: Controller, loop: str, at_c: float | None = None) -> 
         np.array([float(state == sensed) for state in kept]),
         late_s,
     )
+
+
+def at_full_power(
+    controller: Controller, loop: str, step_s: float
+) -> Iterator[tuple[float, float]]:
+    """Yield time, s, and what the loop's sensor follows, °C, from cold at full power.
+
+    Raises:
+        ValueError: the specification has no simulation.
+
+    """
+    if controller.simulation is None:
+        message = "A machine is needed: the specification has no `simulation`"
+        raise ValueError(message)
+    spec, simulation = controller.loops[loop], controller.simulation
+    network = simulation.plant.model_copy(update={"initial_c": None})
+    plant = Plant(network, powers_of(controller), ambient_c=simulation.ambient_c, step_s=step_s)
+    limits = getattr(spec.algorithm, "output", None)
+    active = {name: float(_runs(controller, name)) for name in controller.outputs}
+    active[spec.heater] = 1.0 if limits is None else limits.maximum_percent / 100
+    state, steps = plant.state_of(spec.sensor), 0
+    while True:
+        plant.step(active)
+        steps += 1
+        yield steps * step_s, plant.state_c(state)
 
 
 def _runs(controller: Controller, fan: str) -> bool:

@@ -10,7 +10,7 @@ from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import heat
 from heatwright.spec import Controller, Event, Pid
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.commands import commanded
+from heatwright.spec.commands import must_release, zero_is_off
 
 Progress = Callable[[float, float], None]
 
@@ -51,12 +51,12 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Let a loop that nobody commands start with a setpoint."""
+    """Let a loop that no host and no master commands start with a setpoint, and on."""
     spec = controller.loops[loop]
-    if commanded(controller, loop):
+    if must_release(controller) or zero_is_off(controller, loop):
         return controller
     setpoint = spec.setpoint.model_copy(update={"initial_c": target_c, "stored": False})
-    changed = spec.model_copy(update={"setpoint": setpoint})
+    changed = spec.model_copy(update={"setpoint": setpoint, "starts": "enabled"})
     return controller.model_copy(
         update={"loops": ReadOnlyDict({**controller.loops, loop: changed})}
     )
