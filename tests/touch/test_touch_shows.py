@@ -11,7 +11,7 @@ from heatwright.spec.nextion import Component, display_pages
 
 EVERY_TICKS = 2
 REFRESH_TICKS = 3000
-TRY_TICKS = 100
+TRY_TICKS = 200
 
 
 def page(number: int) -> bytes:
@@ -183,16 +183,17 @@ def test_a_page_that_goes_is_told_nothing(kiln: Path) -> None:
     """Until the other one is seen, or was ordered often enough."""
     said = run(kiln, seconds(5), fault(6), ticks(4), celsius(300), seconds(8))
     told = after(said, 500)
-    assert told[:5] == 5 * ["page fault06"]
-    assert "main.temp.val=300" in told[5:]
+    assert told[:3] == 3 * ["page fault06"]
+    assert "main.temp.val=300" in told[3:]
 
 
 def test_a_page_that_is_not_seen_is_ordered_again(kiln: Path) -> None:
     said = run(kiln, seconds(5), fault(6), seconds(10))
     times = [at for text, at in zip(said.instructions, said.ticks, strict=True)
              if text == "page fault06"]  # fmt: skip
-    assert len(times) == 5
-    assert all(TRY_TICKS <= b - a <= TRY_TICKS + EVERY_TICKS for a, b in pairwise(times))
+    assert len(times) == 3
+    assert TRY_TICKS / 2 <= times[1] - times[0] <= TRY_TICKS
+    assert times[2] - times[1] == TRY_TICKS
 
 
 def test_a_page_that_is_seen_is_not(kiln: Path, page_numbers: dict[str, int]) -> None:

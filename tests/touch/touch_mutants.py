@@ -70,13 +70,13 @@ ORDERS = [
 PAGES = [
     ("    tries_left--;", "", "shows.a_page_that_is_not_seen"),
     ("        wanted = NO_PAGE;", "", "shows.a_page_that_is_seen"),
-    ("    turns_to_try = NEXTION_TRY_TURNS;", "", "shows.a_page_that_is_not_seen"),
+    ("    beats_to_try = BEATS_OF_TRY;", "", "shows.a_page_that_is_not_seen"),
     ("is_of_fault(pages_shown) || is_of_fault(wanted)", "is_of_fault(wanted)",
      "shows.after_the_acknowledgement"),
     ("    pages_shown = page;", "", "shows.the_display_answers"),
     ("    show_anew();", "", "shows.the_display_answers"),
     ("    chart_show(page);", "", "shows.the_chart_of_the_firing"),
-    ("(tries_left != 0 || turns_to_try != 0)", "false", "shows.a_page_that_goes"),
+    ("(tries_left != 0 || beats_to_try != 0)", "false", "shows.a_page_that_goes"),
     ("    pages_note(PAGE_MAIN);\n    if (fault.code != FAULT_NONE) {",
      "    pages_note(PAGE_MAIN);\n    if (false) {", "shows.the_page_of_a_fault_comes_again"),
 ]  # fmt: skip
@@ -106,8 +106,9 @@ TALK = [
     ("of it */\n            return;", "of it */\n            break;", "orders.one_order"),
     ("    set_up--;", "", "shows.it_begins"),
     ("page < NEXTION_PAGES && page != pages_shown", "page != pages_shown", "shows.other_answers"),
-    ("    turns_to_refresh--;", "", "shows.everything_again_every"),
+    ("    beats_to_refresh--;", "", "shows.everything_again_every"),
     ("            pages_start();", "", "shows.everything_again_when_the_display_starts"),
+    ("        beat();", "", "shows.everything_again_every"),
     ("        chart_clear();", "", "shows.the_chart_of_the_firing"),
     ("|| pages_are_turning()", "", "shows.a_page_that_goes"),
 ]  # fmt: skip

@@ -29,8 +29,8 @@ TURN_S = 0.02
 """Time between two instructions at least: the display has its own work to do."""
 REFRESH_S = 30.0
 """Time between two refreshes: so long a line that was disturbed shows something wrong."""
-TRY_S = 1.0
-"""Time until a page that was ordered and is not shown is ordered again."""
+BEAT_S = CONTROL_CHART_EVERY_S
+"""Beat in which everything slower is counted."""
 BYTES_OF_POINT = len("20,44640.25,-1100.5,4:")
 BYTES_OF_ORDER = 32
 TYPES = "BEJKNRST"
@@ -138,17 +138,18 @@ def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     )
     turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
-    yield _turns("REFRESH", REFRESH_S, "until everything is said again")
-    yield _turns("TRY", TRY_S, "to show a page")
+    beat = f"{quantity(BEAT_S, 's')}: a pixel of the running chart"
+    yield Constant("NEXTION_BEAT_TURNS", f"{ticks(BEAT_S) // ticks(TURN_S)}u", beat)
+    yield _beats("REFRESH", REFRESH_S, "until everything is said again")
     yield from _of_orders(source, interface)
     yield from _of_pages(display_pages(source.controller))
     yield from _of_charts(source)
 
 
-def _turns(name: str, time_s: float, what: str) -> Constant:
-    """A time in turns."""
-    turns = ticks(time_s) // ticks(TURN_S)
-    return Constant(f"NEXTION_{name}_TURNS", f"{turns}u", f"{quantity(time_s, 's')} {what}")
+def _beats(name: str, time_s: float, what: str) -> Constant:
+    """A time in beats."""
+    beats = ticks(time_s) // ticks(BEAT_S)
+    return Constant(f"NEXTION_{name}_BEATS", f"{beats}u", f"{quantity(time_s, 's')} {what}")
 
 
 def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
@@ -206,8 +207,7 @@ def _of_charts(source: Source) -> Iterable[Constant]:
     hours = quantity(width * CHART_EVERY_S / 3600, "h")
     yield Constant("NEXTION_CHART_COLUMNS", f"{width}u", f"pixels across, {hours}")
     yield Constant("NEXTION_CHART_HEIGHT", f"{height}u", "pixels")
-    yield _turns("CHART", CHART_EVERY_S, "a pixel")
-    yield _turns("RUNNING", CONTROL_CHART_EVERY_S, "a pixel of the running chart")
+    yield _beats("CHART", CHART_EVERY_S, "a pixel")
     yield Constant("NEXTION_PIXELS_PER_K", c_float(height / top_c), f"{height} px for {top_c} degC")
 
 
