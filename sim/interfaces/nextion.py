@@ -60,7 +60,6 @@ class Nextion:
         self._plugged = True
         self._starts_s = avr.time_s + START_S
         self._look_cycles = round(LOOK_S * avr.clock_hz)
-        self._looks = 0
 
     def serve(self, pages: Sequence[Page]) -> None:
         """Take its pages, as an editor's file brings them."""
@@ -130,17 +129,18 @@ class Nextion:
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which it looks again; None while it is unplugged."""
-        return self._looks * self._look_cycles if self._plugged else None
+        if not self._plugged:
+            return None
+        return (self._avr.cycle // self._look_cycles + 1) * self._look_cycles
 
     @property
     def is_busy(self) -> bool:
-        """Whether it should have looked by now."""
-        return self._plugged and self._avr.cycle >= self._looks * self._look_cycles
+        """Whether there is something to look at, or it is still starting."""
+        return self._plugged and (self.line.has_news or not self.display.is_on)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
-        self._looks = self._avr.cycle // self._look_cycles + 1
         data, cycles = self.line.hear(sent)
         if not self._plugged or not self._has_started():
             return

@@ -45,6 +45,11 @@ class Line:
         """Bytes to the board that have not begun."""
         return self._uart.unsent
 
+    @property
+    def has_news(self) -> bool:
+        """Whether the board has sent anything since the last look."""
+        return self._coming is not None or len(self._avr.uarts.log) > 0
+
     def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
         """Take what the UARTs have sent; return what has ended by now, and the cycle of each."""
         if not len(sent) and self._coming is None:
