@@ -147,6 +147,16 @@ class Heated:
             matrix[size][size] = -time_s / self.lag_s
         return exponential(matrix)
 
+    def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
+        """Matrix that takes a state on without power, and what a watt adds to the new state."""
+        without, with_one = (self.step(power_w, time_s, about) for power_w in (0.0, 1.0))
+        added = [one[-1] - none[-1] for none, one in zip(without, with_one, strict=True)]
+        return without, added
+
+    def bent(self, about: Vector, state: Vector) -> bool:
+        """Tell whether a state is too far from another for what was made about that one."""
+        return self._flows.bent(about, state)
+
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
         """Take a state on by a time at a constant power."""
         return self._advance(state, power_w, time_s, MOST_HALVINGS)

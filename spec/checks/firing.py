@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
-from heatwright.spec.matrices import Vector, apply
+from heatwright.spec.matrices import apply
 from heatwright.spec.problems import Path
 from heatwright.spec.programs import HoldBack, Programs
 from heatwright.spec.quantity import about, celsius, duration, number
@@ -40,6 +40,10 @@ class Ramp(NamedTuple):
         """Slope of the setpoint."""
         return (self.to_k - self.from_k) / self.seconds
 
+    def setpoint_k(self, time_s: float) -> float:
+        """Setpoint so long after its start."""
+        return self.from_k + self.rate_k_per_s * min(time_s, self.seconds)
+
 
 def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
     """Find ramps on which even the best control would lag so far that the clock waits.
@@ -51,12 +55,14 @@ def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
         return
     within_k = (programs.hold_back or HoldBack.model_validate({})).within_k
     for ramp in _ramps(machine, programs):
+        if ramp.to_k > machine.target_k:
+            continue  # it may not be chosen anyway
         needed_w = machine.plant.ramp_power_w(ramp.to_k, ramp.rate_k_per_s)
         if needed_w <= machine.full_power_w:
             continue
         lost_s = _lost_after_s(machine, ramp, within_k)
         if lost_s is not None:
-            at_c = machine.ambient_c + ramp.from_k + ramp.rate_k_per_s * lost_s
+            at_c = machine.ambient_c + ramp.setpoint_k(lost_s)
             yield Finding(
                 (*ramp.path, ramp.key),
                 f"{number(machine.full_power_w)} W cannot follow: from rest this plant lags by "
@@ -84,36 +90,49 @@ def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
             from_k = to_k
 
 
-def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None:
-    """Follow a ramp from rest; return when the lag first is too large, None if it never is.
+class _Follower:
+    """The best of controls: at each step the power that will be right a while ahead, if it can."""
 
-    Each step takes the power that would bring the sensor to the setpoint of a while ahead, as far
-    as the heater has it.
-    """
+    def __init__(self, machine: Machine, start_k: float, step_s: float, ahead_s: float) -> None:
+        self._machine, self._step_s, self._ahead_s = machine, step_s, ahead_s
+        self._state = machine.plant.rest(start_k)
+        self._look_around()
+
+    def _look_around(self) -> None:
+        """Make the matrices about the present state."""
+        self._about = self._state
+        self._step, self._step_added = self._machine.plant.pushed(self._step_s, self._state)
+        self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
+
+    def go_on(self, aim_k: float) -> float:
+        """Take a step with the power that leads to a temperature; return the one there is then."""
+        plant, full_w = self._machine.plant, self._machine.full_power_w
+        if plant.bent(self._about, self._state):
+            self._look_around()
+        none_k = plant.sensed_k(apply(self._ahead, self._state))
+        per_watt_k = plant.sensed_k(self._ahead_added)
+        power_w = full_w
+        if per_watt_k > 0:  # only absurd machines do not answer in all that time
+            power_w = min(max((aim_k - none_k) / per_watt_k, 0.0), full_w)
+        self._state = [
+            value + power_w * added
+            for value, added in zip(apply(self._step, self._state), self._step_added, strict=True)
+        ]
+        return plant.sensed_k(self._state)
+
+
+def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None:
+    """Follow a ramp from rest; return when the lag first is too large, None if it never is."""
     ahead_s = machine.plant.answer_s()
     step_s = max(ahead_s / STEPS_AHEAD, ramp.seconds / MOST_STEPS)
-    state, time_s = machine.plant.rest(ramp.from_k), 0.0
+    follower = _Follower(machine, ramp.from_k, step_s, ahead_s)
+    time_s = 0.0
     while time_s < ramp.seconds:
-        aim_k = ramp.from_k + ramp.rate_k_per_s * min(time_s + ahead_s, ramp.seconds)
-        power_w = _power_for(machine, state, aim_k, ahead_s)
-        state = machine.plant.advance(state, power_w, step_s)
+        sensed_k = follower.go_on(ramp.setpoint_k(time_s + ahead_s))
         time_s += step_s
-        setpoint_k = ramp.from_k + ramp.rate_k_per_s * min(time_s, ramp.seconds)
-        if setpoint_k - machine.plant.sensed_k(state) > within_k:
+        if ramp.setpoint_k(time_s) - sensed_k > within_k:
             return time_s
     return None
-
-
-def _power_for(machine: Machine, state: Vector, aim_k: float, ahead_s: float) -> float:
-    """Find the power that brings the sensor to a temperature in a time, none or full at most."""
-    none_k, full_k = (
-        machine.plant.sensed_k(apply(machine.plant.step(power_w, ahead_s, state), state))
-        for power_w in (0.0, machine.full_power_w)
-    )
-    if full_k <= none_k:  # only absurd machines do not answer in all that time
-        return machine.full_power_w
-    share = (aim_k - none_k) / (full_k - none_k)
-    return machine.full_power_w * min(max(share, 0.0), 1.0)
 
 
 def _slower(machine: Machine, ramp: Ramp) -> str:
