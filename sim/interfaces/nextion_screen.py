@@ -68,7 +68,7 @@ class _Canvas:
         self._kinds: Mapping[str, Callable[[Part], None]] = {
             "text": self._text,
             "button": self._button,
-            "dual_state": self._button,
+            "dual_state": self._switch,
             "number": self._number,
             "waveform": self._waveform,
         }
@@ -85,10 +85,15 @@ class _Canvas:
         self._write(part, str(part.values["txt"]), _colour(part, "pco", 0))
 
     def _button(self, part: Part) -> None:
-        on = part is self._held or part.values.get("val") == 1
-        suffix = "2" if on else ""
-        self._ground(part, _colour(part, f"bco{suffix}", 1024 if on else 50_712))
+        held = part is self._held
+        suffix = "2" if held else ""
+        self._ground(part, _colour(part, f"bco{suffix}", 1024 if held else 50_712))
         self._write(part, str(part.values["txt"]), _colour(part, f"pco{suffix}", 0))
+
+    def _switch(self, part: Part) -> None:
+        state = int(part.values["val"])
+        self._ground(part, _colour(part, f"bco{state}", 1024 if state else 50_712))
+        self._write(part, str(part.values["txt"]), _colour(part, "pco", 0))
 
     def _number(self, part: Part) -> None:
         self._ground(part, _colour(part, "bco", WHITE))

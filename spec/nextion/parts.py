@@ -24,8 +24,8 @@ GROUND, FIELD, GRID = 0x10A3, 0x2146, 0x31A8
 BUTTON, HELD = 0x3A2A, 0x7C75
 RED, GREEN, AMBER, LIME = 0xC0E3, 0x1C09, 0xFD20, 0x766E
 """Colours of 16 bits: five red, six green, five blue."""
-FLAT = 0
-"""The editor's `style` without edges."""
+BUTTON_STYLE = {"xcen": 1, "style": 0}
+"""Text in the middle, flat."""
 CENTRED = 12
 """Texts of so many characters or less stand in the middle of their fields, longer ones left."""
 
@@ -144,8 +144,9 @@ class Sheet:
         self, name: str, place: tuple[int, int, int, int], text: str, code: Code, bco: int = BUTTON
     ) -> None:
         """Add a button that does something when the finger leaves it."""
-        attributes = text_attributes(text, max(len(text), 1), SMALL)
-        self.add("button", name, place, attributes | _pressed(bco, HELD), release=code)
+        own = {"bco": bco, "bco2": HELD, "pco2": WHITE} | BUTTON_STYLE
+        attributes = text_attributes(text, max(len(text), 1), SMALL) | own
+        self.add("button", name, place, attributes, release=code)
 
     def switch(  # noqa: PLR0913 - what differs between switches
         self,
@@ -158,9 +159,10 @@ class Sheet:
         shared: bool = False,
     ) -> None:
         """Add a button of two states that begins in the first."""
-        own = {"val": 0} | _pressed(BUTTON, GREEN)
-        attributes = text_attributes(text, longest, SMALL) | own
-        self.add("dual_state", name, place, attributes, release=code, shared=shared)
+        attributes = text_attributes(text, longest, SMALL)
+        del attributes["bco"]  # it has one for each state
+        own = {"val": 0, "bco0": BUTTON, "bco1": GREEN} | BUTTON_STYLE
+        self.add("dual_state", name, place, attributes | own, release=code, shared=shared)
 
     def variable(self, name: str) -> None:
         """Add a whole number that is not seen."""
@@ -184,8 +186,3 @@ def text_attributes(text: str, longest: int, font: int) -> dict[str, Attribute]:
         "txt": text, "txt_maxl": longest, "font": font, "pco": WHITE, "bco": FIELD,
         "xcen": 0, "ycen": 1,
     }  # fmt: skip
-
-
-def _pressed(bco: int, bco2: int) -> dict[str, Attribute]:
-    """Attributes of a button: its colour, and the other while it is touched or on."""
-    return {"bco": bco, "bco2": bco2, "pco2": WHITE, "xcen": 1, "style": FLAT}

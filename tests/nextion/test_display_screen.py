@@ -76,7 +76,7 @@ def test_a_button_shows_the_finger() -> None:
 
 
 def test_a_switch_shows_its_state() -> None:
-    own = {"txt": "", "val": 0, "bco": RED, "bco2": GREEN}
+    own = {"txt": "", "val": 0, "bco0": RED, "bco1": GREEN}
     shown = display(page_of(Component("dual_state", "bt0", 1, 0, 0, 100, 50, own)))
     assert len(inked(shown, RED)) == 5000
     tell(shown, "bt0.val=1")
