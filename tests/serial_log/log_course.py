@@ -5,6 +5,7 @@ from functools import cache
 
 from log_firmware import TICK_S, Broken, LogBoard
 
+from heatwright.sim.avr import RAM_FILL
 from heatwright.sim.interfaces.serial_log import HEADING, LogRow
 from heatwright.spec.eeprom import layout
 
@@ -16,6 +17,8 @@ HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"
 WRITTEN_S = 0.15
 """Behind an entry's time it is in its memory: eight bytes, one a tick."""
 LONGEST_WAIT_S = 100e-6
+GUARDED = 256
+"""Bytes behind the last variable, far from the stack."""
 SOON_S = 0.6
 """Within this long 50 lines of the log have come."""
 
@@ -132,6 +135,7 @@ def commands_problem(bench: LogBoard) -> str:
         (b"helphelp\n", UNKNOWN),
         (b"helphelphelp\n", UNKNOWN),
         (b"helphelphelphelp\nlog\n", UNKNOWN + row),
+        (b"a" * 250 + b"\nlog\n", UNKNOWN + row),
         (b"x\nhelp\n", UNKNOWN + HELP),
         (b"log\nhelp\n", [HEADING, *HELP]),
         (b"\0help\n", UNKNOWN),
@@ -164,7 +168,10 @@ def _damaged_problem(bench: LogBoard, row: list[str]) -> str:
     bench.computer.lines.clear()
     bench.computer.send_bytes(b"log\n", gap_s=TICK_S)
     bench.run(0.4)
-    return "" if bench.computer.texts == row else f"then {bench.computer.texts}"
+    if bench.computer.texts != row:
+        return f"then {bench.computer.texts}"
+    behind = bench.avr.read_ram(bench.elf.static_ram[1], GUARDED)
+    return "" if set(behind) == {RAM_FILL} else "something is written behind all variables"
 
 
 def slow_problem(broken: Broken | None) -> str:

@@ -43,6 +43,10 @@ def plan(source: Source, interface: SerialLog) -> Part:
         files=(
             File("src/log.h", "interfaces/log.h"),
             File("src/log.c", "interfaces/log.c.j2", context),
+            File("src/log_note.h", "interfaces/log_note.h"),
+            File("src/log_note.c", "interfaces/log_note.c.j2", context),
+            File("src/log_talk.h", "interfaces/log_talk.h"),
+            File("src/log_talk.c", "interfaces/log_talk.c.j2", context),
             File("src/log_port.h", "interfaces/log_port.h"),
             File("src/log_port.c", "interfaces/log_port.c.j2", context),
             *ring,
