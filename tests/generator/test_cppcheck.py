@@ -34,8 +34,8 @@ def test_nothing_is_found_in_the_chamber(tmp_path: Path, chamber_files: Mapping[
     check(chamber_files, tmp_path, "__AVR_ATmega328P__", 16_000_000)
 
 
-@pytest.mark.parametrize("name", ["fabricator", "dryer"])
-def test_nothing_is_found_where_a_master_switches(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["fabricator", "dryer", "kiln", "kiln_uno"])
+def test_nothing_is_found_in_other_examples(name: str, tmp_path: Path) -> None:
     text = files("heatwright.spec.examples").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
     spec = load_text(text, f"{name}.yaml")
     board = spec.controller.board

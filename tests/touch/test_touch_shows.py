@@ -214,6 +214,23 @@ def test_after_the_acknowledgement_the_main_page_comes_back(
     assert said.shown["main.alarm.txt"] == ""
 
 
+def test_after_the_acknowledgement_the_main_page_begins_anew(
+    kiln: Path, page_numbers: dict[str, int]
+) -> None:
+    """It may just have lit its alarm, and nobody else would put it out."""
+    there = page(page_numbers["fault06"])
+    said = run(kiln, seconds(5), fault(6), ticks(20), there, page(0), seconds(3), order("16"),
+               seconds(1))  # fmt: skip
+    assert said.instructions.count("page main") == 1
+
+
+def test_the_list_stays_after_an_acknowledgement(kiln: Path, page_numbers: dict[str, int]) -> None:
+    there, listed = page(page_numbers["fault06"]), page(page_numbers["faults"])
+    said = run(kiln, seconds(5), fault(6), ticks(20), there, listed, seconds(3), order("16"),
+               seconds(1))  # fmt: skip
+    assert "page main" not in said.instructions
+
+
 def test_the_page_of_a_fault_comes_again_when_the_display_starts(
     kiln: Path, page_numbers: dict[str, int]
 ) -> None:
