@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import whole_firmware
 from storage_bare import LOOP, Names
-from storage_format import Progress
+from storage_format import OVER, Progress, Segment
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.coupling import Coupling
@@ -41,6 +41,7 @@ STEP_S = 0.1
 START_S = 0.09
 """In which the start is over; the first step comes later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+EDIT, GAINS = "edit", "gains"
 UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
 
@@ -66,6 +67,13 @@ class Seen(NamedTuple):
 
     time_s: float
     record: Progress
+
+
+class Edit(NamedTuple):
+    """A program that the display has sent."""
+
+    time_s: float
+    segments: tuple[Segment, ...]
 
 
 class Cut(NamedTuple):
@@ -107,6 +115,8 @@ class Firing:
         self._coupling = Coupling(controller, self.device, STEP_S)
         self._row = 0
         self._jump_rows = 0
+        self.edits: dict[int, list[Edit]] = {1: [], 2: [], 3: []}
+        """What the display has sent for each place, one after the other."""
         self._power_on(None)
 
     def _power_on(self, found: Progress | None) -> None:
@@ -170,20 +180,23 @@ class Firing:
 
     def _order(self, state: int) -> str:
         random = self._random
-        segment = random.randint(1, 6)
+        jump = f"#10 {random.randint(1, 6)};"
         orders = {
-            IDLE: ["#8 1;", "#8 2;", "#8 3;", "#16;", "#16;", self._edit()],
-            RUNNING: ["#9 0;", "#18;", f"#10 {segment};", "#17;", self._edit(), self._gains()],
-            PAUSED: ["#9 1;", "#9 1;", f"#10 {segment};", "#17;", self._gains()],
+            IDLE: ["#8 1;", "#8 2;", "#8 3;", "#16;", "#16;", EDIT, EDIT],
+            RUNNING: ["#9 0;", "#18;", jump, "#17;", EDIT, GAINS],
+            PAUSED: ["#9 1;", "#9 1;", jump, "#17;", GAINS],
         }
-        return random.choice(orders.get(state, ["#9 0;", "#17;"]))
+        order = random.choice(orders.get(state, ["#9 0;", "#17;"]))
+        return {EDIT: self._edit, GAINS: self._gains}.get(order, lambda: order)()
 
     def _edit(self) -> str:
         """Another program at one of the places, on the display."""
-        points = self._random.randint(1, 10)
-        ways = (f"{n},{self._random.randint(1, 3)},{n * 9 + 30}:" for n in range(1, points + 1))
-        end = f"{points + 1},0,0:" * (points < 10)
-        return f"#13 {self._random.randint(1, 3)};#7 {''.join(ways)}{end};"
+        place, points = self._random.randint(1, 3), self._random.randint(1, 10)
+        minutes = [self._random.randint(1, 3) for _ in range(points)]
+        ways = "".join(f"{n},{each},{9 * n + 30}:" for n, each in enumerate(minutes, start=1))
+        segments = [Segment(OVER, 90 * n + 300, 60 * m) for n, m in enumerate(minutes, start=1)]
+        self.edits[place].append(Edit(self.device.time_s, tuple(segments)))
+        return f"#13 {place};#7 {ways}{f'{points + 1},0,0:' * (points < 10)};"
 
     def _gains(self) -> str:
         return f"#5 {self._random.randint(1, 9)};#22;#20 {self._random.randint(500, 1100)};"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from storage_bare import LOOP, Bare
-from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, same
+from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, same
 from storage_format import Memory, Progress, Stored, crc16
 from storage_host import given_at
 
@@ -83,6 +83,24 @@ class Book:
         return newest and newest[1]
 
     # ---- what the image may hold ----
+
+    def forgotten(self, cuts: list[Cut], edits: dict[int, list[Edit]]) -> str:
+        """Say which place has what nobody has put there, or an older program than before."""
+        for place, sent in edits.items():
+            newest = 0
+            for cut in cuts:
+                found = self.program(cut.image, place)
+                if newest == 0 and found == self._given[place - 1]:
+                    continue
+                later = [
+                    number
+                    for number, edit in enumerate(sent, start=1)
+                    if number >= newest and found is not None and edit.segments == found.segments
+                ]
+                if not later or sent[later[0] - 1].time_s > cut.time_s:
+                    return f"{cut.time_s:.6f} s: place {place} has {found}"
+                newest = later[0]
+        return ""
 
     def late_s(self) -> float:
         """Until a change is kept: a record of progress and one of settings may be under way, and

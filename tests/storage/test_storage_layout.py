@@ -122,3 +122,17 @@ def test_a_watchdog_waits_for_the_start():
     with pytest.raises(SpecError, match=r"Use at least 60 ms"):
         load_text(slow.replace("WATCHDOG", "30 ms"), "slow.yaml")
     load_text(slow.replace("WATCHDOG", "60 ms"), "slow.yaml")
+
+
+@pytest.mark.parametrize(("board", "every"), [("mega2560", "1 min"), ("uno", "11 min")])
+def test_the_page_says_how_long_it_lasts(board, every):
+    page = (Path(__file__).parents[2] / "docs" / "storage.md").read_text(encoding="utf-8")
+    programs = f"  save_every: {every}"
+    controller = load_text(text_of(board, programs), "page.yaml").controller
+    areas = layout(controller)
+    years = areas.progress.years(controller.programs.save_every_s)
+    words = f"{areas.settings.slots} slots of settings, {areas.progress.slots} of progress: "
+    assert f"{words}{int(years * 10) / 10:.1f} years" in page
+    assert f"`save_every: {every}`" in page
+    assert f"{areas.programs.slot_bytes - 70} bytes, and 7 for each of `points`" in page
+    assert f"| {areas.progress.slot_bytes} bytes |" in page
