@@ -20,6 +20,8 @@ DEEPEST = 10
 """Events that one touch sets off, one inside the other: pages that show each other end nowhere."""
 TOUCHED = ("button", "dual_state")
 """Kinds that take a touch even where they have no code."""
+PAGE_EVENTS = ("preinitialize", "postinitialize")
+PART_EVENTS = ("press", "release", "timer")
 
 
 class Display:
@@ -33,10 +35,14 @@ class Display:
     def __init__(self, pages: Sequence[Page]) -> None:
         self._pages = tuple(pages)
         self._code = {
-            (page.name, each, event): events.read(getattr(owner, event))
+            (page.name, "", event): events.read(getattr(page, event))
             for page in self._pages
-            for each, owner in [("", page), *((part.name, part) for part in page.components)]
-            for event in _EVENTS[each != ""]
+            for event in PAGE_EVENTS
+        } | {
+            (page.name, part.name, event): events.read(getattr(part, event))
+            for page in self._pages
+            for part in page.components
+            for event in PART_EVENTS
         }
         self.memory = Memory(pages)
         self._depth = 0
@@ -122,7 +128,7 @@ class Display:
         self._since_ms.clear()
         self.memory.show(page)
         name = self._pages[page].name
-        for event in _EVENTS[False]:
+        for event in PAGE_EVENTS:
             if self._run(name, "", event):
                 return
 
@@ -199,7 +205,3 @@ class Display:
             raise events.PageError(f"{place}: {refused}.") from refused
         finally:
             self._depth -= 1
-
-
-_EVENTS = {False: ("preinitialize", "postinitialize"), True: ("press", "release", "timer")}
-"""Of a page, and of a component."""

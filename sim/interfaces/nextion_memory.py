@@ -57,8 +57,7 @@ class Part:
 
     def show(self) -> None:
         """Begin to be shown: a waveform is empty, what was hidden is not."""
-        self.visible = self.values.get("vis", 1) != 0
-        self.touchable = True
+        self.visible = self.touchable = True
         self.waveform: Waveform | None = None
         if self.component.kind == "waveform":
             self.waveform = Waveform(self.component.w, int(self.values["ch"]))
