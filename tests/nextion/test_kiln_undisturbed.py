@@ -18,7 +18,6 @@ from heatwright.spec.boards import BOARDS
 
 BAUD = 115_200
 RUN_S = 300.0
-PORT = 2
 LATE_S = 0.005
 """A step comes within half a tick of the same step on a quiet board."""
 EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "kiln.yaml"
@@ -110,18 +109,24 @@ def in_time(found: StepLog, quiet: StepLog) -> None:
     assert np.abs(found["time_s"] - quiet["time_s"]).max() < LATE_S
 
 
-def test_a_display_on_another_port(tmp_path: Path) -> None:
-    """Port 2 of the board, with the log on port 1 and nothing on port 0."""
-    text = EXAMPLE.read_text().replace("{kind: nextion,", f"{{kind: nextion, port: {PORT},")
+@pytest.mark.parametrize(("port", "baud"), [(2, 115_200), (3, 9_600)])
+def test_another_port_another_speed(tmp_path: Path, port: int, baud: int) -> None:
+    """With the log on port 1 and nothing on port 0; a slow line takes longer than two ticks."""
+    text = EXAMPLE.read_text()
+    asked = "{kind: nextion, baud: 115200,"
+    assert asked in text
     path = tmp_path / "kiln.yaml"
-    path.write_text(text)
+    path.write_text(text.replace(asked, f"{{kind: nextion, port: {port}, baud: {baud},"))
     spec = load(path)
     write(render(plan_firmware(spec)), tmp_path / "project")
     built = Built(spec.controller, Elf(build(tmp_path / "project").elf), tmp_path / "project")
     desk = KilnDesk(built)
-    desk.run(2.0)
-    assert BOARDS["mega2560"].uarts[PORT].number == desk.device.uart == PORT
+    desk.run(4.0)
+    assert BOARDS["mega2560"].uarts[port].number == desk.device.uart == port
     assert desk.shows("main.temp.val") == 20
-    desk.tap("bprog", "s1")
-    assert desk.read("program.state") == RUNNING
     assert desk.display.errors == []
+    desk.tap("bprog", "s1")
+    desk.run(1.0)
+    assert desk.read("program.state") == RUNNING
+    late = [text for text, _ in desk.display.errors]
+    assert all(text.startswith("programs.") for text in late), "said as its page was left"
