@@ -19,6 +19,7 @@ WINDOWS = {
     "minimum_off: 100 ms",
     "spread": "window: 2 s, resolution: 20 ms, distribution: spread",
     "spread of ticks": "window: 10 s, resolution: 100 ms, distribution: spread",
+    "spread of many steps": "window: 6 s, resolution: 20 ms, distribution: spread",
 }
 FIRST = 40
 """Cycles from the reset vector to the heater's pin, some ten instructions on."""

@@ -8,6 +8,8 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.source import Source
 from heatwright.spec import TimeProportionalOutput
 
+UINT8_MAX = 0xFF
+
 
 def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOutput) -> Part:
     """Plan a heater that is switched by the tick."""
@@ -64,6 +66,13 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
             "minimum_on": output.minimum_on_s > 0,
             "minimum_off": output.minimum_off_s > 0,
             "spread": spread,
+            "step_type": _smallest(window),
+            "tick_type": _smallest(ticks(output.resolution_s)),
             "distribution_where": source.at("distribution").where,
         },
     )
+
+
+def _smallest(most: int) -> str:
+    """Name the type that counts up to a number with the fewest cycles."""
+    return "uint8_t" if most <= UINT8_MAX else "uint16_t"
