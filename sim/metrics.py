@@ -185,33 +185,42 @@ def settling(
 def switchings(log: StepLog, controller: Controller, loop: str) -> float:
     """Count how often the heater was switched on.
 
-    At a partial duty that is once per PWM period or window; else once per change from off to full.
+    At a partial duty that is once per pulse; else once per change from off to full.
     """
     spec = controller.loops[loop]
-    frequency_hz = switching_frequency(controller, spec.heater)
+    pulses_hz = pulse_rates(log, controller, spec.heater)
     on = log["duty_percent"] > 0
-    partial = on & (log["duty_percent"] < 100) & (frequency_hz > 0)
+    partial = on & (log["duty_percent"] < 100) & (pulses_hz > 0)
     full = on & ~partial
     begun = np.count_nonzero(full & ~np.concatenate(([False], on[:-1])))
-    return float(begun + np.count_nonzero(partial) * spec.period_s * frequency_hz)
+    return float(begun + pulses_hz[partial].sum() * spec.period_s)
 
 
 def audible(log: StepLog, controller: Controller, loop: str) -> bool:
     """Tell whether the heater was switched at a frequency that can be heard."""
     lowest_hz, highest_hz = AUDIBLE_HZ
-    frequency_hz = switching_frequency(controller, controller.loops[loop].heater)
+    pulses_hz = pulse_rates(log, controller, controller.loops[loop].heater)
     partial = (log["duty_percent"] > 0) & (log["duty_percent"] < 100)
-    return bool(partial.any()) and lowest_hz <= frequency_hz <= highest_hz
+    return bool((partial & (lowest_hz <= pulses_hz) & (pulses_hz <= highest_hz)).any())
 
 
-def switching_frequency(controller: Controller, output: str) -> float:
-    """Return how often a second an output switches at a partial duty, 0 if it has none."""
+def pulse_rates(log: StepLog, controller: Controller, output: str) -> Series:
+    """Return how often a second an output switches at the duty of each step, if it is partial.
+
+    0 for one that has no partial duty. Steps that are spread over a window are as many pulses as
+    there are of those that are on, or of those that are off.
+    """
     spec = controller.outputs[output]
     if isinstance(spec, PwmOutput):
-        return spec.frequency_hz
-    if isinstance(spec, TimeProportionalOutput):
-        return 1 / spec.window_s
-    return 0.0
+        return np.full(len(log), spec.frequency_hz)
+    if not isinstance(spec, TimeProportionalOutput):
+        return np.zeros(len(log))
+    if spec.distribution == "burst":
+        return np.full(len(log), 1 / spec.window_s)
+    whole = round(spec.window_s / spec.resolution_s)
+    on_steps = log["output.on_steps"].astype(np.int64)
+    rates: Series = np.minimum(on_steps, whole - on_steps) / spec.window_s
+    return rates
 
 
 def energy(trace: Trace, controller: Controller, output: str) -> float:

@@ -2,8 +2,16 @@
 
 import numpy as np
 import pytest
+from numpy.lib.recfunctions import append_fields
 
-from heatwright.sim.metrics import metrics, overshoot, rise_time, settling
+from heatwright.sim.metrics import (
+    audible,
+    metrics,
+    overshoot,
+    rise_time,
+    settling,
+    switchings,
+)
 from heatwright.sim.trace import Trace
 from heatwright.spec import PwmOutput, TimeProportionalOutput
 
@@ -89,6 +97,24 @@ def test_switchings_of_a_partial_duty(vary, output, expected, audible):
     found = metrics(trace, vary(output=model))
     assert found.switchings == expected
     assert found.audible is audible
+
+
+def test_spread_over_a_window_it_switches_once_for_each_pulse(vary):
+    made = {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "2 s"}
+    spread = {"resolution": "20 ms", "distribution": "spread"}
+    controller = vary(output=TimeProportionalOutput.model_validate(made | spread))
+    log = trace_of([20] * 5, [50] * 5, [0, 100, 30, 80, 0]).steps["air"]
+    log = append_fields(log, "output.on_steps", np.array([0, 100, 30, 80, 0], "u2"), usemask=False)
+    # Full power begins once; 30 pulses and 20 pauses in windows of 2 s, a step of 1 s each.
+    assert switchings(log, controller, "air") == 1 + 30 / 2 + 20 / 2
+    assert not audible(log, controller, "air")
+    half = append_fields(
+        trace_of([20], [50], [50]).steps["air"],
+        "output.on_steps",
+        np.array([50], "u2"),
+        usemask=False,
+    )
+    assert audible(half, controller, "air")  # 25 Hz
 
 
 def test_energy_is_what_the_pin_gave_not_what_was_asked(chamber):
