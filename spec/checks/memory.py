@@ -12,12 +12,12 @@ from heatwright.spec.quantity import number
 # Variables and stack of the smallest firmware, and what comes on top, each a little less than was
 # measured: nothing that fits is refused.
 LEAST_BYTES = 250
-NEXTION_BYTES = 1800
+NEXTION_BYTES = 1700
 PROGRAMS_BYTES = 240
 POINT_BYTES = 27
 POINT_SHOWN_BYTES = 36
 """Of a nextion, for each point of a program."""
-MENU_BYTES = 190
+MENU_BYTES = 150
 LOG_BYTES = 60
 ENTRY_BYTES = 4
 """Temperature and setpoint in tenths of a degree, 16 bits each."""

@@ -180,8 +180,6 @@ def put_in(fragment: str) -> str:
     if "kind: max6675" in fragment:  # it may be wrong by 5.25 K, and ends at 0 °C
         cold = "algorithm: {kind: on_off}\n    protection: {minimum: 6 °C}"
         around = around.replace("algorithm: {kind: on_off}", cold)
-    if "kind: nextion" in fragment:  # an Uno has too little RAM
-        around = around.replace("board: uno", "board: mega2560")
     if "kind: current" in fragment:  # the plant must have it
         around = around.replace("sense: {", "sense: {wire: {of: heater}, ")
     for section in sections:
