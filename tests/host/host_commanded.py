@@ -88,6 +88,17 @@ def texts() -> dict[str, str]:
             setpoints=("0 °C", "0 °C", "70 °C"),
             more="autotune: {cycles: 3, timeout: 20 min}\n    ready_within: 0.75 K",
         ),
+        "tuned_mean": _variant(
+            f"{_DS18B20}, moving_average: 3",
+            "kind: time_proportional, pin: D3, window: 1 s",
+            "kind: pid, kp: 4, ki: 0.02, kd: 20",
+            "heating: off, frozen: {for: 90 s}, rise_rate: 3 K/s, stale_after: 20 s, "
+            "runaway: {above: 25 K, for: 3 s}, rising_while_off: off",
+            board="uno",
+            period="1 s",
+            setpoints=("0 °C", "0 °C", "70 °C"),
+            more="autotune: {cycles: 3, timeout: 20 min}",
+        ),
         "by_hand": _variant(
             _PT100,
             "kind: pwm, pin: D9, frequency: 1 kHz, active: low",

@@ -25,9 +25,9 @@ RANDOM_ORDERS = 4000
 FAULT = 6
 WAYS, ONE = 1, 2
 """Programs that heat, the second with one segment; the seventh is the last that there is."""
-ONE_C, NEAR_C = 45.5, 43.0
-"""Where that leads to, and from where it has not far to go."""
-STEPS_SHORT, MOST_STEPS = 5, 20
+NEAR_C = 44.5
+"""Where that has just reached its target, within its first 2 s."""
+MOST_STEPS = 20
 PLACES = 7
 START_C, LEAST_C = 30.0, 10.0
 
@@ -98,11 +98,10 @@ class _Orders(Running):
             return
         self.run_at(NEAR_C)
         self.library.loop_air_disable()
+        self.host.step()
         self.library.program_start(ONE)
         heated = 0
-        for number in range(MOST_STEPS):
-            short_k = 1.25 if number < STEPS_SHORT else 0.75
-            self.host.set_reading(0, self.scale.code(ONE_C - short_k))
+        for _ in range(MOST_STEPS):
             self.host.step()
             if self.library.program.ended:
                 break
@@ -159,7 +158,7 @@ class _Orders(Running):
             yield f"order {order} {number} in state {library.program.state}: not {wanted}"
         if wanted:
             self._waits = order
-        elif order == START and library.program.state == IDLE and self._waits != STOP:
+        elif order == START and library.program.state == IDLE and not self._keeps_off(order):
             self._waits = 0 if not library.fault.code else self._waits
 
     def _may(self, order: int, number: int) -> bool:
@@ -168,13 +167,16 @@ class _Orders(Running):
         if order == STOP:
             return bool(state != IDLE or self._waits)
         fits = {
-            PAUSE: state in (RUNNING, RETURNING),
+            PAUSE: state in (RUNNING, RETURNING) or self._waits in (START, RESUME),
             START: state == IDLE and 1 <= number <= PLACES,
             RESUME: state == PAUSED,
             SKIP: state == RUNNING,
             JUMP: state not in (IDLE, RESTORING) and 1 <= number <= library.program.segments,
         }
-        return fits[order] and not library.fault.code and self._waits != STOP
+        return fits[order] and not library.fault.code and not self._keeps_off(order)
+
+    def _keeps_off(self, order: int) -> bool:
+        return self._waits == STOP or (self._waits == PAUSE and order != PAUSE)
 
     def others_refused(self) -> Iterator[str]:
         """While a program is active the loop's own commands are refused, but for off."""

@@ -7,8 +7,9 @@ from random import Random
 from typing import Any
 
 import host_specs
+import numpy as np
 from host_courses import random_course
-from host_reference import Restored, Way, expected, first_difference
+from host_reference import Expected, Restored, Way, expected, first_difference
 from host_scale import scale_of
 from host_stretches import Stretch
 from host_stretches_programmed import FIRING_KINDS, ProgrammedWalk
@@ -21,6 +22,7 @@ from heatwright.sim.reference.program_state import (
     IDLE,
     JUMP,
     MEMBERS,
+    PAUSE,
     PAUSED,
     POWER_COLD,
     POWER_UNREADABLE,
@@ -28,6 +30,8 @@ from heatwright.sim.reference.program_state import (
     RETURNING,
     RUNNING,
     START,
+    STOP,
+    STOPPED,
     ProgramState,
 )
 from heatwright.spec import Controller
@@ -40,13 +44,20 @@ LONG = [Stretch("start", 14, 16), *[Stretch("follow", 14, 16)] * 8]
 NOT_KEPT = ("rate_k_per_s", "waited", "waiting", "leap", "order", "argument")
 
 State = dict[str, Any]
+Check = Callable[[Host, str], Iterator[str]]
 
 
 def power_problem(host: Host, name: str) -> str:
     """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
     if not host.build.parts.programmed:
         return ""
-    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (_edges, _cut, _edited, _senseless)
+    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (
+        _edges,
+        _asked,
+        _cut,
+        _edited,
+        _senseless,
+    )
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
@@ -127,6 +138,22 @@ def _restored(host: Host, record: State | None) -> Restored:
     )
 
 
+_AFTER: dict[str, tuple[NDArray[Any], Expected]] = {}
+
+
+def _after(
+    name: str, number: int, restored: Restored, kind: np.dtype[Any]
+) -> tuple[NDArray[Any], Expected]:
+    """A course after the cut, and what the reference makes of it; most mutants ask for the same."""
+    key = f"{name} {number} {restored}"
+    if key not in _AFTER:
+        controller = host_specs.spec_of(name).controller
+        course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
+        inputs = ProgrammedWalk(controller, restored).inputs(course)
+        _AFTER[key] = inputs, expected(controller, inputs, kind, restored)
+    return _AFTER[key]
+
+
 def _cut(host: Host, name: str) -> Iterator[str]:
     """Cut the power after a course, and compare how it goes on."""
     controller = host_specs.spec_of(name).controller
@@ -139,9 +166,7 @@ def _cut(host: Host, name: str) -> Iterator[str]:
             yield f"course {number}: {host.library.progress_saves()} saves, not {noted.saves}"
         host.power_up()
         restored = _restored(host, noted.record)
-        course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
-        after = ProgrammedWalk(controller, restored).inputs(course)
-        wanted = expected(controller, after, host.type, restored)
+        after, wanted = _after(name, number, restored, host.type)
         problem = first_difference(host.run(after), wanted)
         if problem:
             yield f"course {number}, after the cut, {problem}"
@@ -181,11 +206,34 @@ def _edges(host: Host, _: str) -> Iterator[str]:
             _run(host)
             host.power_up()
             host.set_reading(0, scale.code(BEGIN_C) + sign * (gone + further))
+            before = host.library.progress_saves()
             host.step()
+            host.library.host_settle()
+            if host.library.progress_saves() != before + 1:
+                yield "what was decided is not saved"
             resumes = gone and not further
             wanted = {"state": RETURNING, "leap": 1, "ended": 0}
             wanted = wanted if resumes else {"state": state, "leap": 0, "ended": ended}
             yield from _expect(host, f"{sign * (gone + further)} steps away", **wanted)
+
+
+def _asked(host: Host, _: str) -> Iterator[str]:
+    """What was paused waits for the operator, and a stop does not wait for a reading."""
+    _run(host)
+    host.order(PAUSE)
+    host.step()
+    host.library.host_settle()
+    host.power_up()
+    for _ in range(2):
+        yield from _expect(host, "paused", state=PAUSED, number=1, ended=0)
+        host.step()
+    for status in (0, 1):
+        _run(host)
+        host.power_up()
+        host.set_reading(status, scale_of(host.build.controller).code(BEGIN_C))
+        host.order(STOP)
+        host.step()
+        yield from _expect(host, "stopped", state=IDLE, ended=STOPPED)
 
 
 def _edited(host: Host, _: str) -> Iterator[str]:

@@ -49,7 +49,7 @@ _STORED = """\
       segments: [{to: MOST °C, at: 0.1 K/h}, {to: 5 °C, over: 744 h}]
     - name: quick
       segments:
-        - {to: 31 °C, over: 1 s}
+        - {to: 10.1 °C, over: 2 s}
         - {to: 31.3 °C, at: 6553.5 K/h}
         - {hold: 1 s}
         - {hold: until operator}

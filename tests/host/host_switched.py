@@ -102,7 +102,7 @@ def _variants() -> dict[str, _Variant]:
             period="1 s",
             cooler=", active: high",
             interface="",
-            sensor="kind: ds18b20, pin: A2",
+            sensor="kind: ds18b20, pin: A2, moving_average: 4",
             setpoint_maximum="80 °C",
         ),
         "tuned_by_master": _Variant(
