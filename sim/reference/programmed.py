@@ -63,7 +63,8 @@ class ProgrammedOperator(SwitchedOperator):
     def order(self, order: Order, number: int = 0) -> bool:
         """Give an order; tell whether that may be."""
         code = ORDERS[order]
-        if self._program[0] == STOP:
+        waits = self._program[0]
+        if waits == STOP or (waits == PAUSE and code not in (STOP, PAUSE)):
             return False
         if not self._may_order(code, number):
             if code == START and self.state == IDLE and not self._reference.fault_code:
@@ -115,9 +116,9 @@ class ProgrammedOperator(SwitchedOperator):
 
     def _may_order(self, code: int, number: int) -> bool:
         if code == STOP:
-            return self._run.is_active or self._program[0] == START
+            return self._run.is_active or self._program[0] != NO_ORDER[0]
         if code == PAUSE:
-            return self.state in (RUNNING, RETURNING)
+            return self.state in (RUNNING, RETURNING) or self._program[0] in (START, RESUME)
         if self._reference.fault_code:
             return False
         fits: dict[int, Callable[[], bool]] = {
