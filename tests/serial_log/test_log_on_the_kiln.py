@@ -9,6 +9,7 @@ from whole_firmware import spec_of, whole
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.serial_log import LogRow
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Event, SerialLog
 
@@ -71,3 +72,30 @@ def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
     assert len(expected) == len(found)
     for member in set(expected.dtype.names or ()) - {"time_s"}:  # when it sleeps again, to the us
         assert expected[member].tobytes() == found[member].tobytes(), member
+
+
+def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() -> None:
+    kept = "every: 5 min, entries: 60, keep: eeprom}"
+    text = KILNS["kiln"].replace("every: 1 min, entries: 600}", kept)
+    controller = spec_of(text).controller
+    device = AvrDevice(controller, whole(text))
+    events = [{"at": "5 s", "program": "start 1"}, {"for": "1 h"}]
+    trace = bench(controller, device, [Event.model_validate(event) for event in events])
+    before = rows_of(device)
+    assert len(before) == 12
+    assert not device.avr.eeprom.violations
+    device.sense("chamber", float(trace.sensed_c["chamber"][-1]))
+    device.power_cycle()
+    device.advance(device.time_s + 4)
+    assert rows_of(device) == before
+    assert device.read("program.state") == 1  # it goes on firing
+    device.advance(device.time_s + 300)
+    assert [row.time_s for row in rows_of(device)] == [300 * (number + 1) for number in range(13)]
+
+
+def rows_of(device: AvrDevice) -> list[LogRow]:
+    """Read the log."""
+    device.log_reader.write("log")
+    device.advance(device.time_s + 2)
+    device.feed()
+    return device.log_reader.rows
