@@ -1,18 +1,20 @@
 """Figures of merit of a program's run: how near to its setpoint the temperature went.
 
 Ramps and holds are judged apart. On a ramp the heater takes a while to come up to what the slope
-needs, so its first minute is left out; and so is all the time in which the heater is at an end of
-its range, for then the machine follows as fast as it can, and no controller would do better.
+needs, so its first minute is left out, also where it goes on after a pause; and so is all the time
+in which the heater is at an end of its range, for then the machine follows as fast as it can, and
+no controller would do better.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL
 from heatwright.sim.reference.program_state import RUNNING
-from heatwright.sim.trace import StepLog
+from heatwright.sim.trace import Series, StepLog
 from heatwright.spec import Loop
 
 FIRST_S = 60.0
@@ -40,10 +42,12 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
     """Evaluate the programs in a log; None if none ran."""
     if "program.state" not in (log.dtype.names or ()):
         return None
-    rows = log[(log["program.state"] == RUNNING) & (log["reading_status"] == 0)]
+    runs = log["program.state"] == RUNNING
+    kept = runs & (log["reading_status"] == 0)
+    rows = log[kept]
     if not len(rows):
         return None
-    parts = list(_parts(rows))
+    parts = list(_parts(rows, np.cumsum(~runs)[kept]))
     ramps_k = [_errors_k(_judged(part, loop)) for part in parts if _is_ramp(part)]
     judged = [float(np.abs(errors_k).max()) for errors_k in ramps_k if len(errors_k)]
     holds = [part for part in parts if part["program.kind"][0] in (HOLD, UNTIL)]
@@ -56,11 +60,14 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
     )
 
 
-def _parts(rows: StepLog) -> Iterator[StepLog]:
-    """Take the steps apart where another segment begins, or one begins anew."""
+def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
+    """Take the steps apart where another segment begins, or one begins anew or goes on.
+
+    `pauses` grows, from one of these rows to the next, where the program did not run in between.
+    """
     anew = np.diff(rows["program.segment_clock"].astype(np.int64)) <= 0
     other = np.diff(rows["program.segment"].astype(np.int64)) != 0
-    yield from np.split(rows, np.flatnonzero(anew | other) + 1)
+    yield from np.split(rows, np.flatnonzero(anew | other | (np.diff(pauses) != 0)) + 1)
 
 
 def _is_ramp(part: StepLog) -> bool:
@@ -76,12 +83,13 @@ def _judged(ramp: StepLog, loop: Loop) -> StepLog:
     limits = getattr(loop.algorithm, "output", None)
     top_percent = 100.0 if limits is None else limits.maximum_percent
     free = (ramp["duty_percent"] > 0) & (ramp["duty_percent"] < top_percent)
-    begun = ramp["program.segment_clock"] * loop.period_s > FIRST_S
+    clock = ramp["program.segment_clock"].astype(np.int64)
+    begun = (clock - clock[0] + 1) * loop.period_s > FIRST_S
     judged: StepLog = ramp[free & begun]
     return judged
 
 
-def _errors_k(part: StepLog) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _errors_k(part: StepLog) -> Series:
     return part["temperature_c"].astype(float) - part["setpoint_c"].astype(float)
 
 

@@ -32,9 +32,9 @@ class Fired(NamedTuple):
 
 
 @cache
-def binary(folder: Path) -> Path:
-    """Build the example."""
-    write(render(plan_firmware(load(EXAMPLES / "kiln.yaml"))), folder)
+def binary(folder: Path, name: str = "kiln") -> Path:
+    """Build an example."""
+    write(render(plan_firmware(load(EXAMPLES / f"{name}.yaml"))), folder)
     return build(folder).elf
 
 

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from kilns import FAST, HOLD, IDLE, LOOP, OVER, RUNNING
+from kilns import FAST, HOLD, IDLE, LOOP, OVER, PAUSED, RUNNING
 from machines import events, example
 
 from heatwright.sim.bench import ReferenceDevice, bench
@@ -51,6 +51,17 @@ def test_it_is_not_where_the_heater_is_at_an_end():
         ramp["temperature_c"][rows] += 7
         ramp["duty_percent"][rows] = duty
     assert fired(ramp).tracking_k == 0.25
+
+
+def test_after_a_pause_it_is_judged_from_the_second_minute_on_again():
+    first, pause, second = (
+        part(1, OVER, [0.5] * 70),
+        part(1, OVER, [9.0] * 30, state=PAUSED),
+        part(1, OVER, [5.0] * 60 + [-0.75] * 9),
+    )
+    second["program.segment_clock"] += 70
+    assert fired(first, pause, second).tracking_k == 0.75
+    assert fired(first, second).tracking_k == 5.0
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from kilns import (
 )
 from machines import PLANTS, events, example, scaled
 
-from heatwright.sim.bench import bench
+from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.firing import firing_of
 from heatwright.sim.metrics import metrics
@@ -286,6 +286,35 @@ class TestOtherKilns:
         found = firing_of(log, kiln.loops[LOOP])
         assert found.tracking_k <= LIMIT_K
         assert found.overshoot_k <= LIMIT_K
+
+
+class TestOnASmallChip:
+    """The same kiln with a display of two lines: all that its scenario asks for, by its keys."""
+
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def uno():
+        return example("kiln_uno")
+
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def fired(uno, tmp_path_factory):
+        elf = binary(tmp_path_factory.getbasetemp() / "kiln_uno", "kiln_uno")
+        return fire(elf, controller=uno)
+
+    def test_every_step_is_the_models(self, fired, uno):
+        result = replay(uno, fired.log)
+        assert (result.mismatches, result.ticks) == (0, len(fired.log))
+        assert set(fired.log["fault.code"]) == {0}
+
+    def test_the_keys_do_what_the_model_is_told(self, fired, uno):
+        model = bench(uno, ReferenceDevice(uno)).steps[LOOP]
+        assert fired.log["program.ended"][-1] == model["program.ended"][-1] == FINISHED
+        assert course(fired.log, *SEEN) == course(model, *SEEN)
+
+    def test_ramps_that_nobody_interrupts_are_tracked_as_nearly(self, fired, uno):
+        log = fired.log[fired.log["program.segment"] >= 5]
+        assert firing_of(log, uno.loops[LOOP]).tracking_k <= LIMIT_K
 
 
 def fired_by_model(kiln, hours, *segments):
