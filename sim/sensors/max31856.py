@@ -13,7 +13,6 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Timing
 from heatwright.sim.sensors.max31856_registers import (
-    ALWAYS_ZERO,
     CJ_RANGE,
     CJTH,
     CJTL,
@@ -22,9 +21,12 @@ from heatwright.sim.sensors.max31856_registers import (
     OPEN,
     OVUV,
     POWER_ON,
+    SETTINGS_BITS,
     SR,
     TC_RANGE,
     TYPES,
+    UNSAID_CJTL,
+    UNSAID_LTCBL,
     Settings,
     threshold_bits,
 )
@@ -69,7 +71,7 @@ class Max31856(SpiChip):
 
     longest_s = 0.0  # its settings decide: see Settings
     bits = driven = 8 * len(POWER_ON)
-    corruptible = ALWAYS_ZERO
+    corruptible = SETTINGS_BITS
     _began: int | None
     _settings: Settings
 
@@ -217,7 +219,9 @@ class Max31856(SpiChip):
         flags = CJ_RANGE * (junction_c != self.internal_c)
         if settings.measures_junction:
             seen = code_of(junction_c + settings.offset_c, JUNCTION_STEP_C)
-            self._registers[CJTH : CJTL + 1] = (seen << 2 & 0xFFFF).to_bytes(2, "big")
+            self._registers[CJTH : CJTL + 1] = ((seen << 2 & 0xFFFF) | UNSAID_CJTL).to_bytes(
+                2, "big"
+            )
         self._measure(ended)
         letter = TYPES[settings.type]
         seen_c = Settings(bytes(self._registers)).junction_c
@@ -226,7 +230,9 @@ class Max31856(SpiChip):
         limited_c = min(max(found_c, least_c), most_c)
         flags |= TC_RANGE * (limited_c != found_c) | OPEN * self._open
         code = code_of(limited_c, STEP_C)
-        self._registers[LTCBH : LTCBL + 1] = (code << 5 & 0xFFFFFF).to_bytes(3, "big")
+        self._registers[LTCBH : LTCBL + 1] = ((code << 5 & 0xFFFFFF) | UNSAID_LTCBL).to_bytes(
+            3, "big"
+        )
         flags |= threshold_bits(bytes(self._registers))
         kept = self._registers[SR] if settings.keeps_faults else 0
         self._registers[SR] = kept | flags

@@ -22,9 +22,11 @@ AUTOMATIC, ONCE, TESTS_OPEN, NO_JUNCTION, KEEPS, CLEARS, FIFTY = 0x80, 0x40, 0x3
 TYPES: tuple[Type, ...] = ("B", "E", "J", "K", "N", "R", "S", "T")
 """In the order of their codes in CR1; the codes from 8 on give a voltage, and are not here."""
 
-_AT_LTCBL, _AT_CJTL = (8 * (SR - place) for place in (LTCBL, CJTL))
-ALWAYS_ZERO = (*range(_AT_LTCBL, _AT_LTCBL + 5), *range(_AT_CJTL, _AT_CJTL + 2))
-"""Bits of all registers in a row, 0 the last: those below the temperatures'."""
+SETTINGS_BITS = tuple(range(8 * (SR - CJTO), 8 * (SR + 1)))
+"""Bits of all registers in a row, 0 the last: those that the program has written."""
+UNSAID_LTCBL, UNSAID_CJTL = 0x1F, 0x03
+"""Bits below the temperatures'. The data sheet does not say what they are: here ones, which a
+program that goes by them would notice."""
 
 FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
 NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}

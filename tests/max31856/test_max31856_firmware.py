@@ -19,6 +19,7 @@ MOST_US = 100.0
 MOST_MASKED_US = 20.0
 VALID, NO_ANSWER, SHORT, CRC, STALE, RESET, OPEN, RANGE = 0, 1, 2, 3, 4, 5, 17, 18
 SETTINGS = bytes.fromhex("91 03 FF 7F C0 7F FF 80 00 00")
+POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
 """CR0 to CJTO as they should be: automatic, with the open test, 50 Hz; type K, no averaging."""
 CR1, CJTO, CJTL, LTCBH, LTCBL, SR = 1, 9, 11, 12, 14, 15
 
@@ -96,10 +97,11 @@ def judged(registers: bytes) -> tuple[int, int]:
     if len(set(registers)) == 1 and registers[0] in {0, 0xFF}:
         return NO_ANSWER, 0
     if registers[: CJTO + 1] != SETTINGS:
-        return RESET, 0
-    if registers[LTCBL] & 0x1F or registers[CJTL] & 3:
-        return CRC, 0
-    if not any(registers[CJTO + 1 :]):
+        return (RESET if registers[: CJTO + 1] == POWER_ON[: CJTO + 1] else CRC), 0
+    said = bytearray(registers[CJTO + 1 :])
+    said[CJTL - CJTO - 1] &= 0xFC
+    said[LTCBL - CJTO - 1] &= 0xE0
+    if not any(said):
         return NO_ANSWER, 0
     faults = registers[SR]
     for bits, status in ((0x02, SHORT), (0x01, OPEN), (0xC0, RANGE)):
@@ -111,11 +113,12 @@ def judged(registers: bytes) -> tuple[int, int]:
 def answers(count: int) -> list[bytes]:
     """Any answer, and more of those that are almost good."""
     chance = random.Random(7)  # noqa: S311 - no secret
-    found = [bytes(16), b"\xff" * 16, SETTINGS + bytes(6)]
+    found = [bytes(16), b"\xff" * 16, SETTINGS + bytes(6), POWER_ON]
+    found += [SETTINGS + bytes([0, 3, 0, 0, 0x1F, 0]), SETTINGS + bytes([0, 0, 0, 0, 0x20, 0])]
+    found += [POWER_ON[:CJTO] + bytes([1]) + POWER_ON[CJTO + 1 :], bytes([1]) + POWER_ON[1:]]
+    found += [SETTINGS[:1] + bytes([SETTINGS[1] ^ 1]) + SETTINGS[2:] + POWER_ON[CJTO + 1 :]]
     for _ in range(count):
         drawn = bytearray(SETTINGS + chance.randbytes(6))
-        drawn[CJTL] &= 0xFC
-        drawn[LTCBL] &= 0xE0
         drawn[SR] &= chance.choice((0x00, 0x3C, 0xFF))
         found.append(bytes(drawn))
         place = chance.choice((CR1, CJTO, CJTL, LTCBL, chance.randrange(16)))
@@ -168,9 +171,10 @@ def test_each_wire() -> None:
 def test_never_told_it_never_converts() -> None:
     """Its input is at ground from the start: it keeps the settings of its power-up."""
     device, chip = crucible()
-    chip.brown_out()
     chip.short_orders("low")
-    assert set(next_steps(device, 6)["reading_status"]) == {RESET}
+    next_steps(device)
+    chip.brown_out()
+    assert set(next_steps(device, 6)["reading_status"][1:]) == {RESET}
 
 
 def test_an_interrupted_supply_costs_one_reading() -> None:

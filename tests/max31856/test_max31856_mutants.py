@@ -17,6 +17,7 @@ PERIOD_S, SHORT_PERIOD = 0.31, "310 ms"
 """The shortest: after a set-up no reading is in time for the next step."""
 VALID, NO_ANSWER, SHORT, CRC, STALE, RESET, OPEN, RANGE = 0, 1, 2, 3, 4, 5, 17, 18
 SETTINGS = bytes.fromhex("91 03 FF 7F C0 7F FF 80 00 00")
+POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
 LATE = bytes.fromhex("80 07 00 01 02 03 04 05 06 07")
 """What an earlier firmware may have left: it converts, filters 60 Hz, takes its wire for type T."""
 JUNCTION = bytes([25, 0])
@@ -37,18 +38,23 @@ MUTANTS = [
     (SENSOR, "    spi_tip_send(setting(CR0));\n", ""),
     (SENSOR, "(setting(CR0));\n    spi_tip_end();", "(setting(CR0));"),
     (SENSOR, "    settling_ticks = SENSOR_TIP_FIRST_TICKS;\n", ""),
-    (SENSOR, "i < SETTINGS; i++) {\n        if", "i < MASK; i++) {\n        if"),
-    (SENSOR, "answer[i] != setting(i)", "false"),
-    (SENSOR, "answer[i] != answer[from]", "false"),
-    (SENSOR, "answer[from] == 0 || ", ""),
-    (SENSOR, " || answer[from] == UINT8_MAX", ""),
-    (SENSOR, "if (say_nothing(CR0)) {", "if (false) {"),
+    (SENSOR, "i = 0; i < SETTINGS", "i = 0; i < MASK"),
+    (SENSOR, "i = 0; i < SETTINGS; i++) {\n        if (answer[i] != setting(i))",
+     "i = 0; i < SETTINGS; i++) {\n        if (false)"),
+    (SENSOR, "answer[i] != answer[CR0]", "false"),
+    (SENSOR, "answer[CR0] == 0 || ", ""),
+    (SENSOR, " || answer[CR0] == UINT8_MAX", ""),
+    (SENSOR, "if (says_nothing()) {", "if (says_nothing() && false) {"),
     (SENSOR, "if (!is_set_up()) {", "if (!is_set_up() && false) {"),
-    (SENSOR, "(answer[LTCBL] & LTCBL_ALWAYS_ZERO) || ", ""),
-    (SENSOR, " || (answer[CJTL] & CJTL_ALWAYS_ZERO)", ""),
-    (SENSOR, "LTCBL_ALWAYS_ZERO = 0x1F", "LTCBL_ALWAYS_ZERO = 0x0F"),
-    (SENSOR, "if (say_nothing(CJTH)) {", "if (false) {"),
-    (SENSOR, "if (say_nothing(CJTH)) {", "if (say_nothing(LTCBH)) {"),
+    (SENSOR, "i = MASK; i < SETTINGS", "i = MASK; i < CJTO"),
+    (SENSOR, "answer[CR0] == CR0_AT_POWER_UP && ", ""),
+    (SENSOR, " && answer[CR1] == CR1_AT_POWER_UP", ""),
+    (SENSOR, "has_started_anew() ?", "has_started_anew() && false ?"),
+    (SENSOR, "return has_started_anew() ?", "return has_started_anew() || true ?"),
+    (SENSOR, "if (!has_converted()) {", "if (!has_converted() && false) {"),
+    (SENSOR, "LTCBL_USED = 0xE0", "LTCBL_USED = 0xF0"),
+    (SENSOR, "LTCBL_USED = 0xE0", "LTCBL_USED = 0xC0"),
+    (SENSOR, "CJTL_USED = 0xFC", "CJTL_USED = 0xFE"),
     (SENSOR, "if (answer[SR] & STATUS_OVUV) {", "if (false) {"),
     (SENSOR, "if (answer[SR] & STATUS_OPEN) {", "if (false) {"),
     (SENSOR, "STATUS_TC_RANGE | STATUS_CJ_RANGE)) {", "STATUS_TC_RANGE)) {"),
@@ -64,6 +70,7 @@ MUTANTS = [
     (SENSOR, "        spi_tip_end();\n        enter(JUDGING);", "        enter(JUDGING);"),
     (SENSOR, "result == FAULT_SENSOR_NO_ANSWER || ", ""),
     (SENSOR, " || result == FAULT_SENSOR_RESET", ""),
+    (SENSOR, " || result == FAULT_SENSOR_CRC", ""),
     (SENSOR, "    status = FAULT_SENSOR_STALE; /* what", "    /* what"),
     (WIRES, "    pin_sensor_tip_select_high();\n    pin_sensor_tip_select_drive();", ""),
     (WIRES, "    pin_sensor_tip_told_drive();\n", ""),
@@ -138,14 +145,17 @@ def _judges(device: AvrDevice, chip: Max31856) -> Iterator[str]:
         (SETTINGS + JUNCTION + good + b"\x40", RANGE),
         (SETTINGS + JUNCTION + good + b"\x80", RANGE),
         (SETTINGS + JUNCTION + good + b"\x03", SHORT),
-        (SETTINGS + JUNCTION + bytes([1, 0x40, 0x10]) + b"\x00", CRC),
-        (SETTINGS + JUNCTION + bytes([1, 0x40, 0x01]) + b"\x00", CRC),
-        (SETTINGS + bytes([25, 1]) + good + b"\x00", CRC),
     ):
         found = answered(device, chip, answer)
         if found != (status, before[1]):
             yield f"{answer.hex()} judged as {found}"
-    for answer in (SETTINGS + JUNCTION + bytes(4), SETTINGS + bytes(3) + b"\x01\x40\x00"):
+    for answer in (
+        SETTINGS + JUNCTION + bytes(4),
+        SETTINGS + bytes(3) + b"\x01\x40\x00",
+        SETTINGS + bytes([0, 4]) + bytes(4),
+        SETTINGS + bytes([0, 0, 0, 0, 0x20, 0]),
+        SETTINGS + bytes([25, 3, 1, 0x40, 0x1F, 0]),
+    ):
         found = answered(device, chip, answer)
         if found != (VALID, int.from_bytes(answer[12:15], "big") >> 5):
             yield f"0 degC judged as {found}"
@@ -164,7 +174,12 @@ def _recovers(device: AvrDevice, chip: Max31856) -> Iterator[str]:
     device.sense("tip", 30.0)
     for answer, status in (
         (SETTINGS + bytes(6), NO_ANSWER),
-        (SETTINGS[:9] + b"\x01" + JUNCTION + bytes([1, 0x40, 0, 0]), RESET),
+        (SETTINGS + bytes([0, 3, 0, 0, 0x1F, 0]), NO_ANSWER),
+        (POWER_ON, RESET),
+        (SETTINGS[:9] + b"\x01" + JUNCTION + bytes([1, 0x40, 0, 0]), CRC),
+        (POWER_ON[:9] + b"\x01" + POWER_ON[10:], CRC),
+        (b"\x11" + POWER_ON[1:], CRC),
+        (POWER_ON[:1] + b"\x13" + POWER_ON[2:], CRC),
         (bytes(16), NO_ANSWER),
         (b"\xff" * 16, NO_ANSWER),
     ):
