@@ -54,9 +54,14 @@ void log_port_start(void)
     UCSR1B = (1u << TXEN1) | (1u << RXEN1) | (1u << RXCIE1);
 }
 
+bool log_port_has_received(void)
+{
+    return received_out != received_in;
+}
+
 bool log_port_take(char *byte)
 {
-    if (received_out == received_in) {
+    if (!log_port_has_received()) {
         return false;
     }
     *byte = received[received_out];

@@ -13,6 +13,9 @@ enum { LOG_PORT_DAMAGED = 0 };
 
 void log_port_start(void);
 
+/* True if there is a byte to be taken. */
+bool log_port_has_received(void);
+
 /* The next byte received; false when there is none. */
 bool log_port_take(char *byte);
 

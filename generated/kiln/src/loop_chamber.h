@@ -51,7 +51,7 @@ bool loop_chamber_enable(void);
 /* Switch off: the heater is off with the next tick. A program that runs is stopped. */
 void loop_chamber_disable(void);
 
-/* What the next step will take over. */
+/* What the next step will take over, if no program decides. */
 bool loop_chamber_is_enabled(void);
 
 /* Off, without having been told: after a fault. */

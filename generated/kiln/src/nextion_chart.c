@@ -26,11 +26,10 @@ static uint16_t size;
 static uint16_t left;   /* columns that are not drawn yet, the newest among them */
 static uint8_t channel; /* what is drawn next of the first of them */
 static uint8_t to_clear; /* channels that are to be emptied */
-static uint16_t turns_to_column = NEXTION_CHART_TURNS;
+static uint8_t beats_to_column = NEXTION_CHART_BEATS;
 
 static struct column now; /* of the running chart */
 static uint8_t now_left;  /* channels of it that are not drawn yet */
-static uint8_t turns_to_now = NEXTION_RUNNING_TURNS;
 
 static uint8_t height(float celsius)
 {
@@ -66,7 +65,7 @@ void chart_clear(void)
     left = 0;
     channel = 0;
     to_clear = CHANNELS;
-    turns_to_column = 1; /* where it begins */
+    beats_to_column = 1; /* where it begins */
 }
 
 void chart_show(uint8_t page)
@@ -80,19 +79,15 @@ void chart_show(uint8_t page)
     }
 }
 
-void chart_turn(void)
+void chart_beat(void)
 {
-    turns_to_column--;
-    if (turns_to_column == 0) {
-        turns_to_column = NEXTION_CHART_TURNS;
+    beats_to_column--;
+    if (beats_to_column == 0) {
+        beats_to_column = NEXTION_CHART_BEATS;
         add_column();
     }
-    turns_to_now--;
-    if (turns_to_now == 0) {
-        turns_to_now = NEXTION_RUNNING_TURNS;
-        now = present();
-        now_left = CHANNELS;
-    }
+    now = present();
+    now_left = CHANNELS;
 }
 
 static void say_add(uint8_t chart, uint8_t to, uint8_t value)

@@ -12,8 +12,8 @@ void chart_clear(void);
 /* A page is shown, and its chart is empty. */
 void chart_show(uint8_t page);
 
-/* In every turn: note what is due. */
-void chart_turn(void);
+/* Once a second: note what is due. */
+void chart_beat(void);
 
 /* Say one thing about the chart of the page that is shown; false if there is nothing to say. */
 bool chart_say(uint8_t page);

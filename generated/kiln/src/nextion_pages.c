@@ -14,7 +14,7 @@
 #include "nextion_say.h" /* say_* */
 #include "nextion_show.h" /* show_anew */
 
-enum { NO_PAGE = UINT8_MAX, MOST_TRIES = 5 };
+enum { NO_PAGE = UINT8_MAX, MOST_TRIES = 3, BEATS_OF_TRY = 2 };
 
 /* The page of each fault, by its code. */
 static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
@@ -51,7 +51,7 @@ uint8_t pages_shown;
 
 static uint8_t wanted = NO_PAGE;
 static uint8_t tries_left;
-static uint8_t turns_to_try;
+static uint8_t beats_to_try;
 static uint8_t seen_code; /* what was latched at the last look */
 static uint8_t seen_acknowledgements;
 
@@ -64,7 +64,7 @@ void pages_retry(void)
 {
     if (wanted != NO_PAGE) {
         tries_left = MOST_TRIES;
-        turns_to_try = 0;
+        beats_to_try = 0;
     }
 }
 
@@ -92,7 +92,7 @@ void pages_note(uint8_t page)
     }
 }
 
-static void follow_fault(void)
+void pages_turn(void)
 {
     if (fault.code == seen_code && fault.acknowledgements == seen_acknowledgements) {
         return;
@@ -101,31 +101,30 @@ static void follow_fault(void)
     seen_acknowledgements = fault.acknowledgements;
     if (fault.code != FAULT_NONE) {
         pages_want(pgm_read_byte(&PAGE_OF[fault.code]));
-    } else if (is_of_fault(pages_shown) || is_of_fault(wanted)) {
-        pages_want(PAGE_MAIN);
+    } else if (is_of_fault(pages_shown) || is_of_fault(wanted) || pages_shown == PAGE_MAIN) {
+        pages_want(PAGE_MAIN); /* the main page too begins anew: its alarm may be lit just now */
     }
 }
 
-void pages_turn(void)
+void pages_beat(void)
 {
-    follow_fault();
-    if (turns_to_try != 0) {
-        turns_to_try--;
+    if (beats_to_try != 0) {
+        beats_to_try--;
     }
 }
 
 bool pages_are_turning(void)
 {
-    return wanted != NO_PAGE && (tries_left != 0 || turns_to_try != 0);
+    return wanted != NO_PAGE && (tries_left != 0 || beats_to_try != 0);
 }
 
 bool pages_say(void)
 {
-    if (wanted == NO_PAGE || tries_left == 0 || turns_to_try != 0) {
+    if (wanted == NO_PAGE || tries_left == 0 || beats_to_try != 0) {
         return false;
     }
     tries_left--;
-    turns_to_try = NEXTION_TRY_TURNS;
+    beats_to_try = BEATS_OF_TRY;
     say_words(PSTR("page "));
     if (is_of_fault(wanted)) {
         say_words(PSTR("fault"));

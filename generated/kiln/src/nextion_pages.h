@@ -17,8 +17,11 @@ void pages_note(uint8_t page);
 /* It should show this page. */
 void pages_want(uint8_t page);
 
-/* In every turn: a fault has a page of its own, which goes when it is acknowledged. */
+/* In a turn: a fault has a page of its own, which goes when it is acknowledged. */
 void pages_turn(void);
+
+/* Once a second. */
+void pages_beat(void);
 
 /* Ask again for a page that has not been seen. */
 void pages_retry(void);

@@ -11,7 +11,8 @@
 #include <stdint.h>       /* uint8_t, uint16_t */
 
 #include "config.h" /* NEXTION_* */
-#include "nextion_chart.h" /* chart_turn, chart_say */
+#include "loop_chamber.h" /* loop_chamber */
+#include "nextion_chart.h" /* chart_* */
 #include "nextion_frame.h" /* frame_take */
 #include "nextion_orders.h" /* orders_do */
 #include "nextion_pages.h" /* pages_* */
@@ -27,14 +28,17 @@ enum { BYTES_PER_TICK = 128 }; /* more than come at 115200 baud; 1 ms at 16 MHz 
 enum { SET_UP_DONE, SET_UP_PAGE, SET_UP_ALL };
 
 static uint8_t set_up = SET_UP_ALL;
-static uint16_t turns_to_refresh = NEXTION_REFRESH_TURNS;
+static uint8_t turns_to_beat = NEXTION_BEAT_TURNS;
+static uint8_t beats_to_refresh = NEXTION_REFRESH_BEATS;
+static bool all_is_said; /* until a beat, a control step, or a byte from the display */
+static uint16_t seen_step;
 static bool chart_first;
 
 /* Say everything again: what was sent may not have come through. */
 static void refresh(void)
 {
     set_up = SET_UP_ALL;
-    turns_to_refresh = NEXTION_REFRESH_TURNS;
+    beats_to_refresh = NEXTION_REFRESH_BEATS;
     pages_retry();
     show_anew();
 }
@@ -50,6 +54,7 @@ void talk_hear(void)
 {
     uint8_t byte;
 
+    all_is_said = false;
     for (uint8_t i = 0; i < BYTES_PER_TICK && nextion_port_take(&byte); i++) {
         switch (frame_take(byte)) {
         case FRAME_NOTHING:
@@ -89,18 +94,20 @@ static bool say_set_up(void)
     return true;
 }
 
-static void say(void)
+/* True if there was something to say. */
+static bool say(void)
 {
     if (say_set_up() || pages_say() || pages_are_turning()) {
-        return;
+        return true;
     }
     chart_first = !chart_first;
     if (chart_first && chart_say(pages_shown)) {
-        return;
+        return true;
     }
-    if ((!show_is_due(pages_shown) || !show_say()) && !chart_first) {
-        (void)chart_say(pages_shown);
+    if (show_is_due(pages_shown) && show_say()) {
+        return true;
     }
+    return chart_say(pages_shown) || show_is_due(pages_shown);
 }
 
 /* The program that begins is the one that is shown, and the chart begins with it. */
@@ -121,17 +128,30 @@ void talk_start(void)
     points_start();
 }
 
+static void beat(void)
+{
+    turns_to_beat = NEXTION_BEAT_TURNS;
+    pages_beat();
+    chart_beat();
+    beats_to_refresh--;
+    if (beats_to_refresh == 0) {
+        refresh();
+    }
+}
+
 void talk_turn(void)
 {
+    turns_to_beat--;
+    if (turns_to_beat == 0) {
+        beat();
+    } else if (all_is_said && seen_step == loop_chamber.steps) {
+        return; /* nothing can have changed */
+    }
+    seen_step = loop_chamber.steps;
     follow_program();
     points_turn();
     pages_turn();
-    chart_turn();
-    turns_to_refresh--;
-    if (turns_to_refresh == 0) {
-        refresh();
-    }
     if (nextion_port_is_free()) {
-        say();
+        all_is_said = !say() && !points_are_waiting();
     }
 }

@@ -349,10 +349,11 @@ void program_fail(void)
 
 /* ---- what the operator orders ---- */
 
-/* Nothing comes after a stop. */
+/* Nothing comes after a stop, nor after a pause until a step has taken it: what is to be off stays off. */
 static bool give(uint8_t order, uint8_t argument)
 {
-    if (fault.code != FAULT_NONE || next_order == PROGRAM_STOP) {
+    if (fault.code != FAULT_NONE || next_order == PROGRAM_STOP
+        || (next_order == PROGRAM_PAUSE && order != PROGRAM_PAUSE)) {
         return false;
     }
     next_order = order;
@@ -370,7 +371,9 @@ bool program_start(uint8_t number)
 
 bool program_pause(void)
 {
-    if (!is_at_work() || !give(PROGRAM_PAUSE, 0)) {
+    const bool is_about_to = next_order == PROGRAM_START || next_order == PROGRAM_RESUME;
+
+    if (!(is_at_work() || is_about_to) || !give(PROGRAM_PAUSE, 0)) {
         return false;
     }
     gate_close_chamber(); /* not even until the next step */

@@ -116,6 +116,17 @@ static bool read_given(uint8_t number, struct stored_program *into)
     return false;
 }
 
+/* From the slot that counts, if any does. */
+static bool read(uint8_t number, uint8_t slot, struct stored_program *into)
+{
+    if (slot == NO_SLOT) {
+        return read_given(number, into);
+    }
+    eeprom_read_block(into, address(number, slot, offsetof(struct slot, program)), sizeof *into);
+    /* Sound when it was written; an array's index is looked at again. */
+    return into->segments != 0 && programs_are_sound(into);
+}
+
 bool programs_read(uint8_t number, struct stored_program *into)
 {
     if (number == 0 || number > PROGRAM_PLACES) {
@@ -125,21 +136,15 @@ bool programs_read(uint8_t number, struct stored_program *into)
         *into = written.program;
         return into->segments != 0;
     }
-    const uint8_t slot = newest(number);
-    if (slot == NO_SLOT) {
-        return read_given(number, into);
-    }
-    eeprom_read_block(into, address(number, slot, offsetof(struct slot, program)), sizeof *into);
-    /* Sound when it was written; an array's index is looked at again. */
-    return into->segments != 0 && programs_are_sound(into);
+    return read(number, newest(number), into);
 }
 
 /* Whether place `number` has it already; an EEPROM bears so many writes and no more. */
-static bool is_there(uint8_t number, const struct stored_program *program)
+static bool is_there(uint8_t number, uint8_t slot, const struct stored_program *program)
 {
     struct stored_program *const present = &written.program; /* everything is written */
 
-    if (!programs_read(number, present)) {
+    if (!read(number, slot, present)) {
         return program->segments == 0;
     }
     return memcmp(present, program, sizeof *program) == 0;
@@ -151,10 +156,10 @@ bool programs_write(uint8_t number, const struct stored_program *from)
         || !programs_are_sound(from)) {
         return false;
     }
-    if (is_there(number, from)) {
+    const uint8_t slot = newest(number);
+    if (is_there(number, slot, from)) {
         return true;
     }
-    const uint8_t slot = newest(number);
     written.turn = slot == NO_SLOT ? 0 : (uint8_t)(turn_of(number, slot) + 1u);
     written.program = *from;
     written.crc = crc_of(crc_of_digest(), &written, offsetof(struct slot, crc));

@@ -2,10 +2,10 @@
 /* Sensor chamber: MAX31856, CS D10 = PB4, SCK D52 = PB1, SDI D51 = PB2, SDO D50 = PB3 (kiln.yaml:10 sensors.chamber).
  *
  * It converts all the time. Before a step all its registers are read, a few each tick, and what it
- * has measured in one of them. Its settings are as they were written, or it has lost its supply and
- * is set up anew. It has no checksum: a damaged answer shows in bits that are always 0, and in the
- * settings. All ones or all zeros: it is not there, or a wire is broken. Nothing but zeros where it
- * has measured: it has not converted.
+ * has measured in one of them. Its settings are as they were written; or as after its power-up: it
+ * has lost its supply; or the answer is damaged, for it has no checksum that would tell otherwise.
+ * In both cases it is set up anew. All ones or all zeros: it is not there, or a wire is broken.
+ * Nothing but zeros where it has measured: it has not converted.
  */
 #include "sensor_chamber.h"
 
@@ -23,7 +23,8 @@ enum { CR0, CR1, MASK, CJHF, CJLF, LTHFTH, LTHFTL, LTLFTH, LTLFTL, CJTO, CJTH, C
 enum { SETTINGS = CJTH }; /* the first so many are written */
 enum { AUTOMATIC = 0x80 }; /* CR0: it converts all the time */
 enum { STATUS_CJ_RANGE = 0x80, STATUS_TC_RANGE = 0x40, STATUS_OVUV = 0x02, STATUS_OPEN = 0x01 };
-enum { LTCBL_ALWAYS_ZERO = 0x1F, CJTL_ALWAYS_ZERO = 0x03 };
+enum { CR0_AT_POWER_UP = 0x00, CR1_AT_POWER_UP = 0x03 }; /* the other settings: see `setting` */
+enum { LTCBL_USED = 0xE0, CJTL_USED = 0xFC }; /* what the bits below are is not said */
 enum { NEGATIVE = 0x80 };
 static const int32_t PER_SIGN = 0x80000; /* of 19 bits */
 
@@ -116,30 +117,44 @@ static bool is_set_up(void)
     return true;
 }
 
-/* Whether the registers from one on are all ones, or all zeros. */
-static bool say_nothing(uint8_t from)
+/* Whether its settings are those of its power-up: its supply broke down. */
+static bool has_started_anew(void)
 {
-    for (uint8_t i = from; i < REGISTERS; i++) {
-        if (answer[i] != answer[from]) {
+    for (uint8_t i = MASK; i < SETTINGS; i++) {
+        if (answer[i] != setting(i)) {
             return false;
         }
     }
-    return answer[from] == 0 || answer[from] == UINT8_MAX;
+    return answer[CR0] == CR0_AT_POWER_UP && answer[CR1] == CR1_AT_POWER_UP;
+}
+
+/* Whether all registers are ones, or all zeros. */
+static bool says_nothing(void)
+{
+    for (uint8_t i = CR1; i < REGISTERS; i++) {
+        if (answer[i] != answer[CR0]) {
+            return false;
+        }
+    }
+    return answer[CR0] == 0 || answer[CR0] == UINT8_MAX;
+}
+
+/* Only thermocouple and chip both at 0 degC, and nothing wrong, would look like not converted. */
+static bool has_converted(void)
+{
+    return (answer[CJTH] | (answer[CJTL] & CJTL_USED) | answer[LTCBH] | answer[LTCBM] | (answer[LTCBL] & LTCBL_USED) | answer[SR]) != 0;
 }
 
 static uint8_t judge(void)
 {
-    if (say_nothing(CR0)) {
+    if (says_nothing()) {
         return FAULT_SENSOR_NO_ANSWER;
     }
     if (!is_set_up()) {
-        return FAULT_SENSOR_RESET;
+        return has_started_anew() ? FAULT_SENSOR_RESET : FAULT_SENSOR_CRC;
     }
-    if ((answer[LTCBL] & LTCBL_ALWAYS_ZERO) || (answer[CJTL] & CJTL_ALWAYS_ZERO)) {
-        return FAULT_SENSOR_CRC;
-    }
-    if (say_nothing(CJTH)) {
-        return FAULT_SENSOR_NO_ANSWER; /* it has not converted */
+    if (!has_converted()) {
+        return FAULT_SENSOR_NO_ANSWER;
     }
     if (answer[SR] & STATUS_OVUV) {
         return FAULT_SENSOR_SHORT; /* it does not convert, and judges nothing else */
@@ -186,7 +201,7 @@ static void read(void)
 static void finish(uint8_t result)
 {
     status = result;
-    enter(result == FAULT_SENSOR_NO_ANSWER || result == FAULT_SENSOR_RESET ? CHOOSING : CONVERTING);
+    enter(result == FAULT_SENSOR_NO_ANSWER || result == FAULT_SENSOR_RESET || result == FAULT_SENSOR_CRC ? CHOOSING : CONVERTING);
 }
 
 void sensor_chamber_tick(void)
