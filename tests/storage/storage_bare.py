@@ -1,4 +1,4 @@
-"""A controller with its sensor, its heater and its relay, and nobody at its display."""
+"""A controller with its sensor, its heater and its relay, and nobody at its display or its keys."""
 
 from importlib import import_module
 from typing import Any
@@ -9,7 +9,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf
 from heatwright.sim.relay import SafetyRelay
-from heatwright.spec import Controller
+from heatwright.spec import Controller, LcdKeypad
 
 LOOP = "chamber"
 
@@ -51,6 +51,11 @@ class Bare:
         self._contact = _simulated("outputs", relay.kind).attach(self.avr, board, relay)
         self._relay = SafetyRelay()
         self._relay.power_on(self.avr, controller)
+        self._keys = [
+            _simulated("interfaces", each.kind).attach(self.avr, board, each)
+            for each in controller.interfaces
+            if isinstance(each, LcdKeypad)
+        ]
         self._sensor.sense(felt_c)
 
     @property

@@ -16,8 +16,9 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
+from heatwright.spec.program_orders import Order
 
-EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "kiln.yaml"
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 STORED = """\
   stored:
     - name: quick
@@ -41,24 +42,31 @@ STEP_S = 0.1
 START_S = 0.09
 """In which the start is over; the first step comes later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+KEYS = ("up", "down", "left", "right", "select")
+PLAYED = 0.2
+"""Of all that is done at the keys."""
 EDIT, GAINS = "edit", "gains"
 UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
 
 
 @cache
-def text_of(otherwise: str) -> str:
-    """The kiln of the example, with shorter programs; what it does when it is too cold."""
-    before, _, rest = EXAMPLE.read_text(encoding="utf-8").partition("  stored:\n")
+def text_of(example: str, otherwise: str) -> str:
+    """A kiln of the examples, with shorter programs; what it does when it is too cold."""
+    text = (EXAMPLES / f"{example}.yaml").read_text(encoding="utf-8")
+    before, _, rest = text.partition("  stored:\n")
     changed = before + STORED + "safety:" + rest.partition("safety:")[2]
     assert changed.count("otherwise: stop") == 1
     return changed.replace("otherwise: stop", f"otherwise: {otherwise}")
 
 
 def machine(
-    broken: whole_firmware.Broken | None = None, otherwise: str = "stop"
+    broken: whole_firmware.Broken | None = None,
+    *,
+    example: str = "kiln",
+    otherwise: str = "stop",
 ) -> tuple[Controller, Elf]:
-    text = text_of(otherwise)
+    text = text_of(example, otherwise)
     return whole_firmware.spec_of(text).controller, whole_firmware.whole(text, broken)
 
 
@@ -172,11 +180,14 @@ class Firing:
         random = self._random
         state = self._seen[-1].record.state if self._seen else IDLE
         if random.random() < STEP_S / 90.0:
-            self._lose_power()
+            self.lose_power()
         elif random.random() < STEP_S / 120.0:
             self._jump_rows = 15
         elif random.random() < STEP_S / 8.0:
-            self.device.send(self._order(state))
+            self._operate(state)
+
+    def _operate(self, state: int) -> None:
+        self.device.send(self._order(state))
 
     def _order(self, state: int) -> str:
         random = self._random
@@ -201,11 +212,29 @@ class Firing:
     def _gains(self) -> str:
         return f"#5 {self._random.randint(1, 9)};#22;#20 {self._random.randint(500, 1100)};"
 
-    def _lose_power(self) -> None:
+    def lose_power(self) -> None:
         undefined = self._random.randrange(256)
         image = self.device.avr.eeprom.after_power_cut(undefined)
         self.device.power_cycle(undefined)
         self._power_on(self._newest(image))
+
+
+class FiringByKeys(Firing):
+    """The same with keys: orders through the menu, and now and then somebody who plays with it."""
+
+    def _operate(self, state: int) -> None:
+        random = self._random
+        orders: dict[int, list[tuple[Order, int]]] = {
+            IDLE: [("start", 1), ("start", 2)],
+            RUNNING: [("pause", 0), ("skip", 0), ("jump", random.randint(1, 6)), ("stop", 0)],
+            PAUSED: [("resume", 0), ("resume", 0), ("jump", random.randint(1, 6)), ("stop", 0)],
+        }
+        if self.device.read("fault.code"):
+            self.device.shield.play(["select"])
+        elif random.random() < PLAYED:
+            self.device.shield.play(random.choices(KEYS, k=random.randint(1, 8)))
+        else:
+            self.device.program(*random.choice(orders.get(state, [("stop", 0)])))
 
 
 def same(record: Progress, seen: Progress) -> bool:
