@@ -84,8 +84,8 @@ def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() ->
     before = rows_of(device)
     assert len(before) == 12
     assert not device.avr.eeprom.violations
-    device.sense("chamber", float(trace.sensed_c["chamber"][-1]))
     device.power_cycle()
+    device.sense("chamber", float(trace.sensed_c["chamber"][-1]))
     device.advance(device.time_s + 4)
     assert rows_of(device) == before
     assert device.read("program.state") == 1  # it goes on firing
