@@ -88,7 +88,7 @@ def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() ->
     device.sense("chamber", float(trace.sensed_c["chamber"][-1]))
     device.advance(device.time_s + 4)
     assert rows_of(device) == before
-    assert device.read("program.state") == 1  # it goes on firing
+    assert int(device.read("program.state")) in {1, 3}  # it fires on, or returns to its setpoint
     device.advance(device.time_s + 300)
     assert [row.time_s for row in rows_of(device)] == [300 * (number + 1) for number in range(13)]
 
