@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.metrics import response_of
+from heatwright.sim.reference.program_state import RUNNING
 from heatwright.sim.scenario import PRESS_S
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Loop
@@ -24,9 +25,6 @@ FAULT = "#c00000"
 
 LEAST_ZOOM_K = 0.5
 """Half of the least height of the closer look: eight steps of a 12 bit sensor."""
-
-RUNNING = 1
-"""What `program.state` says while a program runs (docs/control.md, "Programs")."""
 
 USUAL_SHARE = 0.95
 """Of a program's deviations those that its picture has to hold."""

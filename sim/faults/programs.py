@@ -13,12 +13,17 @@ from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.world import STEP_S, Site, Weather, World
 from heatwright.sim.plants import plant_of
+from heatwright.sim.reference.program_state import (
+    FAILED,
+    IDLE,
+    PAUSED,
+    POWER_COLD,
+    RETURNING,
+    RUNNING,
+)
 from heatwright.spec import HoldBack, Programs, Segment, programmed
 
-IDLE, RUNNING, PAUSED, RETURNING = 0, 1, 2, 3
-FAILED, POWER_COLD = 3, 4
 PROGRAM_LAGS = 24
-"""What `program.state` and `program.ended` say (docs/control.md, "Programs")."""
 
 UNDER_WAY_S = 90.0
 """So long it runs before anything happens: longer than the usual time between two saves."""
