@@ -129,10 +129,9 @@ PROGRESS = _of(
     ("(place + 1u) %", "place %"),
     ("(place + 1u) % PROGRESS_SLOTS", "(place + 1u)"),
     ("next_byte = 0;", "next_byte = 1;"),
-    ("next_byte == sizeof newest", "next_byte == sizeof newest - 1"),
-    ("        if (save_wanted) {", "        {"),
-    ("if (next_byte == sizeof newest) {\n        if (save_wanted) {",
-     "if (save_wanted) {\n        {"),
+    ("next_byte < sizeof newest", "next_byte + 1 < sizeof newest"),
+    ("} else if (save_wanted) {", "} else {"),
+    ("    if (next_byte < sizeof newest) {", "    if (!save_wanted) {"),
     ("next_byte++;", "next_byte += 2;"),
 )  # fmt: skip
 

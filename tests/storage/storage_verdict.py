@@ -19,6 +19,7 @@ SETTINGS_CORRUPT = 16
 TICK_S = 0.01
 SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
+SEEN_EVERY_S = 0.1
 FIRST_STEP_S = 1.0
 DECIDED_BY_S = 4.0
 """The converter's first reading takes 0.2 s, a step 1 s."""
@@ -103,10 +104,11 @@ class Book:
         return ""
 
     def late_s(self) -> float:
-        """Until a change is kept: a record of progress and one of settings may be under way, and
-        the settings', which come first, may be wanted anew meanwhile."""
-        ticks = 2 * len(self.memory.progress_slot(0, _ANY)) + 2 * SETTINGS_BYTES
-        return ticks * TICK_S + 0.1
+        """Until a change is kept: a record of progress may be under way. Settings come first, and
+        there may be two records of them in each step's time, a fault and its acknowledgement."""
+        records_s = 2 * len(self.memory.progress_slot(0, _ANY)) * TICK_S
+        settings_s = 2 * SETTINGS_BYTES * TICK_S
+        return records_s / (1.0 - settings_s / FIRST_STEP_S) + SEEN_EVERY_S
 
     def stale(self, cut: Cut) -> str:
         """Say it if the newest record is neither of the last state and segment nor just behind."""
