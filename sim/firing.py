@@ -90,7 +90,8 @@ def _judged(ramp: StepLog, loop: Loop) -> StepLog:
 
 
 def _errors_k(part: StepLog) -> Series:
-    return part["temperature_c"].astype(float) - part["setpoint_c"].astype(float)
+    errors: Series = part["temperature_c"].astype(float) - part["setpoint_c"].astype(float)
+    return errors
 
 
 def _overshoots_k(parts: list[StepLog]) -> Iterator[float]:
