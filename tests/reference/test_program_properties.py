@@ -1,0 +1,117 @@
+"""What holds of a program whatever is ordered and read."""
+
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from programmed_kiln import Kiln, controller_of
+
+from heatwright.sim.reference.copies import cell_of, column_of
+from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RETURNING, RUNNING
+from heatwright.sim.replay import replay
+
+CONTROLLER = controller_of(
+    "{to: 60 °C, over: 20 s}, {hold: 6 s}, {to: 90 °C, at: as fast as possible}, "
+    "{to: 20 °C, at: 6500 K/h}, {hold: until operator}",
+    average="moving_average: 3",
+    algorithm="ki: 0.1, feed_forward: 20",
+)
+LOWEST_C, HIGHEST_C = 0.0, 90.0
+
+READINGS = st.floats(0, 90).map(lambda celsius: round(celsius * 128) / 128)
+ORDERS = st.one_of(
+    st.tuples(st.sampled_from(["start", "jump"]), st.integers(0, 6)),
+    st.tuples(st.sampled_from(["pause", "resume", "skip", "stop"]), st.just(0)),
+)
+DEEDS = st.lists(
+    st.one_of(
+        st.tuples(st.just("order"), ORDERS),
+        st.tuples(st.just("read"), READINGS),
+        st.tuples(st.just("follow"), st.integers(1, 12)),
+        st.tuples(st.just("miss"), st.just(0)),
+        st.tuples(st.just("acknowledge"), st.just(0)),
+    ),
+    min_size=1,
+    max_size=60,
+)
+
+
+def done(kiln, deed, what):
+    """Do one thing; return the steps that it takes."""
+    if deed == "order":
+        kiln.order(*what)
+        return []
+    if deed == "acknowledge":
+        kiln.operator.acknowledge()
+        return []
+    if deed == "follow":
+        return kiln.follow(what) if kiln.record else []
+    return [kiln.feed(what) if deed == "read" else kiln.miss()]
+
+
+def course(deeds):
+    kiln = Kiln(CONTROLLER)
+    assert kiln.order("start", 1)
+    records = [kiln.feed(20.0)]
+    copies = [kiln.reference.program.copy]
+    for deed, what in deeds:
+        found = done(kiln, deed, what)
+        records += found
+        copies += [kiln.reference.program.copy] * len(found)
+    return kiln, records, copies
+
+
+@given(DEEDS)
+@settings(max_examples=200)
+def test_heat_is_only_where_a_program_goes_on(deeds):
+    _, records, _ = course(deeds)
+    for record in records:
+        state = record["program.state"]
+        goes_on = state in (RUNNING, RETURNING)
+        assert bool(record["enabled"]) == goes_on
+        if not goes_on or record["fault.code"] or record["reading_status"]:
+            assert record["duty_percent"] == 0
+        assert (record["program.waiting"] == 0) or goes_on
+        assert state != RESTORING
+
+
+@given(DEEDS)
+@settings(max_examples=200)
+def test_the_setpoint_keeps_within_its_ends(deeds):
+    _, records, _ = course(deeds)
+    for record in records:
+        if record["program.state"] == IDLE:
+            continue
+        now = {name: record[f"program.{name}"] for name in ("elapsed", "length", "segment_clock")}
+        assert now["elapsed"] <= now["length"]
+        assert now["elapsed"] <= now["segment_clock"] <= record["program.clock"]
+        assert LOWEST_C <= record["program.setpoint_c"] <= HIGHEST_C
+        assert record["setpoint_c"] == record["program.setpoint_c"]
+        assert 1 <= record["program.segment"] <= record["program.segments"]
+
+
+@given(DEEDS)
+@settings(max_examples=200)
+def test_clocks_and_energy_stand_still_but_while_it_runs(deeds):
+    _, records, _ = course(deeds)
+    for before, record in pairwise(records):
+        if record["program.order"] == 3 and record["program.clock"] == 0:
+            continue  # begun anew
+        moved = int(record["program.clock"]) - int(before["program.clock"])
+        assert moved in ({0, 1} if before["program.state"] == RUNNING else {0})
+        if record["program.state"] in (PAUSED, IDLE):
+            assert record["program.energy"] == before["program.energy"]
+
+
+@given(DEEDS)
+@settings(max_examples=60)
+def test_its_own_steps_replay(deeds):
+    kiln, records, copies = course(deeds)
+    points = CONTROLLER.programs.points
+    dtype = [("time_s", "f8"), *kiln.reference.members, *column_of(points)]
+    rows = [
+        (float(number), *record.values(), cell_of(copy, points))
+        for number, (record, copy) in enumerate(zip(records, copies, strict=True))
+    ]
+    assert replay(CONTROLLER, np.array(rows, dtype=dtype)).mismatches == 0
