@@ -193,7 +193,7 @@ class ProgramRun:
         now = self.now
         now.number, now.segments = self._number, len(self._way.copy)
         now.ended = now.clock = now.energy = 0
-        now.first_c = now.setpoint_c = temperature_c
+        now.first_c = now.setpoint_c = min(temperature_c, self._range_c[1])
         now.state = RUNNING
         now.leap = 1
         self._begin(1)

@@ -23,8 +23,8 @@ from heatwright.spec import starts_enabled
 
 RANDOM_ORDERS = 4000
 FAULT = 6
-WAYS, ONE = 1, 2
-"""Programs that heat, the second with one segment; the seventh is the last that there is."""
+WAYS, ONE, HOLDS = 1, 2, 3
+"""Programs: two that heat, the second with one segment; one that holds. The seventh is the last."""
 NEAR_C = 44.5
 """Where that has just reached its target, within its first 2 s."""
 MOST_STEPS = 20
@@ -38,6 +38,7 @@ def orders_problem(host: Host) -> str:
     checks = [orders.pressed()]
     if host.build.parts.programmed:
         checks += [orders.at_once(), orders.finished(), orders.refused(), orders.others_refused()]
+        checks += [orders.too_hot()]
     return next((problem for check in checks for problem in check), "")
 
 
@@ -108,6 +109,21 @@ class _Orders(Running):
             heated = self.ticks(1)[0]
         if not heated or self.ticks(self.period_ticks - 1)[0]:
             yield f"finished after {heated} ticks of heat, and it is held on"
+
+    def too_hot(self) -> Iterator[str]:
+        """A program that only holds does not hold what nobody may set."""
+        most_c, trips_c = self.loop.setpoint.maximum_c, self.loop.protection.maximum_c
+        assert trips_c is not None
+        for here_c in (most_c - 1.0, 0.5 * (most_c + trips_c)):
+            code = self.scale.code(here_c)
+            self.host.erase()
+            self.host.power_up()
+            self.host.set_reading(0, code)
+            self.host.step()
+            self.library.program_start(HOLDS)
+            self.host.step()
+            if self.library.program.setpoint_c != min(self.scale.celsius(code), most_c):
+                yield f"begun at {here_c}: it holds {self.library.program.setpoint_c}"
 
     def pressed(self) -> Iterator[str]:
         """Nobody has to press off first; but nothing heats again by itself."""
