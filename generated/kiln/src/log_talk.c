@@ -10,18 +10,18 @@
 #include <stdint.h>       /* uint8_t */
 #include <string.h>       /* strcmp */
 
-#include "config.h" /* LOG_EVERY_S */
-#include "log.h" /* log_begin_anew */
+#include "config.h"   /* LOG_EVERY_S */
+#include "log.h"      /* log_begin_anew */
 #include "log_port.h" /* log_port_* */
 #include "log_ring.h" /* log_ring_* */
 #include "progress.h" /* progress_saves */
 
 enum {
-    COMMAND_SIZE = 8, /* the longest and more */
+    COMMAND_SIZE = 8,  /* the longest and more */
     SECONDS_SIZE = 10, /* or any count of 32 bits */
-    TENTHS_SIZE = 7, /* "-3276.7" */
+    TENTHS_SIZE = 7,   /* "-3276.7" */
     PLACES = 10,
-    TENTHS = 1 /* digits behind the point */
+    TENTHS = 1         /* digits behind the point */
 };
 
 static const uint32_t POWERS[PLACES] PROGMEM
@@ -29,7 +29,8 @@ static const uint32_t POWERS[PLACES] PROGMEM
 
 static const char HEADING[] PROGMEM = "time_s,temperature_c,setpoint_c\r\n";
 static const char CLEARED[] PROGMEM = "cleared\r\n";
-static const char UNKNOWN[] PROGMEM = "unknown: write log, clear, saves or help\r\n";
+static const char UNKNOWN[] PROGMEM
+    = "unknown: write log, clear, saves or help\r\n";
 static const char HELP[] PROGMEM = "log: the whole log, the oldest first\r\n"
                                    "clear: forget it\r\n"
                                    "saves: how often the progress of programs was saved\r\n"
@@ -43,7 +44,7 @@ static bool unreadable; /* too long, or damaged on its way */
 static const char *words; /* to be sent, or what is left of them; 0: none */
 static bool sending;      /* the log, behind the words */
 static uint32_t next;     /* number of the entry that is sent next */
-static bool counting; /* the saves are to be sent */
+static bool counting;     /* the saves are to be sent */
 
 /* Write a whole number with a point before its last `decimals` digits; returns the length. */
 static uint8_t put_number(char *text, uint32_t rest, uint8_t decimals)

@@ -132,15 +132,17 @@ static void take_order(bool ok)
     next_argument = 0;
 }
 
-/* From the temperature as it is. */
+/* From the temperature as it is; but no program holds the machine above the highest setpoint. */
 static void start(void)
 {
+    const float t = loop_chamber.temperature_c;
+
     program.number = program.argument;
     program.segments = loaded.segments;
     program.ended = PROGRAM_NOT_ENDED;
     program.clock = 0;
     program.energy = 0;
-    program.first_c = loop_chamber.temperature_c;
+    program.first_c = t > LOOP_CHAMBER_SETPOINT_MAXIMUM_C ? LOOP_CHAMBER_SETPOINT_MAXIMUM_C : t;
     program.setpoint_c = program.first_c;
     program.state = PROGRAM_RUNNING;
     program.leap = 1;

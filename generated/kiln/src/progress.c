@@ -97,12 +97,13 @@ static void begin(void)
 
 void progress_tick(void)
 {
-    if (next_byte == sizeof newest) {
-        if (save_wanted) {
-            begin();
-        }
-    } else if (eeprom_is_ready()) {
+    if (!eeprom_is_ready()) {
+        return; /* the settings come first; what is noted is noted late, so that it is new */
+    }
+    if (next_byte < sizeof newest) {
         eeprom_write_byte(address(place, next_byte), ((const uint8_t *)&newest)[next_byte]);
         next_byte++;
+    } else if (save_wanted) {
+        begin();
     }
 }
