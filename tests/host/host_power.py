@@ -104,6 +104,7 @@ class _Noted:
         self._since += 1
         due = now["program.state"] in (RUNNING, RETURNING) and self._since >= self._every
         self.saves += order == START and active  # acknowledged and started at once
+        self.saves += order in (STOP, PAUSE)  # before the step that obeys
         if changed or due or order in (START, JUMP):
             self._since = 0
             self.saves += 1

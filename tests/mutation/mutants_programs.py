@@ -136,7 +136,9 @@ ORDERS: list[Mutant] = mutants(
      "program.state == PROGRAM_IDLE"),
     ("next_order = PROGRAM_STOP;", ""),
     ("next_order = PROGRAM_STOP;\n    next_argument = 0;", "next_order = PROGRAM_STOP;"),
-    ("gate_close_air();\n    return", "return"),
+    ("gate_close_air();\n    progress_save();", "progress_save();"),
+    ("gate_close_air();\n    progress_save();", "gate_close_air();"),
+    ("    progress_save(); /* now", "    /* now"),
 )  # fmt: skip
 
 WAY: list[Mutant] = mutants(
