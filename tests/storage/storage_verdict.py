@@ -6,7 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 from storage_bare import LOOP, Bare
-from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, same
+from storage_firing import (
+    IDLE,
+    PAUSED,
+    RESTORING,
+    RETURNING,
+    RUNNING,
+    Cut,
+    Edit,
+    Seen,
+    same,
+)
 from storage_format import Memory, Progress, Stored, crc16
 from storage_host import given_at
 
@@ -14,7 +24,7 @@ from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
 from heatwright.spec.eeprom import layout
 
-FAILED, POWER_COLD, POWER_UNREADABLE = 3, 4, 5
+STOPPED, FAILED, POWER_COLD, POWER_UNREADABLE = 2, 3, 4, 5
 SETTINGS_CORRUPT = 16
 TICK_S = 0.01
 SLICE_S = 2 * TICK_S
@@ -116,7 +126,11 @@ class Book:
         known_s = cut.time_s - self.late_s()
         changed_s = _changed_s(cut, known_s)
         moments = [each for each in cut.seen if changed_s is None or each.time_s >= changed_s]
-        matching = [each for each in moments if record and same(record, each.record)]
+        matching = [
+            each
+            for each in moments
+            if record and any(same(record, made) for made in _made_of(cut, each))
+        ]
         if matching:
             running = record is not None and record.state in {RUNNING, RETURNING}
             age_s = cut.time_s - matching[-1].time_s
@@ -129,6 +143,20 @@ class Book:
 
 
 _ANY = Progress(0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0)
+
+
+def _made_of(cut: Cut, moment: Seen) -> Iterator[Progress]:
+    """What a moment may be noted as: as it was, or as an order to stop or to pause will leave it.
+
+    Such an order is noted at once, and obeyed by the next step; a cut may come before that.
+    """
+    now = moment.record
+    yield now
+    later = next((each.record for each in cut.seen if each.time_s > moment.time_s), None)
+    if now.state != IDLE and (later is None or later.state == IDLE):
+        yield now._replace(state=IDLE, ended=STOPPED)
+    if now.state in {RUNNING, RETURNING} and (later is None or later.state != now.state):
+        yield now._replace(state=PAUSED)
 
 
 def _changed_s(cut: Cut, before_s: float) -> float | None:
