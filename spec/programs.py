@@ -24,6 +24,8 @@ LONGEST_NAME = 12
 """Characters of a program's name: what fits a line of 16 beside its number."""
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
+FARTHEST_K = 100.0
+"""A machine that has changed by more is another one: it may have been cold and been opened."""
 FASTEST_K_PER_H = 6553.5
 """A rate is stored in steps of 0.1 K/h, in 16 bits."""
 
@@ -153,7 +155,7 @@ class HoldBack(Model):
 class AfterPowerLoss(Model):
     """Whether a program goes on when the power comes back; nobody knows how long it was away."""
 
-    resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
+    resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0, most=FARTHEST_K)] = Field(
         0.0,
         alias="resume_within",
         description="Goes on if the temperature has changed by no more; 0 K: never.",

@@ -379,6 +379,7 @@ bool program_pause(void)
         return false;
     }
     gate_close_chamber(); /* not even until the next step */
+    progress_save(); /* now: who pulls the plug behind it must not find it heating later */
     return true;
 }
 
@@ -408,6 +409,7 @@ bool program_stop(void)
     next_order = PROGRAM_STOP;
     next_argument = 0;
     gate_close_chamber();
+    progress_save();
     return true;
 }
 
@@ -477,6 +479,12 @@ void program_note(struct progress_record *record)
     record->number = program.number;
     record->segment = program.segment;
     record->ended = program.ended;
+    if (next_order == PROGRAM_STOP && program.state != PROGRAM_IDLE) { /* as the next step will be */
+        record->state = PROGRAM_IDLE;
+        record->ended = PROGRAM_STOPPED;
+    } else if (next_order == PROGRAM_PAUSE && is_at_work()) {
+        record->state = PROGRAM_PAUSED;
+    }
     record->program_crc = programs_crc(&loaded);
     record->first_c = program.first_c;
     record->from_c = program.from_c;
