@@ -239,9 +239,9 @@ class ProgramRun:
             self._finish()
 
     def _finish(self) -> None:
-        to_c = self.now.to_c
-        if self._holds and self._range_c[0] <= to_c <= self._range_c[1]:
-            self._leave(FINISHED, HandedOver(1, to_c))
+        held_c = self.now.setpoint_c
+        if self._holds and self._range_c[0] <= held_c <= self._range_c[1]:
+            self._leave(FINISHED, HandedOver(1, held_c))
         else:
             self._end(FINISHED)
 

@@ -38,7 +38,7 @@ def orders_problem(host: Host) -> str:
     checks = [orders.pressed()]
     if host.build.parts.programmed:
         checks += [orders.at_once(), orders.finished(), orders.refused(), orders.others_refused()]
-        checks += [orders.too_hot()]
+        checks += [orders.too_hot(), orders.skipped()]
     return next((problem for check in checks for problem in check), "")
 
 
@@ -109,6 +109,24 @@ class _Orders(Running):
             heated = self.ticks(1)[0]
         if not heated or self.ticks(self.period_ticks - 1)[0]:
             yield f"finished after {heated} ticks of heat, and it is held on"
+
+    def skipped(self) -> Iterator[str]:
+        """A last ramp that is skipped leads no further, though the end be held."""
+        assert self.host.build.controller.programs is not None
+        if self.host.build.controller.programs.at_end != "hold":
+            return
+        self.run_at(START_C)
+        self.library.loop_air_disable()
+        self.host.step()
+        self.library.program_start(ONE)
+        self.host.step()
+        self.host.step()
+        came_to_c, to_c = self.library.program.setpoint_c, self.library.program.to_c
+        self.library.program_skip()
+        self.host.step()
+        held = (self.library.loop_air.setpoint_c, self.library.settings.air_setpoint_c)
+        if came_to_c == to_c or held != (came_to_c, came_to_c):
+            yield f"skipped on the way from {came_to_c} to {to_c} °C, it holds {held}"
 
     def too_hot(self) -> Iterator[str]:
         """A program that only holds does not hold what nobody may set."""

@@ -88,6 +88,17 @@ def test_at_the_end_the_loop_may_hold():
         kiln.feed(29.0)
 
 
+def test_a_last_ramp_that_is_skipped_leads_no_further():
+    kiln = Kiln(controller_of("{to: 30 °C, over: 10 s}", programs="at_end: hold"))
+    kiln.start()
+    came_to_c = kiln.follow(4)[-1]["setpoint_c"]
+    assert came_to_c == 24.0
+    assert kiln.order("skip")
+    kiln.follow(1)
+    assert kiln.of_program("state", "ended") == (IDLE, FINISHED)
+    assert (kiln.record["enabled"], kiln.record["setpoint_c"]) == (1, came_to_c)
+
+
 def test_what_is_no_setpoint_of_the_loop_is_not_held():
     kiln = Kiln(controller_of("{hold: 2 s}", programs="at_end: hold"))
     kiln.start(temperature_c=-5.0)
