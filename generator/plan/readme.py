@@ -14,7 +14,7 @@ from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import LcdKeypad, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of, modbus_of, nextion_of, starts_enabled
+from heatwright.spec.commands import gcode_of, modbus_of, nextion_of, programmed, starts_enabled
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -32,6 +32,10 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "loops": _loops(spec),
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
+        "menu": any(
+            isinstance(each, LcdKeypad) and programmed(controller, each.loop)
+            for each in controller.interfaces
+        ),
         "host": _host(spec),
         "modbus": _modbus(spec),
         "programs": in_words(controller),
