@@ -45,6 +45,18 @@ def starts_what_was_to_end(desk: MenuDesk) -> bool:
     return bool(desk.program("state") != IDLE)
 
 
+def starts_before_it_is_saved(desk: MenuDesk) -> bool:
+    """Whether a program that was just changed is started as it was before."""
+    desk.press("right", "right", "right", "select", "select", "right", "up", "select")
+    for key in ("select", "left", "select", "select"):
+        desk.device.press(key)
+        desk.run(0.03)
+        desk.device.press(None)
+        desk.run(0.03)
+    desk.run(1.2)
+    return bool(desk.program("state") != IDLE)
+
+
 def repeats_select(desk: MenuDesk) -> bool:
     """Whether a SELECT that is held counts again."""
     desk.press("right", "right")
@@ -97,6 +109,10 @@ BROKEN = {
     "meant otherwise": (
         Broken("menu_run.c", "idle ? TO_START : TO_DO;", "TO_START;"),
         starts_what_was_to_end,
+    ),
+    "not saved yet": (
+        Broken("menu_run.c", "programs_are_saved() && ", ""),
+        starts_before_it_is_saved,
     ),
     "select repeats": (
         Broken(

@@ -180,6 +180,26 @@ def test_a_new_program_is_written_from_nothing_and_runs(desk: MenuDesk) -> None:
     )
 
 
+def test_a_program_is_not_started_as_it_was_before_it_is_saved(desk: MenuDesk) -> None:
+    desk.press("right", "right", "right", "select", "select", "right", "up", "select")
+    desk.device.press("select")
+    desk.run(0.03)
+    desk.device.press(None)
+    desk.run(0.03)
+    for key in ("left", "select", "select"):
+        desk.device.press(key)
+        desk.run(0.03)
+        desk.device.press(None)
+        desk.run(0.03)
+    desk.run(0.1)
+    assert desk.lines[0] == "not possible"
+    desk.run(2.0)
+    assert desk.program("state") == IDLE
+    desk.press("up", "down", "select", "select")
+    desk.run(1.2)
+    assert (desk.program("state"), desk.program("to_dc")) == (RUNNING, 2010)
+
+
 def test_end_in_the_middle_cuts_what_follows_off(desk: MenuDesk) -> None:
     desk.press("right", "right", "right", "select", "select", "right", "right", "right")
     assert desk.lines == ("Segment 2", "fast as it can")
