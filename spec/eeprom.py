@@ -12,7 +12,7 @@ from typing import NamedTuple
 from heatwright.spec.commands import tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
-from heatwright.spec.max31856 import Max31856
+from heatwright.spec.max31856 import selectable_of
 
 CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
@@ -88,11 +88,6 @@ def log_in_eeprom(controller: Controller) -> SerialLog | None:
     return next((each for each in logs if each.keep == "eeprom"), None)
 
 
-def has_types(sensor: object) -> bool:
-    """Tell whether the operator may choose a sensor's type of thermocouple."""
-    return isinstance(sensor, Max31856) and bool(set(sensor.selectable) - {sensor.thermocouple})
-
-
 def settings_bytes(controller: Controller) -> int:
     """Count the bytes of a record of settings: setpoints, maxima, gains, types."""
     kept = sum(
@@ -101,7 +96,9 @@ def settings_bytes(controller: Controller) -> int:
         + 12 * tunable(controller, name)
         for name, loop in controller.loops.items()
     )
-    return RECORD_BYTES + kept + sum(has_types(each) for each in controller.sensors.values())
+    return (
+        RECORD_BYTES + kept + sum(bool(selectable_of(each)) for each in controller.sensors.values())
+    )
 
 
 def layout(controller: Controller) -> Layout:

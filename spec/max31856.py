@@ -1,6 +1,6 @@
 """Thermocouples of any type behind a MAX31856."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
@@ -12,6 +12,9 @@ from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import FREQUENCY
 
 ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
+
+TYPE_CODES = "".join(get_args(ThermocoupleType))
+"""The converter's code of a type is its place here (data sheet, CR1)."""
 
 RANGE_C: dict[str, tuple[float, float]] = {
     "B": (250.0, 1820.0),
@@ -116,4 +119,9 @@ class Max31856(Averaged):
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
-__all__ = ["AVERAGES", "RANGE_C", "Max31856", "ThermocoupleType"]
+__all__ = ["AVERAGES", "RANGE_C", "TYPE_CODES", "Max31856", "ThermocoupleType", "selectable_of"]
+
+
+def selectable_of(sensor: object) -> tuple[str, ...]:
+    """List the types of thermocouple that the operator may choose for a sensor; mostly none."""
+    return sensor.selectable if isinstance(sensor, Max31856) else ()

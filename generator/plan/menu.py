@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.fault_log import fault_log
@@ -10,16 +10,13 @@ from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad, Max31856
+from heatwright.spec import LcdKeypad
 from heatwright.spec.commands import tunable
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import ThermocoupleType
+from heatwright.spec.max31856 import TYPE_CODES, selectable_of
 
 PARTS = ("text", "run", "edit", "values")
 """The menu's files beside panel.c."""
-
-CODES = get_args(ThermocoupleType)
-"""The converter's code of a type is its place here (data sheet, CR1)."""
 
 WIDE_C = 1000.0
 """From here on temperatures are shown without decimals: two of them fill a line."""
@@ -44,7 +41,6 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     loop = controller.loops[name]
     sensor = controller.sensors[loop.sensor]
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
-    selectable = sensor.selectable if isinstance(sensor, Max31856) else ()
     context = {
         "where": source.where,
         "loop_name": name,
@@ -52,10 +48,11 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "sensor": loop.sensor,
         "rules": rules(controller),
         "decimals": int(loop.protection.maximum_c < WIDE_C),
-        "steps_per_minute": "PANEL_STEPS_PER_MINUTE",
         "tunable": tunable(controller, name),
         "adjustable": loop.protection.maximum_adjustable,
-        "types": [{"code": CODES.index(letter), "letter": letter} for letter in selectable],
+        "types": [
+            {"code": TYPE_CODES.index(letter), "letter": letter} for letter in selectable_of(sensor)
+        ],
         "energy": power_w is not None,
     }
     log = fault_log()

@@ -6,15 +6,12 @@ from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec.algorithms import LARGEST_GAIN
-from heatwright.spec.eeprom import CELL_WRITES, has_types, layout, settings_bytes
-from heatwright.spec.max31856 import Max31856
+from heatwright.spec.eeprom import CELL_WRITES, layout, settings_bytes
+from heatwright.spec.max31856 import TYPE_CODES, Max31856, selectable_of
 
 SETTINGS_DELAY_S = 10.0
 LATE = ("a setpoint", "a maximum", "a type of thermocouple")
 """What is saved so long after it was changed."""
-
-TYPE_CODES = "BEJKNRST"
-"""Types of thermocouple in the order of their codes, 0 to 7 (MAX31856 data sheet, register CR1)."""
 
 
 def settings(root: Source, loops: list[dict[str, object]]) -> Part:
@@ -27,7 +24,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     types = [
         {"name": name, "prefix": f"SENSOR_{name.upper()}"}
         for name, sensor in root.controller.sensors.items()
-        if has_types(sensor)
+        if selectable_of(sensor)
     ]
     constants = _layout(root)
     if stored or adjustable or types:

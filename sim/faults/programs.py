@@ -22,8 +22,9 @@ from heatwright.sim.reference.program_state import (
     RUNNING,
 )
 from heatwright.spec import HoldBack, Programs, Segment, programmed
+from heatwright.spec.rules import RULES
 
-PROGRAM_LAGS = 24
+LAGS = "program_lags"
 
 UNDER_WAY_S = 90.0
 """So long it runs before anything happens: longer than the usual time between two saves."""
@@ -109,7 +110,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
 
     # With a long limit it is rule 10 that sees the machine level out.
     heating = ("heating_failed",) if site.loop.protection.heating else ()
-    rules = ("program_lags", *heating)
+    rules = (LAGS, *heating)
 
     yield Fault(
         "heater_too_weak_for_program",
@@ -144,7 +145,7 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
 
 def _lag_was_long(world: World, hold_back: HoldBack) -> str:
     """See that it had its time, and has ended for good."""
-    lags = [trip for trip in world.trips.since(0.0) if trip.code == PROGRAM_LAGS]
+    lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
     return "it tripped before its time was over" if early else _failed(world)
 

@@ -11,6 +11,7 @@ from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
 from heatwright.sim.plants import Plant, plant_of
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
 
@@ -18,8 +19,6 @@ __all__ = ["STEP_S", "Condition", "Site", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
 """Usual time step of the machine; a tenth of the usual control period."""
-PRESS_S = 0.1
-"""A brisk press: this long down, then this long up."""
 ANSWER_S = 1.0
 """Within this long a host has had its answer, if the line works."""
 

@@ -11,10 +11,8 @@ from collections import deque
 from collections.abc import Iterable
 
 from heatwright.sim.interfaces.keypad import Keypad
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ProgramOrder
-
-PRESS_S = 0.1
-"""A brisk press: this long down, then this long up."""
 
 _TO_PROGRAM, _FROM_PROGRAM = ("right", "right"), ("left", "left")
 _CHOICES = {"pause": 0, "resume": 0, "skip": 1, "stop": 2, "jump": 3}

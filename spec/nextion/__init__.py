@@ -11,7 +11,7 @@ import math
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
-from heatwright.spec.max31856 import Max31856
+from heatwright.spec.max31856 import selectable_of
 from heatwright.spec.nextion.control import (
     debug_page,
     fault_page,
@@ -80,5 +80,4 @@ def selectable_types(controller: Controller) -> tuple[str, ...]:
     display = nextion_of(controller)
     if display is None:
         return ()
-    sensor = controller.sensors[controller.loops[display.loop].sensor]
-    return sensor.selectable if isinstance(sensor, Max31856) else ()
+    return selectable_of(controller.sensors[controller.loops[display.loop].sensor])

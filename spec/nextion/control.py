@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion.keypads import asking
 from heatwright.spec.nextion.overview import switched, waveform_attributes
 from heatwright.spec.nextion.parts import (
@@ -14,9 +15,6 @@ from heatwright.spec.nextion.parts import (
 )
 from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.rules import Rule
-
-TYPES = ("B", "E", "J", "K", "N", "R", "S", "T")
-"""Thermocouples in the order of the MAX31856's codes (data sheet, configuration register 1)."""
 
 CONTROL_CHART_PX = (800, 180)
 """One pixel a second: 800 s."""
@@ -55,7 +53,7 @@ def thermo_page(number: int, selectable: tuple[str, ...]) -> Page:
     sheet.label("title", (10, 5, 280, 50), "Thermocouple", LARGE)
     for place, letter in enumerate(sorted(selectable)):
         x, y = 10 + 195 * (place % 4), 90 + 110 * (place // 4)
-        code = (f'print "#15 {TYPES.index(letter)};"',)
+        code = (f'print "#15 {TYPE_CODES.index(letter)};"',)
         sheet.button(f"type{letter}", (x, y, 180, 90), letter, code)
     sheet.label("only", (10, 340, 600, 40), "Only while no program runs and the heater is off.")
     sheet.button("back", (690, 420, 100, 55), "back", ("page settings",))

@@ -6,7 +6,7 @@ from typing import Any
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
-from heatwright.sim.interfaces.menu_keys import PRESS_S
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import Controller
 
 ROOM_C = 20.0

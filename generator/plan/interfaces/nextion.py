@@ -19,6 +19,7 @@ from heatwright.generator.plan.uart import registers
 from heatwright.spec import Nextion
 from heatwright.spec.boards import Uart
 from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S
 from heatwright.spec.nextion.overview import CHART_EVERY_S, CHART_PX
@@ -33,7 +34,6 @@ BEAT_S = CONTROL_CHART_EVERY_S
 """Beat in which everything slower is counted."""
 BYTES_OF_POINT = len("20,44640.25,-1100.5,4:")
 BYTES_OF_ORDER = 32
-TYPES = "BEJKNRST"
 JOULES_PER_HUNDREDTH_KWH = 36e3
 PARTS_OF_DUTY = 1000.0
 """`program.energy` counts tenths of a percent."""
@@ -162,7 +162,9 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
         f"the longest order: {points} segments of {BYTES_OF_POINT} characters",
     )
     if selectable_types(controller):
-        yield Constant("NEXTION_LAST_TYPE", f"{len(TYPES) - 1}u", f"of the thermocouples {TYPES}")
+        yield Constant(
+            "NEXTION_LAST_TYPE", f"{len(TYPE_CODES) - 1}u", f"of the thermocouples {TYPE_CODES}"
+        )
     if programs is None:
         return
     loop = controller.loops[interface.loop]

@@ -12,9 +12,8 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Max31856
 from heatwright.spec.boards import Pin
 from heatwright.spec.commands import programmed
+from heatwright.spec.max31856 import TYPE_CODES
 
-TYPES = "BEJKNRST"
-"""In the order of the data sheet's codes (CR1, "TC TYPE")."""
 OPEN_TEST = 0x10
 """CR0, OCFAULT: look for an open thermocouple, with less than 5 kΩ in its wires."""
 FIFTY_HZ = 0x01
@@ -130,6 +129,6 @@ def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
     """Give the type's code; where others may be chosen that is among the settings' constants."""
     return Constant(
         f"{prefix}_TYPE",
-        f"{TYPES.index(sensor.thermocouple)}u",
+        f"{TYPE_CODES.index(sensor.thermocouple)}u",
         f"{source.at('thermocouple').where}: CR1, type {sensor.thermocouple}",
     )
