@@ -4,11 +4,12 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint types pytest bench format clean
+.PHONY: help setup demo test evidence mutation lint types pytest bench format clean
 
 BIN := .venv/bin
 READY := .venv/ready
 ARGS ?=
+SIZE ?= evidence
 
 help: ## list what there is to make
 	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -28,7 +29,10 @@ $(READY): pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
 demo: $(READY) ## the whole way for the chamber: generate, compile, simulate, compare with the model
 	@$(BIN)/heatwright verify spec/examples/chamber.yaml
 
-test: lint types pytest ## everything that must hold (ARGS="-k name" for some of it)
+test: lint types pytest ## what must hold before a change is shared (ARGS="-k name" for some of it)
+
+evidence: export SUITE_SIZE := $(SIZE)
+evidence: pytest ## all the evidence, in half an hour (SIZE=full: with all its numbers, in hours)
 
 lint: $(READY)
 	@echo "ruff"

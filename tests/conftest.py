@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from suite import Suite
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.toolchain import build
@@ -28,6 +29,10 @@ Vary = Callable[..., Controller]
 # The same examples in every run; a clock that a busy machine slows is no reason to fail.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Suite(), "suite")
 
 
 @pytest.hookimpl(wrapper=True)

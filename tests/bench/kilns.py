@@ -1,6 +1,5 @@
 """The kiln's firings: the binary's, and the model's on machines that are off by some."""
 
-import time
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +26,6 @@ class Fired(NamedTuple):
     device: AvrDevice
     trace: Trace
     log: Any
-    cpu_s: float
     """Time of the processor that it took, s."""
 
 
@@ -42,10 +40,8 @@ def fire(elf: Path, *lines: dict[str, Any], controller: Controller | None = None
     """Run the binary through a scenario; the specification's own if none is given."""
     controller = controller or example("kiln")
     device = AvrDevice(controller, elf)
-    began_s = time.process_time()
     trace = bench(controller, device, events(*lines) if lines else None)
-    cpu_s = time.process_time() - began_s
-    return Fired(device, trace, trace.steps[LOOP], cpu_s)
+    return Fired(device, trace, trace.steps[LOOP])
 
 
 def modelled(controller: Controller, *lines: dict[str, Any], seed: int = 0) -> Trace:
