@@ -1,0 +1,36 @@
+"""Specs of the tests and what is generated from them, each read and generated once."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from heatwright.generator import plan_firmware, render
+from heatwright.spec import Spec, load, load_text
+
+EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+
+
+@cache
+def example(name: str) -> Spec:
+    """Read one of the examples."""
+    return load(EXAMPLES / f"{name}.yaml")
+
+
+@cache
+def spec_of(text: str) -> Spec:
+    """Read a spec from its text."""
+    return load_text(text, "spec.yaml")
+
+
+@cache
+def files_of(spec: str) -> Mapping[str, str]:
+    """Generate the project of a spec's text, or of the example of that name: path and text."""
+    found = spec_of(spec) if "\n" in spec else example(spec)
+    return MappingProxyType(dict(render(plan_firmware(found))))
+
+
+def sources_of(spec: str) -> dict[str, str]:
+    """Return what is in the project's `src/`, by its name there."""
+    files = files_of(spec)
+    return {path.removeprefix("src/"): files[path] for path in files if path.startswith("src/")}
