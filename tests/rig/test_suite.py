@@ -1,4 +1,4 @@
-"""What the sizes of the suite hold: every test at least by `make evidence`, all cases by SIZE=full."""
+"""The sizes of the suite: `make evidence` holds every test, SIZE=full all cases of each."""
 
 from itertools import pairwise
 
