@@ -1,7 +1,7 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import compile_world
+from gcode_world import gcode_world
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.toolchain import build
@@ -37,7 +37,6 @@ def feeder_program(tmp_path_factory: pytest.TempPathFactory) -> Elf:
 
 
 @pytest.fixture(scope="session")
-def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def world() -> Path:
     """The extruder's G-code as a program of this computer: see gcode_world."""
-    files = render(plan_firmware(load(EXAMPLES / "extruder.yaml")))
-    return compile_world(files, tmp_path_factory.mktemp("world"))
+    return gcode_world().sanitized().program()

@@ -1,36 +1,22 @@
-"""The generated G-code files on this computer, with the checks of gcc's sanitizers."""
+"""The generated G-code files on this computer, in a world with one tool, nozzle, and one fan."""
 
 import struct
-import subprocess
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import xor
 from pathlib import Path
 
-HERE = Path(__file__).parent / "host_world"
-FLAGS = [
-    "-std=c11", "-g", "-O1", "-Wall", "-Wextra", "-Werror",
-    "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
-    "-fno-sanitize-recover=all", "-D__AVR_ATmega2560__", "-DF_CPU=16000000UL",
-]  # fmt: skip
+from rig.hosted import World, play, world_of
+from rig.specs import sources_of
+
 MINE = ("gcode", "host.", "text.")
 
 
-def compile_world(files: Mapping[str, str], folder: Path) -> Path:
-    """Compile the G-code files of a project with one tool, nozzle, and one fan, part_fan."""
-    sources = []
-    for path, text in files.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-        if target.suffix == ".c" and target.name.startswith(MINE):
-            sources.append(target)
-    program = folder / "world"
-    includes = [f"-I{HERE}", f"-I{folder / 'src'}"]
-    command = ["gcc", *FLAGS, *includes, *sources, HERE / "world.c", "-lm", "-o", program]
-    subprocess.run(command, check=True)
-    return program
+def gcode_world() -> World:
+    """Return the extruder's files that a host speaks with."""
+    files = [name for name in sources_of("extruder") if name.startswith(MINE)]
+    mine = [name for name in files if name.endswith(".c")]
+    return world_of("extruder", mine, Path(__file__).with_name("world.c"))
 
 
 def received(data: bytes) -> bytes:
@@ -77,9 +63,7 @@ class Said:
 
 def run(program: Path, *script: bytes) -> Said:
     """Play a script."""
-    done = subprocess.run([program], input=b"".join(script), capture_output=True, check=False)
-    assert done.returncode == 0, done.stderr.decode()
-    said, _, state = done.stdout.partition(b"=setpoint ")
+    said, _, state = play(program, script).partition(b"=setpoint ")
     pairs = [line.split(" ", 1) for line in f"setpoint {state.decode()}".splitlines()]
     return Said(
         said.decode("ascii").splitlines(), {name.lstrip("="): value for name, value in pairs}

@@ -1,23 +1,39 @@
-"""Generated C on this computer, inside a world of the test's in C, as a program that plays scripts.
+"""Generated C on this computer, inside a world of the test's in C, which plays scripts.
 
+The world's `main` reads a script from standard input and writes what happens to standard output.
 Each file is compiled once (`store`); a changed one is compiled alone and linked with the others.
+As a program it runs by itself, sanitized if so wished; as a library it is loaded once, and each
+play is a fork of this process: quicker, where many variants are judged.
 """
 
+import ctypes
+import os
+import resource
 import subprocess
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
+from rig.avr import board_of
+from rig.specs import sources_of
 from rig.store import made
 
-HEADERS = Path(__file__).parent / "world"
-"""avr-libc's headers, as far as the worlds need them."""
+import heatwright.sim.host
+
+HERE = Path(__file__).parent / "world"
+"""What worlds share, and registers beyond those of the host build."""
+HOST = Path(heatwright.sim.host.__file__).parent / "include"
+"""avr-libc's headers of the host build."""
 SANITIZED = (
     "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
     "-fno-sanitize-recover=all",
 )
 STRICT = ("-Wall", "-Wextra", "-Werror")
-FLAGS = ("-std=c11", "-g", "-O1", "-ffp-contract=off", "-DF_CPU=16000000UL")
+FLAGS = ("-std=c11", "-g", "-O1", "-ffp-contract=off")
+LIBRARY = ("-fPIC", "-Dmain=world_main")
+BOUND = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs")
+"""Nothing of another library, or of Python, stands in for the firmware's own names."""
 MOST_CPU_S = 20
 """Of the processor, for what takes one: a program that has lost its way takes all it can get."""
 
@@ -35,45 +51,107 @@ class World:
     flags: tuple[str, ...] = ()
 
     def program(self, changed: Mapping[str, str] | None = None) -> Path:
-        """Compile and link; files that are changed are compiled without warnings."""
-        headers = {name: text for name, text in self.sources.items() if name.endswith(".h")}
-        headers |= {path.name: path.read_text("utf-8") for path in self.world.parent.glob("*.h")}
-        texts = {name: self.sources[name] for name in self.files} | dict(changed or {})
-        texts[self.world.name] = self.world.read_text("utf-8")
-        beside = {
-            f"avr_libc/{path.relative_to(HEADERS).as_posix()}": path.read_text("utf-8")
-            for path in HEADERS.rglob("*.h")
-        }
-        objects = []
-        for name, text in texts.items():
-            strict = ("-w",) if changed and name in changed else STRICT
-            words = ["gcc", *FLAGS, *strict, *self.flags, "-I.", "-Iavr_libc", "-c", name]
-            objects.append(
-                made([*words, "-o", "made.o"], headers | beside | {name: text}, "made.o")
-            )
-        link = ["gcc", *self.flags, *map(str, objects), "-lm", "-o", "program"]
-        return made(link, {}, "program")
+        """Compile and link a program; files that are changed are compiled without warnings."""
+        objects = self._objects(changed or {}, ())
+        return made(["gcc", *self.flags, *objects, "-lm", "-o", "program"], {}, "program")
+
+    def library(self, changed: Mapping[str, str] | None = None) -> Path:
+        """Compile and link a library, for `play` in this process."""
+        objects = self._objects(changed or {}, LIBRARY)
+        return made(["gcc", *self.flags, *BOUND, *objects, "-lm", "-o", "world.so"], {}, "world.so")
 
     def sanitized(self) -> "World":
-        """Return the same with the checks of gcc's sanitizers."""
+        """Return the same with the checks of gcc's sanitizers; for programs."""
         return replace(self, flags=(*self.flags, *SANITIZED))
+
+    def _objects(self, changed: Mapping[str, str], flags: tuple[str, ...]) -> list[str]:
+        texts = {name: self.sources[name] for name in self.files}
+        texts |= {name: text for name, text in changed.items() if name.endswith(".c")}
+        texts[self.world.name] = self.world.read_text("utf-8")
+        include = made(["true"], self._headers(changed), "avr_libc/host/avr/io.h").parents[3]
+        places = [f"-I{include / place}" for place in ("", "avr_libc/more", "avr_libc/host")]
+        objects = []
+        for name, text in texts.items():
+            strict = ("-w",) if name in changed else STRICT
+            words = ["gcc", *FLAGS, *strict, *self.flags, *flags, *places, "-c", name]
+            objects.append(str(made([*words, "-o", "made.o"], {name: text}, "made.o")))
+        return objects
+
+    def _headers(self, changed: Mapping[str, str]) -> dict[str, str]:
+        """Return everything that may be included, by its place in one folder."""
+        headers = {name: text for name, text in self.sources.items() if name.endswith(".h")}
+        headers |= {name: text for name, text in changed.items() if name.endswith(".h")}
+        headers |= {path.name: path.read_text("utf-8") for path in self.world.parent.glob("*.h")}
+        for name, folder in {"more": HERE, "host": HOST}.items():
+            for path in folder.rglob("*.h"):
+                place = path.relative_to(folder).as_posix()
+                headers[f"avr_libc/{name}/{place}"] = path.read_text("utf-8")
+        return headers
+
+
+def world_of(spec: str, files: Iterable[str], world: Path, *flags: str) -> World:
+    """Return the world around files of a spec's firmware (its text, or an example's name)."""
+    board = board_of(spec)
+    chip = f"-D__AVR_ATmega{board.mcu.removeprefix('atmega').upper()}__"
+    clock = f"-DF_CPU={board.clock_hz}UL"
+    return World(sources_of(spec), tuple(sorted(files)), world, (chip, clock, *flags))
 
 
 class Stopped(AssertionError):
     """The program ended in another way than it should: its last words."""
 
 
-def play(program: Path, script: Iterable[bytes]) -> bytes:
-    """Run a program with a script as its input; return what it says.
+def play(world: Path, script: Iterable[bytes]) -> bytes:
+    """Run a program, or a library in a fork, with a script as its input; return what it says.
 
     Raises:
         Stopped: it crashed, or a sanitizer complained, or it did not end.
 
     """
+    if world.suffix == ".so":
+        return _forked(_loaded(world), b"".join(script))
     done = subprocess.run(
-        ["prlimit", f"--cpu={MOST_CPU_S}", program], input=b"".join(script),
+        ["prlimit", f"--cpu={MOST_CPU_S}", world], input=b"".join(script),
         capture_output=True, check=False,
     )  # fmt: skip
     if done.returncode:
         raise Stopped(done.stderr.decode(errors="replace") or f"status {done.returncode}")
     return done.stdout
+
+
+@cache
+def _loaded(library: Path) -> ctypes.CDLL:
+    return ctypes.CDLL(str(library))
+
+
+def _forked(library: ctypes.CDLL, script: bytes) -> bytes:
+    """Play in a child of this process, whose memory is the library's as it was loaded."""
+    streams = [os.memfd_create(name) for name in ("script", "said", "complaint")]
+    try:
+        os.write(streams[0], script)
+        os.lseek(streams[0], 0, os.SEEK_SET)
+        child = os.fork()
+        if child == 0:
+            _play_and_end(library, streams)
+        _, status = os.waitpid(child, 0)
+        said, complaint = (os.pread(each, os.fstat(each).st_size, 0) for each in streams[1:])
+    finally:
+        for each in streams:
+            os.close(each)
+    if status:
+        raise Stopped(complaint.decode(errors="replace") or f"status {status}")
+    return said
+
+
+def _play_and_end(library: ctypes.CDLL, streams: list[int]) -> None:
+    status = 1
+    try:
+        for number, stream in enumerate(streams):
+            os.dup2(stream, number)
+        used_s = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        most_s = int(used_s) + MOST_CPU_S
+        resource.setrlimit(resource.RLIMIT_CPU, (most_s, most_s))
+        status = library.world_main()
+        ctypes.CDLL(None).fflush(None)
+    finally:
+        os._exit(status)

@@ -5,13 +5,8 @@
  * code, and 'a', a tuning's result (8 bits each). What is sent goes to standard output; `=` lines show the state at the end.
  */
 #include <math.h>
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#define REGISTER /* here they are */
-#include <avr/io.h>
+#include "script.h"
 
 #include "autotune_nozzle.h"
 #include "config.h"
@@ -126,15 +121,7 @@ static void send_now(void)
     }
 }
 
-static unsigned word(void)
-{
-    const int low = getchar();
-    const int high = getchar();
-
-    return high < 0 ? 0 : (unsigned)low | (unsigned)high << 8;
-}
-
-static void receive(unsigned count)
+static void receive(uint16_t count)
 {
     for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
         UDR0 = (uint8_t)byte;
@@ -142,7 +129,7 @@ static void receive(unsigned count)
     }
 }
 
-static void ticks(unsigned count)
+static void ticks(uint16_t count)
 {
     while (count-- != 0) {
         gcode_tick();
@@ -156,23 +143,22 @@ int main(void)
     for (int command; (command = getchar()) >= 0;) {
         switch (command) {
         case 'r':
-            receive(word());
+            receive(next_word());
             break;
         case 't':
-            ticks(word());
+            ticks(next_word());
             break;
         case 'c':
-            loop_nozzle.temperature_c = (float)(int16_t)word();
+            loop_nozzle.temperature_c = (float)(int16_t)next_word();
             break;
         case 'a':
-            autotune_nozzle.result = (uint8_t)getchar();
+            autotune_nozzle.result = next_byte();
             break;
         case 'f':
-            fault_trip((uint8_t)getchar(), 20.0f);
+            fault_trip(next_byte(), 20.0f);
             break;
         default:
-            fprintf(stderr, "what is %d?\n", command);
-            return 2;
+            wrong("a letter that is no command");
         }
     }
     printf("=setpoint %.9g\n=fan %.9g\n=mode %d\n=manual %.9g\n", (double)settings.nozzle_setpoint_c,
