@@ -1,16 +1,12 @@
 """Somebody stops or pauses a firing and pulls the plug: it does not go on with the power back."""
 
-from pathlib import Path
-
 import pytest
-from whole_firmware import Broken, whole
+from fault_machines import site_of
 
 from heatwright.sim.faults.programs import under_way
-from heatwright.sim.faults.world import Site
 from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RUNNING
 from heatwright.spec.program_orders import Order
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 HEARD_S = 0.05
 """From the display to the order: its line, and a tick."""
 WRITTEN_S = 0.47
@@ -18,9 +14,9 @@ WRITTEN_S = 0.47
 WATCH_S = 20.0
 
 
-def after_a_cut(site: Site, order: Order, within_s: float) -> tuple[int, float | None]:
+def after_a_cut(order: Order, within_s: float) -> tuple[int, float | None]:
     """The program's state when the power is back for a while, and when a heater was on last."""
-    world = under_way(site)
+    world = under_way(site_of("kiln"))
     world.device.program(order)
     world.run(within_s)
     world.power_cut()
@@ -30,34 +26,12 @@ def after_a_cut(site: Site, order: Order, within_s: float) -> tuple[int, float |
 
 @pytest.mark.parametrize(("order", "state"), [("stop", IDLE), ("pause", PAUSED)])
 @pytest.mark.parametrize("more_s", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
-def test_it_does_not_go_on(kiln_site: Site, order: Order, state: int, more_s: float) -> None:
-    assert after_a_cut(kiln_site, order, HEARD_S + WRITTEN_S + more_s) == (state, None)
+def test_it_does_not_go_on(order: Order, state: int, more_s: float) -> None:
+    assert after_a_cut(order, HEARD_S + WRITTEN_S + more_s) == (state, None)
 
 
-BROKEN: dict[Order, tuple[Broken, ...]] = {
-    "stop": (
-        Broken("program.c", "gate_close_chamber();\n    progress_save();", "gate_close_chamber();"),
-        Broken("program.c", "record->state = PROGRAM_IDLE;", ""),
-    ),
-    "pause": (
-        Broken("program.c", "progress_save(); /* now", "/* now"),
-        Broken("program.c", "record->state = PROGRAM_PAUSED;", ""),
-    ),
-}
-
-
-@pytest.mark.parametrize(
-    ("order", "broken"), [(order, each) for order, all_ in BROKEN.items() for each in all_]
-)
-def test_a_broken_line_lets_it_go_on(kiln_site: Site, order: Order, broken: Broken) -> None:
-    text = (EXAMPLES / "kiln.yaml").read_text(encoding="utf-8")
-    site = Site(kiln_site.controller, whole(text, broken), kiln_site.loop_name)
-    times_s = [HEARD_S + WRITTEN_S + tenth / 10 for tenth in range(1, 10)]
-    assert any(after_a_cut(site, order, each)[0] not in (IDLE, PAUSED) for each in times_s)
-
-
-def test_what_is_cut_before_that_may_go_on(kiln_site: Site) -> None:
+def test_what_is_cut_before_that_may_go_on() -> None:
     """Else the test above would show nothing."""
-    state, _ = after_a_cut(kiln_site, "stop", HEARD_S)
+    state, _ = after_a_cut("stop", HEARD_S)
     assert state not in (IDLE, PAUSED, RESTORING)
     assert state >= RUNNING

@@ -4,17 +4,21 @@ import math
 import struct
 
 import pytest
+from fault_machines import site_of
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.faults.world import Site
 from heatwright.spec import digest
 
 SAVED_AFTER_S = 10.0
 """An operator who goes on pressing keys does not wear the EEPROM."""
 
 
-def record(site: Site, setpoint_c: float) -> bytes:
-    spec = int(digest(site.controller), 16)
+def device_of() -> AvrDevice:
+    return AvrDevice(site_of("pid").controller, site_of("pid").program)
+
+
+def record(setpoint_c: float) -> bytes:
+    spec = int(digest(site_of("pid").controller), 16)
     body = struct.pack("<IHBBfIf", spec, 1, 0, 0, 0.0, 0, setpoint_c)
     body = bytes([len(body) + 1]) + body
     crc = 0xFFFF
@@ -27,31 +31,20 @@ def record(site: Site, setpoint_c: float) -> bytes:
 
 @pytest.mark.parametrize(
     ("stored_c", "taken_c"),
-    [
-        (50.0, 50.0),
-        (10.0, 10.0),
-        (70.0, 70.0),
-        (9.999, 20.0),
-        (70.001, 20.0),
-        (math.nan, 20.0),
-        (math.inf, 20.0),
-        (-math.inf, 20.0),
-        (3e38, 20.0),
-    ],
+    [(inside, inside) for inside in (10.0, 50.0, 70.0)]
+    + [(beyond, 20.0) for beyond in (9.999, 70.001, math.nan, math.inf, -math.inf, 3e38)],
 )
-def test_only_a_setpoint_in_its_range_is_taken(
-    pid_site: Site, stored_c: float, taken_c: float
-) -> None:
-    device = AvrDevice(pid_site.controller, pid_site.program)
-    device.avr.eeprom.contents = record(pid_site, stored_c)
+def test_only_a_setpoint_in_its_range_is_taken(stored_c: float, taken_c: float) -> None:
+    device = device_of()
+    device.avr.eeprom.contents = record(stored_c)
     device.sense("air", 30.0)
     device.advance(1.5)
     assert device.read("settings.air_setpoint_c") == taken_c
     assert device.read("fault.code") == 0
 
 
-def test_it_survives_a_loss_of_power_once_saved(pid_site: Site) -> None:
-    device = AvrDevice(pid_site.controller, pid_site.program)
+def test_it_survives_a_loss_of_power_once_saved() -> None:
+    device = device_of()
     device.sense("air", 19.0)
     device.advance(1.0)
     for _ in range(3):
@@ -61,7 +54,7 @@ def test_it_survives_a_loss_of_power_once_saved(pid_site: Site) -> None:
         device.advance(device.time_s + 0.1)
     assert device.avr.eeprom.writes == 0
     device.advance(device.time_s + SAVED_AFTER_S + 0.5)
-    assert device.avr.eeprom.writes == len(record(pid_site, 50.0))
+    assert device.avr.eeprom.writes == len(record(50.0))
     device.power_cycle()
     device.sense("air", 19.0)
     device.advance(device.time_s + 1.5)

@@ -1,0 +1,148 @@
+"""The machines that faults are tried on: examples, and others made from their texts."""
+
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import NamedTuple
+
+from fault_rules import rules_of
+from rig.avr import whole
+from rig.specs import EXAMPLES, example, spec_of
+
+from heatwright.sim.faults import Fault, catalogue
+from heatwright.sim.faults.world import Site
+from heatwright.spec import Controller
+
+
+def changed(name: str, *changes: tuple[str, str]) -> str:
+    """Return an example's text with these changes, every one of which must apply."""
+    text = (EXAMPLES / f"{name}.yaml").read_text(encoding="utf-8")
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+ON_OFF = "{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}"
+HEATER = "heater: {kind: digital, pin: D3, power: 240 W}"
+
+# A relay module that is on at low level, PID in slow windows spread over them, a safety relay with
+# its contact, a band with two ends, half the sensor's resolution, the setpoint kept; heating_failed
+# off, so that sensor_frozen is the first.
+PID = changed(
+    "chamber",
+    (HEATER,
+     "heater: {kind: time_proportional, pin: D3, active: low, window: 2 s, resolution: 20 ms, "
+     "distribution: spread, power: 240 W}\n  contactor: {kind: digital, pin: D2, active: low}"),
+    ("resolution: 12 bit", "resolution: 11 bit"),
+    ("maximum: 70 °C}", "maximum: 70 °C, stored: true}"),
+    (ON_OFF, "{kind: pid, kp: 12, ki: 0.05, kd: 300, derivative_filter: 4 s}"),
+    ("heating: {rise: 2 K, within: 120 s}", "heating: off\n      frozen: {for: 90 s}"),
+    ("{above: 10 K, for: 60 s}", "{above: 10 K, below: 8 K, for: 30 s}"),
+    ("watchdog: 2 s", "watchdog: 500 ms\n  relay: contactor\n  relay_feedback: D12"),
+)  # fmt: skip
+
+# A transistor under PWM, a fast loop, a short patience; no display, no keys, no fan.
+BARE = changed(
+    "chamber",
+    (HEATER, "heater: {kind: pwm, pin: D3, frequency: 490 Hz, power: 240 W}"),
+    ("  fan: {kind: digital, pin: D11, runs: always}\n", ""),
+    ("    fan: fan                       # the heater may only be on while this fan is\n", ""),
+    ("initial: 20 °C", "initial: 50 °C"),
+    ("period: 1 s", "period: 500 ms"),
+    ("resolution: 12 bit", "resolution: 10 bit"),
+    (ON_OFF, "{kind: pid, kp: 20, ki: 0.1}"),
+    ("stale_after: 5 s", "stale_after: 2 s"),
+    ("watchdog: 2 s", "watchdog: 1 s"),
+    ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
+    ("    - {at: 10 s, press: up, times: 3}\n", ""),
+)
+
+# A cooler with minimum times, no current to tell.
+HELD = changed(
+    "fabricator",
+    (", current: {sensor: current, limit: 3 A}", ""),
+    ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
+    (", current: {of: heater}", ""),
+    ("{kind: digital, pin: PD6}",
+     "{kind: digital, pin: PD6, minimum_on: 1500 ms, minimum_off: 3 s}"),
+)  # fmt: skip
+
+
+class Machine(NamedTuple):
+    """What is tried on a controller; the healthy ones take long: `verify` tries those of examples.
+
+    otherwise -- where it differs from what holds for all of them; absent -- a fault that the
+    catalogue leaves out, because the machine cannot have it; only -- the faults that are tried,
+    where another machine shows the rest.
+    """
+
+    spec: str
+    healthy: bool = False
+    otherwise: Mapping[str, str | None] = MappingProxyType({})
+    absent: tuple[str, ...] = ()
+    only: tuple[str, ...] = ()
+
+
+MACHINES = {
+    "chamber": Machine("chamber", healthy=True),
+    # Its sensor cools too slowly to jump: the fall is seen at the band's lower end.
+    "pid": Machine(PID, healthy=True, otherwise={"fallen_out": "runaway_below"}),
+    # In half a second it falls too little to jump. The heavy one that loses much is too weak.
+    "bare": Machine(
+        BARE, otherwise={"fallen_out": "heating_failed"}, absent=("healthy_1.3C_0.7R_10degC",)
+    ),
+    "extruder": Machine("extruder"),
+    "fabricator": Machine("fabricator"),
+    "kiln": Machine("kiln"),
+    "kiln_uno": Machine(
+        "kiln_uno", only=("key_stuck", "keys_at_random", "select_stuck", "display_unplugged")
+    ),
+    "held": Machine(
+        HELD,
+        only=(
+            "open", "heater_open", "switch_shorted_when_hot", "switch_shorted_in_band", "fire",
+            "cooler_shorted", "heating_and_cooling_by_turns", "hung_while_cooling",
+        ),
+    ),
+    # A fire reaches a loop that cools from its start on.
+    "at_once": Machine(
+        changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)
+    ),
+}  # fmt: skip
+
+
+@cache
+def controller_of(name: str) -> Controller:
+    text = MACHINES[name].spec
+    return (spec_of(text) if "\n" in text else example(text)).controller
+
+
+@cache
+def site_of(name: str) -> Site:
+    (loop,) = controller_of(name).loops
+    return Site(controller_of(name), whole(MACHINES[name].spec), loop)
+
+
+@cache
+def faults_of(name: str) -> Mapping[str, Fault]:
+    """Return what the catalogue has for a machine: to find what it can do takes seconds."""
+    site = site_of(name)
+    return {fault.id: fault for fault in catalogue(site.controller, site.program)}
+
+
+@cache
+def expected(name: str) -> Mapping[str, str | None]:
+    """Return what each fault of a machine must trip."""
+    machine = MACHINES[name]
+    rules = {**rules_of(controller_of(name)), **machine.otherwise}
+    return {fault: rule for fault, rule in rules.items() if fault not in machine.absent}
+
+
+def tried(name: str) -> dict[str, str | None]:
+    """Return those that are tried here."""
+    machine, rules = MACHINES[name], expected(name)
+    chosen = machine.only or [
+        fault for fault in rules if machine.healthy or not fault.startswith("healthy")
+    ]
+    return {fault: rules[fault] for fault in chosen}
