@@ -6,6 +6,8 @@ each is independent and deterministic. See docs/simulator.md for what is and is 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import numpy as np
@@ -41,6 +43,23 @@ RESET_EVENT = np.dtype(
 CAUSES = ("power_on", "external", "brown_out", "watchdog")
 
 
+Core = Literal["own", "simavr"]
+"""Whose core runs the instructions: ours, or simavr's (Avr.use_simavrs_core)."""
+
+_core: Core = "own"
+
+
+@contextmanager
+def instructions_by(core: Core) -> Iterator[None]:
+    """Have this core run the instructions of every processor made meanwhile in this process."""
+    global _core  # noqa: PLW0603 - processors are made deep down, also by a loss of power
+    earlier, _core = _core, core
+    try:
+        yield
+    finally:
+        _core = earlier
+
+
 class AvrError(RuntimeError):
     """The program has left its flash or RAM, or uses what is not simulated; says which."""
 
@@ -70,6 +89,8 @@ class Avr:
         self._slave_errors: list[BaseException] = []
         self._stack_bottom = self.part.ram_start
         self.write_ram(self.part.ram_start, bytes([RAM_FILL]) * self.ram_size)
+        if _core == "simavr":
+            self.use_simavrs_core()
 
     def _power_on(self, mcu: str, supply_v: float) -> Hw:
         shim = load()

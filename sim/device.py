@@ -73,7 +73,7 @@ class AvrDevice:
         self._controller = controller
         self.elf = elf if isinstance(elf, Elf) else Elf(elf)
         self.variables = Variables(self.elf)
-        _check_digest(self.elf, digest(controller))
+        check_digest(self.elf, digest(controller))
         self._start_s = 0.0
         self._recorders: list[Any] = []
         self._logs = {
@@ -312,7 +312,8 @@ class AvrDevice:
             self.unplug()
 
 
-def _check_digest(program: Elf, expected: str) -> None:
+def check_digest(program: Elf, expected: str) -> None:
+    """Raise StaleBinary when the program was generated from another spec."""
     found = f"{int.from_bytes(program.flash_bytes(DIGEST, 4), 'little'):08x}"
     if found != expected:
         raise StaleBinary(
@@ -321,4 +322,4 @@ def _check_digest(program: Elf, expected: str) -> None:
         )
 
 
-__all__ = ["AvrDevice", "ElfError", "StaleBinary"]
+__all__ = ["AvrDevice", "ElfError", "StaleBinary", "check_digest"]

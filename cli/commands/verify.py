@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,6 +13,9 @@ from heatwright.cli.options import File, json_option, print_json, spec_argument
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import check_target, whole
 
+if TYPE_CHECKING:
+    from heatwright.sim.avr import Core
+
 
 @click.command(
     cls=Command,
@@ -19,14 +23,29 @@ from heatwright.cli.targets import check_target, whole
         "heatwright verify chamber.yaml",
         "heatwright verify chamber.yaml --report chamber.html",
         "heatwright verify chamber.yaml --json > evidence.json",
+        "heatwright verify chamber.yaml --core simavr",
+        "heatwright verify chamber.yaml --elf .pio/build/firmware/firmware.elf",
     ),
 )
 @spec_argument
 @click.option(
     "--report", type=File, metavar="OUT.html", help="Write all of it as a page in one file."
 )
+@click.option(
+    "--core",
+    type=click.Choice(("own", "simavr")),
+    default="own",
+    show_default=True,
+    help="Whose core runs the instructions: heatwright's own, or simavr's (slower).",
+)
+@click.option(
+    "--elf",
+    type=File,
+    metavar="FILE",
+    help="Build nothing: verify this binary, built elsewhere from the sources of this spec.",
+)
 @json_option
-def command(spec: Path, report: Path | None, as_json: bool) -> int:
+def command(spec: Path, report: Path | None, core: Core, elf: Path | None, as_json: bool) -> int:
     """Prove that the firmware does what the spec says.
 
     Generates and builds the firmware, runs the unmodified binary against the simulated machine,
@@ -41,7 +60,7 @@ def command(spec: Path, report: Path | None, as_json: bool) -> int:
 
     loaded = load(spec)
     with talk() as shown:
-        evidence = verify(str(spec), loaded, shown)
+        evidence = verify(str(spec), loaded, shown, core=core, elf=elf)
     if report is not None:
         from heatwright.cli.report.verify_page import verify_page  # noqa: PLC0415
 

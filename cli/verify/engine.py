@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.talk import Talk
 from heatwright.cli.verify.checks import build_checks, chain_checks, replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.cli.verify.evidence import Evidence
+from heatwright.cli.verify.given import given_binary
 from heatwright.cli.verify.trials import try_all
+from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.chain import chain_errors
+from heatwright.sim.elf import ElfError
 from heatwright.spec import Spec
 
 
-def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
+def verify(
+    file: str, spec: Spec, shown: Talk, *, core: Core = "own", elf: Path | None = None
+) -> Evidence:
     """Gather and judge.
 
-    Raises Refused for a spec without simulation, ToolMissing, BuildFailed, SimulatorMissing.
+    core -- whose core runs the instructions; elf -- a binary that was built elsewhere.
+
+    Raises Refused for a spec without simulation, or a binary that is not of this spec,
+    ToolMissing, BuildFailed, SimulatorMissing.
     """
     simulation = spec.controller.simulation
     if simulation is None:
@@ -24,12 +35,28 @@ def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
             f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
             "Describe one, as `heatwright init` shows."
         )
-    built = build_firmware(spec, shown.begin("Building the firmware"))
-    loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
+    if elf is None:
+        built = build_firmware(spec, shown.begin("Building the firmware"))
+        return _gathered(file, spec, built, core, shown)
+    try:
+        return _gathered(file, spec, given_binary(spec, elf), core, shown, elf)
+    except ElfError as error:
+        raise Refused(str(error)) from None
+
+
+def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
+    file: str, spec: Spec, built: BuildResult, core: Core, shown: Talk, elf: Path | None = None
+) -> Evidence:
+    simulation = spec.controller.simulation
+    assert simulation is not None  # noqa: S101 - looked at before
+    with instructions_by(core):
+        loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
     chains = tuple(chain_errors(spec.controller, built.elf))
     return Evidence(
         file=file,
         spec=spec,
+        core=core,
+        elf=elf,
         built=built,
         chains=chains,
         loops=loops,
@@ -39,5 +66,5 @@ def verify(file: str, spec: Spec, shown: Talk) -> Evidence:
             *replay_checks(loops),
             *run_checks(loops, simulation.expect),
         ),
-        trials=try_all(spec.controller, built, shown),
+        trials=try_all(spec.controller, built, core, shown),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from heatwright.cli.figures import as_json, build_json, replay_json
@@ -12,6 +13,7 @@ from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.cli.verify.rows import figure_cells
 from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.avr import Core
 from heatwright.sim.chain import ChainError
 from heatwright.spec import Spec
 
@@ -22,6 +24,10 @@ class Evidence:
 
     file: str
     spec: Spec
+    core: Core
+    """Whose core ran the instructions."""
+    elf: Path | None
+    """The binary, where it was built elsewhere."""
     built: BuildResult
     chains: tuple[ChainError, ...]
     """Of the analog sensors."""
@@ -62,6 +68,14 @@ class Evidence:
         )
 
     @property
+    def unusual(self) -> tuple[str, ...]:
+        """What was not done as it is done unasked, a line each."""
+        return (
+            *([] if self.elf is None else [f"The binary was built elsewhere: {self.elf}."]),
+            *([] if self.core == "own" else ["The instructions were run by simavr's core."]),
+        )
+
+    @property
     def mismatches(self) -> tuple[str, ...]:
         """The first few variables that differ from the model's, a line each."""
         return tuple(
@@ -76,6 +90,8 @@ class Evidence:
         return {
             "spec": self.file,
             "digest": self.spec.digest,
+            "core": self.core,
+            "elf": None if self.elf is None else str(self.elf),
             "build": build_json(self.built),
             "sensors": [chain.as_json() for chain in self.chains],
             "replay": replay_json(self.loops.replays.values()),

@@ -33,6 +33,8 @@ def print_evidence(evidence: Evidence) -> None:
         f"{duration(round(run.trace.duration_s))} of the closed loop simulated in "
         f"{run.wall_s:.2f} s, {run.speed:.0f} times faster than the machine\n"
     )
+    for line in evidence.unusual:
+        click.echo(f"{line}\n")
     heading("Closed loop")
     show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
     if loads := load_cells(run.figures):

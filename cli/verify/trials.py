@@ -9,6 +9,7 @@ from pathlib import Path
 from heatwright.cli.pool import spread
 from heatwright.cli.talk import Job, Talk
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
 from heatwright.sim.timing import Timing, measure
@@ -30,16 +31,21 @@ class _Piece:
     stack_bytes: int
     fault: int | None
     """Its number in the catalogue; None: the timing."""
+    core: Core
+    """A worker is a process of its own, and is told."""
 
 
-def try_all(controller: Controller, built: BuildResult, shown: Talk) -> Trials:
+def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:
     """Measure the timing and try every fault there is for a controller, two at a time."""
     count = len(catalogue(controller, Elf(built.elf)))
     counter = _Counter(shown.begin("Injecting faults"), count)
     jobs: list[Job] = [shown.begin("Measuring the timing"), *[counter] * count]
     timing, *faults = spread(
         _try,
-        [_Piece(controller, built.elf, built.stack_bytes, each) for each in (None, *range(count))],
+        [
+            _Piece(controller, built.elf, built.stack_bytes, each, core)
+            for each in (None, *range(count))
+        ],
         jobs,
     )
     assert isinstance(timing, Timing)  # noqa: S101 - the first piece of work
@@ -47,11 +53,12 @@ def try_all(controller: Controller, built: BuildResult, shown: Talk) -> Trials:
 
 
 def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
-    if piece.fault is None:
-        return measure(
-            piece.controller, piece.elf, static_stack_bytes=piece.stack_bytes, progress=job
-        )
-    return try_fault(_faults(piece.controller, piece.elf)[piece.fault])
+    with instructions_by(piece.core):
+        if piece.fault is None:
+            return measure(
+                piece.controller, piece.elf, static_stack_bytes=piece.stack_bytes, progress=job
+            )
+        return try_fault(_faults(piece.controller, piece.elf)[piece.fault])
 
 
 @lru_cache(maxsize=1)

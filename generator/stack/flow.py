@@ -93,6 +93,7 @@ class _Walk:
         self.states: dict[int, State] = {}
         self.work: list[int] = []
         self.switches: list[tuple[int, int, State]] = []
+        self.tables: dict[int, int] = {}
         self.deepest = 0
         self.chain: tuple[str, ...] = (self.name,)
         self.returns = False
@@ -124,17 +125,50 @@ class _Walk:
     def open_switch(self) -> bool:
         """Let a jump through a table reach the first instruction not reached in another way.
 
-        The table is not read: a case that nothing else leads to begins after a jump or return,
-        and the compiler keeps one depth at one place, so what the jump had there holds.
+        A table that lies elsewhere is not read: a case that nothing else leads to begins after a
+        jump or return, and the compiler keeps one depth at one place, so what the jump had there
+        holds.
         """
         for start, end, state in self.switches:
             address = start
             while address < end:
+                if address in self.tables:
+                    address = self.tables[address]
+                    continue
                 if address not in self.states:
                     self.reach(address, state)
                     return True
                 address = decode(self.program.code, address).next
         return False
+
+    def read_table(self, jump: Instruction, state: State) -> None:
+        """Follow the table of a switch that lies right behind its jump, as gcc 7 puts it there.
+
+        Its words are addresses within the function. It ends where the first of its cases behind
+        it begins: nothing but a case, or what is jumped to from elsewhere, can stand there.
+        """
+        table = jump.next
+        if self.table_address(jump) != table & 0x1FFFF:
+            return
+        start, end, _ = self.program.function_at(jump.address)
+        at, limit = table, end
+        while at < limit:
+            target = 2 * int.from_bytes(self.program.code[at : at + 2], "little")
+            if not start <= target < end:
+                break
+            self.reach(target, state)
+            at += 2
+            if target > table:
+                limit = min(limit, target)
+        self.tables[table] = at
+
+    def table_address(self, jump: Instruction) -> int | None:
+        """Return the address that the instructions before a jump add to the number of the case."""
+        for address in range(jump.address - 4, jump.address - 12, -2):
+            low, high = (decode(self.program.code, each) for each in (address, address + 2))
+            if (low.name, low.d, high.name, high.d) == ("subi", Z, "sbci", Z + 1):
+                return 2 * (-(low.k | high.k << 8) & 0xFFFF)
+        return None
 
     def step(self, address: int) -> None:
         """Take one instruction."""
@@ -173,7 +207,9 @@ class _Walk:
         if self.program.function_at(instruction.k)[2] in TABLE_JUMPS:
             start, end, _ = self.program.function_at(instruction.address)
             # The routine works in r0, r24 and Z.
-            self.switches.append((start, end, state.holding(dict.fromkeys((0, 24, Z, Z + 1)))))
+            after = state.holding(dict.fromkeys((0, 24, Z, Z + 1)))
+            self.switches.append((start, end, after))
+            self.read_table(instruction, after)
         self.reach(instruction.k, state)
 
     def on_ijmp(self, instruction: Instruction, state: State) -> None:

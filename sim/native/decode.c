@@ -7,8 +7,9 @@ static uint16_t word(const struct part *p, uint32_t pc) {
     return pc < p->flash_end ? (uint16_t)(p->flash[pc] | p->flash[pc + 1] << 8) : 0;
 }
 
+/* LDS, STS, JMP, CALL: these have two words. */
 static int is_long(uint16_t op) {
-    op &= 0xfc0f;
+    op &= 0xfe0f;
     return op == 0x9200 || op == 0x9000 || (op & 0xfffc) == 0x940c;
 }
 

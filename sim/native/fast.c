@@ -2,8 +2,8 @@
 
    simavr decodes each instruction each time; this takes a third of its time. It does what simavr's
    core does, flag by flag and cycle by cycle (a test runs both on random code), and leaves to it
-   what is rare or reaches a peripheral. One thing it does as the part does and simavr does not: SBI
-   on a PIN register toggles that bit alone. */
+   what is rare or reaches a peripheral. Two things it does as the part does and simavr does not: SBI
+   on a PIN register toggles that bit alone, and a skip over ADIW or SBIW skips one word. */
 #include <stdlib.h>
 #include <string.h>
 #include "decode.h"
@@ -163,15 +163,34 @@ static inline void disable(avr_t *avr) {
     avr->sreg[S_I] = 0;
 }
 
+static uint16_t word_at(const avr_t *avr, uint32_t pc) {
+    return pc < avr->flashend ? load_pair(avr->flash + pc) : 0;
+}
+
+static int skips(uint16_t op) {
+    return (op & 0xfc00) == 0x1000 || (op & 0xfc08) == 0xfc00 ||    /* CPSE; SBRC, SBRS */
+           (op & 0xfd00) == 0x9900;                                 /* SBIC, SBIS */
+}
+
+/* simavr 1.6 takes ADIW and SBIW with K & 12 == 12 for instructions of two words: when it skips
+   one, it goes a word too far, and takes a cycle too many. */
+static avr_flashaddr_t mended_skip(avr_t *avr, uint32_t pc, avr_flashaddr_t next) {
+    int mistaken = (word_at(avr, pc + 2) & 0xfe0c) == 0x960c;
+    if (next != pc + 6 || !mistaken || !skips(word_at(avr, pc)))
+        return next;
+    avr->cycle--;
+    return pc + 4;
+}
+
 static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     avr_t *avr = h->avr;
-    int writes_flash = pc < avr->flashend && avr->flash[pc] == 0xe8 && avr->flash[pc + 1] == 0x95;
+    int writes_flash = word_at(avr, pc) == 0x95e8;
     avr->pc = pc;
     avr->run_cycle_limit = avr->run_cycle_count = 1;    /* this one instruction */
-    pc = avr_run_one(avr);
+    avr_flashaddr_t next = avr_run_one(avr);
     if (writes_flash)
         fast_forget(h);
-    return pc;
+    return mended_skip(avr, pc, next);
 }
 
 static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t mask) {

@@ -1,0 +1,31 @@
+"""A binary that was built elsewhere, and whether it is one of this spec."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from heatwright.cli.ends import Refused
+from heatwright.generator.toolchain import BuildFailed, BuildResult
+from heatwright.generator.toolchain.given import given
+from heatwright.sim.device import DIGEST, StaleBinary, check_digest
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.elf import Elf, ElfError
+from heatwright.spec import Spec
+
+
+def given_binary(spec: Spec, path: Path) -> BuildResult:
+    """Measure it.
+
+    Raises Refused for what is no AVR program, not for this chip, or not from this spec, and for
+    what cannot be verified because names or debug information were left out.
+    """
+    try:
+        program = Elf(path)
+        measured = given(path, spec.controller.board)
+        if DIGEST not in program.symbols:
+            raise Refused(f"{path} was not built from what heatwright generates: no {DIGEST}.")
+        check_digest(program, spec.digest)
+        Variables(program)[DIGEST]
+    except (ElfError, BuildFailed, StaleBinary) as error:
+        raise Refused(str(error)) from None
+    return measured

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A binary that was built elsewhere, measured as one of our own builds is."""
+
+import struct
+from pathlib import Path
+
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import NoteSection
+
+from heatwright.generator.stack import StackUnknown, worst_stack
+from heatwright.generator.toolchain.errors import BuildFailed
+from heatwright.generator.toolchain.result import BuildResult, sizes
+from heatwright.spec import Board
+
+DEVICE = ".note.gnu.avr.deviceinfo"
+"""What avr-libc's start-up code says of the chip it is for (binutils: the AVR ELF ABI)."""
+MEMORIES = struct.calcsize("<6I")
+"""It begins with start and size of flash, RAM and EEPROM; then come the offsets of the strings."""
+
+
+def given(elf: Path, board: Board) -> BuildResult:
+    """Measure the AVR program in `elf`, as what is to run on the board.
+
+    Raises BuildFailed when it was built for another chip, or its worst stack is unknown.
+    """
+    chip = chip_of(elf)
+    if chip not in {"", board.mcu}:
+        raise BuildFailed(f"{elf} was built for the {chip}; the spec's chip is the {board.mcu}.")
+    flash, ram = sizes(elf)
+    try:
+        stack = worst_stack(elf).total
+    except StackUnknown as reason:
+        raise BuildFailed(f"{elf}: the worst stack is unknown: {reason}.") from reason
+    room = board.flash_bytes - board.bootloader_bytes
+    return BuildResult(elf, flash, ram, stack, room, board.ram_bytes, log="")
+
+
+def chip_of(elf: Path) -> str:
+    """Return the chip that a program was linked for, or nothing where it does not say."""
+    with elf.open("rb") as file:
+        section = ELFFile(file).get_section_by_name(DEVICE)
+        notes = list(section.iter_notes()) if isinstance(section, NoteSection) else []
+    if not notes:
+        return ""
+    told: bytes = notes[0]["n_descdata"]
+    (offsets,) = struct.unpack_from("<I", told, MEMORIES)
+    (name,) = struct.unpack_from("<I", told, MEMORIES + 4)
+    strings = told[MEMORIES + offsets :]
+    return strings[name:].partition(b"\0")[0].decode("ascii", "replace").lower()
