@@ -1,0 +1,495 @@
+"""Any valid controller that the language allows, with a machine that suits it, as a strategy.
+
+`controllers()` draws a board, then interfaces, programs and relay for its pins and ports, then one
+to three loops from what pins and timers are left, each with a plant and protections computed from
+it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
+"""
+
+from collections.abc import Collection, Sequence
+from typing import Any, NamedTuple
+
+import yaml
+from hypothesis import assume
+from hypothesis import strategies as st
+from rig.controllers_loops import LoopDraw, Served, joined
+from rig.controllers_parts import Draws, Part, Resources, Sensors, text
+
+from heatwright.spec import BOARDS, Board, Interface, Spec, SpecError, kinds, load_text
+from heatwright.spec.checks.memory import least_bytes
+from heatwright.spec.controller import WATCHDOG_S
+from heatwright.spec.eeprom import (
+    FEWEST_SETTINGS_SLOTS,
+    LEAST_YEARS,
+    LOG_ENTRY_BYTES,
+    PROGRAM_BYTES,
+    PROGRAM_FRAME_BYTES,
+    PROGRESS_BYTES,
+    SEGMENT_BYTES,
+    SETTINGS_SLOT_BYTES,
+    SLOTS_OF_A_PROGRAM,
+    slowest_s,
+)
+from heatwright.spec.interfaces import BUS_BAUDS, FASTEST_HOST
+from heatwright.spec.timers import ticks_at_all
+from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
+from heatwright.spec.uses import LCD_KEYPAD_PINS
+
+KINDS = tuple(kinds(Interface))
+NAMES = ("air", "bed", "plate_2")
+CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
+BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
+TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)
+
+
+class Drawn(NamedTuple):
+    """A drawn spec."""
+
+    text: str
+    spec: Spec
+
+    def __repr__(self) -> str:
+        return f"the spec\n{self.text}"
+
+
+def controllers(
+    *,
+    loops: Sequence[int] = (1, 2, 3),
+    boards: Collection[str] = tuple(BOARDS),
+    interfaces: Collection[str] = KINDS,
+    longest_period_s: float = 600.0,
+    length_s: float = 60.0,
+) -> st.SearchStrategy[Drawn]:
+    """Draw controllers that the checks accept.
+
+    Args:
+        loops: how many there may be; the host build and the reference device take 1.
+        boards: which boards, by name.
+        interfaces: which kinds of interfaces there may be.
+        longest_period_s: the longest time between control steps, unless its sensor takes longer.
+        length_s: how long the scenario lasts.
+
+    """
+    return texts(
+        loops=loops, boards=boards, interfaces=interfaces, longest_period_s=longest_period_s,
+        length_s=length_s,
+    ).map(_accepted)  # fmt: skip
+
+
+def _accepted(spec: str) -> Drawn:
+    try:
+        return Drawn(spec, load_text(spec, "drawn.yaml"))
+    except SpecError:
+        assume(False)
+        raise
+
+
+@st.composite
+def texts(draw: Any, **limits: Any) -> str:
+    """Draw the texts of specs, those among them that the checks refuse."""
+    return _Controller(Draws(draw), **limits).text()
+
+
+class _Controller:
+    """Draws one controller, section by section."""
+
+    def __init__(
+        self,
+        draws: Draws,
+        loops: Sequence[int] = (1, 2, 3),
+        boards: Collection[str] = tuple(BOARDS),
+        interfaces: Collection[str] = KINDS,
+        longest_period_s: float = 600.0,
+        length_s: float = 60.0,
+    ) -> None:
+        self.draws, self._kinds = draws, frozenset(interfaces)
+        self._longest_period_s, self._length_s = longest_period_s, length_s
+        self.identity: Part = {"name": "drawn", "board": draws.one(*boards)}
+        self.board = self._clocked(BOARDS[self.identity["board"]])
+        if draws.seldom():
+            self.identity["title"] = draws.one(*TITLES)
+        self.left = Resources(draws, self.board)
+        self.names = NAMES[: draws.one(*loops)]
+        self.interfaces: list[Part] = []
+        self.outputs: dict[str, Part] = {}
+        self.safety: Part = {}
+        self.programs: Part = {}
+        self._needed = 4 * len(self.names)
+        self._draw()
+
+    def _clocked(self, board: Board) -> Board:
+        able = [
+            mhz for mhz in CLOCKS_MHZ
+            if mhz * 1e6 <= board.fastest_hz and ticks_at_all(board._replace(clock_hz=int(mhz * 1e6)))
+        ]  # fmt: skip
+        if not self.draws.seldom():
+            return board
+        self.identity["clock"] = f"{self.draws.one(*able)} MHz"
+        return board._replace(clock_hz=round(float(self.identity["clock"].split()[0]) * 1e6))
+
+    def _draw(self) -> None:
+        self._ports()
+        self._display_and_programs()
+        self._relay()
+        self._leds_without_meaning_yet()
+        self._loops()
+        self._host()
+        self._programs()
+        self._logs()
+        self._leds()
+        self._watchdog()
+
+    # Interfaces
+
+    def _ports(self) -> None:
+        """Choose who talks on which serial port; the details need the loops."""
+        draws, board = self.draws, self.board
+        first = [k for k in ("serial_plotter", "gcode", "modbus_rtu", "nextion", "serial_log")
+                 if k in self._kinds]  # fmt: skip
+        first = [kind for kind in first if kind != "nextion" or board.ram_bytes >= 2000]
+        self.on_port: dict[str, int] = {}
+        kind = draws.one(None, *first)
+        if kind == "modbus_rtu" and not self.left.take_timer():
+            kind = None
+        if kind is not None:
+            self.on_port[kind] = 0
+        for port in range(1, len(board.uarts)):
+            others = {"nextion", "serial_log"} & self._kinds - set(self.on_port)
+            other = draws.one(None, *sorted(others)) if draws.some() else None
+            if other == "nextion" and self.on_port.get("gcode") == 0 and len(self.names) == 1:
+                continue  # a host and a display switch a loop in different ways
+            if other is not None:
+                self.on_port[other] = port
+        for port in self.on_port.values():
+            self.left.keep_off((board.uarts[port].rx, board.uarts[port].tx))
+
+    def _display_and_programs(self) -> None:
+        draws = self.draws
+        self.has_keys = (
+            self.board.shield and "lcd_keypad" in self._kinds and len(self.names) < 3
+            and draws.some()
+        )  # fmt: skip
+        if self.has_keys:
+            self.left.keep_off(LCD_KEYPAD_PINS)
+        self.shown = draws.one(*self.names)
+        self.served_by_host = self._tools()
+        commanded = {"gcode", "modbus_rtu"} & set(self.on_port)
+        able = (self.has_keys or "nextion" in self.on_port) and not commanded
+        self.programmed = self.shown if able and draws.some() else None
+        roomy = self.board.ram_bytes > 2500 or "nextion" not in self.on_port
+        self.programmed = self.programmed if roomy else None
+
+    def _tools(self) -> tuple[str, ...]:
+        if "gcode" not in self.on_port:
+            return ()
+        able = [name for name in self.names if "nextion" not in self.on_port or name != self.shown]
+        return tuple(name for name in able if name == able[0] or self.draws.some())
+
+    def _relay(self) -> None:
+        if not self.draws.seldom():
+            return
+        self.outputs["main_relay"] = {"kind": "digital", "pin": self.left.digital(heats=True)}
+        self.outputs["main_relay"] |= self.draws.maybe({"active": "low"})
+        self.safety["relay"] = "main_relay"
+        if self._spare() and self.draws.some():
+            self.safety["relay_feedback"] = self.left.digital()
+
+    def _spare(self) -> bool:
+        return self.left.pins > self._needed
+
+    def _leds_without_meaning_yet(self) -> None:
+        self.lights: list[str] = []
+        while "indicators" in self._kinds and self._spare() and self.draws.seldom():
+            self.lights.append(self.left.digital())
+
+    def _served(self, name: str) -> Served:
+        by_master = "modbus_rtu" in self.on_port
+        touched = "nextion" in self.on_port and name == self.shown
+        programmed = name == self.programmed
+        return Served(
+            by_master=by_master,
+            by_host=name in self.served_by_host,
+            switched=by_master or touched or programmed,
+            programmed=programmed,
+            has_menu=touched or (programmed and self.has_keys),
+        )
+
+    def _loops(self) -> None:
+        draws, left = self.draws, self.left
+        self.host_fans: dict[str, str] = {}
+        self.feeds = False
+        reference = "supply"
+        if not self.has_keys and draws.seldom():
+            reference = draws.one("internal", "3 V")
+        sensors = Sensors(draws, self.board, left, reference)
+        if self.served_by_host:
+            self._fans_and_feed()
+        self.loops: list[LoopDraw] = []
+        for place, name in enumerate(self.names):
+            left.kept_analog = 2 * (len(self.names) - place - 1)
+            spare = left.pins - 4 * (len(self.names) - place - 1)
+            self.loops.append(
+                LoopDraw(
+                    name, draws, self.board, left, sensors, self._served(name), spare,
+                    self._longest_period_s, cold=len(self.names) > 1,
+                )
+            )  # fmt: skip
+
+    def _fans_and_feed(self) -> None:
+        """Give the host something to switch."""
+        draws = self.draws
+        if self._spare() and draws.some():
+            pulses = self.left.pwm(1.0, heats=False) if draws.some() else None
+            part = {"kind": "pwm", **pulses} if pulses else None
+            part = part or {"kind": "digital", "pin": self.left.digital()}
+            if part["kind"] == "digital" and draws.seldom():
+                part["minimum_on"] = "2 s"
+            self.outputs["blower"] = part
+            self.host_fans[draws.one("P0", "P9")] = "blower"
+        if self.left.pins > self._needed + 3 and draws.seldom() and self.left.take_timer():
+            self.feeds = True
+            wires = {key: self.left.digital() for key in ("step", "direction", "enable")}
+            self.outputs["feed"] = {
+                "kind": "stepper", **wires, "steps": 200, "microsteps": draws.one(16, 1, 256),
+                "lead": "25 mm", "maximum": "4 mm/s", "acceleration": "50 mm/s²",
+                **draws.maybe({"enable_active": "high"}),
+            }  # fmt: skip
+
+    def _baud(self, most: int, choices: Collection[int] = BAUDS) -> Part:
+        able = [
+            baud for baud in choices
+            if baud <= most and abs(baud_setting(self.board.clock_hz, baud).error) <= BAUD_TOLERANCE
+        ]  # fmt: skip
+        return {"baud": self.draws.one(*able)}
+
+    def _host(self) -> None:
+        draws = self.draws
+        if "gcode" in self.on_port:
+            tools = {f"T{9 * place % 10}": name for place, name in enumerate(self.served_by_host)}
+            part: Part = {"kind": "gcode", **self._baud(FASTEST_HOST), "loops": tools}
+            part |= {"fans": self.host_fans} if self.host_fans else {}
+            if self.feeds:
+                part["steppers"] = {"E": "feed"}
+                next(each for each in self.loops if each.name in self.served_by_host).ready()
+            self.interfaces.append(part)
+        if "modbus_rtu" in self.on_port:
+            part = {"kind": "modbus_rtu", **self._baud(115_200, BUS_BAUDS[2:])}
+            part |= draws.maybe({"address": draws.one(1, 247)})
+            part |= draws.maybe({"parity": draws.one("odd", "none")})
+            part |= draws.maybe({"stop_bits": draws.one(1, 2)})
+            part |= {"driver_enable": self.left.digital()} if self.left.pins and draws.some() else {}
+            self.interfaces.append(part | draws.maybe({"linuxcnc": True}))
+        if "serial_plotter" in self.on_port:
+            plotter = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
+            self.interfaces.append(plotter | self._baud(2_000_000))
+        if "nextion" in self.on_port:
+            port = {"port": self.on_port["nextion"]} if self.on_port["nextion"] else {}
+            part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, BUS_BAUDS[::-1])}
+            self.interfaces.append(part | port)
+        if self.has_keys:
+            part = {"kind": "lcd_keypad", "loop": self.shown}
+            shown = next(each for each in self.loops if each.name == self.shown)
+            most_k = max(0.1, min(100.0, shown.high_c - shown.low_c))
+            step_k = draws.number(0.1, most_k, 1, 0.1)
+            self.interfaces.append(part | ({"step": text(step_k, "K")} if step_k != 1 else {}))
+
+    # Programs and logs
+
+    def _eeprom_left(self) -> int:
+        settings = (FEWEST_SETTINGS_SLOTS + 2) * 2 * SETTINGS_SLOT_BYTES
+        return self.board.eeprom_bytes - min(settings, self.board.eeprom_bytes // 2)
+
+    def _programs(self) -> None:
+        if self.programmed is None:
+            return
+        draws = self.draws
+        room = self._eeprom_left() - 4 * PROGRESS_BYTES
+        points = int(draws.number(1, 20, 3))
+        each = SLOTS_OF_A_PROGRAM * (PROGRAM_FRAME_BYTES + PROGRAM_BYTES + SEGMENT_BYTES * points)
+        most = max(1, min(8, room // each))
+        places = int(draws.number(1, most, 3))
+        loop = next(each for each in self.loops if each.name == self.programmed)
+        slots = max(2, (room - places * each) // PROGRESS_BYTES)
+        least_s = max(10.0, loop.period_s, 10 * round(slowest_s(LEAST_YEARS, slots) / 10 + 1))
+        self._eeprom_taken = self._eeprom_left()
+        part: Part = {"loop": self.programmed, "points": points, "places": places}
+        part["save_every"] = text(draws.number(least_s, 3600, 60), "s")
+        dead_k = float(loop.algorithm.get("dead_band", "0 K").split()[0])
+        rests_k = max(loop.step_k, loop.band_k, dead_k, 0.1)
+        part["reached_within"] = text(round(1.2 * rests_k + 0.1, 2), "K")
+        part |= self._hold_back(loop, 1.2 * rests_k + 0.2)
+        if draws.some():
+            part["after_power_loss"] = {
+                "resume_within": text(draws.number(0, 100, 30), "K"),
+                "otherwise": draws.one("stop", "pause"),
+            }
+        part |= draws.maybe({"at_end": "hold"})
+        count = int(draws.number(0, min(places, 2), 1))
+        stored = [self._program(f"no {number}", points, loop) for number in range(1, count + 1)]
+        self.programs = part | ({"stored": stored} if stored else {})
+
+    def _hold_back(self, loop: LoopDraw, least_k: float) -> Part:
+        if not loop.runs_away and self.draws.some():
+            return {"hold_back": "off"}
+        within_k = round(least_k + 0.1, 2)
+        if loop.runs_away and within_k >= loop.above_k:
+            rule = loop.loop["protection"]["runaway"]
+            rule |= {key: text(within_k + 5, "K") for key in ("above", "below") if key in rule}
+        longest_s = min(65_535, 65_535 * loop.period_s)
+        limit_s = self.draws.number(max(1, loop.period_s), longest_s, 7200)
+        return {"hold_back": {"within": text(within_k, "K"), "limit": text(limit_s, "s")}}
+
+    def _program(self, name: str, points: int, loop: LoopDraw) -> Part:
+        draws = self.draws
+        slowest_s = loop.span_k / loop.rate_k_per_s * 20 + loop.period_s
+        segments: list[Part] = []
+        for _ in range(int(draws.number(1, min(points, 5), 2))):
+            target = {"to": text(draws.number(loop.low_c, loop.high_c, loop.low_c, 0.1), "°C")}
+            longest_s = min(31 * 86_400.0, 16_000_000 * loop.period_s)
+            seconds = draws.number(max(1, slowest_s), longest_s, 2 * slowest_s)
+            form = draws.one("over", "rate", "fast", "hold", "until")
+            per_h = min(6000.0, max(0.1, 3600 * loop.span_k / slowest_s))
+            segments.append({
+                "over": target | {"over": text(min(seconds, longest_s), "s")},
+                "rate": target | {"at": text(draws.number(0.1, per_h, 30, 0.1), "K/h")},
+                "fast": target | {"at": "as fast as possible"},
+                "hold": {"hold": text(min(seconds, longest_s), "s")},
+                "until": {"hold": "until operator"},
+            }[form])  # fmt: skip
+        return {"name": name, "segments": segments}
+
+    def _logs(self) -> None:
+        if "serial_log" not in self.on_port:
+            return
+        draws = self.draws
+        loop = draws.one(*self.loops)
+        part: Part = {"kind": "serial_log", "loop": loop.name, **self._baud(FASTEST_HOST)}
+        part |= {"port": self.on_port["serial_log"]} if self.on_port["serial_log"] else {}
+        least_s = max(1.0, loop.period_s)
+        if not self.programs and draws.some():
+            most = self._eeprom_left() // LOG_ENTRY_BYTES - 2
+            entries = int(draws.number(1, min(most, 1000), 20))
+            least_s = max(least_s, 10 * round(slowest_s(LEAST_YEARS, entries) / 10 + 1))
+            part |= {"keep": "eeprom"} if least_s <= 3600 else {}
+        if "keep" not in part:
+            touched = 1700 * ("nextion" in self.on_port)
+            most = (self.board.ram_bytes - 560 - touched - 63 * self.programs.get("points", 0)) // 4
+            entries = int(draws.number(1, min(max(most, 1), 1000), 20))
+            least_s = max(1.0, loop.period_s)
+        every_s = draws.number(least_s, 3600, 60)
+        self.interfaces.append(part | {"every": text(every_s, "s"), "entries": entries})
+
+    def _leds(self) -> None:
+        if not self.lights:
+            return
+        loop = self.draws.one(*self.loops)
+        able = ["enabled", "heating", "warm", "fault"]
+        able += ["cooling"] * (f"{loop.name}_cooler" in loop.outputs)
+        able += ["communicating"] * ("modbus_rtu" in self.on_port)
+        leds = {pin: self.draws.one(*able) for pin in self.lights}
+        part: Part = {"kind": "indicators", "leds": leds}
+        if len(self.loops) > 1 or self.draws.some():
+            part["loop"] = loop.name
+        self.interfaces.append(part | self.draws.maybe({"active": "low"}))
+
+    def _watchdog(self) -> None:
+        stale_s = min(loop.stale_s for loop in self.loops)
+        most_s = min(stale_s, self.board.longest_watchdog_s)
+        least_s = 0.25 if self.programs else 0.03
+        able = [each for each in WATCHDOG_S if least_s <= each <= most_s]
+        usual = [2.0] * (2.0 in able)
+        self.safety["watchdog"] = text(self.draws.one(*usual, *(able or [0.03])), "s")
+
+    # The simulated machine
+
+    def _simulation(self) -> Part:
+        loops = self.loops
+        links = [link for loop in loops for link in loop.links]
+        radiation = [each for loop in loops for each in loop.radiation]
+        fans = joined(loops, "fans")
+        if "blower" in self.outputs and self.draws.some():
+            fans["blower"] = {"link": links[-1]["between"], "factor": 1.4}
+        start_c = max(loop.start_c for loop in loops)
+        plant: Part = {
+            "kind": "thermal_network",
+            "nodes": joined(loops, "nodes"),
+            "links": links,
+            "heat": {f"{loop.name}_heater": loop.heat for loop in loops},
+            "sense": joined(loops, "sense"),
+            **({"fans": fans} if fans else {}),
+            **({"radiation": radiation} if radiation else {}),
+        }
+        if start_c != 20 or self.draws.seldom():
+            plant["initial"] = text(start_c, "°C")
+        if "feed" in self.outputs or self.draws.seldom():
+            plant["filament"] = {"node": loops[0].name, "heat": "0.0056 J/K/mm"}
+        return {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}
+
+    def _scenario(self, plant: Part) -> list[Part]:
+        draws = self.draws
+        able: list[Part] = self._orders()
+        able += [{"extrude": "5 mm/s"}] * ("filament" in plant)
+        times = sorted(
+            draws.number(0.5, self._length_s - 1, 5, 0.01)
+            for _ in range(int(draws.number(0, 6, 2)) if able else 0)
+        )
+        events = [{"at": text(at_s, "s"), **draws.one(*able)} for at_s in times]
+        return [*events, {"for": text(self._length_s, "s")}]
+
+    def _orders(self) -> list[Part]:
+        """List what may be done to this controller."""
+        found: list[Part] = []
+        if self.has_keys:
+            keys = ("up", "down", "select", "left", "right")
+            found += [{"press": key} for key in keys] + [{"press": "up", "times": 3}]
+        if "gcode" in self.on_port:
+            tool = next(iter(self.interfaces[0]["loops"]))
+            warm_c = text(round((self.loops[0].low_c + self.loops[0].high_c) / 2))
+            lines = (f"{tool}", f"M104 S{warm_c}", "M105", "M104 S0", "M106 S128", "M107", "M112",
+                     f"M303 S{warm_c} C3", "M301 P5 I0.1 D2", "M999", "G1 E5 F300")  # fmt: skip
+            found += [{"send": line} for line in lines]
+        if "modbus_rtu" in self.on_port:
+            found += [{"write": write} for write in self._writes()]
+        if self.programs:
+            stored = len(self.programs.get("stored", ()))
+            orders = [f"start {number}" for number in range(1, stored + 1)]
+            orders += ["pause", "resume", "skip", "stop"]
+            found += [{"program": order} for order in orders] if stored else []
+        return found
+
+    def _writes(self) -> list[Part]:
+        found: list[Part] = [{"acknowledge": True}]
+        for loop in self.loops:
+            warm_c = text(round((loop.low_c + loop.high_c) / 2, 1), "°C")
+            found += [{f"{loop.name}.setpoint": warm_c}]
+            found += [{f"{loop.name}.enabled": each} for each in (True, False)]
+            if loop.kind == "pid":
+                found += [{f"{loop.name}.manual": True, f"{loop.name}.manual_duty": "40 %"}]
+                found += [{f"{loop.name}.manual": False}, {f"{loop.name}.kp": 3.5}, {"store": True}]
+            if "autotune" in loop.loop:
+                found.append({f"{loop.name}.tune": True})
+        return found
+
+    def text(self) -> str:
+        """Write the file."""
+        whole: Part = {
+            "heatwright": 1,
+            "controller": self.identity,
+            "sensors": joined(self.loops, "sensors"),
+            "outputs": {**joined(self.loops, "outputs"), **self.outputs},
+            "loops": {loop.name: loop.parts() for loop in self.loops},
+            **({"programs": self.programs} if self.programs else {}),
+            "safety": self.safety,
+            **({"interfaces": self.interfaces} if self.interfaces else {}),
+            "simulation": self._simulation(),
+        }
+        return yaml.dump(
+            whole, Dumper=_Plain, allow_unicode=True, sort_keys=False, default_flow_style=None,
+            width=100,
+        )  # fmt: skip
+
+
+class _Plain(yaml.SafeDumper):
+    """Writes each part out where it is, without anchors."""
+
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
+        return True

@@ -1,0 +1,449 @@
+"""One drawn loop: a machine, an algorithm that fits it, and protections that it does not trip."""
+
+import math
+from typing import Any, NamedTuple
+
+from rig.controllers_parts import Draws, Part, Resources, Sensors, step_k, text, tidy, usable_c
+
+from heatwright.spec import Board
+from heatwright.spec.checks.reading import shortest_period_s
+from heatwright.spec.checks.timing import MOST_MISSING, MOST_STEPS
+
+TICK_S = 0.01
+STEFAN_BOLTZMANN = 5.670374e-8
+AMBIENT_C = 20.0
+FASTEST_K_PER_S = 500.0
+
+
+class Served(NamedTuple):
+    """Who commands a loop."""
+
+    by_master: bool
+    by_host: bool
+    switched: bool
+    programmed: bool
+    has_menu: bool
+
+    @property
+    def commanded(self) -> bool:
+        return self.by_host or self.switched
+
+    @property
+    def zero_is_off(self) -> bool:
+        return self.by_host and not self.switched
+
+    @property
+    def in_tenths(self) -> bool:
+        return self.by_master or self.programmed
+
+
+class LoopDraw:
+    """Draws one loop with its sensors, outputs and its part of the plant."""
+
+    def __init__(  # noqa: PLR0913, PLR0917 – each is another part of the controller
+        self,
+        name: str,
+        draws: Draws,
+        board: Board,
+        left: Resources,
+        sensors: Sensors,
+        served: Served,
+        spare_pins: int,
+        longest_period_s: float,
+        *,
+        cold: bool,
+    ) -> None:
+        self.name, self.draws, self.board, self.left = name, draws, board, left
+        self.served, self._spare_pins = served, spare_pins
+        self.sensors: dict[str, Part] = {}
+        self.outputs: dict[str, Part] = {}
+        self.loop: Part = {}
+        self.links: list[Part] = []
+        self.radiation: list[Part] = []
+        self.nodes: dict[str, str] = {}
+        self.fans: dict[str, Part] = {}
+        self.sense: dict[str, Part] = {}
+        part, self.sensor = sensors.draw(
+            spare_pins - 2, chosen=served.has_menu and served.switched, cold=cold
+        )
+        self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
+        self.sensors[f"{name}_felt"] = part
+        self.reference = part.get("reference", "supply")
+        self._longest_period_s = longest_period_s
+        self._draw()
+
+    def _draw(self) -> None:
+        self.kind = self._algorithm_kind()
+        self._period()
+        self._temperatures()
+        self._heater()
+        self._cooler_and_fan()
+        self._machine()
+        self._algorithm()
+        self._settings()
+        self._protection()
+        self._plant()
+
+    def _algorithm_kind(self) -> str:
+        kinds = ["on_off", "pid"] + ["three_position"] * (self._spare_pins >= 3)
+        return str(self.draws.one(*kinds))
+
+    def _period(self) -> None:
+        shortest_s = shortest_period_s(self.sensor)
+        longest_s = max(shortest_s, self._longest_period_s)
+        usual_s = self.draws.one(1.0, 0.2, 2.0)
+        self.period_s = self.draws.number(shortest_s, longest_s, usual_s, TICK_S)
+        if self.period_s > 20 and self.draws.some():  # most loops are quicker
+            self.period_s = max(shortest_s, 2.0)
+
+    def _temperatures(self) -> None:
+        """Choose the start and the maximum; the setpoints follow from the machine."""
+        self.floor_c, ceiling_c = usable_c(self.sensor)
+        self.start_c = AMBIENT_C if self.floor_c < AMBIENT_C - 5 else math.ceil(self.floor_c) + 10.0
+        least_c = self.start_c + 0.6 * (min(ceiling_c, self.start_c + 400) - self.start_c)
+        self.maximum_c = self.draws.number(least_c, ceiling_c, 300, 0.1)
+        self.span_k = self.maximum_c - self.start_c
+        lowest_c = max(self.floor_c, -10.0)
+        self.step_k = step_k(self.sensor, self.board.mcu, lowest_c, self.maximum_c)
+        self.error_k = self.sensor.error_k(self.maximum_c)
+
+    def _heater(self) -> None:
+        draws = self.draws
+        kinds = ["digital", "time_proportional", "pwm"]
+        if self.kind == "pid":
+            kinds.remove("digital")
+        kind = draws.one(*kinds)
+        measured = kind != "time_proportional" and self.period_s <= 1 and draws.seldom()
+        self.measured = measured and self.left.has_analog()
+        pulses = None
+        if kind == "pwm":
+            pulses = self.left.pwm(5 / self.period_s if self.measured else 1.0, heats=True)
+            if pulses is None:
+                kind, self.measured = "time_proportional", False
+        part = {"kind": kind, **(pulses or {"pin": self.left.digital(heats=True)})}
+        part |= draws.maybe({"active": "low"})
+        self.power_w = draws.one(100.0, 40.0, 2000.0, 1.5, 12_000.0)
+        part["power"] = text(self.power_w, "W")
+        if kind == "pwm" and draws.some():
+            part["supply"] = "24 V"
+            if not self.measured and draws.some():
+                part["rated"] = draws.one("24 V", "12 V")
+        part |= self._window() if kind == "time_proportional" else {}
+        self.held_on_s, self.held_off_s = 0.0, 0.0
+        if kind == "digital" and not self.measured and draws.seldom():
+            self.held_on_s, self.held_off_s = self._rests(part)
+        self.heater_kind, self.heater = kind, part
+        self.outputs[f"{self.name}_heater"] = part
+
+    def _window(self) -> Part:
+        draws = self.draws
+        spread = draws.some()
+        step_ms = draws.number(10, 100, 10, 10)
+        if spread:
+            step_ms = draws.number(20, 100, 20, 20)
+        steps = draws.number(100, 2000, 100)
+        part = {"window": text(steps * step_ms, "ms")}
+        part |= {"resolution": text(step_ms, "ms")} if step_ms > 10 else {}
+        if spread:
+            return part | {"distribution": "spread"}
+        for key in ("minimum_on", "minimum_off"):
+            part |= draws.maybe({key: text(draws.number(1, steps // 2, 3) * step_ms, "ms")})
+        self.window_s = steps * step_ms / 1000
+        return part
+
+    def _rests(self, part: Part) -> tuple[float, float]:
+        found = []
+        for key in ("minimum_on", "minimum_off"):
+            seconds = self.draws.number(0, 20 * self.period_s, self.period_s, TICK_S)
+            part |= {key: text(seconds, "s")} if seconds else {}
+            found.append(seconds)
+        return found[0], found[1]
+
+    def _cooler_and_fan(self) -> None:
+        draws = self.draws
+        self.cooler_on_s, self.cooler_off_s, self.cools, self.fan_factor = 0.0, 0.0, 1.0, 1.0
+        if self.kind == "three_position":
+            part = {"kind": "digital", "pin": self.left.digital()}
+            part |= draws.maybe({"active": "low"})
+            if not self.measured and draws.seldom():
+                self.cooler_on_s, self.cooler_off_s = self._rests(part)
+            self.outputs[f"{self.name}_cooler"] = part
+            self.cools = draws.one(2.0, 1.1, 8.0)
+        elif self._spare_pins >= 4 and draws.seldom():
+            part = {"kind": "digital", "pin": self.left.digital(), "runs": "always"}
+            part |= draws.maybe({"active": "low"})
+            self.outputs[f"{self.name}_fan"] = part
+            self.fan_factor = draws.one(1.0, 2.5)
+
+    def _machine(self) -> None:
+        """Choose how quick the machine is, and how strong its heater."""
+        draws = self.draws
+        self.delay_s = draws.one(0.0, 0.0, 0.5) * self.period_s
+        self.lag_s = draws.one(0.0, 2.0, 10.0) * self.period_s
+        behind_s = (self.sensor.moving_average - 1) / 2 * self.period_s
+        self.late_s = self.delay_s + behind_s + self.period_s + self.lag_s + self.held_on_s
+        self.rate_k_per_s = self.span_k / 15 / self.late_s * draws.one(1.0, 0.3, 0.1)
+        self.rate_k_per_s = min(self.rate_k_per_s, FASTEST_K_PER_S)
+        self.band_k = self._band()
+        coasts_k = 1.5 * self.rate_k_per_s * self.late_s
+        margin_k = self.error_k + self.band_k + coasts_k + 0.2
+        highest_c = self.maximum_c - margin_k
+        self.high_c = draws.number(highest_c - 0.2 * self.span_k, highest_c, 250, 0.1)
+        self.coasts_k = coasts_k
+        self.most_percent = 100.0
+        if self.kind == "pid":
+            self.most_percent = draws.number(30, 100, 100)
+        self.strength = draws.one(2.0, 1.4, 5.0)
+        """Full power over what holds the highest setpoint."""
+        self.full_w = self.power_w * self.most_percent / 100
+        if self.measured:
+            self._current()
+
+    def _band(self) -> float:
+        """Return how far from the setpoint a healthy loop may be on its own account."""
+        if self.kind == "pid":
+            return 0.0
+        widest_k = 1.5 * self.step_k
+        band_k = self.draws.number(0, 20, 0 if self.kind == "on_off" else widest_k, 0.1)
+        least_k = 0.0 if self.kind == "on_off" else math.ceil(10 * widest_k) / 10 + 0.1
+        held_k = self.rate_k_per_s * max(self.held_on_s, self.cools * self.cooler_on_s)
+        return min(max(band_k, least_k, tidy(held_k)), max(0.1 * self.span_k, least_k))
+
+    def _current(self) -> None:
+        draws = self.draws
+        self.heater["supply"] = supply = draws.one("24 V", "12 V", "230 V")
+        full_a = self.power_w / float(supply.split()[0])
+        held: Part = {}
+        most_a = full_a
+        if self.heater_kind == "pwm" and draws.some():
+            most_a = tidy(full_a * draws.one(0.8, 0.5, 1.2))
+            held["limit"] = text(most_a, "A")
+            self.full_w = min(self.full_w, most_a * float(supply.split()[0]))
+        over_a = 1.25 * most_a
+        if "limit" not in held or draws.some():
+            over_a = tidy(max(1.0, draws.one(1.5, 1.2, 3.0)) * most_a)
+            held["trip"] = text(over_a, "A")
+        full_v = {"supply": 5.0, "internal": 1.1}.get(self.reference) or 3.0
+        part: Part = {"kind": "current", "pin": self.left.analog()}
+        part["scale"] = f"{text(tidy(0.85 * full_v / over_a))} V/A"
+        if draws.some():
+            part["offset"] = text(tidy(0.05 * full_v), "V")
+        oversample = draws.number(1, min(32, round(self.period_s / TICK_S)), 4)
+        part |= {"oversample": int(oversample)}
+        part |= {"reference": self.reference} if self.reference != "supply" else {}
+        self.sensors[f"{self.name}_amps"] = part
+        self.sense[f"{self.name}_amps"] = {"of": f"{self.name}_heater"}
+        self.heater["current"] = {"sensor": f"{self.name}_amps", **held}
+
+    def _algorithm(self) -> None:
+        draws = self.draws
+        part: Part = {"kind": self.kind}
+        if self.kind == "pid":
+            part |= self._pid()
+        else:
+            key = "hysteresis" if self.kind == "on_off" else "dead_band"
+            part |= {key: text(self.band_k, "K")} if self.band_k else {}
+            if self.kind == "three_position" and draws.some():
+                widest_k = min(self.band_k, 2 * self.band_k - 1.2 * self.step_k)
+                part["hysteresis"] = text(draws.number(0.0, widest_k, 0.5, 0.01), "K")
+            if draws.some():
+                part["lead"] = text(draws.number(0, 60, 12, 0.1), "s")
+                part["lead_filter"] = text(draws.number(0, 30, 4, 0.1), "s")
+        self.loop["algorithm"] = self.algorithm = part
+
+    def _pid(self) -> Part:
+        draws = self.draws
+        usual_kp = tidy(1000 / self.span_k)
+        window_s = getattr(self, "window_s", 2.0) if self.heater_kind != "pwm" else 0.0
+        most_kp = min(1e6, 50 / (self.rate_k_per_s * window_s + 1e-9))
+        kp = tidy(draws.one(1.0, 0.0, 0.1, 1e6) * usual_kp)
+        part: Part = {"kp": min(kp, tidy(most_kp))}
+        self.integrates = part["kp"] == 0 or draws.one(True, False)
+        if self.integrates:
+            part["ki"] = tidy(draws.one(0.01, 1e-5, 3.0) * usual_kp / self.period_s)
+        if draws.some():
+            part["kd"] = tidy(draws.one(10.0, 0.1) * usual_kp * self.period_s)
+            part |= draws.maybe({"derivative_of": "error"})
+        if self.served.programmed and draws.some():
+            part["feed_forward"] = tidy(draws.one(100.0, 1e5) / self.rate_k_per_s)
+        if draws.some():
+            part["derivative_filter"] = text(draws.number(0, 60, 3, 0.1), "s")
+        if draws.some():
+            part["dead_band"] = text(draws.number(0, 5, 0.1, 0.01), "K")
+        dead_k = float(part.get("dead_band", "0 K").split()[0])
+        if draws.some():
+            least_k = math.ceil(max(dead_k, self.step_k)) + 1
+            part["band"] = text(draws.number(least_k, least_k + 50, 10), "K")
+        return part | self._limits()
+
+    def _limits(self) -> Part:
+        """Bound the integral and the output so that the machine can be held."""
+        draws = self.draws
+        held = 100 * self.full_w / self.strength / self.power_w
+        part: Part = {}
+        if self.most_percent < 100:
+            part["output"] = {"maximum": text(self.most_percent, "%")}
+        if self.integrates and draws.some():
+            most = draws.number(1.2 * held + 1, 100, 100)
+            least = draws.number(0, min(0.6 * held, self.most_percent - 1), 0)
+            part["integral"] = {"minimum": text(least, "%"), "maximum": text(most, "%")}
+            part["integral"] |= draws.maybe({"while_limited": "run"})
+        return part
+
+    def _settings(self) -> None:
+        """Choose the setpoints and what is about the algorithm."""
+        draws, served = self.draws, self.served
+        lowest_c = max(self.floor_c + 0.1, -50.0 if draws.seldom() else -10.0)
+        coldest_c = min(self.start_c - 1, self.high_c - 10)
+        self.minimum_c = draws.number(lowest_c, max(coldest_c, lowest_c), -10, 0.1)
+        low_c = draws.number(self.minimum_c + 0.2, self.high_c - 5, self.start_c - 0.5, 0.1)
+        first_c = draws.number(low_c, self.high_c, low_c, 0.1)
+        if served.zero_is_off and draws.some():
+            low_c = first_c = 0.0
+        self.low_c = low_c
+        self.loop["setpoint"] = {
+            "initial": text(first_c, "°C"),
+            "minimum": text(low_c, "°C"),
+            "maximum": text(self.high_c, "°C"),
+            **draws.maybe({"stored": True}),
+        }
+        self._least_duty()
+        if served.switched and draws.some():
+            self.loop["starts"] = draws.one("enabled", "disabled")
+        asked = served.by_host or served.by_master
+        if self.kind == "pid" and asked and draws.some():
+            warm_s = 20 * self.span_k / self.rate_k_per_s + 20 * self.late_s
+            longest_s = MOST_STEPS * self.period_s
+            tune = {"timeout": text(min(math.ceil(max(warm_s, 1200)), longest_s), "s")}
+            tune |= draws.maybe({"cycles": int(draws.number(3, 20, 5))})
+            tune |= draws.maybe({"swing": text(draws.number(1, 100, 100), "%")})
+            self.loop["autotune"] = tune
+        if asked and not (served.by_master and self.kind == "three_position") and draws.some():
+            self.ready()
+
+    def _least_duty(self) -> None:
+        """Let the output have a least duty that heats no farther than the lowest setpoint."""
+        per_percent_k = self.strength * (self.high_c - AMBIENT_C) / 100
+        most = (self.low_c - AMBIENT_C) / per_percent_k
+        if self.kind == "pid" and most > 2 and self.draws.some():
+            output = self.algorithm.setdefault("output", {})
+            output["minimum"] = text(self.draws.number(1, min(0.8 * most, 20), 1), "%")
+
+    def ready(self) -> None:
+        """Let the loop say when it is ready."""
+        dead_k = float(self.algorithm.get("dead_band", "0 K").split()[0])
+        least_k = max(self.band_k, self.step_k, dead_k, 0.5)
+        self.loop["ready_within"] = text(tidy(self.draws.one(1.5, 4.0) * least_k), "K")
+
+    def _protection(self) -> None:
+        draws, longest_s = self.draws, MOST_STEPS * self.period_s
+        rules: Part = {"maximum": text(self.maximum_c, "°C")}
+        if self.high_c + 15 <= self.maximum_c and draws.some():
+            rules = {}  # the default is lower
+            if self.coasts_k + self.band_k + self.error_k + 0.2 > 15:
+                rules = {"maximum": text(self.maximum_c, "°C")}
+        if self.served.has_menu and draws.some():
+            rules["maximum_adjustable"] = True
+        rules["minimum"] = text(self.minimum_c, "°C")
+        rate = max(self.rate_k_per_s * 1.2, self._falls_k_per_s()) + self.step_k / self.period_s
+        rules["rise_rate"] = text(tidy(1.05 * max(rate * draws.one(1.5, 1.0, 10.0), 1e-3), 4), "K/s")
+        slowest = self.rate_k_per_s * (1 - 1 / self.strength)
+        rise_k = draws.one(2.0, 0.1, 10.0)
+        slow = 4 * (rise_k + self.step_k) / slowest
+        held_s = self.delay_s + max(self.held_off_s, self.cooler_on_s) + 3 * self.lag_s
+        within_s = slow + 2 * held_s + 2 * self.period_s
+        self._rule(rules, "heating", {"rise": text(rise_k, "K"), "within": self._time(within_s)})
+        if within_s > longest_s:
+            rules["heating"] = "off"
+        self._runaway(rules)
+        if self.kind == "pid" and not self.integrates:
+            rules["frozen"] = "off"
+        else:
+            self._rule(rules, "frozen", {"for": self._time(draws.one(600, 60) * self.period_s)})
+        settle_s = 10 * (self.late_s + self.held_on_s)
+        rise_k = tidy(max(self.coasts_k, draws.one(10.0, 1.0)))
+        settles = {"rise": text(rise_k, "K"), "settle": self._time(settle_s)}
+        self._rule(rules, "rising_while_off", settles)
+        stale_s = draws.number(2 * self.period_s, MOST_MISSING * self.period_s, 5, TICK_S)
+        self.stale_s = max(stale_s, math.ceil(100 * (self.sensor.first_s + self.period_s)) / 100)
+        rules["stale_after"] = text(self.stale_s, "s")
+        if self.served.by_master and draws.some():
+            rules["master_lost_after"] = text(draws.number(10, 600, 20), "s")
+        self.loop["protection"] = rules
+
+    def _time(self, seconds: float) -> str:
+        longest_s = MOST_STEPS * self.period_s
+        return text(min(max(math.ceil(seconds), math.ceil(self.period_s)), longest_s), "s")
+
+    def _rule(self, rules: Part, name: str, part: Part) -> None:
+        """Have a rule with its numbers, or none."""
+        rules[name] = "off" if self.draws.seldom() else part
+
+    def _runaway(self, rules: Part) -> None:
+        draws = self.draws
+        held_s = max(self.held_on_s, self.cooler_off_s)
+        least_k = math.ceil(self.band_k) + 1
+        self.above_k: float = draws.number(least_k, least_k + 50, 10, 0.1)
+        rule = {"above": text(self.above_k, "K")}
+        if draws.some():
+            below_k = draws.number(least_k, least_k + 50, 10, 0.1)
+            rule["below"] = text(below_k, "K")
+            self.above_k = min(self.above_k, below_k)
+        rule["for"] = self._time(max(2 * held_s, draws.one(60, 10, 1000) * self.period_s))
+        self._rule(rules, "runaway", rule)
+        self.runs_away = rules["runaway"] != "off"
+
+    def _falls_k_per_s(self) -> float:
+        return self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1
+
+    def _plant(self) -> None:
+        """Write the part of the machine that this loop heats."""
+        name, draws = self.name, self.draws
+        target_k = self.high_c - AMBIENT_C
+        ohm = self.strength * target_k / self.full_w
+        joule = tidy(self.full_w / self.rate_k_per_s, 4)
+        shape = draws.one("one", "radiates", "walls", "element")
+        self.nodes[name] = text(joule, "J/K")
+        outer, heated = name, name
+        if shape == "element":
+            heated = f"{name}_wire"
+            self.nodes[heated] = text(tidy(joule / 20), "J/K")
+            self._link(heated, name, ohm / 40)
+        elif shape == "walls":
+            outer = f"{name}_walls"
+            self.nodes[outer] = text(tidy(joule / 2), "J/K")
+            self._link(name, outer, 0.2 * ohm)
+            ohm *= 0.8
+        self._link(outer, "ambient", ohm * self.fan_factor)
+        for role, factor in (("fan", self.fan_factor), ("cooler", self.cools)):
+            if f"{name}_{role}" in self.outputs and (factor > 1 or role == "cooler"):
+                self.fans[f"{name}_{role}"] = {"link": [outer, "ambient"], "factor": factor}
+        if shape == "radiates":
+            hot_k4 = (self.high_c + 273.15) ** 4 - (AMBIENT_C + 273.15) ** 4
+            area = 0.1 * self.full_w / self.strength / (STEFAN_BOLTZMANN * hot_k4 * 0.8)
+            self.radiation.append(
+                {"between": [outer, "ambient"], "area": text(tidy(area), "m²"), "emissivity": 0.8}
+            )
+        sense: Part = {"node": name}
+        sense |= {"lag": text(self.lag_s, "s")} if self.lag_s else {}
+        sense |= {"delay": text(self.delay_s, "s")} if self.delay_s else {}
+        if draws.seldom():
+            sense["noise"] = text(tidy(self.step_k), "K")
+        self.sense[f"{name}_felt"] = sense
+        self.heat = heated
+
+    def _link(self, one: str, other: str, ohm: float) -> None:
+        self.links.append({"between": [one, other], "resistance": text(tidy(ohm, 4), "K/W")})
+
+    def parts(self) -> Part:
+        """Return the loop's own section, in the usual order."""
+        found: Part = {"sensor": f"{self.name}_felt", "heater": f"{self.name}_heater"}
+        for role in ("fan", "cooler"):
+            if f"{self.name}_{role}" in self.outputs:
+                found[role] = f"{self.name}_{role}"
+        return found | {"period": text(self.period_s, "s"), **self.loop}
+
+
+def joined(loops: list[LoopDraw], what: str) -> dict[str, Any]:
+    """Put the same section of several loops together."""
+    return {key: part for loop in loops for key, part in getattr(loop, what).items()}

@@ -1,0 +1,304 @@
+"""What a drawn controller is made of: numbers, pins and timers of its board, sensors, PWM."""
+
+import math
+from collections.abc import Callable, Collection
+from typing import Any
+
+from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
+from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
+from heatwright.spec.analog_sensors import AnalogSensor
+from heatwright.spec.checks.pins import JTAG_PINS
+from heatwright.spec.circuits import SUPPLY_V, circuit, reference_v
+from heatwright.spec.max31856 import AVERAGES, RANGE_C, Max31856
+from heatwright.spec.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
+from heatwright.spec.thermocouples import MAX31855_RANGE_C
+from heatwright.spec.timers import tick_interval
+from heatwright.spec.uses import LCD_KEYPAD_PINS
+
+Part = dict[str, Any]
+_SENSOR: TypeAdapter[Any] = TypeAdapter(Sensor)
+NARROWEST_K = 45.0
+"""Of a sensor's range, between what its errors take off at both ends: room for a machine."""
+
+
+def text(value: float, unit: str = "") -> str:
+    """Write a quantity."""
+    return f"{value:.10g} {unit}".rstrip()
+
+
+def tidy(value: float, digits: int = 3) -> float:
+    """Round to a few digits."""
+    return float(f"{value:.{digits}g}")
+
+
+class Draws:
+    """Draws, the simplest first: what fails shrinks to the plainest of its kind."""
+
+    def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
+        self._draw = draw
+
+    def one(self, *choices: Any) -> Any:
+        return self._draw(st.sampled_from(choices))
+
+    def some(self) -> bool:
+        return bool(self._draw(st.booleans()))
+
+    def maybe(self, part: Part) -> Part:
+        """Leave a part out, or not."""
+        return part if self.some() else {}
+
+    def seldom(self) -> bool:
+        return bool(self.one(*[False] * 5, True))
+
+    def number(self, low: float, high: float, usual: float, step: float = 1.0) -> float:
+        """Draw a multiple of the step: the usual one, an end, or any between."""
+        first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
+        last = max(first, last)
+        plain = min(max(round(usual / step), first), last)
+        ends = st.sampled_from([plain, plain, first, last])
+        return round(self._draw(st.one_of(ends, st.integers(first, last))) * step, 9)
+
+
+class Resources:
+    """The pins and timers of a board that are left."""
+
+    def __init__(self, draws: Draws, board: Board) -> None:
+        self._draws, self._board = draws, board
+        barred = () if board.bootloader_bytes else JTAG_PINS.get(board.mcu, ())
+        pins = {pin.name: pin for pin in board.pins.values() if pin.port_name not in barred}
+        self._free = sorted(pins.values(), key=lambda pin: (pin.adc is not None, pin.digital))
+        self.kept_analog = 0
+        """Pins of the ADC that somebody will need."""
+        self.timers = dict(board.timers)
+        """Those that nobody has."""
+        self._shared: dict[int, float] = {}
+        """Frequency of the timers that make PWM at their own pins, Hz."""
+
+    @property
+    def pins(self) -> int:
+        """How many pins are left that can be switched."""
+        return sum(pin.digital for pin in self._free)
+
+    def keep_off(self, names: Collection[str]) -> None:
+        """Take pins that have a purpose by themselves."""
+        taken = {self._board.pins[name] for name in names}
+        self._free = [pin for pin in self._free if pin not in taken]
+
+    def _take(self, fitting: list[Pin]) -> str:
+        pin = self._draws.one(*fitting)
+        self._free.remove(pin)
+        return str(self._draws.one(pin.name, pin.port_name) if pin.digital else pin.name)
+
+    def analog(self) -> str:
+        """Take a pin of the ADC."""
+        self.kept_analog -= 1
+        return self._take([pin for pin in self._free if pin.adc is not None])
+
+    def has_analog(self) -> bool:
+        """Tell whether a pin of the ADC is free that nobody needs."""
+        return sum(pin.adc is not None for pin in self._free) > self.kept_analog
+
+    def digital(self, *, heats: bool = False) -> str:
+        """Take a pin that can be switched; for a heater one that nothing drives before."""
+        return self._take([pin for pin in self._switched() if not heats or self._is_quiet(pin)])
+
+    def _switched(self) -> list[Pin]:
+        found = [pin for pin in self._free if pin.digital]
+        spare = self.has_analog()
+        return [pin for pin in found if spare or pin.adc is None] or found
+
+    def _is_quiet(self, pin: Pin) -> bool:
+        programmed = not self._board.bootloader_bytes and pin.spi in {"sck", "mosi"}
+        return not pin.bootloader and not programmed
+
+    def take_timer(self) -> bool:
+        """Take any timer, if one is left beside that of the tick."""
+        left = sorted(self.timers, key=lambda number: (self.timers[number].bits, number))
+        return self._leaves_tick(left[:1]) and self.timers.pop(left[0], None) is not None
+
+    def _leaves_tick(self, taken: list[int]) -> bool:
+        left = [timer for number, timer in self.timers.items() if number not in taken]
+        ticking = [timer for timer in left if tick_interval(self._board.clock_hz, timer)]
+        return bool(taken) and bool(ticking)
+
+    def pwm(self, slowest_hz: float, *, heats: bool) -> Part | None:
+        """Take a pin and what makes PWM on it, if the board has that left."""
+        pins = [pin for pin in self._switched() if self._is_quiet(pin) or not heats]
+        able = [pin for pin in pins if pin.pwm and self._serves(pin.pwm[0], slowest_hz)]
+        free = [number for number, timer in self.timers.items() if timer.bits == 16]
+        by_interrupts = [n for n in free if self._leaves_tick([n])]
+        ways = ["timer"] * bool(able) + ["interrupts"] * bool(by_interrupts)
+        if not ways:
+            return None
+        if self._draws.one(*ways) == "timer":
+            return self._by_timer(able, slowest_hz)
+        slow_hz = self._draws.number(max(slowest_hz, 2), FASTEST_BY_INTERRUPTS_HZ, 100)
+        del self.timers[max(by_interrupts)]
+        plain = [pin for pin in pins if pin.pwm is None] or pins
+        return {"pin": self._take(plain), "frequency": text(slow_hz, "Hz")}
+
+    def _serves(self, number: int, slowest_hz: float) -> bool:
+        if number in self._shared:
+            return self._shared[number] >= slowest_hz
+        return number in self.timers and self._leaves_tick([number])
+
+    def _by_timer(self, able: list[Pin], slowest_hz: float) -> Part:
+        pin = self._draws.one(*able)
+        number = pin.pwm[0]
+        if number not in self._shared:
+            timer = self.timers.pop(number)
+            made_hz = _frequency(self._draws, self._board.clock_hz, timer, max(slowest_hz, 1.0))
+            self._shared[number] = made_hz
+        self._free.remove(pin)
+        return {"pin": pin.name, "frequency": text(self._shared[number], "Hz")}
+
+
+def _frequency(draws: Draws, clock_hz: int, timer: Timer, slowest_hz: float) -> float:
+    """Draw what a timer can make, Hz."""
+    if timer.bits == 8:
+        made_hz = [each.frequency_hz for each in pwm_settings(clock_hz, timer)]
+        return float(draws.one(*[each for each in made_hz if each >= slowest_hz][::-1]))
+    return draws.number(slowest_hz, clock_hz / FEWEST_COUNTS, 100)
+
+
+THERMISTORS: tuple[Part, ...] = (
+    {"resistance": "100 kΩ", "at": "25 °C", "beta": "3950 K"},
+    {"a": 8.11e-4, "b": 2.115e-4, "c": 7.07e-8},
+    {"points": [["-20 °C", "940 kΩ"], ["25 °C", "100 kΩ"], ["100 °C", "6.7 kΩ"],
+                ["180 °C", "960 Ω"], ["300 °C", "150 Ω"]]},
+)  # fmt: skip
+
+
+class Sensors:
+    """Draws thermometers."""
+
+    def __init__(self, draws: Draws, board: Board, left: Resources, reference: str) -> None:
+        self._draws, self._mcu, self._left = draws, board.mcu, left
+        self._reference = reference
+
+    def draw(self, spare_pins: int, *, chosen: bool, cold: bool) -> tuple[Part, Any]:
+        """Draw one; return its part of the file and its model.
+
+        spare_pins -- how many it may take; chosen -- whether an operator may choose its type;
+        cold -- whether it must measure what a room has.
+        """
+        kinds = ["analog", "thermistor", "rtd"] * self._left.has_analog()
+        kinds += ["max6675", "max31855"] * (spare_pins >= 3) + ["max31856"] * (spare_pins >= 4)
+        kinds = sorted(kinds, key=kinds.index) or ["ds18b20"]
+        if len(self._left.timers) > 1:
+            kinds.insert(0, "ds18b20")
+        kind = self._draws.one(*kinds)
+        if kind == "ds18b20" and not self._left.take_timer():
+            kind = "analog"
+        part = {"kind": kind, **getattr(self, f"_{kind}")(chosen, cold)}
+        average = self._draws.number(1, 16, 1)
+        if average > 1:
+            part["moving_average"] = int(average)
+        return part, _SENSOR.validate_python(part)
+
+    def _ds18b20(self, *_: bool) -> Part:
+        bits = self._draws.one(12, 9, 10, 11)
+        return {"pin": self._left.digital()} | ({"resolution": f"{bits} bit"} if bits < 12 else {})
+
+    def _wires(self, *names: str) -> Part:
+        return {name: self._left.digital() for name in names}
+
+    def _max6675(self, *_: bool) -> Part:
+        return self._wires("chip_select", "clock", "data_out")
+
+    def _max31855(self, *_: bool) -> Part:
+        kind = self._draws.one(*MAX31855_RANGE_C)
+        return self._wires("chip_select", "clock", "data_out") | {"thermocouple": kind}
+
+    def _max31856(self, chosen: bool, cold: bool) -> Part:
+        kinds = [kind for kind in ("K", *RANGE_C) if RANGE_C[kind][0] < 0 or not cold]
+        part = self._wires("chip_select", "clock", "data_in", "data_out")
+        part["thermocouple"] = kind = self._draws.one(*kinds)
+        others = [other for other in kinds if other != kind and other != "B"]
+        if chosen and kind != "B" and self._draws.some():
+            part["selectable"] = [self._draws.one(*others), kind]
+        if self._draws.some():
+            part["mains_filter"] = "60 Hz"
+        return part | {"average": self._draws.one(*AVERAGES)}
+
+    def _on_adc(self, part: Part) -> Part:
+        part = {"pin": self._left.analog(), **part}
+        if self._reference != "supply":
+            part["reference"] = self._reference
+        oversample = self._draws.number(1, 32, 4)
+        return part | {"oversample": int(oversample)}
+
+    def _thermistor(self, *_: bool) -> Part:
+        divider = self._divider("4.7 kΩ", "1 kΩ", "47 kΩ")
+        part = {"divider": divider, "curve": self._draws.one(*THERMISTORS)}
+        return self._ranged("thermistor", part, -20.0, 300.0)
+
+    def _rtd(self, *_: bool) -> Part:
+        element = self._draws.one("pt1000", "pt100")
+        part: Part = {"element": element}
+        if element == "pt1000" and self._draws.some():
+            part["divider"] = self._divider("1 kΩ", "2.2 kΩ")
+        else:
+            series, gain = {"pt1000": ("10 kΩ", 10), "pt100": ("1 kΩ", 10)}[element]
+            excitation = text(self._full_v())
+            part["amplifier"] = {"gain": gain, "excitation": f"{excitation} V", "series": series}
+        return self._ranged("rtd", part, -190.0, 840.0)
+
+    def _divider(self, *resistors: str) -> Part:
+        divider = {self._draws.one("pull_up", "pull_down"): self._draws.one(*resistors)}
+        if self._reference != "supply":
+            divider["supply"] = text(self._full_v(), "V")
+        return divider
+
+    def _full_v(self) -> float:
+        return reference_v(Thermistor.model_construct(reference=self._parsed()), self._mcu)
+
+    def _parsed(self) -> Any:
+        words = {"supply", "internal"}
+        return self._reference if self._reference in words else float(self._reference.split()[0])
+
+    def _analog(self, *_: bool) -> Part:
+        span_k = self._draws.one(100, 50, 400)
+        share = self._full_v() / SUPPLY_V
+        scale_mv = tidy(share * 4500 / (span_k + 60))
+        if self._draws.some():  # a voltage that falls
+            offset_v = tidy(share * 4.5 - 0.05)
+            part = {"scale": f"{text(-scale_mv)} mV/K", "offset": f"{text(offset_v)} V"}
+        else:
+            offset_v = tidy(50 * scale_mv / 1000)
+            part = {"scale": f"{text(scale_mv)} mV/K", "offset": f"{text(offset_v)} V"}
+        part |= self._draws.maybe({"open_reads": "high"})
+        return self._ranged("analog", part, -45.0, 450.0)
+
+    def _ranged(self, kind: str, part: Part, low_c: float, high_c: float) -> Part:
+        """Add a range that the circuit shows; where it shows too little, take a plain one."""
+        part = self._on_adc(part)
+        whole = {"kind": kind, **part, "range": f"{low_c} °C .. {high_c} °C"}
+        chain = circuit(_SENSOR.validate_python(whole), self._mcu)
+        ends = chain.celsius(0.006), chain.celsius(min(chain.highest, 1.0) - 0.006)
+        low_c, high_c = max(min(ends), low_c), min(max(ends), high_c)
+        if high_c - low_c < NARROWEST_K + 2 or low_c > 10:
+            low_c, high_c = max(low_c, -45.0), max(high_c, 60.0)
+        first = self._draws.number(math.ceil(low_c), min(10, high_c - NARROWEST_K), 0)
+        last = self._draws.number(first + NARROWEST_K, math.floor(high_c), high_c)
+        return part | {"range": f"{text(first)} °C .. {text(last)} °C"}
+
+
+def usable_c(sensor: Any) -> tuple[float, float]:
+    """Give the lowest and the highest temperature that a sensor surely shows, of all its types."""
+    kinds = [sensor]
+    if isinstance(sensor, Max31856) and sensor.selectable:
+        kinds = [sensor.model_copy(update={"thermocouple": each}) for each in sensor.selectable]
+    lows, highs = zip(*(each.range_c for each in kinds), strict=True)
+    errors_k = max(each.error_k(end) for each in kinds for end in each.range_c)
+    return max(lows) + errors_k, min(highs) - errors_k
+
+
+def step_k(sensor: Any, mcu: str, low_c: float, high_c: float) -> float:
+    """Give the widest step of the readings between two temperatures."""
+    if not isinstance(sensor, AnalogSensor):
+        return float(sensor.step_k)
+    places = [low_c + share * (high_c - low_c) / 8 for share in range(9)]
+    return max(sensor.step_at_k(place, mcu) for place in places)
