@@ -1,29 +1,21 @@
 """Attributes and defaults: what every other part of the project relies on."""
 
-from pathlib import Path
-
 import pytest
 
 from heatwright.spec import (
-    Algorithm,
     Controller,
     Frozen,
     Heating,
     OnOff,
-    Output,
     Pid,
     RisingWhileOff,
     Runaway,
-    Sensor,
     SpecError,
-    kinds,
     load_text,
 )
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
-
-BAD = Path(__file__).parents[1] / "bad_specs"
 
 MINIMAL = """\
 heatwright: 1
@@ -160,11 +152,6 @@ def test_rules_keep_their_codes() -> None:
         assert rule.display == rule.display.upper()
         assert rule.meaning.endswith(".")
         assert rule.remedy.endswith(".")
-
-
-@pytest.mark.parametrize("kind", [*kinds(Sensor), *kinds(Output), *kinds(Algorithm)])
-def test_every_kind_has_a_bad_spec(kind: str) -> None:
-    assert any(f"kind: {kind}" in file.read_text(errors="replace") for file in BAD.glob("*.yaml"))
 
 
 def test_a_name_may_be_as_long_as_it_says() -> None:

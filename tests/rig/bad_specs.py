@@ -1,0 +1,162 @@
+"""The cases of tests/bad_specs: a base, what is changed in it, and the messages; read once.
+
+A file is of one subject. A case in it is a head, and lines that begin with a sign:
+
+    [window_too_short of pid_oven] Fewer steps than per cents.
+    - window: 1 s
+    + window: 500 ms
+    > 6:60: outputs.heater.window: 500 ms is shorter than …
+
+`-` is text that stands once in the base, and `+` is what stands in its place; several lines of one
+sign are one text. `-` alone takes out whole lines, `+` alone is put at the end, an empty line ends
+a change. `~` is a `+` in which Python's escapes count, and `\\udcb0` is the byte B0. `* 3` is a `+`
+that is there three times: {n} in it counts from 0. `>` is a message, without the file's name.
+
+The base is a good spec of bases.txt, or another case; a case without one is written out whole.
+A line that begins with # says something about the file.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from heatwright.spec import SpecError, load_text
+
+FOLDER = Path(__file__).parents[1] / "bad_specs"
+BASES = FOLDER / "bases.txt"
+FILE_NAME = "spec.yaml"
+HEAD = re.compile(r"\[(\w+)(?: of (\w+))?\](?: .+)?")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A spec, and what is said of it."""
+
+    text: bytes
+    messages: tuple[str, ...]
+
+    @property
+    def expected(self) -> str:
+        """The error's words: a line for each message, with the name of the file."""
+        return "\n".join(f"{FILE_NAME}:{message}" for message in self.messages)
+
+    def refusal(self) -> SpecError:
+        """Load the spec and return the error.
+
+        Raises:
+            AssertionError: it is taken for a good one.
+
+        """
+        try:
+            load_text(self.text, FILE_NAME)
+        except SpecError as error:
+            return error
+        raise AssertionError("the spec is taken for a good one")
+
+
+@cache
+def cases() -> Mapping[str, Case]:
+    """Return the bad specs by name, in the order of the files."""
+    texts = _Texts(_entries(FOLDER.glob("*.txt")))
+    found = {
+        name: Case(texts[name].encode("utf-8", "surrogateescape"), tuple(entry.messages))
+        for name, entry in texts.entries.items()
+        if entry.file != BASES
+    }
+    return MappingProxyType(found)
+
+
+@cache
+def bases() -> Mapping[str, str]:
+    """Return the texts of the good specs that the bad ones are made of, by name."""
+    texts = _Texts(_entries([BASES]))
+    return MappingProxyType({name: texts[name] for name in texts.entries})
+
+
+@dataclass
+class _Change:
+    old: list[str] = field(default_factory=list)
+    new: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Entry:
+    """A case as it is written."""
+
+    file: Path
+    base: str | None
+    changes: list[_Change] = field(default_factory=lambda: [_Change()])
+    messages: list[str] = field(default_factory=list)
+
+    def read(self, line: str) -> None:
+        """Take in the next line."""
+        sign, text = line[:1], line[2:]
+        if sign == ">":
+            self.messages.append(text)
+        elif sign == "-" and not self.changes[-1].new:
+            self.changes[-1].old.append(text)
+        elif sign in {"", "-"}:
+            self.changes.append(_Change([text] if sign else []))
+        else:
+            self.changes[-1].new += _added(sign, text)
+
+
+def _added(sign: str, text: str) -> list[str]:
+    """Return the lines that a line of a change adds."""
+    if sign == "+":
+        return [text]
+    if sign == "~":
+        return [text.encode("ascii").decode("unicode_escape")]
+    assert sign == "*", f"{sign} is no sign"
+    count, _, pattern = text.partition(" ")
+    return [pattern.replace("{n}", str(number)) for number in range(int(count))]
+
+
+def _entries(files: Iterable[Path]) -> dict[str, _Entry]:
+    found: dict[str, _Entry] = {}
+    for file in sorted(files):
+        for name, entry in _entries_in(file):
+            assert name not in found, f"{file.name}: there are two cases {name}"
+            found[name] = entry
+    return found
+
+
+def _entries_in(file: Path) -> Iterator[tuple[str, _Entry]]:
+    name, entry = "", _Entry(file, None)
+    for line in file.read_text("utf-8").split("\n"):
+        if head := HEAD.fullmatch(line):
+            if name:
+                yield name, entry
+            name, entry = head[1], _Entry(file, head[2])
+        elif not line.startswith("#"):
+            entry.read(line)
+    yield name, entry
+
+
+class _Texts(dict[str, str]):
+    """The texts of cases by name, each made when it is asked for."""
+
+    def __init__(self, entries: dict[str, _Entry]) -> None:
+        super().__init__()
+        self.entries = entries
+
+    def __missing__(self, name: str) -> str:
+        entry = self.entries[name]
+        text = self[entry.base] if entry.base else ""
+        for change in entry.changes:
+            text = _changed(name, text, change)
+        self[name] = text
+        return text
+
+
+def _changed(name: str, text: str, change: _Change) -> str:
+    old, new = "\n".join(change.old), "\n".join(change.new)
+    if not change.old:
+        return text + "".join(f"{line}\n" for line in change.new)
+    if not change.new:  # whole lines
+        text, old = f"\n{text}", f"\n{old}\n"
+    assert text.count(old) == 1, f"{name}: in its base it stands {text.count(old)} times: {old}"
+    return text.replace(old, new) if change.new else text.replace(old, "\n")[1:]
