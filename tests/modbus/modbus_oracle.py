@@ -2,11 +2,13 @@
 
 import math
 import struct
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from heatwright.sim.interfaces.modbus_frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
-from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.sim.interfaces.registers import TENTH, Register, registers
 from heatwright.spec import Controller, digest, modbus_of
 from heatwright.spec.commands import tunable
 
@@ -14,88 +16,133 @@ BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
 WRITES = (5, 6, 15, 16, 22)
 TABLES = {1: "coil", 2: "discrete_input", 3: "holding_register", 4: "input_register"}
 GAINS = ("kp", "ki", "kd")
-MOST_GAIN = 1e6
-MAP_VERSION = 1
+STATES = ("work", "heat", "cool", "warm")
+MODES = ("automatic", "manual", "tune")
+COUNTERS = ("messages", "errors", "exceptions", "requests", "unanswered", "overruns")
+FAULTY, GOOD = 16, 32
+UNKNOWN_C = -32768
+CYCLES = 5
+"""Of a tuning, in these specs."""
 
 
 class Refused(Exception):
-    """An exception of the protocol."""
-
-    def __init__(self, code: int) -> None:
-        super().__init__(code)
-        self.code = code
+    """An exception of the protocol: its code."""
 
 
-def check(condition: bool, code: int) -> None:
+def check(condition: bool, code: int = BAD_VALUE) -> None:
     if not condition:
         raise Refused(code)
+
+
+def single(value: float) -> float:
+    """Round to single precision."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
+def scaled(value: float, per_unit: int) -> int:
+    """To nearest, halves away from zero, held to 16 bits; what single precision makes of it."""
+    steps = single(single(value) * per_unit)
+    steps = single(steps + (-0.5 if steps < 0 else 0.5))
+    return int(max(-32767.0, min(32767.0, steps)))
 
 
 @dataclass
 class Control:
     """What a master sets of a loop."""
 
-    setpoint: int
+    setpoint: float
     enabled: bool
-    gains: dict[str, bytes]
+    gains: dict[str, float]
     released: bool = False
     mode: str = "automatic"
-    manual_duty: int = 0
+    manual_duty: float = 0.0
 
 
 class Oracle:
-    """One slave without faults; what the machine itself decides it does not know.
+    """One slave.
 
-    changes -- how many requests have changed something.
+    world -- what the machine itself decides, by the names of registers; of a loop also
+    `has_reading`, `missing`, and `states`, the bits of STATES. changes -- how many requests have
+    changed something. calls -- how often something was stored, restored and tuned.
     """
 
     def __init__(self, controller: Controller) -> None:
         modbus = modbus_of(controller)
         assert modbus is not None
         self.address = modbus.address
-        self.changes = 0
-        self.commands: dict[str, bool] = {}
+        self.fault = self.acknowledged = self.changes = 0
+        self.counters = dict.fromkeys(COUNTERS, 0)
+        self.calls: Counter[str] = Counter()
+        self.world: dict[str, float] = {}
         self._controller = controller
-        self._registers = list(registers(controller).values())
+        self._digest = digest(controller)
+        self._tables: dict[str, dict[int, tuple[Register, int]]] = {
+            table: {} for table in TABLES.values()
+        }
+        for register in registers(controller).values():
+            for word in range(register.words):
+                self._tables[register.table][register.address + word] = register, word
         self.loops = {name: self._control(name) for name in controller.loops}
+        commands = [name for name, loop, _ in self._names("coil") if not loop]
+        self._orders = dict.fromkeys(commands, False)
+        """The controller's coils, as they were last written."""
+        self._rested: set[str] = set()
+        """Those that were last written 0; none at the reset."""
+
+    def _names(self, table: str) -> list[tuple[str, str, str]]:
+        names = [register.name for register, _ in self._tables[table].values()]
+        return [(name, *name.rpartition(".")[::2]) for name in names]
 
     def _control(self, name: str) -> Control:
         loop = self._controller.loops[name]
-        gains = self._default_gains(name)
-        return Control(round(loop.setpoint.initial_c * 10), loop.starts != "disabled", gains)
+        starts = loop.starts != "disabled"
+        return Control(single(loop.setpoint.initial_c), starts, self._default_gains(name))
 
-    def _default_gains(self, name: str) -> dict[str, bytes]:
+    def _default_gains(self, name: str) -> dict[str, float]:
         if not tunable(self._controller, name):
             return {}
         algorithm = self._controller.loops[name].algorithm
-        return {gain: struct.pack(">f", getattr(algorithm, gain)) for gain in GAINS}
+        return {gain: single(getattr(algorithm, gain)) for gain in GAINS}
 
     # -- frames --------------------------------------------------------------------------------
 
-    def hear(self, data: bytes, *, whole: bool = True) -> bytes | None:
-        """Return the answer to a frame; None for silence. whole -- no character was damaged."""
+    def hear(self, data: bytes, *, whole: bool = True) -> bytes:
+        """Return the answer to a frame with silence behind it; nothing for silence.
+
+        whole -- no character was damaged.
+        """
+        if not data:
+            return b""
         if not whole or not SHORTEST <= len(data) <= LONGEST or crc(data[:-2]) != data[-2:]:
-            return None
+            self.counters["errors"] += 1
+            return b""
+        self.counters["messages"] += 1
         address, pdu = data[0], data[1:-2]
         if address not in (0, self.address):
-            return None
+            return b""
+        self.counters["requests"] += 1
+        before = repr(self.loops)
+        answer = self._answered(address, pdu)
+        self.changes += before != repr(self.loops)
+        return answer
+
+    def _answered(self, address: int, pdu: bytes) -> bytes:
         if address == 0:
+            self.counters["unanswered"] += 1
             if pdu[0] in WRITES:
-                self._answer(pdu)
-            return None
-        return framed(address, self._answer(pdu))
-
-    def _answer(self, pdu: bytes) -> bytes:
+                with suppress(Refused):
+                    self._serve(pdu[0], pdu[1:])
+            return b""
         try:
-            return self._serve(pdu)
+            return framed(address, bytes([pdu[0]]) + self._serve(pdu[0], pdu[1:]))
         except Refused as refused:
-            return bytes([pdu[0] | EXCEPTION, refused.code])
+            self.counters["exceptions"] += 1
+            return framed(address, bytes([pdu[0] | EXCEPTION, refused.args[0]]))
 
-    def _serve(self, pdu: bytes) -> bytes:
-        function = pdu[0]
+    def _serve(self, function: int, data: bytes) -> bytes:
         if function in TABLES:
-            return self._read(pdu)
-        served = {
+            return self._read(function, data)
+        served: dict[int, Callable[[bytes], bytes]] = {
             5: self._write_coil,
             6: self._write_register,
             15: self._write_coils,
@@ -106,133 +153,146 @@ class Oracle:
             43: self._identify,
         }
         check(function in served, BAD_FUNCTION)
-        return served[function](pdu)
+        return served[function](data)
 
     # -- tables --------------------------------------------------------------------------------
 
-    def _table(self, table: str) -> dict[int, tuple[Register, int]]:
-        return {
-            register.address + word: (register, word)
-            for register in self._registers
-            if register.table == table
-            for word in range(register.words)
-        }
-
     def _span(self, table: str, first: int, count: int) -> list[tuple[Register, int]]:
-        found = self._table(table)
+        found = self._tables[table]
         check(all(first + n in found for n in range(count)), BAD_ADDRESS)
         return [found[first + n] for n in range(count)]
 
     def _word(self, register: Register, word: int) -> int:
-        """A word that a master can write; of others 0."""
         loop, _, what = register.name.rpartition(".")
-        if not loop:
-            return int(self.commands.get(what, False))
-        control = self.loops[loop]
-        if what == "setpoint":
-            return control.setpoint & 0xFFFF
-        if what == "manual_duty":
-            return control.manual_duty
-        if what in GAINS:
-            return struct.unpack(">2H", control.gains[what])[word]
-        return {
-            "enabled": int(control.enabled),
-            "manual": int(control.mode == "manual"),
-            "tune": int(control.mode == "tuning"),
-        }.get(what, 0)
+        value = self._of_loop(loop, what) if loop else self._of_controller(what)
+        if register.kind == "f32":
+            return int(struct.unpack(">2H", struct.pack(">f", value))[word])
+        if register.words == 2:
+            return int(value) >> (16, 0)[word] & 0xFFFF
+        if register.scale != 1 and value != UNKNOWN_C:
+            value = scaled(value, round(1 / register.scale))
+        return int(value) & 0xFFFF
 
-    def _read(self, pdu: bytes) -> bytes:
-        check(len(pdu) == 5, BAD_VALUE)
-        function, first, count = struct.unpack(">BHH", pdu)
+    def _of_controller(self, what: str) -> float:
+        known = {
+            **self._orders, **self.counters, "fault": self.fault, "map_version": 1,
+            "fault_latched": self.fault != 0, "digest": int(self._digest, 16),
+            "acknowledgements": self.acknowledged & 0xFF,
+        }  # fmt: skip
+        return known[what] if what in known else self.world.get(what, 0)
+
+    def _of_loop(self, loop: str, what: str) -> float:
+        control = self.loops[loop]
+        known = self.world.get(f"{loop}.has_reading", 0)
+        state = int(self.world.get(f"{loop}.states", 0)) | FAULTY * (self.fault != 0)
+        state |= GOOD * bool(known and not self.world.get(f"{loop}.missing", 0))
+        told = {
+            **control.gains, "enabled": control.enabled, "state": state, "valid": state & GOOD != 0,
+            "setpoint": control.setpoint, "manual_duty": control.manual_duty,
+            **{name: control.mode == name for name in MODES[1:]},
+            **{name: state >> bit & 1 for bit, name in enumerate(STATES)},
+        }  # fmt: skip
+        if what == "temperature" and not known:
+            return UNKNOWN_C
+        return told[what] if what in told else self.world.get(f"{loop}.{what}", 0)
+
+    @staticmethod
+    def _asked(data: bytes, most: int) -> tuple[int, int]:
+        check(len(data) == 4)
+        first, count = struct.unpack(">HH", data)
+        check(1 <= count <= most)
+        return first, count
+
+    def _counted(self, data: bytes, most: int, bits: int) -> tuple[int, int, bytes]:
+        """Read the head of a request that writes, and how many bytes follow."""
+        check(len(data) >= 5)
+        first, count = self._asked(data[:4], most)
+        check(data[4] == (count * bits + 7) // 8 == len(data) - 5)
+        return first, count, data[5:]
+
+    def _read(self, function: int, data: bytes) -> bytes:
         bits = function in (1, 2)
-        check(1 <= count <= (2000 if bits else 125), BAD_VALUE)
+        first, count = self._asked(data, 2000 if bits else 125)
         words = [self._word(*each) for each in self._span(TABLES[function], first, count)]
         if not bits:
-            return struct.pack(f">BB{count}H", function, 2 * count, *words)
+            return listed(words)
         packed = sum(bool(word) << n for n, word in enumerate(words))
         size = (count + 7) // 8
-        return bytes([function, size]) + packed.to_bytes(size, "little")
+        return bytes([size]) + packed.to_bytes(size, "little")
 
     # -- registers -----------------------------------------------------------------------------
 
-    def _write(self, first: int, words: tuple[int, ...]) -> None:
+    def _write(self, first: int, words: Sequence[int]) -> None:
         span = self._span("holding_register", first, len(words))
         name = span[0][0].name.rpartition(".")[0]
-        raw: dict[str, dict[int, int]] = {}
+        raw: dict[Register, dict[int, int]] = {}
         for (register, part), word in zip(span, words, strict=True):
-            raw.setdefault(register.name.rpartition(".")[2], {})[part] = word
-        for what, parts in raw.items():
-            check(self._may(name, what, parts), BAD_VALUE)
+            raw.setdefault(register, {})[part] = word
+        for register, parts in raw.items():
+            check(len(parts) == register.words)
         control = self.loops[name]
-        before = (control.setpoint, control.manual_duty, dict(control.gains))
-        for what, parts in raw.items():
-            if what == "setpoint":
-                control.setpoint = signed(parts[0])
-            elif what == "manual_duty":
-                control.manual_duty = parts[0]
+        wishes = {
+            register.name.rpartition(".")[2]: register.value([parts[n] for n in sorted(parts)])
+            for register, parts in raw.items()
+        }
+        for what, value in wishes.items():
+            check(self._may(name, what, value))
+        for what, value in wishes.items():
+            if what in GAINS:
+                control.gains[what] = value
             else:
-                control.gains[what] = struct.pack(">2H", parts[0], parts[1])
-        self.changes += before != (control.setpoint, control.manual_duty, control.gains)
+                setattr(control, what, single(round(value / TENTH) / 10))
 
-    def _may(self, name: str, what: str, parts: Mapping[int, int]) -> bool:
+    def _may(self, name: str, what: str, value: float) -> bool:
         control, loop = self.loops[name], self._controller.loops[name]
         if what == "setpoint":
-            tenths = signed(parts[0])
+            tenths = round(value / TENTH)
             inside = loop.setpoint.minimum_c <= tenths / 10 <= loop.setpoint.maximum_c
-            return inside and (control.mode != "tuning" or tenths == control.setpoint)
+            return inside and (control.mode != "tune" or single(tenths / 10) == control.setpoint)
         if what == "manual_duty":
-            return 0 <= signed(parts[0]) <= 1000
-        if len(parts) != 2:
-            return False
-        value = struct.unpack(">f", struct.pack(">2H", parts[0], parts[1]))[0]
-        return math.isfinite(value) and 0 <= value <= MOST_GAIN
+            return round(value / TENTH) <= 1000
+        return math.isfinite(value) and 0 <= value <= 1e6
 
-    def _write_register(self, pdu: bytes) -> bytes:
-        check(len(pdu) == 5, BAD_VALUE)
-        _, address, word = struct.unpack(">BHH", pdu)
-        self._write(address, (word,))
-        return pdu
+    def _write_register(self, data: bytes) -> bytes:
+        check(len(data) == 4)
+        address, word = struct.unpack(">HH", data)
+        self._write(address, [word])
+        return data
 
-    def _write_registers(self, pdu: bytes) -> bytes:
-        check(len(pdu) >= 6, BAD_VALUE)
-        _, first, count, size = struct.unpack(">BHHB", pdu[:6])
-        check(1 <= count <= 123 and size == 2 * count and len(pdu) == 6 + size, BAD_VALUE)
-        self._write(first, struct.unpack(f">{count}H", pdu[6:]))
-        return pdu[:5]
+    def _write_registers(self, data: bytes) -> bytes:
+        first, count, values = self._counted(data, 123, 16)
+        self._write(first, struct.unpack(f">{count}H", values))
+        return data[:4]
 
-    def _mask(self, pdu: bytes) -> bytes:
-        check(len(pdu) == 7, BAD_VALUE)
-        _, address, with_and, with_or = struct.unpack(">BHHH", pdu)
+    def _mask(self, data: bytes) -> bytes:
+        check(len(data) == 6)
+        address, keep, add = struct.unpack(">HHH", data)
         old = self._word(*self._span("holding_register", address, 1)[0])
-        self._write(address, (old & with_and | with_or & ~with_and & 0xFFFF,))
-        return pdu
+        self._write(address, [old & keep | add & ~keep & 0xFFFF])
+        return data
 
-    def _read_and_write(self, pdu: bytes) -> bytes:
-        check(len(pdu) >= 10, BAD_VALUE)
-        first, count, second, more, size = struct.unpack(">HHHHB", pdu[1:10])
-        check(1 <= count <= 125 and 1 <= more <= 121, BAD_VALUE)
-        check(size == 2 * more and len(pdu) == 10 + size, BAD_VALUE)
+    def _read_and_write(self, data: bytes) -> bytes:
+        check(len(data) >= 9)
+        first, count = self._asked(data[:4], 125)
+        second, more, values = self._counted(data[4:], 121, 16)
         span = self._span("holding_register", first, count)
-        self._write(second, struct.unpack(f">{more}H", pdu[10:]))
-        words = [self._word(*each) for each in span]
-        return struct.pack(f">BB{count}H", 23, 2 * count, *words)
+        self._write(second, struct.unpack(f">{more}H", values))
+        return listed([self._word(*each) for each in span])
 
     # -- coils ---------------------------------------------------------------------------------
 
-    def _write_coil(self, pdu: bytes) -> bytes:
-        check(len(pdu) == 5, BAD_VALUE)
-        _, address, value = struct.unpack(">BHH", pdu)
-        check(value in (0, 0xFF00), BAD_VALUE)
+    def _write_coil(self, data: bytes) -> bytes:
+        check(len(data) == 4)
+        address, value = struct.unpack(">HH", data)
+        check(value in (0, 0xFF00))
         self._switch(address, [bool(value)])
-        return pdu
+        return data
 
-    def _write_coils(self, pdu: bytes) -> bytes:
-        check(len(pdu) >= 6, BAD_VALUE)
-        _, first, count, size = struct.unpack(">BHHB", pdu[:6])
-        check(1 <= count <= 1968 and size == (count + 7) // 8 and len(pdu) == 6 + size, BAD_VALUE)
-        bits = int.from_bytes(pdu[6:], "little")
+    def _write_coils(self, data: bytes) -> bytes:
+        first, count, values = self._counted(data, 1968, 1)
+        bits = int.from_bytes(values, "little")
         self._switch(first, [bool(bits >> n & 1) for n in range(count)])
-        return pdu[:5]
+        return data[:4]
 
     def _switch(self, first: int, states: list[bool]) -> None:
         span = self._span("coil", first, len(states))
@@ -241,33 +301,37 @@ class Oracle:
             for (register, _), state in zip(span, states, strict=True)
         }
         name = span[0][0].name.rpartition(".")[0]
-        if not name:
+        if name:
+            self._check_switches(self.loops[name], wanted)
+            self._do_switches(self.loops[name], wanted)
+        else:
             self._command(wanted)
-            return
-        control = self.loops[name]
-        before = (control.enabled, control.mode)
-        self._check_switches(control, wanted)
-        self._do_switches(control, wanted)
-        self.changes += before != (control.enabled, control.mode)
 
     def _command(self, wanted: Mapping[str, bool]) -> None:
         """A command acts when it changes to 1 from a 0 that was written."""
-        if wanted.get("restore") and self.commands.get("restore") is False:
+        risen = {name for name, on in wanted.items() if on and name in self._rested}
+        self._orders.update(wanted)
+        self._rested |= wanted.keys()
+        self._rested -= {name for name, on in wanted.items() if on}
+        if "acknowledge" in risen and self.fault:
+            self.fault = 0
+            self.acknowledged += 1
+            for control in self.loops.values():
+                control.enabled, control.mode = False, "automatic"
+        self.calls.update(risen)
+        if "restore" in risen:
             for loop, control in self.loops.items():
                 control.gains = self._default_gains(loop)
-        self.commands.update(wanted)
 
-    @staticmethod
-    def _check_switches(control: Control, wanted: Mapping[str, bool]) -> None:
+    def _check_switches(self, control: Control, wanted: Mapping[str, bool]) -> None:
         manual, tune = wanted.get("manual"), wanted.get("tune")
         if wanted.get("enabled"):
-            check(control.enabled or control.released, BAD_VALUE)
-        check(not (manual and tune), BAD_VALUE)
+            check(not self.fault and (control.enabled or control.released))
+        check(not (manual and tune))
         if manual or tune:
-            check(wanted.get("enabled", control.enabled), BAD_VALUE)
+            check(not self.fault and wanted.get("enabled", control.enabled))
 
-    @staticmethod
-    def _do_switches(control: Control, wanted: Mapping[str, bool]) -> None:
+    def _do_switches(self, control: Control, wanted: Mapping[str, bool]) -> None:
         if "enabled" in wanted:
             control.enabled = wanted["enabled"]
             if not control.enabled:
@@ -277,32 +341,32 @@ class Oracle:
         elif "manual" in wanted and control.mode == "manual":
             control.mode = "automatic"
         if wanted.get("tune"):
-            control.mode = "tuning"
-        elif "tune" in wanted and control.mode == "tuning":
+            if control.mode != "tune":
+                self.calls["tune"] = CYCLES
+            control.mode = "tune"
+        elif "tune" in wanted and control.mode == "tune":
             control.mode, control.enabled, control.released = "automatic", False, False
 
     # -- who it is -----------------------------------------------------------------------------
 
-    def _identity(self, pdu: bytes) -> bytes:
-        check(len(pdu) == 1, BAD_VALUE)
-        runs = any(control.enabled for control in self.loops.values())
-        said = bytes([0x48, 0xFF if runs else 0]) + self._controller.identity.name.encode()
-        return bytes([17, len(said)]) + said
+    def _identity(self, data: bytes) -> bytes:
+        check(not data)
+        states = [int(self.world.get(f"{loop}.states", 0)) for loop in self.loops]
+        works = any(state & 1 for state in states)
+        said = bytes([0x48, 0xFF * works]) + self._controller.identity.name.encode()
+        return bytes([len(said)]) + said
 
     def _objects(self) -> dict[int, bytes]:
         identity = self._controller.identity
-        texts = {
-            0: "heatwright",
-            1: identity.name,
-            2: f"{MAP_VERSION} {digest(self._controller)}",
-            4: identity.title or identity.name,
-        }
-        return {number: text.encode() for number, text in texts.items()}
+        title = identity.title or identity.name
+        shown = "".join(each if " " <= each <= "~" else "?" for each in title)
+        texts = {0: "heatwright", 1: identity.name, 2: f"1 {self._digest}", 4: shown}
+        return {number: text.encode("ascii") for number, text in texts.items()}
 
-    def _identify(self, pdu: bytes) -> bytes:
-        check(len(pdu) >= 2 and pdu[1] == 14, BAD_FUNCTION)
-        check(len(pdu) == 4 and 1 <= pdu[2] <= 4, BAD_VALUE)
-        code, first = pdu[2], pdu[3]
+    def _identify(self, data: bytes) -> bytes:
+        check(len(data) >= 1 and data[0] == 14, BAD_FUNCTION)
+        check(len(data) == 3 and 1 <= data[1] <= 4)
+        code, first = data[1:]
         objects = self._objects()
         if code == 4:
             check(first in objects, BAD_ADDRESS)
@@ -312,9 +376,10 @@ class Oracle:
             named = {each: text for each, text in objects.items() if each <= last}
             if first in named:
                 named = {each: text for each, text in named.items() if each >= first}
-        listed = b"".join(bytes([each, len(text)]) + text for each, text in named.items())
-        return bytes([43, 14, code, 0x82, 0, 0, len(named)]) + listed
+        told = b"".join(bytes([each, len(text)]) + text for each, text in named.items())
+        return bytes([14, code, 0x82, 0, 0, len(named)]) + told
 
 
-def signed(word: int) -> int:
-    return word - 0x10000 if word & 0x8000 else word
+def listed(words: Sequence[int]) -> bytes:
+    """Count of bytes, and words."""
+    return struct.pack(f">B{len(words)}H", 2 * len(words), *words)

@@ -148,8 +148,8 @@ def _play_and_end(library: ctypes.CDLL, streams: list[int]) -> None:
     try:
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
-        used_s = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        most_s = int(used_s) + MOST_CPU_S
+        allowed = [each for each in resource.getrlimit(resource.RLIMIT_CPU) if each >= 0]
+        most_s = min([MOST_CPU_S, *allowed])
         resource.setrlimit(resource.RLIMIT_CPU, (most_s, most_s))
         status = library.world_main()
         ctypes.CDLL(None).fflush(None)

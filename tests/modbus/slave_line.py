@@ -4,9 +4,9 @@ import struct
 from pathlib import Path
 from typing import NamedTuple
 
-from slave_model import framed
-from slave_spec import ADDRESS
-from slave_world import frame, received, run, ticks
+from modbus_host import ADDRESS, frame, received, run, ticks
+
+from heatwright.sim.interfaces.modbus_frames import framed
 
 PARITY, OVERRUN, FRAMING = 1 << 2, 1 << 3, 1 << 4
 SILENCE, MAIN, MAIN_ALONE, STATE = b"q", b"m", b"M", b"s"
@@ -93,10 +93,9 @@ CASES = [
 ]  # fmt: skip
 
 
-def line_problem(program: Path, case: Case) -> str:
+def line_problem(slave: Path, case: Case) -> str:
     """Say what is otherwise than it should be; an empty text if nothing is."""
-    state, *_ = run(program, [STATE])
-    *sent, last = run(program, [*case.script, STATE])
+    state, *sent, last = run(slave, [STATE, *case.script, STATE])
     if tuple(sent) != case.sent:
         return f"{case.name}: sent {[each.hex(' ') for each in sent]}"
     counters = tuple(int(number) for number in last.split()[-8:-2])
@@ -109,3 +108,9 @@ def line_problem(program: Path, case: Case) -> str:
     if not written and last.split()[:15] != state.split()[:15]:
         return f"{case.name}: something was written"
     return ""
+
+
+def silence_problem(slave: Path) -> str:
+    """Say whether the master's silence is counted otherwise than to its largest, and no further."""
+    (state,) = run(slave, [ticks(60_000), ticks(60_000), STATE])
+    return "" if state.split()[-2:] == [b"65535", b"0"] else state.decode()

@@ -10,13 +10,7 @@
  * 'f' and 'm' write the bytes that were sent, with their count (16 bits) before them; 's' a text
  * in the same form.
  */
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#define REGISTER /* here they are */
-#include <avr/io.h>
+#include "script.h"
 
 #include "autotune_air.h"
 #include "config.h"
@@ -36,7 +30,7 @@ void TIMER2_COMPA_vect(void);
 #ifndef MODBUS_SILENCE_MATCHES
 #define MODBUS_SILENCE_MATCHES 1u
 #endif
-#define PORT_DRIVER 1u /* PC0 */
+#define DRIVER 1u /* PC0 */
 #define LISTENING (1u << TXEN0 | 1u << TXCIE0 | 1u << RXEN0 | 1u << RXCIE0)
 #define SPEAKING (1u << TXEN0 | 1u << TXCIE0)
 
@@ -55,12 +49,6 @@ static float percent;
 static uint8_t air_state, bed_state, cycles_asked;
 static unsigned kept, defaulted;
 static uint32_t now_s;
-
-static void wrong(const char *what)
-{
-    fprintf(stderr, "%s\n", what);
-    exit(3);
-}
 
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
@@ -86,6 +74,9 @@ void settings_keep(void)
 void settings_defaults(void)
 {
     defaulted++;
+    settings.air_kp = LOOP_AIR_KP;
+    settings.air_ki = LOOP_AIR_KI;
+    settings.air_kd = LOOP_AIR_KD;
 }
 
 uint8_t loop_air_state(void)
@@ -221,14 +212,6 @@ void loop_air_stop_tuning(void)
     }
 }
 
-static unsigned word(void)
-{
-    const int low = getchar();
-    const int high = getchar();
-
-    return high < 0 ? 0 : (unsigned)low | (unsigned)high << 8;
-}
-
 static void put(const void *data, unsigned count)
 {
     putchar((int)(count & 0xFF));
@@ -279,7 +262,7 @@ static unsigned sent;
 static void leave(unsigned count)
 {
     while (count-- != 0 && UCSR0B == SPEAKING) {
-        if ((PORTC & PORT_DRIVER) == 0) {
+        if ((PORTC & DRIVER) == 0) {
             wrong("the driver is off before the last byte has left");
         }
         if (sent == sizeof line) {
@@ -288,7 +271,7 @@ static void leave(unsigned count)
         line[sent++] = UDR0;
         USART0_TX_vect();
     }
-    if (UCSR0B == LISTENING && (PORTC & PORT_DRIVER) != 0) {
+    if (UCSR0B == LISTENING && (PORTC & DRIVER) != 0) {
         wrong("the driver stays on");
     }
 }
@@ -328,8 +311,6 @@ static void set(uint8_t what, float value)
     case 'B': bed_state = (uint8_t)value; break;
     case 'a': autotune_air.result = (uint8_t)value; break;
     case 'A': current_hot_bed.amperes = value; break;
-    case 'M': mode = (uint8_t)value; break;
-    case 'P': percent = value; break;
     default: wrong("what is that?");
     }
 }
@@ -353,16 +334,16 @@ static void do_one(int command)
 {
     switch (command) {
     case 'f':
-        receive_all(word());
+        receive_all(next_word());
         silence();
         run_to_end();
         break;
     case 'r':
-        receive_all(word());
+        receive_all(next_word());
         break;
     case 'x': {
-        const int flags = getchar();
-        receive((uint8_t)flags, (uint8_t)getchar());
+        const uint8_t flags = next_byte();
+        receive(flags, next_byte());
         break;
     }
     case 'q':
@@ -375,19 +356,16 @@ static void do_one(int command)
         run_main();
         break;
     case 'p':
-        leave((unsigned)getchar());
+        leave(next_byte());
         break;
     case 't':
-        for (unsigned count = word(); count != 0; count--) {
+        for (unsigned count = next_word(); count != 0; count--) {
             modbus_tick();
         }
         break;
     case 'v': {
-        const int what = getchar();
-        float value = 0.0f;
-        if (fread(&value, sizeof value, 1, stdin) == 1) {
-            set((uint8_t)what, value);
-        }
+        const uint8_t what = next_byte();
+        set(what, next_float());
         break;
     }
     case 's':
@@ -403,11 +381,10 @@ int main(void)
     air.enabled = bed.enabled = true;
     settings.air_setpoint_c = LOOP_AIR_SETPOINT_INITIAL_C;
     settings.bed_setpoint_c = LOOP_BED_SETPOINT_INITIAL_C;
-    settings.air_kp = LOOP_AIR_KP;
-    settings.air_ki = LOOP_AIR_KI;
-    settings.air_kd = LOOP_AIR_KD;
+    settings_defaults();
+    defaulted = 0;
     modbus_start();
-    if (UCSR0B != LISTENING || (PORTC & PORT_DRIVER) != 0 || (DDRC & PORT_DRIVER) == 0) {
+    if (UCSR0B != LISTENING || (PORTC & DRIVER) != 0 || (DDRC & DRIVER) == 0) {
         wrong("it does not listen");
     }
     for (int command; (command = getchar()) >= 0;) {

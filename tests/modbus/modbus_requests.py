@@ -1,110 +1,85 @@
-"""Frames of every kind: right ones near the edges of the map, wrong lengths, damage, noise."""
+"""Requests by chance: right ones near the edges of a map, wrong lengths and values, damage."""
 
 import math
 import random
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from slave_model import crc16
-from slave_spec import ADDRESS
+from heatwright.sim.interfaces.modbus_frames import crc
 
+FUNCTIONS = (1, 2, 3, 4, 5, 6, 15, 16, 17, 22, 23, 43, 43, 16, 5)
 ADDRESSES = (*range(-1, 4), *range(8, 18), *range(97, 110), *range(197, 208), 299, 300, 0x8000)
-COUNTS = (
-    0,
-    1,
-    1,
-    1,
-    2,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    16,
-    17,
-    121,
-    122,
-    123,
-    124,
-    125,
-    126,
-    1968,
-    2000,
-    2001,
-)
+SHORT = (0, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 9)
+COUNTS = (*SHORT, 16, 17, 121, 122, 123, 124, 125, 126, 1968, 2000, 2001)
 WORDS = (
-    0, 1, 199, 200, 201, 300, 704, 705, 706, 999, 1000, 1001, 2499, 2500, 2501, 0xFF00, 0xFFCE,
-    0xFFCD, 0x7FFF, 0x8000, 0x7FC0, 0x7F80, 0x4974, 0x2400, 0x2401, 0x3F80, 0xFFFF,
+    0, 1, 99, 100, 199, 200, 201, 300, 301, 599, 700, 704, 705, 706, 800, 801, 999, 1000, 1001,
+    2499, 2500, 2501, 3200, 3201, 0xFF00, 0xFFCE, 0xFFCD, 0x7FFF, 0x8000, 0x7FC0, 0x7F80, 0x4974,
+    0x2400, 0x2401, 0x3F80, 0xBF80, 0xFFFF,
 )  # fmt: skip
+GAINS = (0.0, -0.0, 0.1, 1e6, 1_000_000.0625, 1e9, -1e-3, math.inf, math.nan)
+COILS = (0, 1, 2, 100, 100, 101, 102, 200)
 
 
-def frames(seed: int, count: int) -> Iterator[bytes]:
+def requests(seed: int, count: int, address: int) -> Iterator[bytes]:
     """Yield frames as they come in, CRC included; the same for the same seed."""
     chance = random.Random(seed)  # noqa: S311 - no secret
     for _ in range(count):
-        yield _frame(chance)
+        yield _frame(chance, address)
 
 
-def _frame(chance: random.Random) -> bytes:
+def _frame(chance: random.Random, address: int) -> bytes:
     kind = chance.random()
     if kind < 0.03:
         return chance.randbytes(chance.choice((1, 2, 3, 4, 5, 8, 40, 255, 256, 257, 300)))
-    address = chance.choices((ADDRESS, 0, chance.randrange(256)), (90, 5, 5))[0]
-    body = bytes([address]) + _pdu(chance)
+    (to,) = chance.choices((address, 0, chance.randrange(256)), (90, 5, 5))
+    body = bytes([to]) + pdu(chance)
     if kind < 0.1:
         body = body[: chance.randrange(1, len(body) + 1)]
     elif kind < 0.15:
         body += chance.randbytes(chance.randrange(1, 4))
-    frame = bytearray(body + crc16(body))
+    frame = bytearray(body + crc(body))
     if 0.15 <= kind < 0.2:
-        place = chance.randrange(len(frame))
-        frame[place] ^= 1 << chance.randrange(8)
+        frame[chance.randrange(len(frame))] ^= 1 << chance.randrange(8)
     return bytes(frame)
 
 
-def _pdu(chance: random.Random) -> bytes:
-    function = chance.choice(
-        (1, 2, 3, 4, 5, 6, 15, 16, 17, 22, 23, 43, 43, 16, 5, chance.randrange(256))
-    )
-    first = chance.choice(ADDRESSES) & 0xFFFF
-    head = bytes([function])
+def pdu(chance: random.Random, counts: Sequence[int] = COUNTS) -> bytes:
+    """Return a request, often one that may be served."""
     if chance.random() < 0.4:
         return _apt(chance)
+    function = chance.choice((*FUNCTIONS, chance.randrange(256)))
+    first = chance.choice(ADDRESSES) & 0xFFFF
     counted = struct.pack(">HH", first, chance.choice(COUNTS))
-    count = chance.choice((*range(1, 9), *COUNTS))
+    count = chance.choice((*range(1, 9), *counts))
     size = (count + 7) // 8
+    second = struct.pack(">H", chance.choice(ADDRESSES) & 0xFFFF)
     bodies = {
         **dict.fromkeys((1, 2, 3, 4), counted),
         5: struct.pack(">HH", first, chance.choice((0, 0, 0xFF00, 0xFF00, 1, 0xFFFF))),
         6: struct.pack(">HH", first, chance.choice(WORDS)),
         15: struct.pack(">HH", first, count) + _sized(chance, chance.randbytes(min(size, 246))),
-        16: struct.pack(">H", first) + _words(chance, chance.choice(COUNTS)),
+        16: struct.pack(">H", first) + _words(chance, chance.choice(counts)),
         17: b"",
         22: struct.pack(">HHH", first, chance.choice(WORDS), chance.choice(WORDS)),
-        23: counted
-        + struct.pack(">H", chance.choice(ADDRESSES) & 0xFFFF)
-        + _words(chance, min(chance.choice(COUNTS), 121)),
+        23: counted + second + _words(chance, min(chance.choice(counts), 121)),
         43: bytes([chance.choice((14, 14, 14, 14, 13)), chance.randrange(6), chance.randrange(7)]),
     }
-    other = chance.randbytes(chance.randrange(8))
-    return head + bodies.get(function, other)
+    return bytes([function]) + bodies.get(function, chance.randbytes(chance.randrange(8)))
 
 
 def _apt(chance: random.Random) -> bytes:
     """Choose what a master says that knows the map."""
-    on, coil = chance.choice((0, 0xFF00)), chance.choice((0, 1, 2, 100, 100, 101, 102, 200))
+    on, coil = chance.choice((0, 0xFF00)), chance.choice(COILS)
     duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001)), chance.choice(GAINS)
     write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
-    some, many = chance.randrange(1, 4), chance.randrange(8)
+    some, many, block = chance.randrange(1, 4), chance.randrange(8), chance.choice((0, 100, 100))
+    few = chance.randrange(1, some + 1)
     return chance.choice(
         (
             struct.pack(">BHH", 5, coil, on),
             struct.pack(">BHH", 5, coil, on),
             struct.pack(">BHHBB", 15, 100, 3, 1, many),
-            struct.pack(">BHHBB", 15, 103 - some, some, 1, chance.randrange(256)),
+            struct.pack(">BHHBB", 15, block + 3 - some, few, 1, chance.randrange(256)),
             struct.pack(">BHH", 6, 101, duty),
             struct.pack(">BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
             b"\x10" + write_gain,
@@ -113,9 +88,6 @@ def _apt(chance: random.Random) -> bytes:
             struct.pack(">BHH", 23, 102, 2) + write_gain,
         )
     )
-
-
-GAINS = (0.0, -0.0, 0.1, 1e6, 1_000_000.0625, 1e9, -1e-3, math.inf, math.nan)
 
 
 def _sized(chance: random.Random, data: bytes) -> bytes:
