@@ -1,23 +1,16 @@
 from pathlib import Path
 
 import pytest
+from hosted_kiln import GUARDED
 from kiln_desk import Built, KilnDesk
-
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
-from heatwright.sim.elf import Elf
-from heatwright.spec import load
-
-EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "kiln.yaml"
+from rig.avr import whole
+from rig.specs import example
 
 
 @pytest.fixture(scope="session")
-def kiln(tmp_path_factory: pytest.TempPathFactory) -> Built:
+def kiln() -> Built:
     """The kiln's firmware."""
-    folder = tmp_path_factory.mktemp("kiln")
-    spec = load(EXAMPLE)
-    write(render(plan_firmware(spec)), folder)
-    return Built(spec.controller, Elf(build(folder).elf), folder)
+    return Built(example("kiln").controller, whole("kiln"))
 
 
 @pytest.fixture
@@ -26,3 +19,9 @@ def desk(kiln: Built) -> KilnDesk:
     made = KilnDesk(kiln)
     made.run(2.0)
     return made
+
+
+@pytest.fixture(scope="session")
+def hosted() -> Path:
+    """A kiln's firmware as a program of this computer: see hosted_kiln."""
+    return GUARDED.program()

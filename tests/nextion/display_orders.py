@@ -14,6 +14,7 @@ PLAIN = {12, 16, 17, 18, 22}
 NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
 POINT = re.compile(r"(\d+),([^,:]*),([^,:]*)(?:,(\d+))?:")
 MOST_DIGITS = 9
+"""Before the point, without zeros that count for nothing."""
 LONGEST_MINUTES = 31 * 1440
 LAST_KIND = 4
 LAST_TYPE = 7
@@ -21,6 +22,21 @@ ANY_GAIN = ANY_AMOUNT = 1e9
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
          "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0")  # fmt: skip
+ALPHABETS = (
+    bytes(range(256)),
+    b"#;0123456789,:. -",
+    b"#;7 1,0:.",
+    b"\xff\x00\x66\x24\x88#;21 ",
+)
+"""Bytes that noise is made of: any, and those that come far."""
+
+
+def noise(chance: random.Random, count: int) -> bytes:
+    """Random bytes, from each of the alphabets in turn, sound orders among them."""
+    data = bytearray()
+    while len(data) < count:
+        data += bytes(chance.choices(chance.choice(ALPHABETS), k=chance.randint(1, 500)))
+    return bytes(data[:count])
 
 
 def frames(data: bytes) -> Iterator[str]:
@@ -125,8 +141,8 @@ class Grammar:
 
 
 def _within(text: str, low: float, high: float) -> bool:
-    digits = sum(character.isdigit() for character in text)
-    plain = NUMBER.fullmatch(text) is not None and digits <= MOST_DIGITS
+    digits = text.lstrip("-0").partition(".")[0]
+    plain = NUMBER.fullmatch(text) is not None and len(digits) <= MOST_DIGITS
     return plain and low <= float(text) <= high
 
 

@@ -1,8 +1,9 @@
 """The kiln with its display and its machine, in a test's hands."""
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+import re
+from typing import Any, NamedTuple
+
+from rig.specs import sources_of
 
 from heatwright.sim.bench import step_of
 from heatwright.sim.coupling import Coupling
@@ -14,30 +15,35 @@ from heatwright.spec import Controller
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
 """States of a program."""
+DISPLAY_FILES = sorted(name for name in sources_of("kiln") if re.fullmatch(r"nextion\w*\.c", name))
+"""Source files whose variables are the display's own."""
+ROOM_C = 20.0
+STEP_S = 0.1
 
 
-@dataclass(frozen=True)
-class Built:
-    """A controller and its firmware; folder -- its sources."""
+class Built(NamedTuple):
+    """A controller and its firmware."""
 
     controller: Controller
     program: Elf
-    folder: Path
-
-    @property
-    def display_files(self) -> list[str]:
-        """Source files whose variables are the display's own."""
-        return sorted(path.name for path in (self.folder / "src").glob("nextion*.c"))
 
 
 class KilnDesk:
-    """A kiln that is powered on; device -- the board, display -- on its line."""
+    """A kiln that is powered on; device -- the board, display -- on its line.
+
+    Its machine is the one of its spec; without one it stays at the temperature of the room.
+    """
 
     def __init__(self, built: Built) -> None:
-        simulation = built.controller.simulation
-        assert simulation is not None
         self.controller = built.controller
         self.device = AvrDevice(built.controller, built.program)
+        self._rows = 0
+        self._begin_s = 0.0
+        self._step_s = STEP_S
+        simulation = built.controller.simulation
+        if simulation is None:
+            self._plant = None
+            return
         self._step_s = step_of(built.controller)
         self._plant = plant_of(
             built.controller,
@@ -47,9 +53,6 @@ class KilnDesk:
             seed=0,
         )
         self._coupling = Coupling(built.controller, self.device, self._step_s)
-        self._rows = 0
-        self._begin_s = 0.0
-        self.open_couple = False
 
     @property
     def display(self) -> Nextion:
@@ -58,11 +61,13 @@ class KilnDesk:
     def run(self, seconds: float) -> None:
         """Let time pass."""
         for _ in range(round(seconds / self._step_s)):
-            for sensor, felt in self._plant.sensed_c().items():
+            felt_c = self._plant.sensed_c() if self._plant else {"chamber": ROOM_C}
+            for sensor, felt in felt_c.items():
                 self.device.sense(sensor, felt)
             self._rows += 1
             self.device.advance(self._begin_s + self._rows * self._step_s)
-            self._plant.step(self._coupling.supplied(self._coupling.active()), 0.0)
+            if self._plant:
+                self._plant.step(self._coupling.supplied(self._coupling.active()), 0.0)
         self.device.feed()
 
     def tap(self, *names: str) -> None:

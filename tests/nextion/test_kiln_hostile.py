@@ -5,20 +5,16 @@ memory is compared; what only the display's own files may write is left out. The
 speed while a program runs.
 """
 
-import shutil
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import pytest
 from display_orders import Grammar, Malice
-from kiln_desk import RUNNING, Built
+from kiln_desk import DISPLAY_FILES, RUNNING, Built
 from memory_guard import Pair
 
 from heatwright.generator.stack import worst_stack
-from heatwright.generator.toolchain import build
-from heatwright.sim.avr import RAM_FILL, AvrError
+from heatwright.sim.avr import RAM_FILL
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 
 BAUD = 115_200
 CHARACTER_S = 10 / BAUD
@@ -36,21 +32,18 @@ FIRST_C, RISE_K_PER_S = 20.0, 0.15
 class Line:
     """Two boards, and whatever goes to the second."""
 
-    def __init__(self, kiln: Built, program: Elf | None = None) -> None:
+    def __init__(self, kiln: Built) -> None:
         self.kiln = kiln
         self.now_s = 0.0
-        quiet, disturbed = (self._powered(program or kiln.program) for _ in range(2))
-        self.pair = Pair(quiet, disturbed, kiln.display_files)
+        quiet, disturbed = (AvrDevice(*kiln) for _ in range(2))
+        for device in (quiet, disturbed):
+            device.unplug()
+        self.pair = Pair(quiet, disturbed, DISPLAY_FILES)
         self.run(2.0)
         for device in (quiet, disturbed):
             device.avr.uarts[0].send(b"#8 1;" + LONGEST, BAUD)
         self.run(4.0)
         assert disturbed.read("program.state") == RUNNING
-
-    def _powered(self, program: Elf) -> AvrDevice:
-        device = AvrDevice(self.kiln.controller, program)
-        device.unplug()
-        return device
 
     @property
     def board(self) -> AvrDevice:
@@ -151,36 +144,3 @@ def test_the_guard_sees_a_byte_below_the_stack(line: Line) -> None:
     assert line.board.avr.read_ram(address, 1)[0] == RAM_FILL
     line.board.avr.write_ram(address, b"\0")
     assert line.board.avr.stack_used > worst_stack(line.kiln.program.path).total > before
-
-
-BROKEN = {
-    "nextion_frame.c": {" || length == NEXTION_ORDER_SIZE": ""},
-    "nextion_points.c": {
-        "number_whole(text, PROGRAM_POINTS + 1,": "number_whole(text, 255,",
-        "point->number > in->segments + 1u": "point->number == 0",
-        "point->number > PROGRAM_POINTS": "point->number == 0",
-    },
-}
-"""Lines without which an order writes outside its array, and what stands there instead. Of the
-three that bound a segment's number any one is enough."""
-
-
-@pytest.mark.parametrize("file", BROKEN)
-def test_a_bound_that_is_missing_is_seen(
-    kiln: Built, malice: Malice, tmp_path: Path, file: str
-) -> None:
-    shutil.copytree(kiln.folder, tmp_path / "kiln")
-    source = tmp_path / "kiln" / "src" / file
-    text = source.read_text()
-    for old, new in BROKEN[file].items():
-        assert text.count(old) == 1, f"{file} has no {old!r}"
-        text = text.replace(old, new)
-    source.write_text(text)
-    line = Line(kiln, Elf(build(tmp_path / "kiln").elf))
-
-    def whole() -> None:
-        line.send(chunks(b"".join(malice.orders(MALFORMED))))
-        line.finish()
-
-    with pytest.raises((AssertionError, AvrError)):
-        whole()

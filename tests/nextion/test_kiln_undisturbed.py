@@ -2,25 +2,21 @@
 
 import random
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from kiln_desk import RUNNING, Built, KilnDesk
+from rig.avr import whole
+from rig.specs import EXAMPLES, spec_of
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
-from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay
 from heatwright.sim.trace import StepLog
-from heatwright.spec import load
 from heatwright.spec.boards import BOARDS
 
 BAUD = 115_200
 RUN_S = 300.0
 LATE_S = 0.005
 """A step comes within half a tick of the same step on a quiet board."""
-EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "kiln.yaml"
 
 
 def nothing(desk: KilnDesk) -> None:
@@ -110,17 +106,13 @@ def in_time(found: StepLog, quiet: StepLog) -> None:
 
 
 @pytest.mark.parametrize(("port", "baud"), [(2, 115_200), (3, 9_600)])
-def test_another_port_another_speed(tmp_path: Path, port: int, baud: int) -> None:
+def test_another_port_another_speed(port: int, baud: int) -> None:
     """With the log on port 1 and nothing on port 0; a slow line takes longer than two ticks."""
-    text = EXAMPLE.read_text()
+    text = (EXAMPLES / "kiln.yaml").read_text("utf-8")
     asked = "{kind: nextion, baud: 115200,"
     assert asked in text
-    path = tmp_path / "kiln.yaml"
-    path.write_text(text.replace(asked, f"{{kind: nextion, port: {port}, baud: {baud},"))
-    spec = load(path)
-    write(render(plan_firmware(spec)), tmp_path / "project")
-    built = Built(spec.controller, Elf(build(tmp_path / "project").elf), tmp_path / "project")
-    desk = KilnDesk(built)
+    text = text.replace(asked, f"{{kind: nextion, port: {port}, baud: {baud},")
+    desk = KilnDesk(Built(spec_of(text).controller, whole(text)))
     desk.run(4.0)
     assert BOARDS["mega2560"].uarts[port].number == desk.device.uart == port
     assert desk.shows("main.temp.val") == 20

@@ -1,25 +1,22 @@
 """A kiln's firmware on this computer, its display's line in our hands, under gcc's sanitizers."""
 
 import struct
-import subprocess
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-import heatwright.sim.host
+from rig.hosted import SANITIZED, play, world_of
+from rig.specs import sources_of, spec_of
 
-WORLD = Path(__file__).parent / "touch_world"
-INCLUDE = Path(heatwright.sim.host.__file__).parent / "include"
-FLAGS = [
-    "-std=c11", "-g", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off",
-    "-fpack-struct=1", "-Wno-address-of-packed-member", "-fno-common",
-    "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
-    "-fno-sanitize=alignment", "-fno-sanitize-recover=all",
-    "-D__AVR_ATmega2560__", "-DF_CPU=16000000UL",
-]  # fmt: skip
-FOREIGN = ("main.c", "clock.c", "reset.c", "adc.c", "spi_chamber.c", "sensor_chamber.c")
+from heatwright.spec.nextion import display_pages
+
+FOREIGN = {"main.c", "clock.c", "reset.c", "adc.c", "spi_chamber.c", "sensor_chamber.c"}
 """What touches the chip: the world stands in for it."""
+PACKED = ("-fpack-struct=1", "-Wno-address-of-packed-member", "-fno-common")
+"""As the AVR has it: structures give pointers to members at odd addresses."""
+WATCHED = ("-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all",
+           "-fstack-protector-all", "-D_FORTIFY_SOURCE=2")  # fmt: skip
+ANY_PLACE = "-fno-sanitize=alignment"
 
 SPEC = """
 heatwright: 1
@@ -66,39 +63,24 @@ interfaces:
 """A kiln that no fault stops but those that a test trips."""
 
 
-def compile_kiln(files: Mapping[str, str], folder: Path) -> dict[str, Path]:
-    """Compile what of a project touches no chip, and the world; objects by their sources' names."""
-    for path, text in files.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-    sources = [*(folder / "src").glob("*.c"), WORLD / "world.c"]
-    mine = [source for source in sources if source.name not in FOREIGN]
-    with ThreadPoolExecutor() as pool:
-        objects = pool.map(lambda source: compiled(source, folder), mine)
-    return dict(zip((source.name for source in mine), objects, strict=True))
-
-
-def compiled(
-    source: Path, folder: Path, project: Path | None = None, *, strict: bool = True
-) -> Path:
-    """Compile one source; project -- where its headers are, if elsewhere."""
-    made = folder / f"{source.stem}.o"
-    flags = FLAGS if strict else [*FLAGS, "-w"]
-    includes = [f"-I{WORLD}", f"-I{INCLUDE}", f"-I{(project or folder) / 'src'}"]
-    subprocess.run(["gcc", *flags, *includes, "-c", source, "-o", made], check=True)
-    return made
-
-
-def linked(objects: Mapping[str, Path], program: Path) -> Path:
-    """Make a program of objects."""
-    subprocess.run(["gcc", *FLAGS, *objects.values(), "-lm", "-o", program], check=True)
-    return program
+FILES = {name for name in sources_of(SPEC) if name.endswith(".c")} - FOREIGN
+WORLD = world_of(
+    SPEC, FILES, Path(__file__).with_suffix(".c"), *PACKED, *WATCHED, ANY_PLACE
+)  # fmt: skip
+GUARDED = replace(WORLD, flags=(*WORLD.flags, *SANITIZED, ANY_PLACE))
+"""AddressSanitizer, too, which only a program can have."""
+TOUCHED = spec_of(SPEC).controller
+PAGE = {page.name: page.id for page in display_pages(TOUCHED)}
 
 
 def received(data: bytes) -> bytes:
     """Bytes that come in, at once."""
     return b"r" + struct.pack("<H", len(data)) + data
+
+
+def ordered(*orders: str) -> bytes:
+    """Orders that come in, at once."""
+    return received("".join(f"#{each};" for each in orders).encode("latin-1"))
 
 
 def damaged(data: bytes) -> bytes:
@@ -157,28 +139,25 @@ class Said:
         return {name: value.strip('"') for name, value in pairs}
 
 
-class Broken(AssertionError):
-    """The firmware was ended by a sanitizer."""
+def run(hosted: Path, *script: bytes) -> Said:
+    """Play a script; a look at the end is part of it.
 
+    Raises:
+        Stopped: the firmware was ended by a sanitizer.
 
-def run(program: Path, *script: bytes) -> Said:
-    """Play a script; a look at the end is part of it."""
-    data = b"".join(script) + LOOK
-    done = subprocess.run([program], input=data, capture_output=True, check=False, timeout=60)
-    if done.returncode:
-        raise Broken(done.stderr.decode(errors="replace"))
-    lines = done.stdout.decode("latin-1").splitlines()
+    """
+    lines = play(hosted, [*script, LOOK]).decode("latin-1").splitlines()
     states = [_state(line[1:]) for line in lines if line.startswith("=")]
     sent = [line[1:].split(" ", 1) for line in lines if line.startswith(">")]
     return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states)
 
 
-def order(program: Path, *orders: str, before: Sequence[bytes] = ()) -> Said:
+def order(hosted: Path, *orders: str, before: Sequence[bytes] = ()) -> Said:
     """Give orders one by one, each with time for what it does, after a second of peace."""
     script = [seconds(2), *before]
     for each in orders:
-        script += [received(f"#{each};".encode("latin-1")), seconds(2), LOOK]
-    return run(program, *script)
+        script += [ordered(each), seconds(2), LOOK]
+    return run(hosted, *script)
 
 
 def _state(line: str) -> dict[str, str]:

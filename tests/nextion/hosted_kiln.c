@@ -1,19 +1,15 @@
-/* The world around a kiln's firmware on this computer: the display's line, a thermometer, an EEPROM.
+/* The world around a kiln's firmware: the display's line, a thermometer, an EEPROM.
  *
- * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
+ * The script holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
  * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
  * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
- * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept. Each '?' writes `=`, the state as a line of words; each
- * instruction that is sent is written as `>`, the tick, itself, a new line.
+ * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept. Each '?'
+ * writes `=`, the state as a line of words; each instruction that is sent is written as `>`, the
+ * tick, itself, a new line.
  */
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "script.h"
 
-#define REGISTER /* here they are */
 #include <avr/eeprom.h>
-#include <avr/io.h>
 
 #include "config.h"
 #include "fault.h"
@@ -34,9 +30,6 @@ void USART0_UDRE_vect(void);
 
 enum { BYTES_SENT_PER_TICK = 115, EEPROM_BYTES = 4096 };
 
-volatile uint8_t host_port[HOST_PORTS];
-volatile uint8_t host_ddr[HOST_PORTS];
-volatile struct host_timer host_timer[HOST_TIMERS];
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
 
@@ -46,39 +39,44 @@ static int32_t raw_now = (int32_t)(20.0f / SENSOR_CHAMBER_STEP_C);
 static bool answers = true;
 static bool cut;
 
-uint8_t host_level(uint8_t port)
-{
-    return host_port[port];
-}
-
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
 {
     return now_ticks / 100u;
 }
 
-/* ---- EEPROM: an access outside ends the program, by the sanitizer ---- */
+/* ---- EEPROM ---- */
 
 bool eeprom_is_ready(void)
 {
     return true;
 }
 
+static uint8_t *cell(const void *place, size_t offset)
+{
+    const size_t at = (uintptr_t)place + offset;
+
+    if (at >= EEPROM_BYTES) {
+        wrong("an access outside the EEPROM");
+    }
+    return &eeprom[at];
+}
+
 uint8_t eeprom_read_byte(const uint8_t *place)
 {
-    return eeprom[(uintptr_t)place];
+    return *cell(place, 0);
 }
 
 void eeprom_read_block(void *to, const void *from, size_t size)
 {
     for (size_t i = 0; i < size; i++) {
-        ((uint8_t *)to)[i] = eeprom[(uintptr_t)from + i];
+        ((uint8_t *)to)[i] = *cell(from, i);
     }
 }
 
 void eeprom_write_byte(uint8_t *place, uint8_t value)
 {
-    eeprom[(uintptr_t)place] = value;
+    *cell(place, 0) = value;
 }
 
 /* ---- the sensor ---- */
@@ -189,18 +187,10 @@ static void show_state(void)
     putchar('\n');
 }
 
-static unsigned word(void)
-{
-    const int low = getchar();
-    const int high = getchar();
-
-    return high < 0 ? 0 : (unsigned)low | (unsigned)high << 8;
-}
-
 static void receive_many(unsigned count)
 {
-    for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
-        receive((uint8_t)byte, 0);
+    while (count-- != 0) {
+        receive(next_byte(), 0);
     }
 }
 
@@ -209,27 +199,27 @@ static bool follow(int command)
     switch (command) {
     case 'd':
         receive('#', 1u << FE0);
-        receive_many(word());
+        receive_many(next_word());
         return true;
     case 'r':
-        receive_many(word());
+        receive_many(next_word());
         return true;
     case 't':
-        for (unsigned left = word(); left-- != 0;) {
+        for (unsigned left = next_word(); left-- != 0;) {
             tick();
         }
         return true;
     case 'c':
-        raw_now = (int32_t)((float)(int16_t)word() / SENSOR_CHAMBER_STEP_C);
+        raw_now = (int32_t)((float)(int16_t)next_word() / SENSOR_CHAMBER_STEP_C);
         return true;
     case 'f':
-        fault_trip((uint8_t)getchar(), 20.0f);
+        fault_trip(next_byte(), 20.0f);
         return true;
     case 'n':
-        answers = getchar() != 0;
+        answers = next_byte() != 0;
         return true;
     case 'x':
-        cut = getchar() != 0;
+        cut = next_byte() != 0;
         return true;
     case 'p':
         settings_reload();

@@ -7,8 +7,8 @@ import random
 from pathlib import Path
 
 import pytest
-from touch_kiln import LOOK, fault, flooded, received, run, seconds, ticks
-from touch_noise import malformed, noise
+from display_orders import Grammar, Malice, noise
+from hosted_kiln import LOOK, TOUCHED, fault, flooded, ordered, run, seconds, ticks
 
 BYTES = 1_000_000
 ORDERS = 10_000
@@ -16,36 +16,36 @@ PER_RUN = 500
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_million_random_bytes(kiln: Path, seed: int) -> None:
+def test_a_million_random_bytes(hosted: Path, seed: int) -> None:
     """In four runs: idle, heating, with a program, with a fault."""
     chance = random.Random(seed)  # noqa: S311 - no secret
-    begins = (b"", received(b"#2 1;"), received(b"#8 1;"), fault(6))[seed]
-    run(kiln, seconds(2), begins, seconds(2), flooded(noise(chance, BYTES // 4)), seconds(2))
+    begins = (b"", ordered("2 1"), ordered("8 1"), fault(6))[seed]
+    run(hosted, seconds(2), begins, seconds(2), flooded(noise(chance, BYTES // 4)), seconds(2))
 
 
-def test_ten_thousand_malformed_orders(kiln: Path) -> None:
+def test_ten_thousand_malformed_orders(hosted: Path) -> None:
     """None of them changes anything that an order can change."""
-    chance = random.Random(5)  # noqa: S311
+    malice = Malice(Grammar.of(TOUCHED), seed=5)
     for _ in range(ORDERS // PER_RUN):
-        bad = [malformed(chance) for _ in range(PER_RUN)]
+        bad = list(malice.orders(PER_RUN))
         # The `;` ends what one has left open: the next must not make an order of it.
         script = [flooded(data + b"\n;") + ticks(3) + LOOK for data in bad]
-        said = run(kiln, seconds(2), LOOK, *script, seconds(1))
+        said = run(hosted, seconds(2), LOOK, *script, seconds(1))
         first = said.states[0]
         for data, state in zip(bad, said.states[1:], strict=False):
             assert state == first, data
 
 
-def test_sound_orders_among_noise_are_still_heard(kiln: Path) -> None:
+def test_sound_orders_among_noise_are_still_heard(hosted: Path) -> None:
     chance = random.Random(6)  # noqa: S311
     for _ in range(20):
-        loud = bytes(byte for byte in noise(chance, 2000) if byte not in b"#")
-        said = run(kiln, seconds(2), flooded(loud), ticks(5), received(b"#3 777;"), ticks(5))
+        loud = noise(chance, 2000).replace(b"#", b"")
+        said = run(hosted, seconds(2), flooded(loud), ticks(5), ordered("3 777"), ticks(5))
         assert said.state["setpoint"] == "777"
 
 
-def test_a_flood_of_sound_orders_is_taken_one_by_one(kiln: Path) -> None:
+def test_a_flood_of_sound_orders_is_taken_one_by_one(hosted: Path) -> None:
     """One in a tick; what the ring has no room for is lost whole."""
-    flood = b"".join(f"#3 {number};".encode() for number in range(100, 1100))
-    said = run(kiln, seconds(2), received(flood), seconds(5))
+    flood = ordered(*(f"3 {number}" for number in range(100, 1100)))
+    said = run(hosted, seconds(2), flood, seconds(5))
     assert 100 <= float(said.state["setpoint"]) < 160

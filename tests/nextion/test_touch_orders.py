@@ -1,0 +1,171 @@
+"""Every order of the display does what it says, and nothing if it is malformed or out of season."""
+
+from pathlib import Path
+
+import pytest
+from hosted_kiln import (
+    ANSWERS,
+    FORGET,
+    LOOK,
+    SILENT,
+    Said,
+    celsius,
+    damaged,
+    fault,
+    order,
+    ordered,
+    received,
+    run,
+    seconds,
+    ticks,
+)
+
+START = "8 1"
+RUNNING, PAUSED, RETURNING, IDLE = "1", "2", "3", "0"
+
+
+def changed(said: Said, step: int) -> dict[str, str]:
+    """What one order has changed: those at and before its look."""
+    before, after = said.states[step - 1], said.states[step]
+    return {key: value for key, value in after.items() if before[key] != value}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("2 1", {"on": "1"}),
+        ("21", {}),
+        ("3 640.5", {"setpoint": "640.5"}),
+        ("3640", {}),
+        ("5 12.25", {"kp": "12.25"}),
+        ("6 0.0175", {"ki": "0.0175000001"}),
+        ("19 40", {"kd": "40"}),
+        ("20 900", {"maximum": "900"}),
+        ("20 1150", {}),
+        ("15 6", {"type": "6"}),
+        ("13 2", {"shown": "2", "name": "slump", "points": "1/6000/1200,"}),
+        ("13 3", {"shown": "3", "name": "", "points": ""}),
+        ("14 bend-it", {"name": "bend-it"}),
+        ("14bend", {"name": "bend"}),
+        ("11 4", {"marked": "4"}),
+        ("8 2", {"state": "1", "number": "2", "segment": "1", "shown": "2",
+                 "name": "slump", "points": "1/6000/1200,"}),
+        ("21 3", {"page": "3"}),
+        ("7 1,20.5,600:", {"points": "1/6000/1230,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"}),
+    ],
+)  # fmt: skip
+def test_an_order_does_what_it_says(hosted: Path, text: str, expected: dict[str, str]) -> None:
+    assert changed(order(hosted, "99", text), 1) == expected
+
+
+MALFORMED = [
+    "2", "2 2", "2 1 ", "2  1", "2 -1", "2 x", "2 1.0", "2 01x", "3", "3 1100.5", "3 -1",
+    "3 1e2", "3 nan", "3 600C", "3 .", "3 -", "3 1.2.3", "3 99999999999", "3 4294967396",
+    "4 20", "5 -1",
+    "5 1000001", "6 --1", "19 ,", "20 1150.5", "20 -0.5", "15 4", "15 8", "15 256", "15 3 ",
+    "8 0", "8 3", "8 4", "8 257", "8 1 2", "9 1", "9 0", "9 2", "10 1", "11 11", "11 -1",
+    "13 0", "13 4", "13 260", "14", "14 ", "14    ", f"14 {100 * 'x'}", "14 thirteen char",
+    '14 say "no"',
+    "14 back\\slash", "18", "18 1", "21 200", "21 256", "22 1", "1 1", "23 1", "0 0", "99",
+    "100", "256", "258 1", "65538 1", "", " ", "x", "-2 1", " 2 1", "2,1", "2\t1", "2 1\r",
+    "2 ½", "14 \x7f", "7", "7 ",
+]  # fmt: skip
+
+
+def test_a_malformed_or_impossible_order_does_nothing(hosted: Path) -> None:
+    said = order(hosted, "99", *MALFORMED)
+    for step, text in enumerate(MALFORMED, 1):
+        assert changed(said, step) == {}, text
+
+
+def test_while_a_program_runs_nothing_else_sets_the_loop(hosted: Path) -> None:
+    said = order(hosted, START, "3 500", "2 1", "4 50", "8 2", "15 6")
+    for step in range(1, 6):
+        assert changed(said, step) == {}
+
+
+COURSES = {
+    "the switch and the duty by hand": (
+        ("2 1", "4 35.5", "2 1", "4 101", "4 10", "2 0", "4 20"),
+        ("on", "mode", "percent"),
+        [("1", "0", "0"), ("1", "1", "35.5"), ("1", "0", "35.5"), ("1", "0", "35.5"),
+         ("1", "1", "10"), ("0", "0", "10"), ("0", "0", "10")],
+    ),
+    # Segment 3 is returned to 540 °C first, from 20 °C: skipping waits for that.
+    "run, pause, skip, jump, stop": (
+        (START, "9 0", "9 0", "10 3", "9 1", "18", "10 9", "17", "10 2"),
+        ("state", "segment", "ended"),
+        [(RUNNING, "1", "0"), (PAUSED, "1", "0"), (PAUSED, "1", "0"), (PAUSED, "3", "0"),
+         (RETURNING, "3", "0"), (RETURNING, "3", "0"), (RETURNING, "3", "0"), (IDLE, "3", "2"),
+         (IDLE, "3", "2")],
+    ),
+    "skip goes on where it runs": ((START, "18", "18"), ("segment",), [("1",), ("2",), ("3",)]),
+    "off stops a program": (
+        (START, "2 0"), ("state", "on", "ended"), [(RUNNING, "0", "0"), (IDLE, "0", "2")],
+    ),
+    "the thermocouple is chosen only while off": (
+        ("2 1", "15 6", "2 0", "15 6"), ("type",), [("3",), ("3",), ("3",), ("6",)],
+    ),
+    "a mark goes with its program": (("11 4", "13 2"), ("marked",), [("4",), ("0",)]),
+}  # fmt: skip
+"""Orders, and what is seen of the state after each of them."""
+
+
+@pytest.mark.parametrize("name", COURSES)
+def test_orders_one_after_the_other(hosted: Path, name: str) -> None:
+    orders, members, expected = COURSES[name]
+    states = order(hosted, *orders).states[:-1]
+    assert [tuple(state[member] for member in members) for state in states] == expected
+
+
+def test_a_fault_is_acknowledged(hosted: Path) -> None:
+    said = order(hosted, "16", "2 1", before=[fault(24)])
+    assert [(state["fault"], state["acks"]) for state in said.states[:2]] == [("0", "1")] * 2
+    assert said.state["on"] == "1"
+
+
+def test_nothing_starts_while_a_fault_is_latched(hosted: Path) -> None:
+    said = order(hosted, "2 1", START, "4 20", before=[fault(24)])
+    assert {(each["on"], each["state"], each["mode"]) for each in said.states} == {("0", "0", "0")}
+
+
+LONG = b"#3 6" + 300 * b"0" + b";"
+LINES = {
+    "a damaged byte spoils its order and no other": (
+        [seconds(1), damaged(b"2 1;"), seconds(2), LOOK, ordered("2 1"), seconds(2)],
+        "on", ["0", "1"],
+    ),
+    "a cut order is replaced by the next": (
+        [seconds(1), received(b"#3 9#3 70;0;"), seconds(1)], "setpoint", ["70"],
+    ),
+    "an order too long is dropped": (
+        [seconds(1), received(LONG[:200]), seconds(1), received(LONG[200:]), seconds(1)],
+        "setpoint", ["20"],
+    ),
+    "one order is done in a tick": (
+        [seconds(1), ordered("3 100", "3 200"), ticks(1), LOOK, ticks(1)],
+        "setpoint", ["100", "200"],
+    ),
+    "an order that the ring cuts is not completed by the next": (
+        [seconds(1), received(251 * b"." + b"#3 123456;"), seconds(1), received(b"55;"),
+         seconds(1)],
+        "setpoint", ["20"],
+    ),
+    "gains are kept when it is ordered": (
+        [seconds(1), ordered("5 12"), seconds(1), FORGET, LOOK, ordered("5 13"), seconds(1),
+         ordered("22"), seconds(5), FORGET],
+        "kp", ["7.5999999", "13"],
+    ),
+    "a start waits for a reading": (
+        [SILENT, seconds(2), ordered("8 1"), seconds(2), LOOK, ANSWERS, celsius(30), seconds(2)],
+        "state", [IDLE, RUNNING],
+    ),
+}  # fmt: skip
+"""What goes over the line, and a member of the state at each look."""
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_what_comes_over_the_line(hosted: Path, name: str) -> None:
+    script, member, expected = LINES[name]
+    states = run(hosted, *script).states
+    assert [state[member] for state in states] == expected

@@ -1,0 +1,53 @@
+"""The tests of some modules as one judge: what an arena's `problem` asks of what is broken."""
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from itertools import product
+from types import ModuleType
+from typing import Any
+
+
+def first_complaint(modules: Iterable[ModuleType], **given: Any) -> str:
+    """Run the tests that need nothing but what is given, in their order, until one fails.
+
+    Args:
+        modules: of tests; what is parametrized is run with all of its parameters.
+        given: in place of the fixtures; a function is called anew for each test.
+
+    """
+    for module in modules:
+        for test, cases in tests_of(module, set(given)):
+            for case in cases:
+                wanted = inspect.signature(test).parameters.keys() & given.keys()
+                try:
+                    test(**{name: _made(given[name]) for name in wanted}, **case)
+                except Exception as error:
+                    return f"{test.__name__} {case or ''}: {error!r}"[:500]
+    return ""
+
+
+def tests_of(
+    module: ModuleType, given: set[str]
+) -> Iterator[tuple[Callable[..., None], list[dict[str, Any]]]]:
+    """Find the module's tests and the parameters of each of their cases."""
+    for name, test in vars(module).items():
+        if name.startswith("test_") and callable(test):
+            cases = list(_cases(test))
+            if inspect.signature(test).parameters.keys() <= given | cases[0].keys():
+                yield test, cases
+
+
+def _cases(test: Callable[..., None]) -> Iterator[dict[str, Any]]:
+    marks = [mark for mark in getattr(test, "pytestmark", []) if mark.name == "parametrize"]
+    for values in product(*(mark.args[1] for mark in marks)):
+        case: dict[str, Any] = {}
+        for mark, value in zip(marks, values, strict=True):
+            names = mark.args[0]
+            case |= (
+                {names: value} if isinstance(names, str) else dict(zip(names, value, strict=True))
+            )
+        yield case
+
+
+def _made(given: Any) -> Any:
+    return given() if inspect.isfunction(given) or inspect.ismethod(given) else given
