@@ -1,12 +1,11 @@
 """A kiln that is ordered about, breaks down and loses its power, and what its EEPROM then holds."""
 
 from collections.abc import Callable, Iterator
-from functools import cache
-from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
-import whole_firmware
+from rig.avr import whole
+from rig.specs import EXAMPLES, spec_of
 from storage_bare import LOOP, Names
 from storage_format import OVER, Progress, Segment
 
@@ -18,7 +17,6 @@ from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
 from heatwright.spec.program_orders import Order
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 STORED = """\
   stored:
     - name: quick
@@ -50,24 +48,14 @@ UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
 
 
-@cache
-def text_of(example: str, otherwise: str) -> str:
+def machine(example: str = "kiln", *, otherwise: str = "stop") -> tuple[Controller, Elf]:
     """A kiln of the examples, with shorter programs; what it does when it is too cold."""
     text = (EXAMPLES / f"{example}.yaml").read_text(encoding="utf-8")
     before, _, rest = text.partition("  stored:\n")
-    changed = before + STORED + "safety:" + rest.partition("safety:")[2]
-    assert changed.count("otherwise: stop") == 1
-    return changed.replace("otherwise: stop", f"otherwise: {otherwise}")
-
-
-def machine(
-    broken: whole_firmware.Broken | None = None,
-    *,
-    example: str = "kiln",
-    otherwise: str = "stop",
-) -> tuple[Controller, Elf]:
-    text = text_of(example, otherwise)
-    return whole_firmware.spec_of(text).controller, whole_firmware.whole(text, broken)
+    text = before + STORED + "safety:" + rest.partition("safety:")[2]
+    assert text.count("otherwise: stop") == 1
+    text = text.replace("otherwise: stop", f"otherwise: {otherwise}")
+    return spec_of(text).controller, whole(text)
 
 
 class Seen(NamedTuple):

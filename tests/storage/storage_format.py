@@ -4,10 +4,13 @@ import struct
 from typing import NamedTuple
 
 from heatwright.spec import Controller, digest
+from heatwright.spec.eeprom import layout
 
 BLANK = 0xFF
+SETTINGS_STRIDE = 64
 NAME_BYTES = 13
 OVER, RATE, FAST, HOLD, UNTIL = 1, 2, 3, 4, 5
+TYPES = "BEJKNRST"
 
 
 def _shifted(value: int) -> int:
@@ -78,22 +81,74 @@ _PROGRESS = struct.Struct("<BBBBHffffIIII")
 PROGRESS_BYTES = 4 + _PROGRESS.size + 2 + 1
 
 
+class Settings(NamedTuple):
+    """A record of settings; without a maximum or a type where the machine keeps none."""
+
+    code: int
+    temperature_c: float
+    time_s: int
+    gains: tuple[float, ...]
+    maximum_c: float | None = None
+    type: int | None = None
+
+
+_FAULT = struct.Struct("<HBBfI")
+
+
 class Memory:
     """The EEPROM of a controller."""
 
     def __init__(self, controller: Controller) -> None:
         programs = controller.programs
         assert programs is not None
+        loop = controller.loops[programs.loop]
+        areas = layout(controller)
         self.bytes = controller.board.eeprom_bytes
         self.digest = struct.pack("<I", int(digest(controller), 16))
         self.points, self.places = programs.points, programs.places
         self.program_bytes = 1 + NAME_BYTES + 1 + 7 * programs.points + 2 + 1
-        self.programs_at = self.progress_at = self.progress_slots = 0
+        self.programs_at = areas.programs.start
+        self.progress_at, self.progress_slots = areas.progress.start, areas.progress.slots
+        self.settings_slots = areas.settings.slots
+        self.has_maximum = loop.protection.maximum_adjustable
+        self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
+        self._given = [_given(each) for each in programs.stored]
 
-    def lay_out(self, programs_at: int, progress_at: int, progress_slots: int) -> None:
-        """Take what config.h says of the places."""
-        self.programs_at = programs_at
-        self.progress_at, self.progress_slots = progress_at, progress_slots
+    # ---- settings ----
+
+    @property
+    def settings_bytes(self) -> int:
+        return 7 + _FAULT.size + 12 + 4 * self.has_maximum + self.has_type
+
+    def settings_slot(
+        self, sequence: int, kept: Settings, digest: bytes | None = None, seen: int = 0
+    ) -> bytes:
+        fault = (sequence & 0xFFFF, kept.code, seen, kept.temperature_c, kept.time_s)
+        body = bytes([self.settings_bytes - 2]) + (digest or self.digest) + _FAULT.pack(*fault)
+        body += struct.pack("<3f", *kept.gains)
+        body += struct.pack("<f", kept.maximum_c) if self.has_maximum else b""
+        body += bytes([kept.type or 0]) * self.has_type
+        return struct.pack("<H", crc16(body)) + body
+
+    def settings_in(self, image: bytes, slot: int) -> tuple[int, Settings] | None:
+        raw = image[slot * SETTINGS_STRIDE :][: self.settings_bytes]
+        head = struct.pack("<HB", crc16(raw[2:]), self.settings_bytes - 2) + self.digest
+        if raw[:7] != head:
+            return None
+        sequence, code, _, temperature_c, time_s = _FAULT.unpack_from(raw, 7)
+        gains = struct.unpack_from("<3f", raw, 19)
+        maximum_c = struct.unpack_from("<f", raw, 31)[0] if self.has_maximum else None
+        kind = raw[-1] if self.has_type else None
+        return sequence, Settings(code, temperature_c, time_s, gains, maximum_c, kind)
+
+    def settings(self, image: bytes) -> Settings | None:
+        """The newest valid record; numbers are near each other, but wrap."""
+        newest: tuple[int, Settings] | None = None
+        for slot in range(self.settings_slots):
+            found = self.settings_in(image, slot)
+            if found and (newest is None or 0 < (found[0] - newest[0]) % 65536 < 32768):
+                newest = found
+        return newest and newest[1]
 
     # ---- programs ----
 
@@ -113,14 +168,19 @@ class Memory:
             return None
         return raw[0], Stored.of(raw[1:-3])
 
+    def given(self, number: int) -> Stored | None:
+        """What the spec has at a place."""
+        return self._given[number - 1] if 0 < number <= len(self._given) else None
+
     def program(self, image: bytes, number: int) -> Stored | None:
-        """The newer valid one of a place, None where there is none."""
+        """The newer valid one of a place, else the spec's; None where there is none."""
         found = [self._program_in(image, number, slot) for slot in (0, 1)]
         valid = [each for each in found if each is not None]
-        if len(valid) < 2:
-            return valid[0][1] if valid else None
-        (first, one), (second, other) = valid
-        return other if 0 < (second - first) % 256 < 128 else one
+        if not valid:
+            return self.given(number)
+        (first, one), (second, other) = valid[0], valid[-1]
+        newest = other if 0 < (second - first) % 256 < 128 else one
+        return newest if newest.segments else None
 
     # ---- progress ----
 
@@ -143,7 +203,12 @@ class Memory:
         found = [self.progress_in(image, slot) for slot in range(self.progress_slots)]
         return max((each for each in found if each is not None), default=None)
 
-    def with_at(self, image: bytes, *pieces: tuple[int, bytes]) -> bytes:
+    def image(self, *pieces: tuple[int, bytes]) -> bytes:
+        """An EEPROM with these pieces at their places, and blank elsewhere."""
+        return self.with_at(bytes([BLANK]) * self.bytes, *pieces)
+
+    @staticmethod
+    def with_at(image: bytes, *pieces: tuple[int, bytes]) -> bytes:
         changed = bytearray(image)
         for at, piece in pieces:
             changed[at : at + len(piece)] = piece
@@ -151,4 +216,13 @@ class Memory:
 
     @property
     def blank(self) -> bytes:
-        return bytes([BLANK]) * self.bytes
+        return self.image()
+
+
+def _given(program: object) -> Stored:
+    kinds = {"over": OVER, "rate": RATE, "fast": FAST, "hold": HOLD, "until": UNTIL}
+    segments = []
+    for each in program.segments:  # type: ignore[attr-defined]
+        amount = each.over_s or each.hold_s or 10 * (each.at_k_per_h or 0)
+        segments.append(Segment(kinds[each.kind], round(10 * (each.to_c or 0)), round(amount)))
+    return Stored(program.name.encode(), tuple(segments))  # type: ignore[attr-defined]

@@ -1,56 +1,72 @@
-"""A host build of a machine with programs, whose power can be taken away while it writes."""
+"""A host build whose power can be taken away while it writes, and what all that it keeps must bear.
 
-import re
+Each check says what is wrong, if anything is.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import product
+from random import Random
 from typing import Any
 
-from storage_format import FAST, HOLD, OVER, RATE, UNTIL, Memory, Progress, Segment, Stored
+from storage_format import BLANK, Memory
 
 from heatwright.sim.host import Host, HostBuild
 from heatwright.sim.host.layout import declarations
-from heatwright.spec import Controller
 
-TORN = (-1, 0xFF, 0x00, 0x5A)
+TORN = (-1, BLANK, 0x00, 0x5A)
 """What an interrupted write leaves in its byte: the old value, an erased cell, anything."""
 
 
-def given_at(controller: Controller, number: int) -> Stored | None:
-    """What the spec has at a place."""
-    programs = controller.programs
-    assert programs is not None
-    if number > len(programs.stored):
-        return None
-    program = programs.stored[number - 1]
-    kinds = {"over": OVER, "rate": RATE, "fast": FAST, "hold": HOLD, "until": UNTIL}
-    segments = []
-    for each in program.segments:
-        amount = each.over_s or each.hold_s or 10 * (each.at_k_per_h or 0)
-        segments.append(Segment(kinds[each.kind], round(10 * (each.to_c or 0)), round(amount)))
-    return Stored(program.name.encode(), tuple(segments))
+class Kept:
+    """Something that is kept in slots, each with a number that says which is newer."""
 
+    checks: tuple[str, ...]
+    """What it must stand, what is quick first."""
+    old: Any
+    new: Any
+    size: int
+    """Bytes of a slot that are written."""
+    slots: int
+    turns: tuple[int, ...]
+    """Numbers, also those about which they wrap."""
 
-def memory_of(build: HostBuild) -> Memory:
-    """The memory, laid out as config.h says."""
-    config = (build.project / "src" / "config.h").read_text(encoding="utf-8")
-
-    def constant(name: str) -> int:
-        return int(re.findall(rf"#define {name} (\d+)u", config)[0])
-
-    memory = Memory(build.controller)
-    memory.lay_out(
-        constant("PROGRAMS_EEPROM"), constant("PROGRESS_EEPROM"), constant("PROGRESS_SLOTS")
-    )
-    return memory
-
-
-class StorageHost:
-    def __init__(self, build: HostBuild) -> None:
+    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
+        """Load a build; `short`: with a part of the numbers, for many builds."""
+        self.short = short
         self.host = Host(build)
         self.library: Any = self.host.library
         self.ffi = declarations(build.project, build.parts)
-        self.memory = memory_of(build)
+        self.memory = Memory(build.controller)
         self.controller = build.controller
-        assert self.controller.programs is not None
-        self.programs = self.controller.programs
+
+    # ---- what it is; each kind says it ----
+
+    def save(self, value: Any) -> None:
+        """Let it be written from now on."""
+        raise NotImplementedError
+
+    def found(self) -> Any:
+        """What the firmware says it is."""
+        raise NotImplementedError
+
+    def known(self, image: bytes) -> Any:
+        """What the firmware has to say it is."""
+        raise NotImplementedError
+
+    def slot_at(self, slot: int) -> int:
+        raise NotImplementedError
+
+    def slot_bytes(self, turn: int, value: Any, digest: bytes | None = None) -> bytes:
+        raise NotImplementedError
+
+    def used(self, slot: int, turn: int) -> bytes:
+        """An EEPROM in use: every slot written, the newest with `old`."""
+        raise NotImplementedError
+
+    def beside(self, image: bytes, when: str, *, done: bool) -> Iterator[str]:
+        """What else must be so after one was saved, or cut short, over an EEPROM."""
+        del image, when, done
+        yield from ()
 
     # ---- life ----
 
@@ -64,10 +80,6 @@ class StorageHost:
     @property
     def image(self) -> bytes:
         return bytes(self.host.eeprom)
-
-    def cut_after(self, written: int, torn: int = -1) -> None:
-        """Let the power fail after so many bytes."""
-        self.host.world.writes_left, self.host.world.torn = written, torn
 
     def tick(self, ticks: int = 1) -> int:
         """Only what writes; returns the bytes that it has."""
@@ -84,44 +96,125 @@ class StorageHost:
         self.library.host_settle()
         return int(self.host.world.eeprom_writes - before)
 
-    @property
-    def outside(self) -> int:
-        return int(self.host.world.eeprom_outside)
+    def saved(self, value: Any, written: int = -1, torn: int = -1) -> None:
+        """Save, let the power fail after so many bytes, and let it come back."""
+        self.save(value)
+        self.host.world.writes_left, self.host.world.torn = written, torn
+        self.settle()
+        self.boot()
 
-    # ---- programs ----
+    def expect(self, when: str, *wanted: Any) -> Iterator[str]:
+        found = self.found()
+        if found not in wanted:
+            yield f"{when}: {found}, not {wanted}"
 
-    def packed(self, stored: Stored) -> Any:
-        raw = stored.packed(max(self.memory.points, len(stored.segments)))
-        made = self.ffi.new("struct stored_program *")
-        self.ffi.buffer(made)[:] = raw[: self.ffi.sizeof("struct stored_program")]
-        return made
+    # ---- the checks ----
 
-    def read(self, number: int) -> Stored | None:
-        into = self.ffi.new("struct stored_program *")
-        if not self.library.programs_read(number, into):
-            return None
-        return Stored.of(bytes(self.ffi.buffer(into)))
+    def problem(self) -> str:
+        """Try everything; say the first thing that is wrong, if anything is."""
+        found = (problem for check in self.checks for problem in getattr(self, check)())
+        return next(found, "")
 
-    def write(self, number: int, stored: Stored) -> bool:
-        return bool(self.library.programs_write(number, self.packed(stored)))
+    def some_slots(self) -> Iterable[int]:
+        return (0, self.slots - 1) if self.short else range(self.slots)
 
-    def given(self, number: int) -> Stored | None:
-        """What the spec has at a place."""
-        return given_at(self.controller, number)
+    def newest(self) -> Iterator[str]:
+        """The newest is taken; the next goes to the slot behind it, every byte once."""
+        for slot, turn in product(self.some_slots(), self.turns):
+            when, image = f"number {turn} in slot {slot}", self.used(slot, turn)
+            self.boot(image)
+            yield from self.expect(when, self.old)
+            self.save(self.new)
+            if self.settle() != self.size:
+                yield f"{when}: not every byte of the next is written once"
+            following = self.slot_at((slot + 1) % self.slots)
+            piece = (following, self.slot_bytes(turn + 1, self.new))
+            if self.image != self.memory.with_at(image, piece):
+                yield f"{when}: what is written is not as it should be"
+            self.boot()
+            yield from self.expect(f"{when}, saved", self.new)
+            yield from self.beside(image, when, done=True)
 
-    # ---- progress ----
+    def cuts(self) -> Iterator[str]:
+        """The power fails at any byte: the old or the new is there, and all else as it was."""
+        yield from self.cut_behind(self.some_slots(), (-1, 0) if self.short else TORN, self.new)
 
-    def found(self) -> Progress | None:
-        into = self.ffi.new("struct progress_record *")
-        if not self.library.progress_found(into):
-            return None
-        return Progress(*(getattr(into, name) for name in Progress._fields))
+    def torn(self) -> Iterator[str]:
+        """So it is whatever a torn write leaves."""
+        if not self.short:
+            every = 1 if self.slots < 50 and self.memory.points < 10 else 17
+            yield from self.cut_behind((1,), range(0, 256, every), self.new)
 
-    def note(self, record: Progress) -> None:
-        """Let the program be there, and save that."""
-        program = self.library.program
-        for name in Progress._fields:
-            if name not in {"program_crc", "temperature_c"}:
-                setattr(program, name, getattr(record, name))
-        self.library.loop_chamber.temperature_c = record.temperature_c
-        self.library.progress_save()
+    def cut_behind(self, slots: Iterable[int], torn: Iterable[int], new: Any) -> Iterator[str]:
+        for slot in slots:
+            image = self.used(slot, self.turns[-1] - slot)
+            for written, left in product(range(self.size + 1), torn):
+                self.boot(image)
+                self.saved(new, written, left)
+                when = f"cut after {written} bytes behind slot {slot}, {left} torn"
+                done = written == self.size
+                yield from self.expect(when, self.as_found(new), *([] if done else [self.old]))
+                yield from self.beside(image, when, done=done)
+
+    @staticmethod
+    def as_found(value: Any) -> Any:
+        """What is found where this was saved."""
+        return value
+
+    def first_cuts(self) -> Iterator[str]:
+        """The very first one is cut short, twice, then it is written."""
+        for written, left in product(range(self.size), TORN):
+            self.boot(self.memory.blank)
+            nothing = self.found()
+            for value in (self.new, self.old):
+                self.saved(value, written, left)
+                when = f"first, cut after {written} bytes, {left} torn"
+                yield from self.expect(when, nothing, self.new, self.old)
+            self.saved(self.new)
+            yield from self.expect(f"again, after {written} bytes, {left} torn", self.new)
+
+    def foreign(self) -> Iterator[str]:
+        """What another spec has left counts for nothing, whichever byte of its digest differs."""
+        self.boot(self.memory.blank)
+        nothing = self.found()
+        for byte in range(4):
+            other = bytearray(self.memory.digest)
+            other[byte] ^= 0x81
+            piece = self.slot_bytes(9, self.old, bytes(other))
+            every = [(self.slot_at(slot), piece) for slot in range(self.slots)]
+            self.boot(self.memory.image(*every))
+            yield from self.expect("another spec's", nothing)
+
+    def half(self) -> Iterator[str]:
+        """A slot that was cut short, and whose CRC is right by chance, does not count."""
+        self.boot(self.memory.blank)
+        nothing = self.found()
+        for turn, last in ((7, 5), (57, 1), (255, 0)):
+            piece = self.slot_bytes(turn, self.old)[:-1] + bytes([last])
+            self.boot(self.memory.image((self.slot_at(0), piece)))
+            yield from self.expect("cut short", nothing)
+
+    def damaged(self) -> Iterator[str]:
+        """Some slots are damaged: the newest of the others counts."""
+        for seed in range(20 if self.short else 300):
+            random = Random(seed)  # noqa: S311
+            image = bytearray(self.used(random.randrange(self.slots), random.choice(self.turns)))
+            spared = random.choice((0, 1, 1, self.slots // 2, self.slots))
+            for slot in set(range(self.slots)) - set(random.sample(range(self.slots), spared)):
+                image[self.slot_at(slot) + random.randrange(self.size)] ^= random.randrange(1, 256)
+            self.boot(bytes(image))
+            yield from self.expect(f"damage {seed}", self.known(bytes(image)))
+
+    def noise(self) -> Iterator[str]:
+        """Any bytes at all: nothing of it is taken, and no program runs."""
+        for seed in range(2 if self.short else 150):
+            image = Random(seed).randbytes(self.memory.bytes)  # noqa: S311
+            self.boot(image)
+            yield from self.expect(f"noise {seed}", self.known(image))
+            if self.library.program.state:
+                yield f"noise {seed} makes a program run"
+
+    def beyond(self) -> Iterator[str]:
+        outside = int(self.host.world.eeprom_outside)
+        if outside:
+            yield f"{outside} accesses outside the EEPROM"

@@ -1,141 +1,212 @@
-"""Whether a lowered maximum and a chosen type of thermocouple survive, and none that is wrong."""
+"""Whether settings survive: the fault, gains, a lowered maximum, a chosen type of thermocouple."""
 
-import struct
 from collections.abc import Iterator
 from itertools import product
-from typing import Any, NamedTuple
 
 import numpy as np
-from storage_format import crc16
-from storage_host import TORN, StorageHost
+from storage_format import SETTINGS_STRIDE, TYPES, Settings
+from storage_host import Kept
+
+from heatwright.sim.host import HostBuild
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""
-STRIDE = 64
-TYPES = "BEJKNRST"
+CORRUPT, LAST_CODE = 16, 24
+GAIN_MAXIMUM = 1e6
 
 
-class Kept(NamedTuple):
-    maximum_c: float
-    type: int
-
-
-class Settings(StorageHost):
+class SettingsKept(Kept):
     """The loop's maximum may be lowered; the type of its thermocouple may be chosen, or not."""
 
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
+    checks = (
+        "blank", "types", "gains", "codes", "damaged_first", "restored", "noise", "damaged",
+        "foreign", "newest", "later", "cuts", "first_cuts", "torn", "beyond",
+    )  # fmt: skip
+    turns = (0, 1, 255, 32767, 32768, 65535)
+
+    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
+        super().__init__(build, short=short)
+        memory, loop = self.memory, self.controller.loops["chamber"]
         sensor = self.controller.sensors["chamber"]
-        loop = self.controller.loops["chamber"]
-        selectable = getattr(sensor, "selectable", ())
-        self.typed = bool(selectable)
-        self.codes = {TYPES.index(each) for each in selectable}
-        own = TYPES.index(sensor.thermocouple) if self.typed else 0  # type: ignore[attr-defined]
-        self.default = Kept(loop.protection.maximum_c, own)
+        self.slots, self.size = memory.settings_slots, memory.settings_bytes
+        self.codes_allowed = {TYPES.index(each) for each in getattr(sensor, "selectable", ())}
+        own = TYPES.index(sensor.thermocouple) if memory.has_type else None  # type: ignore[attr-defined]
+        pid = loop.algorithm
+        gains = tuple(float(np.float32(each)) for each in (pid.kp, pid.ki, pid.kd))  # type: ignore[union-attr]
         self.lowest_c = loop.setpoint.minimum_c
-        other = next(iter(self.codes - {own}), 0)
-        self.old, self.new = Kept(95.5, other), Kept(self.lowest_c, own)
-        pid: Any = loop.algorithm
-        self._gains = tuple(np.float32([pid.kp, pid.ki, pid.kd]))
+        highest_c = loop.protection.maximum_c if memory.has_maximum else None
+        self.default = Settings(0, 0.0, 0, gains, highest_c, own)
+        other = next(iter(self.codes_allowed - {own}), None)
+        low_c, lowest_c = (95.5, self.lowest_c) if memory.has_maximum else (None, None)
+        self.old = Settings(9, 21.5, 12345, (2.0, 0.25, 8.5), low_c, other)
+        self.new = Settings(6, 86.25, 0, (GAIN_MAXIMUM, 0.0, 3.125), lowest_c, own)
 
-    def record(self, sequence: int, kept: Kept) -> bytes:
-        values = struct.pack("<ffff", *self._gains, kept.maximum_c)
-        values += bytes([kept.type]) * self.typed
-        head = struct.pack("<4sHBBfI", self.memory.digest, sequence, 0, 0, 0.0, 0)
-        body = bytes([1 + len(head) + len(values)]) + head + values
-        return struct.pack("<H", crc16(body)) + body
+    def save(self, value: Settings) -> None:
+        fault, settings = self.library.fault, self.library.settings
+        fault.code, fault.temperature_c, fault.time_s = value[:3]
+        self.set_gains(value.gains)
+        self.library.settings_keep()
+        if value.maximum_c is not None:
+            assert self.library.guard_chamber_set_maximum(value.maximum_c)
+        if value.type is not None:
+            assert self.library.settings_set_chamber_thermocouple(value.type)
+            assert settings.chamber_thermocouple == value.type
+        self.library.settings_save()
 
-    def with_record(self, kept: Kept) -> bytes:
-        return self.memory.with_at(self.memory.blank, (0, self.record(1, kept)))
+    def set_gains(self, gains: tuple[float, ...]) -> None:
+        for name, gain in zip(("kp", "ki", "kd"), gains, strict=True):
+            setattr(self.library.settings, f"chamber_{name}", gain)
 
-    def now(self) -> Kept:
-        settings = self.library.settings
-        kind = settings.chamber_thermocouple if self.typed else 0
-        return Kept(settings.chamber_maximum_c, kind)
+    def gains_now(self) -> tuple[float, ...]:
+        return tuple(
+            getattr(self.library.settings, f"chamber_{each}") for each in ("kp", "ki", "kd")
+        )
 
-    def expect(self, when: str, *wanted: Kept) -> Iterator[str]:
-        if self.now() not in wanted:
-            yield f"{when}: {self.now()}, not {wanted}"
+    def found(self) -> Settings:
+        fault, settings = self.library.fault, self.library.settings
+        maximum_c = settings.chamber_maximum_c if self.memory.has_maximum else None
+        kind = settings.chamber_thermocouple if self.memory.has_type else None
+        return Settings(
+            fault.code, fault.temperature_c, fault.time_s, self.gains_now(), maximum_c, kind
+        )
 
-    def set(self, kept: Kept) -> None:
-        assert self.library.guard_chamber_set_maximum(kept.maximum_c)
-        if self.typed:
-            assert self.library.settings_set_chamber_thermocouple(kept.type)
+    def known(self, image: bytes) -> Settings:
+        """The newest; where none is sound a fault, unless it is the first that was cut short."""
+        newest = self.memory.settings(image)
+        written = sum(image[slot * SETTINGS_STRIDE + 2] != 0xFF for slot in range(self.slots))
+        return newest or self.default._replace(code=CORRUPT if written > 1 else 0)
+
+    def slot_at(self, slot: int) -> int:
+        return slot * SETTINGS_STRIDE
+
+    def slot_bytes(self, turn: int, value: Settings, digest: bytes | None = None) -> bytes:
+        return self.memory.settings_slot(turn, value, digest)
+
+    def used(self, slot: int, turn: int) -> bytes:
+        pieces = []
+        for age in range(self.slots):
+            record = self.old if age == 0 else self.old._replace(code=1 + age % 5, time_s=age)
+            pieces.append(
+                (self.slot_at((slot - age) % self.slots), self.slot_bytes(turn - age, record))
+            )
+        return self.memory.image(*pieces)
+
+    def boot_with(self, kept: Settings, seen: int = 0) -> None:
+        self.boot(
+            self.memory.image((self.slot_at(3), self.memory.settings_slot(7, kept, None, seen)))
+        )
 
     # ---- the checks ----
 
     def blank(self) -> Iterator[str]:
+        """What the spec says, and nothing is written."""
         self.boot(self.memory.blank)
         yield from self.expect("blank", self.default)
+        if self.settle():
+            yield "something is written although nothing has changed"
 
     def later(self) -> Iterator[str]:
-        """Each is saved by itself when it has rested, and once."""
+        """What an operator chooses is saved by itself when it has rested, and once."""
         self.boot(self.memory.blank)
-        mixed = [self.old._replace(maximum_c=self.default.maximum_c), self.old]
-        for kept in mixed[0 if self.typed else 1 :]:
-            self.set(kept)
+        choices = [self.default._replace(type=self.old.type)] * self.memory.has_type
+        choices += [
+            choices[-1]._replace(maximum_c=95.5)
+            if choices
+            else self.default._replace(maximum_c=95.5)
+        ]
+        for kept in choices if self.memory.has_maximum else []:
+            self._choose(kept)
             if self.tick(REST_TICKS - 1):
                 yield "it is written at once"
-            if self.tick(100) != len(self.record(1, kept)):
+            if self.tick(100) != self.size:
                 yield "it is not written once after 10 s"
-            self.set(kept)
+            self._choose(kept)
             if self.tick(2 * REST_TICKS):
                 yield "what has not changed is written"
             self.boot()
             yield from self.expect("after a loss of power", kept)
 
+    def _choose(self, kept: Settings) -> None:
+        assert self.library.guard_chamber_set_maximum(kept.maximum_c)
+        if kept.type is not None:
+            assert self.library.settings_set_chamber_thermocouple(kept.type)
+
     def types(self) -> Iterator[str]:
         """Of all types only those that the spec allows."""
-        if not self.typed:
-            return
         self.boot(self.memory.blank)
-        for code in range(256):
-            before = self.now().type
+        for code in range(256) if self.memory.has_type else ():
+            before = self.found().type
             taken = bool(self.library.settings_set_chamber_thermocouple(code))
-            if taken != (code in self.codes):
+            if taken != (code in self.codes_allowed):
                 yield f"type {code} is {'' if taken else 'not '}taken"
-            if self.now().type != (code if taken else before):
-                yield f"type {code} makes it {self.now().type}"
+            if self.found().type != (code if taken else before):
+                yield f"type {code} makes it {self.found().type}"
+
+    def gains(self) -> Iterator[str]:
+        """They are kept when told, and once; what is kept, and what the spec has, comes back."""
+        self.boot(self.memory.blank)
+        for each in range(3):
+            changed = [*self.default.gains]
+            changed[each] += 1.5
+            self.set_gains(tuple(changed))
+            if self.settle():
+                yield "gains are kept that nobody has told to keep"
+            self.library.settings_reload()
+            if self.gains_now() != self.default.gains:
+                yield "what is kept does not come back"
+            for wanted in (self.size, 0):
+                self.set_gains(tuple(changed))
+                self.library.settings_keep()
+                if self.settle() != wanted:
+                    yield f"gain {each} is written {'not' if wanted else 'though nothing changed'}"
+            self.library.settings_defaults()
+            if self.gains_now() != self.default.gains:
+                yield "what the spec has does not come back"
+            self.library.settings_keep()
+            self.settle()
+
+    def codes(self) -> Iterator[str]:
+        """A fault of another firmware is a fault, and acknowledgements begin anew."""
+        for code in (0, 1, LAST_CODE, LAST_CODE + 1, 255):
+            kept = self.old._replace(code=code)
+            self.boot_with(kept, seen=200)
+            known = code if code <= LAST_CODE else CORRUPT
+            yield from self.expect(f"code {code}", kept._replace(code=known))
+            if self.library.fault.acknowledgements:
+                yield "acknowledgements go on"
+
+    def damaged_first(self) -> Iterator[str]:
+        """One damaged record may be a first one cut short, two are not."""
+        for count in range(4):
+            pieces = [(self.slot_at(slot), b"\x12" * self.size) for slot in range(count)]
+            image = self.memory.image(*pieces)
+            self.boot(image)
+            yield from self.expect(f"{count} damaged", self.known(image))
+            if bool(self.settle()) != (count > 1):
+                yield f"{count} damaged: the fault is not kept, or none is"
 
     def restored(self) -> Iterator[str]:
         """A record is taken as far as it is possible, each value by itself."""
+        inf, nan = float("inf"), float("nan")
+        for each, gain in product(range(3), (-1e-6, GAIN_MAXIMUM + 1, inf, nan, 0.0, GAIN_MAXIMUM)):
+            changed = [*self.old.gains]
+            changed[each] = gain
+            kept = self.old._replace(gains=tuple(changed))
+            self.boot_with(kept)
+            gains = kept.gains if 0 <= gain <= GAIN_MAXIMUM else self.default.gains
+            yield from self.expect(f"gain {each} of {gain}", kept._replace(gains=gains))
+        if not self.memory.has_maximum:
+            return
         low, high = self.lowest_c, self.default.maximum_c
-        temperatures = {low: True, high: True, 50.25: True, float("nan"): False}
-        temperatures |= {low - 0.01: False, high + 0.01: False, float("inf"): False}
-        codes = range(256) if self.typed else (0,)
-        for maximum_c, code in product(temperatures, codes):
-            if code not in {0, 3, 6, 7, 8, 9, 16, 19, 255} | self.codes:
-                continue
-            self.boot(self.with_record(Kept(maximum_c, code)))
-            wanted = Kept(
-                maximum_c if temperatures[maximum_c] else high,
-                code if code in self.codes else self.default.type,
+        assert high is not None
+        temperatures = {low: True, high: True, 50.25: True, nan: False, inf: False}
+        temperatures |= {low - 0.01: False, high + 0.01: False}
+        codes = sorted({0, 3, 6, 7, 8, 9, 16, 19, 255} | self.codes_allowed)
+        for maximum_c, code in product(temperatures, codes if self.memory.has_type else (None,)):
+            kept = self.old._replace(maximum_c=maximum_c, type=code)
+            self.boot_with(kept)
+            wanted = kept._replace(
+                maximum_c=maximum_c if temperatures[maximum_c] else high,
+                type=code if code in self.codes_allowed else self.default.type,
             )
             yield from self.expect(f"a record of {maximum_c} and type {code}", wanted)
-
-    def cuts(self) -> Iterator[str]:
-        """The power fails at any byte: the old or the new is there."""
-        image = self.with_record(self.old)
-        size = len(self.record(2, self.new))
-        for written, left in product(range(size + 1), TORN):
-            self.boot(image)
-            yield from self.expect("stored", self.old)
-            self.set(self.new)
-            self.tick(REST_TICKS - 1)
-            self.cut_after(written, left)
-            self.settle()
-            self.boot()
-            wanted = (self.new,) if written == size else (self.old, self.new)
-            yield from self.expect(f"cut after {written} bytes, {left} torn", *wanted)
-
-    def beyond(self) -> Iterator[str]:
-        if self.outside:
-            yield f"{self.outside} accesses outside the EEPROM"
-
-
-CHECKS = ("blank", "later", "types", "restored", "cuts", "beyond")
-
-
-def settings_problem(checked: Settings) -> str:
-    """Run every check; say the first thing that is wrong."""
-    return next((problem for check in CHECKS for problem in getattr(checked, check)()), "")

@@ -1,11 +1,11 @@
 """Machines with programs, small enough that every cut can be tried."""
 
-from functools import cache
 from pathlib import Path
 
-from heatwright.generator import plan_firmware, render, write
+from rig.specs import files_of, spec_of
+
+from heatwright.generator import write
 from heatwright.sim.host import HostBuild, build_host
-from heatwright.spec import Spec, load_text
 
 TEXT = """\
 heatwright: 1
@@ -67,23 +67,18 @@ _BOARDS = {
 NAMES = tuple(_PROGRAMS)
 
 
-@cache
-def spec_of(name: str) -> Spec:
+def text_of(name: str) -> str:
     adjustable = "      maximum_adjustable: true" if name in _ADJUSTABLE else ""
-    text = TEXT.format(
+    return TEXT.format(
         board=_BOARDS[name],
         sensor=_CONVERTER if name == "typed" else _CHIP,
         programs=_PROGRAMS[name],
         protection=adjustable,
-    )  # fmt: skip
-    return load_text(text, f"{name}.yaml")
+    )
 
 
-@cache
 def build_of(name: str, folder: Path, *, sanitized: bool = True) -> HostBuild:
-    """The host build, made once in a folder; a mutant may overflow, so its is not sanitized."""
-    spec = spec_of(name)
-    project = folder / name
-    write(render(plan_firmware(spec)), project)
-    made = project / ("host" if sanitized else "plain")
-    return build_host(project, spec.controller, made, sanitized=sanitized)
+    """Make the host build in a folder; a mutant may overflow, so its is not sanitized."""
+    write(files_of(text_of(name)), folder / name)
+    controller = spec_of(text_of(name)).controller
+    return build_host(folder / name, controller, folder / name / "host", sanitized=sanitized)

@@ -1,6 +1,5 @@
 """What must happen after a power cut, from the EEPROM's bytes and a temperature; and what does."""
 
-import struct
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -17,15 +16,12 @@ from storage_firing import (
     Seen,
     same,
 )
-from storage_format import Memory, Progress, Stored, crc16
-from storage_host import given_at
+from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
-from heatwright.spec.eeprom import layout
 
 STOPPED, FAILED, POWER_COLD, POWER_UNREADABLE = 2, 3, 4, 5
-SETTINGS_CORRUPT = 16
 TICK_S = 0.01
 SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
@@ -39,31 +35,11 @@ LEAST_C = 5.0
 """Of the machine: well within what no rule takes for a fault."""
 
 
-class Kept(NamedTuple):
-    """A record of settings: the fault, gains, the maximum, the type of thermocouple."""
-
-    code: int
-    kp: float
-    ki: float
-    kd: float
-    maximum_c: float
-    thermocouple: int
-
-
-_SETTINGS = struct.Struct("<BIHBBfIffffB")
-SETTINGS_BYTES = 2 + _SETTINGS.size
-SETTINGS_STRIDE = 64
-
-
 class Book:
     """Reads an EEPROM of the kiln."""
 
     def __init__(self, controller: Controller) -> None:
-        areas = layout(controller)
         self.memory = Memory(controller)
-        self.memory.lay_out(areas.programs.start, areas.progress.start, areas.progress.slots)
-        self._settings_slots = areas.settings.slots
-        self._given = [given_at(controller, number + 1) for number in range(self.memory.places)]
         programs = controller.programs
         assert programs is not None
         self.within_k = programs.after_power_loss.resume_within_k
@@ -74,25 +50,6 @@ class Book:
         found = self.memory.progress(image)
         return found and found[1]
 
-    def program(self, image: bytes, number: int) -> Stored | None:
-        found = self.memory.program(image, number)
-        if found is None:
-            return self._given[number - 1]
-        return found if found.segments else None
-
-    def settings(self, image: bytes) -> Kept | None:
-        """The newest valid record; numbers are near each other, but wrap."""
-        newest: tuple[int, Kept] | None = None
-        for slot in range(self._settings_slots):
-            raw = image[slot * SETTINGS_STRIDE :][:SETTINGS_BYTES]
-            size, own, sequence, code, _, _, _, *rest = _SETTINGS.unpack(raw[2:])
-            ours = size == _SETTINGS.size and struct.pack("<I", own) == self.memory.digest
-            if not ours or raw[:2] != struct.pack("<H", crc16(raw[2:])):
-                continue
-            if newest is None or 0 < (sequence - newest[0]) % 65536 < 32768:
-                newest = sequence, Kept(code, *rest)
-        return newest and newest[1]
-
     # ---- what the image may hold ----
 
     def forgotten(self, cuts: list[Cut], edits: dict[int, list[Edit]]) -> str:
@@ -100,8 +57,8 @@ class Book:
         for place, sent in edits.items():
             newest = 0
             for cut in cuts:
-                found = self.program(cut.image, place)
-                if newest == 0 and found == self._given[place - 1]:
+                found = self.memory.program(cut.image, place)
+                if newest == 0 and found == self.memory.given(place):
                     continue
                 later = [
                     number
@@ -116,8 +73,8 @@ class Book:
     def late_s(self) -> float:
         """Until a change is kept: a record of progress may be under way. Settings come first, and
         there may be two records of them in each step's time, a fault and its acknowledgement."""
-        records_s = 2 * len(self.memory.progress_slot(0, _ANY)) * TICK_S
-        settings_s = 2 * SETTINGS_BYTES * TICK_S
+        records_s = 2 * PROGRESS_BYTES * TICK_S
+        settings_s = 2 * self.memory.settings_bytes * TICK_S
         return records_s / (1.0 - settings_s / FIRST_STEP_S) + SEEN_EVERY_S
 
     def stale(self, cut: Cut) -> str:
@@ -205,7 +162,7 @@ class Judge:
             yield f"state {found_state}, ended {found_ended}, not {wanted}"
         if wanted.goes_on is not None:
             yield from self._goes_on(wanted.goes_on, wanted.loaded)
-        yield from self._settings(self.book.settings(cut.image))
+        yield from self._settings(self.book.memory.settings(cut.image))
         if wanted.state in {IDLE, PAUSED}:
             self._device.advance(WATCHED_S)
             if self._device.heated():
@@ -228,11 +185,11 @@ class Judge:
             yield "the heater is on before the checks"
 
     def _wanted(self, image: bytes) -> Outcome:
-        record, kept = self.book.record(image), self.book.settings(image)
+        record, kept = self.book.record(image), self.book.memory.settings(image)
         code = kept.code if kept else 0
         if record is None or record.state == IDLE:
             return Outcome(IDLE, record.ended if record else 0, None, None, code)
-        program = self.book.program(image, record.number)
+        program = self.book.memory.program(image, record.number)
         if program is None or program.crc != record.program_crc:
             return Outcome(IDLE, POWER_UNREADABLE, None, None, code)
         if code:
@@ -261,10 +218,12 @@ class Judge:
         first = self._device.names.address("program.c:loaded")
         return Stored.of(self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points))
 
-    def _settings(self, kept: Kept | None) -> Iterator[str]:
+    def _settings(self, kept: Settings | None) -> Iterator[str]:
         if kept is None:
             return
-        for name in ("kp", "ki", "kd", "maximum_c", "thermocouple"):
+        values = dict(zip(("kp", "ki", "kd"), kept.gains, strict=True))
+        values |= {"maximum_c": kept.maximum_c, "thermocouple": kept.type}
+        for name, value in values.items():
             found = self._device.read(f"settings.{LOOP}_{name}")
-            if not np.array_equal(found, np.array(getattr(kept, name), found.dtype)):
-                yield f"{name} is {found}, not {getattr(kept, name)}"
+            if not np.array_equal(found, np.array(value, found.dtype)):
+                yield f"{name} is {found}, not {value}"

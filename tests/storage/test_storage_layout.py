@@ -5,28 +5,26 @@ from itertools import pairwise, product
 from pathlib import Path
 
 import pytest
-from storage_format import PROGRESS_BYTES, Memory
-from storage_host import memory_of
-from storage_settings import Settings
-from storage_specs import NAMES, TEXT
+from rig.specs import EXAMPLES, example, files_of, spec_of
+from storage_format import PROGRESS_BYTES, SETTINGS_STRIDE, Memory
+from storage_specs import NAMES, TEXT, text_of
 
-from heatwright.spec import Controller, SpecError, load, load_text
+from heatwright.spec import Controller, SpecError, load_text
 from heatwright.spec.eeprom import CELL_WRITES, YEAR_S, layout, settings_bytes
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 BOARDS = ("uno", "leonardo", "mega2560")
-FEWEST_SETTINGS, MOST_SETTINGS, SETTINGS_STRIDE = 4, 16, 64
+FEWEST_SETTINGS, MOST_SETTINGS = 4, 16
 LOG = "  - {{kind: serial_log, loop: chamber, keep: eeprom, entries: {entries}, every: {every}}}\n"
 
 
-def text_of(board: str, programs: str, log: str = "") -> str:
+def board_text(board: str, programs: str, log: str = "") -> str:
     sensor = "kind: ds18b20, pin: A1"
     return TEXT.format(board=board, sensor=sensor, programs=programs, protection="") + log
 
 
-@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
-def test_areas_of_an_example_do_not_overlap_and_fit(example):
-    controller = load(example).controller
+@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
+def test_areas_of_an_example_do_not_overlap_and_fit(name):
+    controller = example(name).controller
     areas = layout(controller)
     assert areas.settings.start == 0
     assert all(one.end == other.start for one, other in pairwise(areas))
@@ -38,25 +36,26 @@ def test_areas_of_an_example_do_not_overlap_and_fit(example):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_firmware_has_the_same_layout(builds, name):
-    build = builds(name)
-    areas, memory = layout(build.controller), memory_of(build)
-    assert (memory.programs_at, memory.progress_at) == (areas.programs.start, areas.progress.start)
-    assert memory.progress_slots == areas.progress.slots
-    assert areas.programs.slot_bytes == Memory(build.controller).program_bytes
+def test_the_firmware_has_the_same_layout(name):
+    controller = spec_of(text_of(name)).controller
+    areas, memory = layout(controller), Memory(controller)
+    config = files_of(text_of(name))["src/config.h"]
+    found = {key: int(n) for key, n in re.findall(r"#define (\w+_(?:EEPROM|SLOTS)) (\d+)u", config)}
+    assert found == {
+        "SETTINGS_SLOTS": areas.settings.slots,
+        "PROGRAMS_EEPROM": areas.programs.start,
+        "PROGRESS_EEPROM": areas.progress.start,
+        "PROGRESS_SLOTS": areas.progress.slots,
+    }
+    assert areas.programs.slot_bytes == memory.program_bytes
     assert areas.progress.slot_bytes == PROGRESS_BYTES
-
-
-@pytest.mark.parametrize("name", ["few", "typed"])
-def test_a_record_of_settings_has_the_size_that_it_has(builds, name):
-    settings = Settings(builds(name))
-    assert len(settings.record(1, settings.old)) == settings_bytes(settings.controller)
+    assert settings_bytes(controller) == memory.settings_bytes
 
 
 def tried(board: str, programs: str) -> tuple[Controller | None, str]:
     """The controller, or why it is refused."""
     try:
-        return load_text(text_of(board, programs), "tried.yaml").controller, ""
+        return load_text(board_text(board, programs), "tried.yaml").controller, ""
     except SpecError as error:
         return None, str(error)
 
@@ -98,7 +97,7 @@ def test_what_is_proposed_where_something_is_refused_is_accepted():
 )
 def test_a_log_in_eeprom(entries, every, wrong):
     log = LOG.format(entries=entries, every=every)
-    text = text_of("mega2560", "  points: 5", log)
+    text = board_text("mega2560", "  points: 5", log)
     if wrong:
         with pytest.raises(SpecError, match=re.escape(wrong)):
             load_text(text, "logged.yaml")
@@ -109,14 +108,14 @@ def test_a_log_in_eeprom(entries, every, wrong):
 
 
 def test_the_kiln_lasts_more_than_ten_years_at_one_save_a_minute():
-    controller = load(EXAMPLES / "kiln.yaml").controller
+    controller = example("kiln").controller
     assert controller.programs.save_every_s == 60.0
     assert layout(controller).progress.years(60.0) == pytest.approx(10.647, abs=0.001)
     assert layout(controller).settings.slots == MOST_SETTINGS
 
 
 def test_a_watchdog_waits_for_the_start():
-    text = text_of("mega2560", "") + "safety: {watchdog: WATCHDOG}\n"
+    text = board_text("mega2560", "") + "safety: {watchdog: WATCHDOG}\n"
     slow = text.replace("board: mega2560", "board: mega2560, clock: 8 MHz")
     load_text(text.replace("WATCHDOG", "30 ms"), "quick.yaml")
     with pytest.raises(SpecError, match=r"Use at least 60 ms"):
@@ -128,7 +127,7 @@ def test_a_watchdog_waits_for_the_start():
 def test_the_page_says_how_long_it_lasts(board, every):
     page = (Path(__file__).parents[2] / "docs" / "storage.md").read_text(encoding="utf-8")
     programs = f"  save_every: {every}"
-    controller = load_text(text_of(board, programs), "page.yaml").controller
+    controller = load_text(board_text(board, programs), "page.yaml").controller
     areas = layout(controller)
     years = areas.progress.years(controller.programs.save_every_s)
     words = f"{areas.settings.slots} slots of settings, {areas.progress.slots} of progress: "

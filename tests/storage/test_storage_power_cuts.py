@@ -10,7 +10,6 @@ from storage_bare import Bare
 from storage_firing import Cut, Firing, FiringByKeys, machine
 from storage_format import PROGRESS_BYTES, Progress
 from storage_verdict import FIRST_STEP_S, Judge, Outcome
-from whole_firmware import Broken
 
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
@@ -50,7 +49,7 @@ class Kiln(NamedTuple):
 def kilns() -> list[Kiln]:
     """The kiln that stops when it is too cold, one that is paused, and the one with keys."""
     touched, pausing = machine(), machine(otherwise="pause")
-    keyed = machine(example="kiln_uno")
+    keyed = machine("kiln_uno")
     return [
         Kiln(*touched, Judge(*touched), Firing),
         Kiln(*touched, Judge(*touched), Firing),
@@ -99,49 +98,3 @@ def test_the_start_takes_no_longer_than_the_watchdog_is_told(kilns):
         while bare.read("loop_chamber.steps") == 0:
             bare.advance(RESOLUTION_S)
         assert bare.time_s - FIRST_STEP_S < start_s(controller)
-
-
-FIRINGS = (2, 5, 6, 9)
-"""Not every firing comes by everything: the first that notices is enough."""
-
-BROKEN = {
-    "goes on unasked": Broken(
-        "program.c", "== PROGRAM_PAUSED ? PROGRAM_PAUSED : PROGRAM_RESTORING;", "* 1u;"
-    ),
-    "heats while it is paused": Broken(
-        "loop_chamber.c",
-        "loop_chamber.enabled = program.state == PROGRAM_RUNNING",
-        "loop_chamber.enabled = program.state >= PROGRAM_RUNNING",
-    ),
-    "goes on too cold": Broken("program.c", "gone_k <= PROGRAM_RESUME_WITHIN_K &&", ""),
-    "goes on with another program": Broken(
-        "program.c", "programs_crc(&loaded) == record->program_crc", "true"
-    ),
-    "begins its segment anew": Broken("program.c", "program.length : record->elapsed;", "0 : 0;"),
-    "saves nothing": Broken("program.c", "progress_save();", ""),
-    "writes over the newest": Broken("progress.c", "(place + 1u) % PROGRESS_SLOTS", "place"),
-    "writes over the newer program": Broken(
-        "programs.c", "written_slot = slot == 0 ? 1 : 0;", "written_slot = slot & 1u;"
-    ),
-    "takes any slot": Broken("progress.c", "&& is_valid(&candidate)", ""),
-    "forgets a byte": Broken("progress.c", "next_byte < sizeof newest", "next_byte < 44"),
-    "forgets a lowered maximum": Broken(
-        "settings.c", "settings.chamber_maximum_c = record.kept.chamber_maximum_c;", ""
-    ),
-}
-
-
-@pytest.mark.parametrize("what", BROKEN)
-def test_a_controller_is_noticed_that(what):
-    controller, program = machine(BROKEN[what])
-    judge, random = Judge(controller, program), Random(what)  # noqa: S311
-
-    def noticed(seed: int) -> bool:
-        firing = Firing(controller, program, seed, judge.book.record)
-        cuts = cuts_of(judge, firing, CUTS)
-        problems = (
-            problem for cut in cuts for problem in judge.problems(cut, random.choice(CHANGES_K))
-        )
-        return bool(judge.book.forgotten(cuts, firing.edits) or next(problems, ""))
-
-    assert any(noticed(seed) for seed in FIRINGS), "nothing notices it"

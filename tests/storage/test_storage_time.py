@@ -10,11 +10,9 @@ TICK_S = 0.01
 ACCESS = ("eeprom_read_byte", "eeprom_write_byte")
 
 
-@pytest.mark.parametrize(
-    ("example", "firing_of"), [("kiln", Firing), ("kiln_uno", FiringByKeys)]
-)  # fmt: skip
+@pytest.mark.parametrize(("example", "firing_of"), [("kiln", Firing), ("kiln_uno", FiringByKeys)])
 def test_no_access_waits_for_another(example, firing_of, monkeypatch):
-    controller, program = machine(example=example)
+    controller, program = machine(example)
     firing = firing_of(controller, program, 5, Book(controller).record)
     monkeypatch.setattr(firing, "lose_power", lambda: None)  # a profile is of one processor
     avr = firing.device.avr

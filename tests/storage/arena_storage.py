@@ -1,0 +1,57 @@
+"""What keeps programs, progress and settings, broken: the checks of what is kept must complain."""
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from rig.specs import sources_of
+from storage_host import Kept
+from storage_programs import Programs
+from storage_progress import Progresses
+from storage_settings import SettingsKept
+from storage_specs import build_of, text_of
+
+from heatwright.sim.host import HostBuild
+
+
+@dataclass
+class StorageArena:
+    """One of the files of a machine's host build; all its mutants are one library."""
+
+    machine: str
+    file: str
+    kind: type[Kept]
+    together = True
+
+    @property
+    def name(self) -> str:
+        return f"storage/{self.machine}/{self.file.removesuffix('.c')}"
+
+    def sources(self) -> Mapping[str, str]:
+        return {self.file: sources_of(text_of(self.machine))[self.file]}
+
+    @cached_property
+    def _build(self) -> HostBuild:
+        return build_of(self.machine, Path(tempfile.mkdtemp(prefix="storage-")), sanitized=False)
+
+    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
+        built = self._build
+        for name, text in changed.items():
+            built = built.with_changed(name, text, folder)
+        return built.library
+
+    def prepare(self) -> None:
+        """Compile what is not broken."""
+        _ = self._build
+
+    def problem(self, built: Path) -> str:
+        return self.kind(replace(self._build, library=built), short=True).problem()
+
+
+ARENAS = [
+    StorageArena("few", "programs.c", Programs),
+    StorageArena("few", "progress.c", Progresses),
+    StorageArena("typed", "settings.c", SettingsKept),
+]
