@@ -4,18 +4,24 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from pwm_firmware import PwmBoard
+from pwm_course import (
+    CLOCK_HZ,
+    LATENCY,
+    PwmBoard,
+    gate_problem,
+    heater_problems,
+    placed,
+    pwm,
+    restart_problem,
+)
+from rig.outputs import Wired, first_lines, reset_problem
 
 from heatwright.spec import BOARDS
 from heatwright.spec.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
 
-CLOCK_HZ = 16_000_000
 CHIPS = ("uno", "mega2560", "leonardo", "atmega1284p", "atmega32", "atmega16")
-LATENCY = 200
-"""Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
-INSTRUCTION = 12
-"""Cycles: the simulator moves a timer's pin after an instruction, or after the 8 cycles in which
-the processor wakes and enters an interrupt."""
+
+either_level = pytest.mark.parametrize("active", ["high", "low"])
 
 
 def timers() -> Iterator[tuple[str, int, tuple[str, ...]]]:
@@ -28,13 +34,12 @@ def timers() -> Iterator[tuple[str, int, tuple[str, ...]]]:
 
 
 @pytest.mark.parametrize(("board", "number", "pins"), list(timers()))
-@pytest.mark.parametrize("active", ["high", "low"])
+@either_level
 def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], active: str) -> None:
     wide = BOARDS[board].timers[number].bits == 16
-    frequency_hz = 1000 if wide else 976.5625
-    said = f"kind: pwm, frequency: {frequency_hz} Hz, active: {active}, pin"
-    outputs = {f"fan_{pin.lower()}": f"{said}: {pin}" for pin in pins}
-    bench = PwmBoard(board, outputs)
+    said = f"frequency: {1000 if wide else 976.5625} Hz, active: {active}"
+    outputs = {f"fan_{pin.lower()}": f"{pin}, {said}" for pin in pins}
+    bench = pwm(board, **outputs)
     for name in outputs:
         channel = bench.channels[name]
         assert (channel.timer, channel.by_interrupts) == (number, False)
@@ -42,16 +47,10 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
         assert switch.driven
         assert not switch.on  # off is forced from the start on
         for percent in (0.4, 25.0, 50.0, 99.6):
-            bench.ask(name, percent)
-            pulses = bench.seen(name, 0.02)
-            counts = int(percent * channel.counts / 100 + 0.5)
-            assert abs(pulses.periods - bench.cycles_of(name)).max() <= INSTRUCTION
-            assert abs(pulses.widths - counts * channel.prescaler).max() <= INSTRUCTION
-        for percent, on in ((100.0, True), (0.0, False), (50.0, None), (0.0, False)):
-            bench.ask(name, percent)
-            if on is not None:
-                assert bench.seen(name, 0.02).share == on
-                assert switch.on == on
+            assert bench.wrong(name, percent, 0.02) == ""
+        for percent in (100.0, 0.0, 50.0, 0.0):
+            assert bench.wrong(name, percent, 0.02) == ""
+            assert percent == 50.0 or switch.on == (percent > 0)
 
 
 @pytest.mark.parametrize(
@@ -86,32 +85,25 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
         ("atmega16", "PA5", 122, True),
     ],
 )
-@pytest.mark.parametrize("active", ["high", "low"])
+@either_level
 def test_frequency_and_share(
     board: str, pin: str, frequency_hz: float, by_interrupts: bool, active: str
 ) -> None:
-    said = f"kind: pwm, pin: {pin}, frequency: {frequency_hz} Hz, active: {active}"
-    bench = PwmBoard(board, {"fan": said})
-    channel = bench.channels["fan"]
-    assert channel.by_interrupts == by_interrupts
-    late = LATENCY if by_interrupts else INSTRUCTION
+    bench = pwm(board, fan=f"{pin}, frequency: {frequency_hz} Hz, active: {active}")
+    assert bench.channels["fan"].by_interrupts == by_interrupts
     shortest = 5 + LATEST_INTERRUPT_S * frequency_hz * 100 * by_interrupts
     for percent in (shortest, 33.3, 100 - shortest):
-        bench.ask("fan", percent)
-        pulses = bench.seen("fan", max(0.05, 12 / frequency_hz))
-        found_hz = CLOCK_HZ / pulses.periods.mean()
-        assert found_hz == pytest.approx(frequency_hz, rel=FREQUENCY_TOLERANCE)
-        # No drift: what one edge is late the next period is short of.
-        assert abs(pulses.periods - bench.cycles_of("fan")).max() <= late
-        wanted = int(percent * channel.counts / 100 + 0.5) * channel.prescaler
-        assert abs(pulses.widths - wanted).max() <= late
+        assert bench.wrong("fan", percent, max(0.05, 12 / frequency_hz)) == ""
+    pulses = bench.seen("fan", max(0.05, 12 / frequency_hz))
+    found_hz = CLOCK_HZ / pulses.periods.mean()
+    assert found_hz == pytest.approx(frequency_hz, rel=FREQUENCY_TOLERANCE)
     assert bench.outputs["fan"].driven
 
 
 @pytest.mark.parametrize("percent", [0.0, 0.5, 99.7, 100.0])
 def test_by_interrupts_too_short_is_none(percent: float) -> None:
     """At 122 Hz 50 us are 0.61 %."""
-    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 122 Hz"})
+    bench = pwm(fan="D4, frequency: 122 Hz")
     bench.ask("fan", 50.0)
     bench.ask("fan", percent)
     assert bench.seen("fan", 0.1).share == round(percent / 100)
@@ -122,13 +114,8 @@ def test_by_interrupts_too_short_is_none(percent: float) -> None:
     ("board", "pins", "timer"), [("mega2560", ("D10", "D9"), 5), ("atmega32", ("PC0", "PC1"), 1)]
 )
 def test_two_on_one_timer_keep_apart(board: str, pins: tuple[str, str], timer: int) -> None:
-    bench = PwmBoard(
-        board,
-        {
-            "hot": f"kind: pwm, pin: {pins[0]}, frequency: 30 Hz",
-            "part": f"kind: pwm, pin: {pins[1]}, frequency: 122 Hz, active: low",
-        },
-    )
+    hot, part = f"{pins[0]}, frequency: 30 Hz", f"{pins[1]}, frequency: 122 Hz, active: low"
+    bench = pwm(board, hot=hot, part=part)
     assert {channel.timer for channel in bench.channels.values()} == {timer}
     bench.ask("hot", 20.0)
     bench.ask("part", 70.0)
@@ -148,7 +135,7 @@ def test_a_late_interrupt_costs_no_more_than_it_is_late(deaf_us: int, percent: f
 
     No part of the firmware has them off for longer than 20 us.
     """
-    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 500 Hz"})
+    bench = pwm(fan="D4, frequency: 500 Hz")
     bench.put("deaf_us", deaf_us)
     bench.ask("fan", percent)
     pulses = bench.seen("fan", 3.0)
@@ -164,23 +151,21 @@ def test_a_late_interrupt_costs_no_more_than_it_is_late(deaf_us: int, percent: f
     assert bench.seen("fan", 1.0).share == pytest.approx(percent / 100, abs=0.01)
 
 
-def test_an_interrupt_is_short() -> None:
+@pytest.mark.parametrize(("board", "pin"), [("uno", "D4"), ("mega2560", "A8"), ("atmega32", "PC0")])
+def test_an_interrupt_is_short(board: str, pin: str) -> None:
     """20 us at most with interrupts off."""
-    for board, pin in (("uno", "D4"), ("mega2560", "A8"), ("atmega32", "PC0")):
-        bench = PwmBoard(board, {"fan": f"kind: pwm, pin: {pin}, frequency: 490 Hz"})
-        profile = bench.avr.profile(bench.program)
-        for percent in (3.0, 50.0, 97.0):
-            bench.ask("fan", percent)
-            bench.avr.run(0.1)
-        longest = max(
-            found.longest for name, found in profile.functions.items() if "vector" in name
-        )
-        assert longest / CLOCK_HZ < 20e-6
-        assert profile.masked.seconds < 20e-6
+    bench = pwm(board, fan=f"{pin}, frequency: 490 Hz")
+    profile = bench.avr.profile(bench.program)
+    for percent in (3.0, 50.0, 97.0):
+        bench.ask("fan", percent)
+        bench.avr.run(0.1)
+    longest = max(found.longest for name, found in profile.functions.items() if "vector" in name)
+    assert longest / CLOCK_HZ < 20e-6
+    assert profile.masked.seconds < 20e-6
 
 
 def test_no_interrupts_while_nothing_changes() -> None:
-    bench = PwmBoard("uno", {"fan": "kind: pwm, pin: D4, frequency: 490 Hz"})
+    bench = pwm(fan="D4, frequency: 490 Hz")
     awake = {}
     for percent in (50.0, 0.0, 100.0):
         bench.ask("fan", percent)
@@ -196,10 +181,55 @@ def test_no_interrupts_while_nothing_changes() -> None:
 @pytest.mark.parametrize(("pin", "frequency"), [("D3", "488.28125 Hz"), ("D4", "122 Hz")])
 def test_a_higher_supply_is_on_for_less(pin: str, frequency: str) -> None:
     """A heater for 12 V on 18 V: full power is 44.4 % of the time."""
-    said = f"kind: pwm, pin: {pin}, frequency: {frequency}, power: 40 W, supply: 18 V, rated: 12 V"
-    bench = PwmBoard("uno", {"heater": said}, "reset")
+    bench = pwm(heater=f"{pin}, frequency: {frequency}, power: 40 W, supply: 18 V, rated: 12 V")
     for percent in (100.0, 50.0, 10.0):
         bench.ask("heater", percent)
         pulses = bench.seen("heater", 0.2)
         share = pulses.widths.mean() / pulses.periods.mean()
         assert share == pytest.approx(percent / 100 * (12 / 18) ** 2, abs=1 / 256)
+
+
+@pytest.mark.parametrize("said", ["D4, frequency: 490 Hz", "D3, frequency: 976.5625 Hz"])
+def test_nothing_is_wrong_with_a_heater(said: str) -> None:
+    assert not any(heater_problems(placed("uno", {"heater": f"{said}, power: 40 W"})))
+
+
+HEATERS = {
+    "timer 2": ("uno", "D3", "976.5625 Hz"),
+    "timer 1": ("nano", "D9", "1 kHz"),
+    "timer 0": ("leonardo", "D3", "976.5625 Hz"),
+    "timer 4": ("mega2560", "D8", "1 kHz"),
+    "timer 3": ("atmega1284p", "PB6", "1 kHz"),
+    "timer 0 of old": ("atmega32", "PB3", "976.5625 Hz"),
+    "timer 1 of old": ("atmega16", "PD5", "1 kHz"),
+    "timer 2 of old": ("atmega16", "PD7", "976.5625 Hz"),
+    "interrupts": ("uno", "D4", "100 Hz"),
+    "interrupts of old": ("atmega32", "PC0", "100 Hz"),
+    "interrupts, far port": ("mega2560", "D9", "122 Hz"),
+}
+
+
+def heated(name: str, active: str) -> Wired:
+    board, pin, frequency = HEATERS[name]
+    said = f"{pin}, frequency: {frequency}, active: {active}, power: 40 W"
+    return placed(board, {"heater": said})
+
+
+@pytest.mark.parametrize("name", HEATERS)
+@either_level
+def test_off_is_a_level_that_is_forced(name: str, active: str) -> None:
+    """By the gate, by zero, and by the first instructions, with a reset or without one."""
+    bench = PwmBoard(heated(name, active))
+    assert gate_problem(bench) == ""
+    bench.ask("heater", 60.0)
+    assert bench.seen("heater", 0.1).share > 0.5
+    assert reset_problem(bench, "heater") == ""
+    assert restart_problem(bench) == ""
+
+
+@pytest.mark.parametrize("name", HEATERS)
+@either_level
+def test_what_the_first_instructions_are(name: str, active: str) -> None:
+    lines = first_lines(heated(name, active))
+    assert lines[-2:] == ["pin_output_heater_off();", "pin_output_heater_drive();"]
+    assert ("TCCR" in lines[0]) == ("interrupts" not in name)

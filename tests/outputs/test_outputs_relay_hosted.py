@@ -1,7 +1,8 @@
 """A safety relay under a G-code host, for two loops: closed while one of them is on."""
 
 import pytest
-from whole_firmware import spec_of, whole
+from rig.avr import whole
+from rig.specs import spec_of
 
 from heatwright.sim.device import AvrDevice
 

@@ -1,13 +1,15 @@
 """C for the simulated processor: small programs, parts of a firmware with a `main` of the test's,
 and whole firmware. Each is compiled once (`store`)."""
 
-from collections.abc import Iterable, Mapping
+import subprocess
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rig.specs import example, sources_of, spec_of
-from rig.store import made
+from rig.store import CompileFailed, made
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
@@ -73,32 +75,114 @@ def part(
         changed: files with another text.
 
     """
-    sources = sources_of(spec)
-    headers = {name: text for name, text in sources.items() if name.endswith(".h")}
-    chosen = {f"{name}.c": sources[f"{name}.c"] for name in names} | {"main.c": main}
-    return _linked(spec, headers | chosen | dict(changed or {}), chosen, flags, bool(changed))
+    return Program(spec, tuple(names), main, flags).elf(changed)
 
 
 def whole(spec: str, *flags: str, changed: Changed | None = None) -> Elf:
     """Compile the whole firmware of a spec (its text, or the name of an example)."""
-    sources = sources_of(spec)
-    files = [name for name in sources if name.endswith(".c")]
-    return _linked(spec, sources | dict(changed or {}), files, flags, bool(changed))
+    return Program(spec, flags=flags).elf(changed)
 
 
-def _linked(
-    spec: str, texts: Mapping[str, str], files: Iterable[str], flags: Iterable[str], broken: bool
-) -> Elf:
-    board = board_of(spec)
-    chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL"]
-    headers = {name: text for name, text in texts.items() if name.endswith(".h")}
-    words = ["avr-gcc", *chip, *FLAGS, *(["-w"] if broken else WARNINGS), *flags]
-    objects = [
-        made([*words, "-c", name, "-o", "made.o"], headers | {name: texts[name]}, "made.o")
-        for name in sorted(files)
-    ]
-    link = [*words, "-Wl,--gc-sections", *map(str, objects), "-lm", "-o", "firmware.elf"]
-    return Elf(made(link, {}, "firmware.elf"))
+@dataclass(frozen=True)
+class Program:
+    """Some files of a spec's firmware with a main program; without one, the whole firmware."""
+
+    spec: str
+    """Its text, or the name of an example."""
+    names: tuple[str, ...] = ()
+    """The files, without their ending."""
+    main: str = ""
+    """The text of main.c, if there is to be another one."""
+    flags: tuple[str, ...] = ()
+
+    def texts(self) -> dict[str, str]:
+        """Return what is compiled, and all headers: name in `src/`, and text."""
+        texts = sources_of(self.spec)
+        if not self.main:
+            return texts
+        chosen = {f"{name}.c" for name in self.names}
+        headers = {name: text for name, text in texts.items() if name.endswith(".h")}
+        return headers | {name: texts[name] for name in chosen} | {"main.c": self.main}
+
+    def elf(self, changed: Changed | None = None, folder: Path | None = None) -> Elf:
+        """Compile it: strictly, or with files that are changed, without warnings.
+
+        In a folder are left what depends on those files, and the binary; all else, and all
+        without a folder, is kept in the store.
+        """
+        texts = self.texts() | dict(changed or {})
+        headers = {name: text for name, text in texts.items() if name.endswith(".h")}
+        stale = set(texts) if set(changed or ()) & set(headers) else set(changed or ())
+        words = self._words(strict=not changed)
+        objects = [
+            _made(
+                [*words, "-c", name, "-o", f"{name}.o"],
+                headers | {name: texts[name]},
+                f"{name}.o",
+                folder if name in stale else None,
+            )
+            for name in sorted(texts)
+            if name.endswith(".c")
+        ]
+        link = [*words, "-Wl,--gc-sections", *map(str, objects), "-lm", "-o", "firmware.elf"]
+        return Elf(_made(link, {}, "firmware.elf", folder))
+
+    def _words(self, *, strict: bool) -> list[str]:
+        board = board_of(self.spec)
+        chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL"]
+        return ["avr-gcc", *chip, *FLAGS, *(WARNINGS if strict else ("-w",)), *self.flags]
+
+
+def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Path | None) -> Path:
+    """Run a compiler in a folder, or in the store."""
+    if folder is None:
+        return made(command, texts, product)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise CompileFailed(done.stderr)
+    return folder / product
+
+
+@dataclass(frozen=True)
+class Firmware:
+    """An arena of the mutation engine (tests/mutation/arena.py): a program on a simulated AVR.
+
+    Each area derives its own, beside its checks: by that the engine knows when these change.
+    """
+
+    name: str
+    program: Program
+    broken: tuple[str, ...]
+    """The files that are broken, without their ending."""
+    checks: tuple[Callable[[Elf], object], ...]
+    """Each is given the binary; it says what is wrong with it, or raises. Quick ones first."""
+    together: bool = False
+
+    def headers(self) -> dict[str, str]:
+        """Return what the files include."""
+        return {name: text for name, text in self.program.texts().items() if name.endswith(".h")}
+
+    def sources(self) -> dict[str, str]:
+        """Return the files that are broken."""
+        texts = self.program.texts()
+        return {f"{name}.c": texts[f"{name}.c"] for name in self.broken}
+
+    def build(self, changed: Changed, folder: Path) -> Path:
+        """Compile a mutant in a folder."""
+        return self.program.elf(changed, folder).path
+
+    def prepare(self) -> None:
+        """Compile all that mutants share."""
+        self.program.elf(changed={name: f"{text}\n" for name, text in self.sources().items()})
+
+    def problem(self, built: Path) -> str:
+        """Say the first thing that a check finds wrong."""
+        for check in self.checks:
+            if found := check(Elf(built)):
+                return str(found)
+        return ""
 
 
 def board_of(spec: str) -> BoardData:
@@ -111,6 +195,7 @@ class Board:
 
     def __init__(self, elf: Elf, board: BoardData) -> None:
         self.board = board
+        self.program = elf
         self.avr = Avr(board.mcu, board.clock_hz)
         self.avr.load(elf)
         self._variables = Variables(elf)

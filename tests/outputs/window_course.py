@@ -1,79 +1,47 @@
-"""Windows by themselves: a program that gives a time-proportional output what a test asks for."""
+"""Windows tick by tick: what a time-proportional output should do, and what it does."""
 
+import random
 from collections.abc import Iterator
 
-import numpy as np
-from output_firmware import Board, Broken, controller_of, program
+from rig.outputs import OutputBoard, Wired, wired
 
-from heatwright.sim.outputs.switch import Switch
+from heatwright.sim.elf import Elf
 from heatwright.spec import TimeProportionalOutput
 
-MAIN = """
-#include "output_heater.h"
-
-struct fault_state fault;
-volatile uint8_t permitted = 1;
-volatile float percent;
-volatile uint8_t asked;
-
-void fault_trip(uint8_t code, float temperature_c)
-{
-    fault.code = code;
-    fault.temperature_c = temperature_c;
-}
-
-void gate_tick(void)
-{
-    output_heater_tick(permitted != 0);
-}
-
-int main(void)
-{
-    clock_start();
-    sei();
-    for (;;) {
-        clock_wait();
-        if (asked != 0) {
-            asked = 0;
-            output_heater_set(percent);
-        }
-    }
-}
-"""
 TICK_S = 0.01
 LATE_S = 0.004
 """Into a tick: all that it did is done."""
+BURST = "window: 1 s, resolution: 10 ms"
+SHORT_LEFT_OUT = f"{BURST}, minimum_on: 50 ms, minimum_off: 100 ms"
+SPREAD = "window: 2 s, resolution: 20 ms, distribution: spread"
 
 
-class WindowBoard(Board):
+def windows(window: str, active: str, board: str = "uno", pin: str = "D3") -> Wired:
+    """Put such a heater on a board."""
+    said = f"kind: time_proportional, pin: {pin}, active: {active}, power: 40 W, {window}"
+    return wired(board, {"heater": said})
+
+
+class WindowBoard(OutputBoard):
     """A board with one such output, run tick by tick."""
 
-    def __init__(self, board: str, said: str, broken: Broken | None = None) -> None:
-        outputs = {"heater": said}
-        self.controller = controller_of(board, outputs)
-        self.program = program(board, outputs, MAIN, "reset", broken=broken)
-        super().__init__(self.program, self.controller)
+    def __init__(self, place: Wired, elf: Elf | None = None) -> None:
+        super().__init__(place, elf)
         output = self.controller.outputs["heater"]
         assert isinstance(output, TimeProportionalOutput)
         self.output = output
-        self.heater = Switch(self.avr, self.board, output.pin, output.active)
+        self.heater = self.outputs["heater"]
         self.avr.run(TICK_S + LATE_S)
         self.avr.pins.take()
-        self.changes = 0
-        self._last = self.avr.pins.level(self.heater.pin)
-
-    def ask(self, percent: float) -> None:
-        """Ask for a duty; the main loop takes it in the next tick, behind the interrupt."""
-        self.put("percent", percent)
-        self.put("asked", 1)
+        self.switched = 0
+        self._last = self.heater.on
 
     def tick(self) -> bool:
         """Go on to just after the next tick; say whether it is on."""
         self.avr.run(TICK_S)
-        events = self.avr.pins.take()
-        levels = events[events["pin"] == self.heater.number]["state"] & 1
-        self.changes += int(np.count_nonzero(np.diff(levels, prepend=self._last)))
-        self._last = self.avr.pins.level(self.heater.pin)
+        for change in self.changes():
+            self.switched += change.on != self._last
+            self._last = change.on
         return self.heater.on
 
 
@@ -116,28 +84,36 @@ class Windows:
         return any(step == -(-n * self._steps // self._on_steps) for n in range(self._on_steps))
 
 
-def problem(bench: WindowBoard, duties: Iterator[tuple[float, int]]) -> str:
+def duties(seed: int, most_ticks: int, count: int) -> Iterator[tuple[float, int]]:
+    """Draw duties, some at the ends, each for some time."""
+    drawn = random.Random(seed)  # noqa: S311 - no secret
+    for _ in range(count):
+        percent = drawn.choice([0.0, 100.0, 1.0, 99.0, 50.0, drawn.uniform(0, 100)])
+        yield percent, drawn.randint(1, most_ticks)
+
+
+def problem(bench: WindowBoard, asked: Iterator[tuple[float, int]]) -> str:
     """Say where a course of duties, each for some ticks, is not what it should be."""
-    model, number, changes, last = Windows(bench.output), 0, bench.changes, bench.heater.on
-    for percent, ticks in duties:
-        bench.ask(percent)
+    model, number, due_switched, last = Windows(bench.output), 0, bench.switched, bench.heater.on
+    for percent, ticks in asked:
+        bench.ask("heater", percent)
         for late in range(ticks):
             seen, due = bench.tick(), model.tick()
             if seen != due:
                 return f"tick {number}, {percent} %: {seen}, not {due}"
-            changes, last = changes + (seen != last), seen
+            due_switched, last = due_switched + (seen != last), seen
             number += 1
             if late == 0:
                 model.ask(percent)
-    if bench.changes != changes:
-        return f"{bench.changes} changes of the pin, not {changes}"
+    if bench.switched != due_switched:
+        return f"{bench.switched} changes of the pin, not {due_switched}"
     return ""
 
 
 def closed_problem(bench: WindowBoard) -> str:
     """Say whether a closed gate, or an order for nothing, leaves it on."""
     for percent in (100.0, 60.0):
-        bench.ask(percent)
+        bench.ask("heater", percent)
         on = [bench.tick() for _ in range(300)]
         bench.put("permitted", 0)
         if not any(on) or any(bench.tick() for _ in range(300)):
@@ -147,7 +123,7 @@ def closed_problem(bench: WindowBoard) -> str:
         bench.put("permitted", 1)
         if not any(bench.tick() for _ in range(300)):
             return "not on again"
-        bench.ask(0.0)
+        bench.ask("heater", 0.0)
         if bench.tick() and bench.tick():
             return "zero waits for the window's end"
         if any(bench.tick() for _ in range(300)):
@@ -155,4 +131,16 @@ def closed_problem(bench: WindowBoard) -> str:
     return ""
 
 
-__all__ = ["Broken", "WindowBoard", "closed_problem", "problem"]
+def whole_problem(place: Wired, elf: Elf | None = None) -> str:
+    """Say what is wrong with windows; empty if nothing."""
+    late = WindowBoard(place, elf)
+    for _ in range(7):
+        late.tick()  # the first window begins with the first duty, whenever that comes
+    first = WindowBoard(place, elf)
+    ticks = round(first.output.window_s / TICK_S)
+    behind = [(30.0, ticks + 1), *((each, ticks) for each in (50.0, 2.0, 99.0, 40.0))]
+    return (
+        problem(first, iter(behind))  # each duty comes behind the first tick of a window
+        or problem(late, duties(2, 400, 25))
+        or closed_problem(WindowBoard(place, elf))
+    )

@@ -1,0 +1,84 @@
+"""The outputs' C, gate, relay and reset before the mutation engine, each judged on a board."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import test_outputs_stepper as stepper
+from held_course import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
+from pwm_course import PwmBoard, heater_problems, placed, restart_problem
+from relay_course import RelayBoard, relayed
+from relay_course import whole_problem as relay_problem
+from rig.avr import Firmware
+from rig.outputs import Wired, reset_problem
+from window_course import SHORT_LEFT_OUT, SPREAD, windows
+from window_course import whole_problem as window_problem
+
+from heatwright.sim.elf import Elf
+
+Check = Callable[[Wired, Elf], object]
+
+
+class Outputs(Firmware):
+    """A board with outputs."""
+
+
+def arena(name: str, place: Wired, broken: tuple[str, ...], *checks: Check) -> Outputs:
+    """Say which files are broken, and what then complains."""
+    bound = tuple(partial(check, place) for check in checks)
+    return Outputs(f"outputs/{name}", place.program, broken, bound)
+
+
+def pwm_problem(place: Wired, elf: Elf) -> str:
+    """Say what is wrong with a heater's pulses."""
+    return next(filter(None, heater_problems(place, elf)), "")
+
+
+def off_problem(place: Wired, elf: Elf) -> str:
+    """Say whether it is not off after a reset, or after a jump to 0."""
+    bench = PwmBoard(place, elf)
+    return reset_problem(bench, "heater") or restart_problem(bench)
+
+
+def relay_off_problem(place: Wired, elf: Elf) -> str:
+    """Say whether relay or heater is on, or not driven, after a reset."""
+    bench = RelayBoard(place, elf)
+    return reset_problem(bench, "contactor") or reset_problem(bench, "heater")
+
+
+def feed_problems() -> Iterator[Check]:
+    """Yield the checks of a feed: each a test of it, on a feed of its own."""
+    for test in (
+        stepper.test_no_step_with_a_fault_latched,
+        stepper.test_the_motor_is_let_go,
+        stepper.test_a_fault_stops_it_at_once,
+        stepper.test_moves_the_same_way_are_one,
+        stepper.test_it_waits_for_the_heat_and_goes_on,
+        stepper.test_a_stop_slows_down_and_forgets,
+        stepper.test_speed_changes_by_no_more_than_the_acceleration,
+        stepper.it_goes_along_a_trapezoid,
+        partial(stepper.it_is_right_in_the_mean, mm_per_s=0.0001),
+        stepper.it_makes_every_step,
+    ):
+        yield lambda place, elf, test=test: test(stepper.Feed(place, elf))
+
+
+HEATER = ("output_heater",)
+BOTH = ("output_heater", "output_cooler", "gate")
+ARENAS = [
+    arena("relay", relayed(), ("relay", "gate", "reset"), relay_problem, relay_off_problem),
+    arena("relay without contact", relayed(feedback=False), ("relay", "gate"), relay_problem),
+    arena("held", held(*VARIANTS["all"]), BOTH, any_orders_problem),
+    arena("switched", held(), BOTH, any_orders_problem),
+    arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
+    arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
+    *(
+        arena(f"pwm by {by}", placed("uno", {"heater": f"{said}, power: 40 W"}),
+              ("output_heater", "reset"), pwm_problem, off_problem)
+        for by, said in (
+            ("interrupts", "D4, frequency: 490 Hz"), ("timer", "D3, frequency: 976.5625 Hz"),
+        )
+    ),
+    arena("spread", windows(SPREAD, "low"), HEATER, window_problem),
+    arena("burst", windows(SHORT_LEFT_OUT, "low"), HEATER, window_problem),
+    arena("feed", stepper.fed("nano"), ("output_feed",), *feed_problems()),
+]  # fmt: skip

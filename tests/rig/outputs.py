@@ -1,0 +1,347 @@
+"""The generated outputs on a board, with a program of the test's around them.
+
+Gate, relay and reset are the real ones, or the gate is the test's (`permitted`); clock and outputs
+are always real. The program does what the test asks for by its variables, once a tick.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from rig.avr import Board, Program
+from rig.specs import sources_of, spec_of
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.outputs.switch import Switch
+from heatwright.spec import Controller, Stepper
+
+Outputs = Mapping[str, str]
+"""What the file says of each output, by its name. `heater` is the loop's, and so is `cooler`;
+`contactor` is the safety relay; the host commands the others."""
+
+SPEC = """
+heatwright: 1
+controller: {{name: outputs, board: {board}}}
+sensors: {{air: {{kind: ds18b20, pin: {sensor}}}}}
+outputs:
+  {outputs}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    {control}
+    period: 1 s
+    setpoint: {{initial: 0 °C, minimum: 0 °C, maximum: 70 °C}}
+    {ready}
+safety: {{{safety}}}
+interfaces: [{interface}]
+"""
+PID = "algorithm: {kind: pid, kp: 10, ki: 0.1}"
+ON_OFF = "algorithm: {kind: on_off, hysteresis: 2 K}"
+COOLED = "algorithm: {kind: three_position, dead_band: 2 K}\n    cooler: cooler"
+PINS = {
+    "uno": ("A1", "D2"),
+    "nano": ("A1", "D2"),
+    "leonardo": ("A1", "D2"),
+    "mega2560": ("A1", "D22"),
+    "atmega328p": ("PC1", "PD2"),
+    "atmega2560": ("PF1", "PA0"),
+    "atmega1284p": ("PA1", "PA2"),
+    "atmega32": ("PA1", "PA2"),
+    "atmega16": ("PA1", "PA2"),
+}
+"""A sensor's and a heater's, of no interest to the test."""
+
+MAIN = """
+#include <avr/interrupt.h>
+#include <avr/wdt.h>
+#include "clock.h"
+#include "config.h"
+#include "fault.h"
+#include "gate.h"
+#include "loop_air.h"
+#include "pins.h"
+{includes}
+
+struct fault_state fault;
+volatile uint8_t permitted = 1; /* by the gate of the test's */
+volatile uint8_t hangs;
+volatile uint8_t gate_closed; /* the real one, by order */
+volatile uint8_t relay_wanted;
+volatile uint8_t relay_judged;
+volatile uint8_t restart;
+volatile uint8_t ready = 1;
+volatile uint16_t deaf_us;
+{variables}
+
+void fault_trip(uint8_t code, float temperature_c)
+{{
+    if (fault.code == FAULT_NONE) {{
+        fault.code = code;
+        fault.temperature_c = temperature_c;
+    }}
+}}
+
+bool loop_air_is_ready(void)
+{{
+    return ready != 0;
+}}
+{gate}
+
+static void obey(void)
+{{
+{orders}
+}}
+
+static __attribute__((noinline)) void start_again(void)
+{{
+    __asm__ volatile("jmp 0");
+}}
+
+int main(void)
+{{
+{starts}
+    clock_start();
+    sei();
+    for (;;) {{
+        clock_wait();
+        if (hangs != 0) {{
+            continue;
+        }}
+        obey();
+        cli();
+        for (uint16_t left = deaf_us; left != 0; left--) {{
+            __builtin_avr_delay_cycles(9); /* and the loop's own: 1 us at 16 MHz */
+        }}
+        if (restart != 0) {{
+            restart = 0;
+            start_again();
+        }}
+        sei();
+    }}
+}}
+"""
+GATE = """
+void gate_tick(void)
+{{
+{ticks}
+}}
+"""
+RENEW = """
+    gate_renew_main();
+    gate_renew_air();
+    gate_renew_air_sensor();"""
+CLOSE = """
+    if (gate_closed != 0) {
+        gate_close_air();
+    }"""
+WANT = "\n    gate_want_air(relay_wanted != 0);"
+JUDGE = """
+    if (relay_judged != 0) {
+        relay_judge(21.0f);
+    }"""
+
+SHARE_VARIABLES = "volatile float {0}_percent;\nvolatile uint8_t {0}_set;\n"
+SHARE = """
+    if ({0}_set != 0) {{
+        {0}_set = 0;
+        output_{0}_set({0}_percent);
+    }}"""
+TOLD_VARIABLE = "volatile uint8_t {0}_told;\n"
+TELL = "\n    {0}_told = output_{0}_is_on();"
+STOP_VARIABLE = "volatile uint8_t {0}_stop;\n"
+STOP = """
+    if ({0}_stop != 0) {{
+        output_{0}_stop();
+    }}"""
+STEPPER_VARIABLES = """
+volatile int32_t {0}_steps;
+volatile float {0}_speed;
+volatile uint8_t {0}_stop;
+volatile uint8_t {0}_disable;
+volatile int32_t {0}_position;
+volatile uint8_t {0}_busy;
+"""
+STEPPER = """
+    if ({0}_stop != 0) {{
+        {0}_stop = 0;
+        output_{0}_stop();
+    }}
+    if ({0}_disable != 0) {{
+        {0}_disable = 0;
+        output_{0}_disable();
+    }}
+    if ({0}_steps != 0) {{
+        output_{0}_move({0}_steps, {0}_speed);
+        {0}_steps = 0;
+    }}
+    output_{0}_tick();
+    {0}_position = output_{0}_position();
+    {0}_busy = output_{0}_is_busy();"""
+STEPPER_START = """
+    pin_output_{0}_enable_off(); /* as reset.c does */
+    pin_output_{0}_enable_drive();"""
+
+
+@dataclass(frozen=True)
+class Wired:
+    """Outputs, the board they are on, and which gate is before them."""
+
+    board: str
+    outputs: tuple[tuple[str, str], ...]
+    gate: bool = False
+    """The real one; else the test's, which only `permitted` closes."""
+    feedback: str = ""
+    """The pin of the safety relay's contact, if it has one."""
+
+    @cached_property
+    def text(self) -> str:
+        """Write the spec."""
+        sensor, pin = PINS[self.board]
+        said = dict(self.outputs)
+        heater = f"kind: time_proportional, window: 1 s, pin: {pin}, power: 40 W"
+        others = [name for name in said if name not in {"heater", "cooler", "contactor"}]
+        steppers = [name for name in others if "stepper" in said[name]]
+        fans = [name for name in others if name not in steppers]
+        listed = ", ".join(f"P{number}: {name}" for number, name in enumerate(fans))
+        fed = ", ".join(f"E: {name}" for name in steppers)
+        hosted = f"{{kind: gcode, loops: {{T0: air}}, fans: {{{listed}}}, steppers: {{{fed}}}}}"
+        relay = "relay: contactor" if "contactor" in said else ""
+        digital = "kind: digital" in said.get("heater", "")
+        return SPEC.format(
+            board=self.board,
+            ready="" if "cooler" in said else "ready_within: 3 K",
+            sensor=sensor,
+            outputs="\n  ".join(
+                f"{name}: {{{each}}}" for name, each in ({"heater": heater} | said).items()
+            ),
+            control=COOLED if "cooler" in said else ON_OFF if digital else PID,
+            safety=f"{relay}, relay_feedback: {self.feedback}" if self.feedback else relay,
+            interface="" if "cooler" in said else hosted,
+        )
+
+    @property
+    def controller(self) -> Controller:
+        """Read the spec."""
+        return spec_of(self.text).controller
+
+    @cached_property
+    def program(self) -> Program:
+        """Say what is compiled: clock, reset, outputs, and gate and relay if they are real."""
+        there = sources_of(self.text)
+        names = [f"output_{name}" for name in dict(self.outputs) if f"output_{name}.c" in there]
+        if self.gate:
+            names += ["output_heater", "gate"]
+            names += ["relay"] if "contactor" in dict(self.outputs) else []
+        return Program(self.text, ("clock", "reset", *dict.fromkeys(names)), self._main())
+
+    def _main(self) -> str:
+        """Write the main program: what it can do with each output, its header says."""
+        headers = sources_of(self.text)
+        includes, variables, orders, starts, ticks = "", "", "", "", ""
+        if self.gate:
+            orders = RENEW
+            orders += CLOSE * ("gate_close_air(" in headers["gate.h"])
+            orders += JUDGE * ("relay_judge(" in headers.get("relay.h", ""))
+            starts = "    relay_start();\n" * ("relay_start(" in headers.get("relay.h", ""))
+            includes = '#include "relay.h"\n' * ("relay.h" in headers)
+        for name, said in self.outputs:
+            header = headers.get(f"output_{name}.h", "")
+            includes += f'#include "output_{name}.h"\n' * bool(header)
+            if "kind: stepper" in said:
+                variables += STEPPER_VARIABLES.format(name)
+                orders += STEPPER.format(name)
+                starts += STEPPER_START.format(name)
+                ticks += f"    if (!permitted) {{\n        output_{name}_halt();\n    }}\n"
+            elif f"output_{name}_set(" in header:
+                variables += SHARE_VARIABLES.format(name)
+                orders += SHARE.format(name)
+                for does, variable, order in (
+                    ("stop", STOP_VARIABLE, STOP),
+                    ("is_on", TOLD_VARIABLE, TELL),
+                ):
+                    if f"output_{name}_{does}(" in header:
+                        variables += variable.format(name)
+                        orders += order.format(name)
+            if f"output_{name}_start(" in header:
+                starts += f"    output_{name}_start();\n"
+        if "heater" in dict(self.outputs):
+            ticks += "    output_heater_tick(permitted != 0);\n"
+        orders += WANT * (self.gate and "gate_want_air(" in headers["gate.h"])
+        return MAIN.format(
+            includes=includes,
+            variables=variables,
+            orders=orders,
+            starts=starts,
+            gate="" if self.gate else GATE.format(ticks=ticks),
+        )
+
+
+def wired(board: str, outputs: Outputs, *, gate: bool = False, feedback: str = "") -> Wired:
+    """Put outputs on a board."""
+    return Wired(board, tuple(outputs.items()), gate, feedback)
+
+
+class Change(NamedTuple):
+    """Of an output's level."""
+
+    cycle: int
+    name: str
+    on: bool
+
+
+class OutputBoard(Board):
+    """A board with outputs, each a switch on its pin."""
+
+    def __init__(self, place: Wired, elf: Elf | None = None) -> None:
+        """Power on; with another binary if there is one."""
+        self.controller = place.controller
+        super().__init__(elf or place.program.elf(), self.controller.board)
+        self.outputs = {
+            name: Switch(self.avr, self.board, output.pin, output.active)
+            for name, output in self.controller.outputs.items()
+            if name in dict(place.outputs) and not isinstance(output, Stepper)
+        }
+        self._numbers = {switch.number: name for name, switch in self.outputs.items()}
+
+    def ask(self, name: str, percent: float) -> None:
+        """Ask for a share: the program takes it in the next tick, behind the interrupt."""
+        self.put(f"{name}_percent", percent)
+        self.put(f"{name}_set", 1)
+
+    def changes(self) -> Iterator[Change]:
+        """Tell of the outputs' levels since the last call, as the pins' own log has them."""
+        events = self.avr.pins.take()
+        for pin, level, cycle in zip(
+            events["pin"].tolist(), events["state"].tolist(), events["cycle"].tolist(), strict=True
+        ):
+            if (name := self._numbers.get(pin)) is not None:
+                high = self.outputs[name].active == "high"
+                yield Change(cycle, name, bool(level & 1) == high)
+
+
+FIRST = 40
+"""Cycles from the reset vector to the pin, some ten instructions on."""
+
+
+def reset_problem(bench: OutputBoard, name: str) -> str:
+    """Reset it: the output is off before anything else, and never on again by itself."""
+    switch = bench.outputs[name]
+    bench.avr.reset()
+    bench.avr.pins.take()
+    reset_at = bench.avr.cycle
+    bench.avr.run(0.2)
+    if switch.on or not switch.driven:
+        return "on, or not driven, after a reset"
+    # The board's resistor first, then the program, and never the load.
+    mine = [change for change in bench.changes() if change.name == name]
+    if mine[-1].cycle - reset_at > FIRST:
+        return f"off only {mine[-1].cycle - reset_at} cycles after the reset"
+    return "on for a moment after a reset" if any(change.on for change in mine) else ""
+
+
+def first_lines(place: Wired) -> list[str]:
+    """Return the first instructions after a reset, as they stand in the C."""
+    text = sources_of(place.text)["reset.c"].partition("heaters_off")[2].partition("}")[0]
+    return [line.strip() for line in text.splitlines()[2:]]
