@@ -3,17 +3,21 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 
+import host_programmed
 import test_outputs_stepper as stepper
 from held_course import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
 from pwm_course import PwmBoard, heater_problems, placed, restart_problem
-from relay_course import RelayBoard, relayed
+from relay_course import OPEN, RelayBoard, relayed
 from relay_course import whole_problem as relay_problem
-from rig.avr import Firmware
+from rig.avr import Firmware, Program
 from rig.outputs import Wired, reset_problem
+from rig.specs import spec_of
 from window_course import SHORT_LEFT_OUT, SPREAD, windows
 from window_course import whole_problem as window_problem
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
+from heatwright.sim.native.relay import Armature
 
 Check = Callable[[Wired, Elf], object]
 
@@ -62,6 +66,31 @@ def feed_problems() -> Iterator[Check]:
         yield lambda place, elf, test=test: test(stepper.Feed(place, elf))
 
 
+TOUCHED = host_programmed.texts()["touched"]
+"""A loop that a display switches, with a relay: what the host's judges cannot see of it."""
+
+
+def loop_problem(elf: Elf) -> str:
+    """Say whether the loop does not tell the relay what it wants, or judges it wrongly."""
+    device = AvrDevice(spec_of(TOUCHED).controller, elf)
+    relay = device.relay
+    assert relay is not None
+    device.sense("air", 20.0)
+    device.advance(5.0)
+    for order, closed in (("", False), ("#2 1;", True), ("#2 0;", False), ("#2 1;", True)):
+        device.send(order)
+        device.advance(device.time_s + 3.0)
+        if relay.closed != closed:
+            return f"the relay is not {'closed' if closed else 'open'} behind {order!r}"
+    device.on_fraction("heater")
+    device.advance(device.time_s + 3.0)
+    if not device.on_fraction("heater"):
+        return "the heater is off"
+    relay.fail(Armature.DEAD)
+    device.advance(device.time_s + 3.0)
+    return "" if device.read("fault.code") == OPEN else "it is not found to be open"
+
+
 HEATER = ("output_heater",)
 BOTH = ("output_heater", "output_cooler", "gate")
 ARENAS = [
@@ -71,6 +100,7 @@ ARENAS = [
     arena("switched", held(), BOTH, any_orders_problem),
     arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
     arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
+    Outputs("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(
         arena(f"pwm by {by}", placed("uno", {"heater": f"{said}, power: 40 W"}),
               ("output_heater", "reset"), pwm_problem, off_problem)
