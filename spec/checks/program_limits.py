@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.limits import swing_above_k
-from heatwright.spec.checks.timing import MOST_STEPS, countable
+from heatwright.spec.checks.timing import MOST_STEPS, countable, periods_s
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
@@ -107,11 +107,11 @@ def program_times_fit(controller: Controller) -> Findings:
                     f"Use at least {duration(loop.period_s)}",
                     because_of,
                 )
-            elif seconds > most * loop.period_s:
+            elif seconds > periods_s(most, loop):
                 yield Finding(
                     path,
                     f"{duration(seconds)} is more than {most} periods of {duration(loop.period_s)}",
-                    f"Use at most {duration(most * loop.period_s)}, or a longer period",
+                    f"Use at most {duration(periods_s(most, loop))}, or a longer period",
                     because_of,
                 )
 

@@ -27,6 +27,11 @@ def is_ticks(seconds: float) -> bool:
     return round(seconds, 2) == seconds
 
 
+def periods_s(count: int, loop: Loop) -> float:
+    """Give the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
+    return round(count * loop.period_s, 2)
+
+
 def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
     """List the loops whose period is usable: the others' time-outs cannot be judged."""
     for name, loop in controller.loops.items():
@@ -71,7 +76,7 @@ def time_outs(loop: Loop) -> dict[Path, float]:
 def time_outs_fit(controller: Controller) -> Findings:
     """Find time-outs shorter than a period, or too long for a 16-bit count of periods."""
     for name, loop in countable(controller):
-        longest_s = MOST_STEPS * loop.period_s
+        longest_s = periods_s(MOST_STEPS, loop)
         for inner, seconds in time_outs(loop).items():
             path = ("loops", name, *inner)
             because_of = (("loops", name, "period"),)
@@ -98,19 +103,19 @@ def stale_after(controller: Controller) -> Findings:
         path = ("loops", name, "protection", "stale_after")
         seconds = loop.protection.stale_after_s
         because_of = (("loops", name, "period"),)
-        if seconds < 2 * loop.period_s:
+        if seconds < periods_s(2, loop):
             yield Finding(
                 path,
                 f"{duration(seconds)} is less than two periods of {duration(loop.period_s)}, so "
                 "one lost reading would be a fault",
-                f"Use at least {duration(2 * loop.period_s)}",
+                f"Use at least {duration(periods_s(2, loop))}",
                 because_of,
             )
-        elif seconds > MOST_MISSING * loop.period_s:
+        elif seconds > periods_s(MOST_MISSING, loop):
             yield Finding(
                 path,
                 f"{duration(seconds)} is more than {MOST_MISSING} periods",
-                f"Use at most {duration(MOST_MISSING * loop.period_s)}",
+                f"Use at most {duration(periods_s(MOST_MISSING, loop))}",
                 because_of,
             )
 
