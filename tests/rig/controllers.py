@@ -15,7 +15,7 @@ from rig.controllers_loops import LoopDraw, Served, joined
 from rig.controllers_parts import Draws, Part, Resources, Sensors, text
 
 from heatwright.spec import BOARDS, Board, Interface, Spec, SpecError, kinds, load_text
-from heatwright.spec.checks.memory import least_bytes
+from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.eeprom import (
     FEWEST_SETTINGS_SLOTS,
@@ -95,6 +95,7 @@ class _Controller:
     def __init__(
         self,
         draws: Draws,
+        *,
         loops: Sequence[int] = (1, 2, 3),
         boards: Collection[str] = tuple(BOARDS),
         interfaces: Collection[str] = KINDS,
@@ -117,14 +118,17 @@ class _Controller:
         self._draw()
 
     def _clocked(self, board: Board) -> Board:
+        clocked = {mhz: board._replace(clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
         able = [
-            mhz for mhz in CLOCKS_MHZ
-            if mhz * 1e6 <= board.fastest_hz and ticks_at_all(board._replace(clock_hz=int(mhz * 1e6)))
-        ]  # fmt: skip
+            mhz
+            for mhz, other in clocked.items()
+            if other.clock_hz <= other.fastest_hz and ticks_at_all(other)
+        ]
         if not self.draws.seldom():
             return board
-        self.identity["clock"] = f"{self.draws.one(*able)} MHz"
-        return board._replace(clock_hz=round(float(self.identity["clock"].split()[0]) * 1e6))
+        mhz = self.draws.one(*able)
+        self.identity["clock"] = f"{mhz} MHz"
+        return clocked[mhz]
 
     def _draw(self) -> None:
         self._ports()
@@ -175,8 +179,8 @@ class _Controller:
         commanded = {"gcode", "modbus_rtu"} & set(self.on_port)
         able = (self.has_keys or "nextion" in self.on_port) and not commanded
         self.programmed = self.shown if able and draws.some() else None
-        roomy = self.board.ram_bytes > 2500 or "nextion" not in self.on_port
-        self.programmed = self.programmed if roomy else None
+        if self._most_points() < 1:
+            self.programmed = None
 
     def _tools(self) -> tuple[str, ...]:
         if "gcode" not in self.on_port:
@@ -276,7 +280,8 @@ class _Controller:
             part |= draws.maybe({"address": draws.one(1, 247)})
             part |= draws.maybe({"parity": draws.one("odd", "none")})
             part |= draws.maybe({"stop_bits": draws.one(1, 2)})
-            part |= {"driver_enable": self.left.digital()} if self.left.pins and draws.some() else {}
+            if self.left.pins and draws.some():
+                part["driver_enable"] = self.left.digital()
             self.interfaces.append(part | draws.maybe({"linuxcnc": True}))
         if "serial_plotter" in self.on_port:
             plotter = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
@@ -294,6 +299,12 @@ class _Controller:
 
     # Programs and logs
 
+    def _most_points(self) -> int:
+        """Count the points of a program that the RAM has room for, beside a display."""
+        if "nextion" not in self.on_port:
+            return 20
+        return (self.board.ram_bytes - LEAST_BYTES - NEXTION_BYTES - 400) // 63
+
     def _eeprom_left(self) -> int:
         settings = (FEWEST_SETTINGS_SLOTS + 2) * 2 * SETTINGS_SLOT_BYTES
         return self.board.eeprom_bytes - min(settings, self.board.eeprom_bytes // 2)
@@ -303,16 +314,15 @@ class _Controller:
             return
         draws = self.draws
         room = self._eeprom_left() - 4 * PROGRESS_BYTES
-        points = int(draws.number(1, 20, 3))
+        points = int(draws.number(1, min(20, self._most_points()), 3))
         each = SLOTS_OF_A_PROGRAM * (PROGRAM_FRAME_BYTES + PROGRAM_BYTES + SEGMENT_BYTES * points)
         most = max(1, min(8, room // each))
         places = int(draws.number(1, most, 3))
         loop = next(each for each in self.loops if each.name == self.programmed)
         slots = max(2, (room - places * each) // PROGRESS_BYTES)
         least_s = max(10.0, loop.period_s, 10 * round(slowest_s(LEAST_YEARS, slots) / 10 + 1))
-        self._eeprom_taken = self._eeprom_left()
         part: Part = {"loop": self.programmed, "points": points, "places": places}
-        part["save_every"] = text(draws.number(least_s, 3600, 60), "s")
+        part["save_every"] = text(draws.number(least_s, min(3600, 65_535 * loop.period_s), 60), "s")
         dead_k = float(loop.algorithm.get("dead_band", "0 K").split()[0])
         rests_k = max(loop.step_k, loop.band_k, dead_k, 0.1)
         part["reached_within"] = text(round(1.2 * rests_k + 0.1, 2), "K")
@@ -397,7 +407,7 @@ class _Controller:
         least_s = 0.25 if self.programs else 0.03
         able = [each for each in WATCHDOG_S if least_s <= each <= most_s]
         usual = [2.0] * (2.0 in able)
-        self.safety["watchdog"] = text(self.draws.one(*usual, *(able or [0.03])), "s")
+        self.safety["watchdog"] = text(self.draws.one(*usual, *able), "s")
 
     # The simulated machine
 
@@ -488,7 +498,7 @@ class _Controller:
         )  # fmt: skip
 
 
-class _Plain(yaml.SafeDumper):
+class _Plain(yaml.CSafeDumper):
     """Writes each part out where it is, without anchors."""
 
     def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002

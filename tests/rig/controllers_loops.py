@@ -3,7 +3,18 @@
 import math
 from typing import Any, NamedTuple
 
-from rig.controllers_parts import Draws, Part, Resources, Sensors, step_k, text, tidy, usable_c
+from hypothesis import assume
+from rig.controllers_parts import (
+    NARROWEST_K,
+    Draws,
+    Part,
+    Resources,
+    Sensors,
+    step_k,
+    text,
+    tidy,
+    usable_c,
+)
 
 from heatwright.spec import Board
 from heatwright.spec.checks.reading import shortest_period_s
@@ -40,7 +51,7 @@ class Served(NamedTuple):
 class LoopDraw:
     """Draws one loop with its sensors, outputs and its part of the plant."""
 
-    def __init__(  # noqa: PLR0913, PLR0917 – each is another part of the controller
+    def __init__(  # noqa: PLR0917 – each is another part of the controller
         self,
         name: str,
         draws: Draws,
@@ -103,6 +114,7 @@ class LoopDraw:
         least_c = self.start_c + 0.6 * (min(ceiling_c, self.start_c + 400) - self.start_c)
         self.maximum_c = self.draws.number(least_c, ceiling_c, 300, 0.1)
         self.span_k = self.maximum_c - self.start_c
+        assume(self.span_k > NARROWEST_K / 3)  # else the sensor is too coarse
         lowest_c = max(self.floor_c, -10.0)
         self.step_k = step_k(self.sensor, self.board.mcu, lowest_c, self.maximum_c)
         self.error_k = self.sensor.error_k(self.maximum_c)
@@ -154,7 +166,7 @@ class LoopDraw:
     def _rests(self, part: Part) -> tuple[float, float]:
         found = []
         for key in ("minimum_on", "minimum_off"):
-            seconds = self.draws.number(0, 20 * self.period_s, self.period_s, TICK_S)
+            seconds = self.draws.number(0, min(600, 3 * self.period_s), self.period_s, TICK_S)
             part |= {key: text(seconds, "s")} if seconds else {}
             found.append(seconds)
         return found[0], found[1]
@@ -183,9 +195,9 @@ class LoopDraw:
         behind_s = (self.sensor.moving_average - 1) / 2 * self.period_s
         self.late_s = self.delay_s + behind_s + self.period_s + self.lag_s + self.held_on_s
         self.rate_k_per_s = self.span_k / 15 / self.late_s * draws.one(1.0, 0.3, 0.1)
-        self.rate_k_per_s = min(self.rate_k_per_s, FASTEST_K_PER_S)
+        self.rate_k_per_s = min(self.rate_k_per_s, FASTEST_K_PER_S, 10 * self.power_w)
         self.band_k = self._band()
-        coasts_k = 1.5 * self.rate_k_per_s * self.late_s
+        coasts_k = 2 * self.rate_k_per_s * self.late_s
         margin_k = self.error_k + self.band_k + coasts_k + 0.2
         highest_c = self.maximum_c - margin_k
         self.high_c = draws.number(highest_c - 0.2 * self.span_k, highest_c, 250, 0.1)
@@ -255,7 +267,8 @@ class LoopDraw:
         draws = self.draws
         usual_kp = tidy(1000 / self.span_k)
         window_s = getattr(self, "window_s", 2.0) if self.heater_kind != "pwm" else 0.0
-        most_kp = min(1e6, 50 / (self.rate_k_per_s * window_s + 1e-9))
+        swing_k = self.rate_k_per_s * self.power_w / self.full_w * window_s
+        most_kp = min(1e6, 40 / (swing_k + 1e-4))
         kp = tidy(draws.one(1.0, 0.0, 0.1, 1e6) * usual_kp)
         part: Part = {"kp": min(kp, tidy(most_kp))}
         self.integrates = part["kp"] == 0 or draws.one(True, False)
@@ -265,7 +278,7 @@ class LoopDraw:
             part["kd"] = tidy(draws.one(10.0, 0.1) * usual_kp * self.period_s)
             part |= draws.maybe({"derivative_of": "error"})
         if self.served.programmed and draws.some():
-            part["feed_forward"] = tidy(draws.one(100.0, 1e5) / self.rate_k_per_s)
+            part["feed_forward"] = tidy(min(1e6, draws.one(100.0, 1e4) / self.rate_k_per_s))
         if draws.some():
             part["derivative_filter"] = text(draws.number(0, 60, 3, 0.1), "s")
         if draws.some():
@@ -323,7 +336,8 @@ class LoopDraw:
 
     def _least_duty(self) -> None:
         """Let the output have a least duty that heats no farther than the lowest setpoint."""
-        per_percent_k = self.strength * (self.high_c - AMBIENT_C) / 100
+        full_k = self.strength * (self.high_c - AMBIENT_C) * self.power_w / self.full_w
+        per_percent_k = full_k / 100
         most = (self.low_c - AMBIENT_C) / per_percent_k
         if self.kind == "pid" and most > 2 and self.draws.some():
             output = self.algorithm.setdefault("output", {})
@@ -346,7 +360,8 @@ class LoopDraw:
             rules["maximum_adjustable"] = True
         rules["minimum"] = text(self.minimum_c, "°C")
         rate = max(self.rate_k_per_s * 1.2, self._falls_k_per_s()) + self.step_k / self.period_s
-        rules["rise_rate"] = text(tidy(1.05 * max(rate * draws.one(1.5, 1.0, 10.0), 1e-3), 4), "K/s")
+        rate = max(1.05 * rate * draws.one(1.5, 1.0, 10.0), 1e-3)
+        rules["rise_rate"] = text(tidy(rate, 4), "K/s")
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
         rise_k = draws.one(2.0, 0.1, 10.0)
         slow = 4 * (rise_k + self.step_k) / slowest
@@ -364,7 +379,8 @@ class LoopDraw:
         rise_k = tidy(max(self.coasts_k, draws.one(10.0, 1.0)))
         settles = {"rise": text(rise_k, "K"), "settle": self._time(settle_s)}
         self._rule(rules, "rising_while_off", settles)
-        stale_s = draws.number(2 * self.period_s, MOST_MISSING * self.period_s, 5, TICK_S)
+        least_s = max(2 * self.period_s, 0.3 if self.served.programmed else 0.03)
+        stale_s = draws.number(least_s, MOST_MISSING * self.period_s, 5, TICK_S)
         self.stale_s = max(stale_s, math.ceil(100 * (self.sensor.first_s + self.period_s)) / 100)
         rules["stale_after"] = text(self.stale_s, "s")
         if self.served.by_master and draws.some():

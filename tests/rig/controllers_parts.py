@@ -15,7 +15,6 @@ from heatwright.spec.max31856 import AVERAGES, RANGE_C, Max31856
 from heatwright.spec.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
 from heatwright.spec.thermocouples import MAX31855_RANGE_C
 from heatwright.spec.timers import tick_interval
-from heatwright.spec.uses import LCD_KEYPAD_PINS
 
 Part = dict[str, Any]
 _SENSOR: TypeAdapter[Any] = TypeAdapter(Sensor)
@@ -216,7 +215,7 @@ class Sensors:
         kinds = [kind for kind in ("K", *RANGE_C) if RANGE_C[kind][0] < 0 or not cold]
         part = self._wires("chip_select", "clock", "data_in", "data_out")
         part["thermocouple"] = kind = self._draws.one(*kinds)
-        others = [other for other in kinds if other != kind and other != "B"]
+        others = [other for other in kinds if other not in {kind, "B"}]
         if chosen and kind != "B" and self._draws.some():
             part["selectable"] = [self._draws.one(*others), kind]
         if self._draws.some():
