@@ -1,52 +1,74 @@
 """Programs by keys: started, paused, skipped, ended, changed, kept."""
 
 import pytest
-from menu_desk import MenuDesk
+from menu_desk import IDLE, PAUSED, RETURNING, RUNNING, MenuDesk
 
-IDLE, RUNNING, PAUSED, RETURNING = 0, 1, 2, 3
 STOPPED = 2
 SEGMENTS = 6
 SECOND_TARGET_C = 260.0
 """Of the example's program."""
-NAME_LENGTH = 12
-RISE_K = 4.0
-"""In a second: slower than the protection `rise_rate`."""
+NAME = "right " * 12
+"""From the first letter of a name to the first segment."""
+ASKED = ("Start program?", "1 anneal")
+EDIT = "right right right"
+"""To the screen that changes programs."""
 
 
 def started(desk: MenuDesk) -> None:
     desk.press("right", "right", "select", "select")
-    desk.run(1.2)
+    desk.run()
+    assert desk.program("state") == RUNNING
 
 
-def test_the_first_screen_tells_temperature_setpoint_and_that_nothing_runs(desk: MenuDesk) -> None:
+STATES = [
+    ((0, 0, 0), "off"), ((0, 0, 1), "finished"), ((0, 0, 2), "stopped"),
+    ((0, 0, 3), "ended by fault"), ((0, 0, 4), "power cut: cold"), ((0, 0, 5), "power cut: lost"),
+    ((1, 0, 0), "1/6 runs"), ((1, 1, 0), "1/6 held back"), ((1, 2, 0), "1/6 to target"),
+    ((1, 3, 0), "1/6 SELECT: on"), ((2, 0, 0), "1/6 paused"), ((3, 0, 0), "1/6 returning"),
+    ((4, 0, 0), "power was cut"),
+]  # fmt: skip
+"""State, what it waits for, and how the last one ended; and what the first screen says of it."""
+
+
+@pytest.mark.parametrize(("state", "shown"), STATES)
+def test_the_first_screen_tells_temperature_setpoint_and_state(
+    desk: MenuDesk, state: tuple[int, int, int], shown: str
+) -> None:
     assert desk.lines == ("20°C >20°C", "off")
+    desk.put("program.segment", 1)
+    desk.put("program.segments", 6)
+    desk.put("program.setpoint_c", 321)
+    for member, value in zip(("state", "waiting", "ended"), state, strict=True):
+        desk.put(f"program.{member}", value)
+    setpoint = 321 if state[0] else 20
+    desk.walk(("up", f"20°C >{setpoint}°C", shown))  # a key without a use: shown anew
 
 
 def test_a_program_is_started_by_two_selects(desk: MenuDesk) -> None:
-    assert desk.press("right", "right") == ("Start program?", "1 anneal")
-    assert desk.press("select") == ("SELECT: start", "1 anneal")
-    desk.run(1.2)
+    desk.walk(("right right", *ASKED), ("select", "SELECT: start", "1 anneal"))
+    desk.run()
     assert desk.program("state") == IDLE
     desk.press("select")
-    desk.run(1.2)
+    desk.run()
     assert (desk.program("state"), desk.program("number")) == (RUNNING, 1)
-    assert desk.press("left", "left") == ("20°C >20°C", "1/6 runs")
+    desk.walk(("left left", "20°C >20°C", "1/6 runs"))
 
 
-@pytest.mark.parametrize("key", ["left", "right", "up", "down"])
-def test_any_other_key_takes_the_first_select_back(desk: MenuDesk, key: str) -> None:
-    desk.press("right", "right", "select", key)
-    desk.press("left" if key == "right" else "right" if key == "left" else "up")
+@pytest.mark.parametrize("keys", ["left right", "right left", "up down", "down up"])
+def test_any_other_key_takes_the_first_select_back(desk: MenuDesk, keys: str) -> None:
+    desk.walk(("right right select", "SELECT: start", "1 anneal"), (keys, *ASKED))
     desk.press("select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("state") == IDLE
 
 
 def test_an_empty_place_cannot_be_started(desk: MenuDesk) -> None:
-    desk.press("right", "right", "up")
-    assert desk.lines == ("Start program?", "2 (empty)")
-    assert desk.press("select", "select") == ("not possible", "2 (empty)")
-    desk.run(1.2)
+    desk.walk(
+        ("right right up", "Start program?", "2 (empty)"),
+        ("select select", "not possible", "2 (empty)"),
+        ("up", *ASKED),
+    )
+    desk.run()
     assert desk.program("state") == IDLE
 
 
@@ -54,41 +76,38 @@ def test_a_pause_is_one_select_away_and_so_is_the_way_back(desk: MenuDesk) -> No
     started(desk)
     assert desk.lines == ("Program:", "pause")
     desk.press("select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("state") == PAUSED
     assert desk.lines == ("Program:", "resume")
-    assert desk.press("left", "left")[1] == "1/6 paused"
+    desk.walk(("left left", "20°C >20°C", "1/6 paused"))
     desk.press("right", "right", "select")
-    desk.run(0.3)
-    desk.run(1.2)
+    desk.run(1.5)
     assert desk.program("state") in (RUNNING, RETURNING)
 
 
 def test_skip_stop_and_go_to_are_asked_for_twice(desk: MenuDesk) -> None:
     started(desk)
-    assert desk.press("up") == ("Program:", "skip segment")
-    assert desk.press("select") == ("SELECT does it", "skip segment")
-    desk.run(1.2)
+    desk.walk(("up", "Program:", "skip segment"), ("select", "SELECT does it", "skip segment"))
+    desk.run()
     assert desk.program("segment") == 1
     desk.press("select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("segment") == 2
-    assert desk.press("up", "up", "up", "up", "up") == ("Program:", "go to 4")
+    desk.walk(("up up up up up", "Program:", "go to 4"))
     desk.press("select", "select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("segment") == 4
     desk.press("left")
-    assert desk.press("right", "up", "up") == ("Program:", "stop")
+    desk.walk(("right up up", "Program:", "stop"))
     desk.press("select", "select")
-    desk.run(1.2)
+    desk.run()
     assert (desk.program("state"), desk.program("ended")) == (IDLE, STOPPED)
     assert desk.press("left", "left")[1] == "stopped"
 
 
 def test_choices_end_with_the_last_segment(desk: MenuDesk) -> None:
     started(desk)
-    assert desk.press("down") == ("Program:", f"go to {SEGMENTS}")
-    assert desk.press("up") == ("Program:", "pause")
+    desk.walk(("down", "Program:", f"go to {SEGMENTS}"), ("up", "Program:", "pause"))
 
 
 def test_a_program_that_has_ended_in_between_is_not_started_by_who_meant_another(
@@ -97,118 +116,109 @@ def test_a_program_that_has_ended_in_between_is_not_started_by_who_meant_another
     """The second SELECT of "skip" meets a machine that is idle by then."""
     started(desk)
     desk.press("up", "select")
-    state = desk.device.variables["program.state"]
-    desk.device.avr.write_ram(state.address, bytes([IDLE]))
-    assert desk.press("select") == ("SELECT: start", "1 anneal")
-    desk.run(1.2)
+    desk.put("program.state", IDLE)
+    desk.walk(("select", "SELECT: start", "1 anneal"))
+    desk.run()
     assert desk.program("state") == IDLE
 
 
 def test_who_waits_for_the_operator_gets_him_on_the_first_screen(desk: MenuDesk) -> None:
     started(desk)
     desk.press("up", "up", "up", "up", "up", "select", "select")  # go to segment 3
-    while desk.felt_c < SECOND_TARGET_C:
-        desk.felt_c += RISE_K
-        desk.run(1.0)
+    desk.warm_to(SECOND_TARGET_C)
     desk.run(10.0)
     desk.press("left")
     assert desk.press("left")[1] == "3/6 SELECT: on"
     desk.press("select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("segment") == 4
 
 
 def test_times_are_shown_in_days_hours_and_minutes(desk: MenuDesk) -> None:
     started(desk)
-    clock = desk.device.variables["program.clock"]
-    desk.device.avr.write_ram(clock.address, (93_784).to_bytes(4, "little"))
+    desk.put("program.clock", 93_784)
     desk.run(1.0)
-    assert desk.press("left") == ("All  1d02h03m", "Seg. 0d00h00m")
+    desk.walk(("left", "All  1d02h03m", "Seg. 0d00h00m"))
 
 
 def test_a_changed_program_is_kept_through_a_loss_of_power(desk: MenuDesk) -> None:
-    assert desk.press("right", "right", "right") == ("Edit program?", "1 anneal")
-    assert desk.press("select") == ("Name, letter 1", "[anneal      ]")
-    assert desk.press("up") == ("Name, letter 1", "[bnneal      ]")
-    assert desk.press(*["right"] * NAME_LENGTH) == ("Segment 1", "ramp at a rate")
-    assert desk.press("right") == ("Segment 1", "to 200°C")
-    assert desk.press("up", "up", "down") == ("Segment 1", "to 201°C")
-    assert desk.press("right") == ("Segment 1", "300 K/h")
-    assert desk.press("down") == ("Segment 1", "299 K/h")
-    assert desk.press("right") == ("Segment 2", "fast as it can")
-    assert desk.press("up") == ("Segment 2", "hold a time")
-    assert desk.press("right") == ("Segment 2", "60 min")
-    assert desk.press("select") == ("SELECT: save", "LEFT: back")
+    desk.walk(
+        (EDIT, "Edit program?", "1 anneal"),
+        ("select", "Name, letter 1", "[anneal      ]"),
+        ("up", "Name, letter 1", "[bnneal      ]"),
+        (NAME, "Segment 1", "ramp at a rate"),
+        ("right", "Segment 1", "to 200°C"),
+        ("up up down", "Segment 1", "to 201°C"),
+        ("right", "Segment 1", "300 K/h"),
+        ("down", "Segment 1", "299 K/h"),
+        ("right", "Segment 2", "fast as it can"),
+        ("up", "Segment 2", "hold a time"),
+        ("right", "Segment 2", "60 min"),
+        ("select", "SELECT: save", "LEFT: back"),
+    )
     assert desk.press("select")[1] == "1 bnneal"
     desk.power_cycle()
-    desk.press("right", "right", "right", "select", "select")
-    assert desk.lines == ("Segment 1", "ramp at a rate")
-    assert desk.press("right") == ("Segment 1", "to 201°C")
-    assert desk.press("right") == ("Segment 1", "299 K/h")
-    assert desk.press("right") == ("Segment 2", "hold a time")
-    assert desk.press("right") == ("Segment 2", "60 min")
+    desk.walk(
+        (f"{EDIT} select select", "Segment 1", "ramp at a rate"),
+        ("right", "Segment 1", "to 201°C"),
+        ("right", "Segment 1", "299 K/h"),
+        ("right", "Segment 2", "hold a time"),
+        ("right", "Segment 2", "60 min"),
+    )
 
 
 def test_what_is_not_saved_is_not_kept(desk: MenuDesk) -> None:
-    desk.press("right", "right", "right", "select", "up", "left")
-    assert desk.lines == ("Edit program?", "1 anneal")
-    desk.press("select", "select", "right", "up", "select")
-    assert desk.lines == ("SELECT: save", "LEFT: back")
-    assert desk.press("left") == ("Segment 1", "to 201°C")
+    desk.walk(
+        (f"{EDIT} select up left", "Edit program?", "1 anneal"),
+        ("select select right up select", "SELECT: save", "LEFT: back"),
+        ("left", "Segment 1", "to 201°C"),
+    )
 
 
 def test_a_new_program_is_written_from_nothing_and_runs(desk: MenuDesk) -> None:
-    desk.press("right", "right", "right", "up")
-    assert desk.press("select") == ("Name, letter 1", "[new         ]")
-    assert desk.press("select") == ("Segment 1", "end")
-    assert desk.press("up") == ("Segment 1", "ramp in a time")
-    assert desk.press("right") == ("Segment 1", "to 0°C")
-    desk.hold("up", 5.0)
-    assert desk.lines[1].startswith("to ")
-    assert desk.press("right") == ("Segment 1", "60 min")
-    assert desk.press("right") == ("Segment 2", "end")
-    assert desk.press("down") == ("Segment 2", "hold for SELECT")
+    desk.walk(
+        (f"{EDIT} up select", "Name, letter 1", "[new         ]"),
+        ("select", "Segment 1", "end"),
+        ("up", "Segment 1", "ramp in a time"),
+        ("right", "Segment 1", "to 0°C"),
+    )
+    assert desk.press("up", for_s=5.0)[1].startswith("to ")
+    desk.walk(
+        ("right", "Segment 1", "60 min"),
+        ("right", "Segment 2", "end"),
+        ("down", "Segment 2", "hold for SELECT"),
+    )
     desk.press("select", "select")
     desk.run(2.0)
     assert desk.lines == ("Edit program?", "2 new")
     desk.press("left", "up", "select", "select")
-    desk.run(1.2)
-    assert (desk.program("state"), desk.program("number"), desk.program("segments")) == (
-        RUNNING,
-        2,
-        2,
-    )
+    desk.run()
+    found = [desk.program(member) for member in ("state", "number", "segments")]
+    assert found == [RUNNING, 2, 2]
 
 
 def test_a_program_is_not_started_as_it_was_before_it_is_saved(desk: MenuDesk) -> None:
-    desk.press("right", "right", "right", "select", "select", "right", "up", "select")
-    desk.device.press("select")
-    desk.run(0.03)
-    desk.device.press(None)
-    desk.run(0.03)
-    for key in ("left", "select", "select"):
-        desk.device.press(key)
-        desk.run(0.03)
-        desk.device.press(None)
-        desk.run(0.03)
+    desk.press(*EDIT.split(), "select", "select", "right", "up", "select")
+    desk.press("select", "left", "select", "select", for_s=0.03)
     desk.run(0.1)
     assert desk.lines[0] == "not possible"
     desk.run(2.0)
     assert desk.program("state") == IDLE
     desk.press("up", "down", "select", "select")
-    desk.run(1.2)
+    desk.run()
     assert (desk.program("state"), desk.program("to_dc")) == (RUNNING, 2010)
 
 
 def test_end_in_the_middle_cuts_what_follows_off(desk: MenuDesk) -> None:
-    desk.press("right", "right", "right", "select", "select", "right", "right", "right")
-    assert desk.lines == ("Segment 2", "fast as it can")
-    assert desk.press("down", "down", "down") == ("Segment 2", "end")
-    assert desk.press("right") == ("Segment 2", "end")
+    desk.walk(
+        (f"{EDIT} select select right right right", "Segment 2", "fast as it can"),
+        ("down down down", "Segment 2", "end"),
+        ("right", "Segment 2", "end"),
+    )
     desk.press("select", "select")
     desk.run(2.0)
     desk.press("left", "select", "select")
-    desk.run(1.2)
+    desk.run()
     assert desk.program("segments") == 1
 
 
