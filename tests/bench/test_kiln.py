@@ -2,60 +2,50 @@
 
 import numpy as np
 import pytest
-from kilns import (
-    FAST,
+from bench_runs import run_of
+from machines import PLANTS, at, course, events, example, modelled, noisy, scaled
+from rig.avr import whole
+
+from heatwright.sim.bench import bench
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.firing import firing_of
+from heatwright.sim.metrics import metrics
+from heatwright.sim.reference.program_state import (
     FINISHED,
-    HOLD,
     IDLE,
-    LOOP,
-    OVER,
     PAUSED,
     POWER_COLD,
     RESTORING,
     RETURNING,
     RUNNING,
     STOPPED,
-    binary,
-    course,
-    fire,
-    modelled,
-    noisy,
 )
-from machines import PLANTS, events, example, scaled
-
-from heatwright.sim.bench import ReferenceDevice, bench
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.firing import firing_of
-from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import margins
 from heatwright.sim.tuning.process import process_of
 
+LOOP = "chamber"
+OVER, RATE, FAST, HOLD, UNTIL = range(1, 6)
 HOURS = 8
 LIMIT_K = 1.0
 POWER_W, WINDOW_STEPS = 484.0, 100
 LATEST_S = 20e-6
-WAY_UP = ({"at": "5 s", "program": "start 1"}, {"for": "85 min"})
+WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})
 """The first ramp and most of its hold."""
 LEAST_GAIN_MARGIN, LEAST_PHASE_MARGIN_DEG = 2.0, 45.0
 """What every tuned loop here is held to."""
 
 
 @pytest.fixture(scope="module")
-def elf(tmp_path_factory):
-    return binary(tmp_path_factory.getbasetemp() / "kiln")
-
-
-@pytest.fixture(scope="module")
-def fired(elf):
-    """The program of the spec, on the unmodified binary, in its own scenario of 8 hours."""
-    return fire(elf)
-
-
-@pytest.fixture(scope="module")
 def kiln():
     return example("kiln")
+
+
+@pytest.fixture(scope="module")
+def fired():
+    """The program of the spec, on the unmodified binary, in its own scenario of 8 hours."""
+    return run_of("kiln, its own program")
 
 
 def running(log):
@@ -65,41 +55,28 @@ def running(log):
 class TestAFiring:
     """8 hours, from the button on the display to the cold kiln."""
 
-    def test_every_step_is_the_models_bit_for_bit(self, fired, kiln):
-        result = replay(kiln, fired.log)
-        assert (result.mismatches, result.segments, result.restored) == (0, 1, ())
-        assert result.ticks == HOURS * 3600
-        assert set(np.diff(fired.log["steps"].astype(int))) == {1}
-
-    def test_no_protection_trips(self, fired):
-        assert set(fired.log["fault.code"]) == {0}
+    def test_it_takes_its_time(self, fired):
+        assert len(fired.log) == HOURS * 3600
 
     def test_the_program_runs_to_its_end(self, fired, kiln):
         segments = kiln.programs.stored[0].segments
-        found = course(fired.log, "state", "segment")
+        found = course(fired.log, "program.state", "program.segment")
         assert found[1:-1] == [(RUNNING, number) for number in range(1, len(segments) + 1)]
         assert fired.log["program.ended"][-1] == FINISHED
         assert set(fired.log["enabled"][fired.log["program.state"] == IDLE]) == {0}
 
-    def test_ramps_are_tracked_within_a_kelvin(self, fired, kiln):
-        found = metrics(fired.trace, kiln)
-        assert found.tracking_k <= kiln.simulation.expect.tracking_k == LIMIT_K
-
-    def test_holds_are_not_passed_by_a_kelvin(self, fired, kiln):
-        found = metrics(fired.trace, kiln)
-        assert found.overshoot_k <= kiln.simulation.expect.overshoot_k == LIMIT_K
+    def test_it_is_as_near_as_the_specification_expects(self, fired, kiln):
+        found, expect = metrics(fired.trace, kiln), kiln.simulation.expect
+        assert found.tracking_k <= expect.tracking_k == LIMIT_K
+        assert found.overshoot_k <= expect.overshoot_k == LIMIT_K
+        assert found.steady_error_k <= 10 * kiln.sensors[LOOP].step_k
 
     def test_single_readings_are_as_near(self, fired, kiln):
         """The mean of five is two seconds old; what the sensor says now is within it, too."""
         log = fired.log.copy()
         log["temperature_c"] = log["reading_c"]
         found = firing_of(log, kiln.loops[LOOP])
-        assert found.tracking_k <= LIMIT_K
-        assert found.overshoot_k <= LIMIT_K
-
-    def test_a_hold_is_held(self, fired, kiln):
-        found = metrics(fired.trace, kiln)
-        assert found.steady_error_k <= 10 * kiln.sensors[LOOP].step_k
+        assert max(found.tracking_k, found.overshoot_k) <= LIMIT_K
 
     def test_the_setpoint_moves_in_every_period(self, fired):
         log = running(fired.log)
@@ -131,70 +108,26 @@ class TestAFiring:
         assert counted_j == pytest.approx(heated_j, abs=len(given) * (0.5 + 0.05) * step_j)
 
 
-POINTS = (
-    {"at": "3 s", "send": "#13 2;"},
-    {"at": "4 s", "send": "#7 1,20,600:2,40,300:3,60,300:4,0,0:;"},
-    {"at": "8 s", "send": "#8 2;"},
-)
-
-
-@pytest.fixture(scope="module")
-def source(elf):
-    return fire(elf, *POINTS, {"for": "4 h"})
-
-
-class TestTheSourcesFiring:
+def test_the_points_of_the_source_are_ramps_and_a_hold():
     """Its example of points, sent as its display sends them."""
-
-    def test_it_is_taken_as_the_model_takes_it(self, source, kiln):
-        found = course(source.log, "number", "segment", "kind", "to_dc", "amount", "length")
-        model = modelled(kiln, *POINTS, {"for": "20 s"}).steps[LOOP]
-        assert found[:2] == course(model, "number", "segment", "kind", "to_dc", "amount", "length")
-        assert [row[2:] for row in found[1:]] == [
-            (OVER, 6000, 1200, 1200),
-            (OVER, 3000, 2400, 2400),
-            (HOLD, 0, 3600, 3600),
-        ]
-
-    def test_it_comes_to_its_end_and_replays(self, source, kiln):
-        assert (source.log["program.ended"][-1], source.log["fault.code"].max()) == (FINISHED, 0)
-        assert replay(kiln, source.log).mismatches == 0
-
-
-ORDERS = (
-    ("5 s", "start 1"),
-    ("600 s", "pause"),
-    ("700 s", "resume"),
-    ("1000 s", "skip"),
-    ("1100 s", "jump 3"),
-    ("1101.5 s", "pause"),
-    ("1200 s", "jump 1"),
-    ("1300 s", "resume"),
-    ("1900 s", "start 1"),  # refused: it runs
-    ("2000 s", "stop"),
-    ("2010 s", "pause"),  # refused: there is nothing
-    ("2020 s", "start 1"),
-)
-SEEN = ("state", "ended", "number", "segment", "order", "argument", "leap", "kind")
-
-
-SCENARIO = (*({"at": at, "program": what} for at, what in ORDERS), {"for": "2100 s"})
-
-
-@pytest.fixture(scope="module")
-def ordered(elf):
-    return fire(elf, *SCENARIO)
+    log = run_of("kiln, the source's points").log
+    members = ("segment", "kind", "to_dc", "amount", "length")
+    found = course(log, *(f"program.{name}" for name in members))
+    assert [row[1:] for row in found if row[0]] == [
+        (OVER, 6000, 1200, 1200),
+        (OVER, 3000, 2400, 2400),
+        (HOLD, 0, 3600, 3600),
+    ]
+    assert log["program.ended"][-1] == FINISHED
 
 
 class TestOrders:
     """Pause, resume, skip and jump, as the display gives them."""
 
-    def test_every_step_is_the_models(self, ordered, kiln):
-        assert replay(kiln, ordered.log).mismatches == 0
-
-    def test_the_binary_takes_and_refuses_what_the_model_does(self, ordered, kiln):
-        model = modelled(kiln, *SCENARIO).steps[LOOP]
-        assert course(ordered.log, *SEEN) == course(model, *SEEN)
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def ordered():
+        return run_of("kiln, ordered about")
 
     def test_a_pause_is_cold_and_a_resume_returns_first(self, ordered):
         times_s, state = ordered.log["time_s"], ordered.log["program.state"]
@@ -212,7 +145,6 @@ class TestOrders:
     def test_in_the_end_it_runs_again(self, ordered):
         assert ordered.log["program.state"][-1] == RUNNING
         assert STOPPED in ordered.log["program.ended"]
-        assert set(ordered.log["fault.code"]) == {0}
 
 
 class TestALossOfPower:
@@ -220,9 +152,9 @@ class TestALossOfPower:
 
     CUT_S = 900.0
 
-    def cut(self, kiln, elf, found_c):
-        device = AvrDevice(kiln, elf)
-        bench(kiln, device, events({"at": "5 s", "program": "start 1"}, {"for": f"{self.CUT_S} s"}))
+    def cut(self, kiln, found_c):
+        device = AvrDevice(kiln, whole("kiln"))
+        bench(kiln, device, events(WAY_UP[0], {"for": f"{self.CUT_S} s"}))
         before = device.steps(LOOP)[-1]
         device.sense(LOOP, float(before["temperature_c"]) if found_c is None else found_c)
         device.power_cycle()
@@ -231,17 +163,17 @@ class TestALossOfPower:
         log = device.steps(LOOP)
         return before, log, log[log["time_s"] > self.CUT_S + 0.5]
 
-    def test_hot_it_goes_on_where_it_was(self, kiln, elf):
-        before, log, after = self.cut(kiln, elf, None)
-        assert set(course(after, "state")) <= {(RESTORING,), (RETURNING,), (RUNNING,)}
+    def test_hot_it_goes_on_where_it_was(self, kiln):
+        before, log, after = self.cut(kiln, None)
+        assert set(course(after, "program.state")) <= {(RESTORING,), (RETURNING,), (RUNNING,)}
         assert after["program.segment"][-1] == 1
         lost_s = int(before["program.clock"]) - int(after["program.clock"][0])
         assert 0 <= lost_s <= kiln.programs.save_every_s
         result = replay(kiln, log)
         assert (result.mismatches, result.segments) == (0, 2)
 
-    def test_cold_it_says_so(self, kiln, elf):
-        _, log, after = self.cut(kiln, elf, 30.0)
+    def test_cold_it_says_so(self, kiln):
+        _, log, after = self.cut(kiln, 30.0)
         assert (after["program.state"][-1], after["program.ended"][-1]) == (IDLE, POWER_COLD)
         assert set(after["duty_percent"]) == {0}
         assert replay(kiln, log).mismatches == 0
@@ -270,7 +202,7 @@ class TestOtherKilns:
 
     @pytest.mark.parametrize(("capacity", "resistance"), PLANTS[4:])
     def test_a_hold_comes_to_rest(self, kiln, capacity, resistance):
-        log = modelled(scaled(kiln, capacity, resistance), *WAY_UP).steps[LOOP]
+        log = modelled(scaled(kiln, capacity, resistance), *WAY_UP).log
         found = firing_of(log, kiln.loops[LOOP])
         assert set(log["fault.code"]) == {0}
         assert log["program.kind"][-1] == HOLD
@@ -278,39 +210,18 @@ class TestOtherKilns:
         assert abs(errors_k).max() <= LIMIT_K / 4
 
     def test_a_noisy_sensor_is_borne(self, kiln):
-        log = modelled(noisy(kiln, 0.1), *WAY_UP, seed=1).steps[LOOP]
+        log = modelled(noisy(kiln, 0.1), *WAY_UP, seed=1).log
         found = firing_of(log, kiln.loops[LOOP])
         assert found.tracking_k <= LIMIT_K
         assert found.overshoot_k <= LIMIT_K
 
 
-class TestOnASmallChip:
+def test_on_a_small_chip_ramps_that_nobody_interrupts_are_tracked_as_nearly():
     """The same kiln with a display of two lines: all that its scenario asks for, by its keys."""
-
-    @pytest.fixture(scope="class")
-    @staticmethod
-    def uno():
-        return example("kiln_uno")
-
-    @pytest.fixture(scope="class")
-    @staticmethod
-    def fired(uno, tmp_path_factory):
-        elf = binary(tmp_path_factory.getbasetemp() / "kiln_uno", "kiln_uno")
-        return fire(elf, controller=uno)
-
-    def test_every_step_is_the_models(self, fired, uno):
-        result = replay(uno, fired.log)
-        assert (result.mismatches, result.ticks) == (0, len(fired.log))
-        assert set(fired.log["fault.code"]) == {0}
-
-    def test_the_keys_do_what_the_model_is_told(self, fired, uno):
-        model = bench(uno, ReferenceDevice(uno)).steps[LOOP]
-        assert fired.log["program.ended"][-1] == model["program.ended"][-1] == FINISHED
-        assert course(fired.log, *SEEN) == course(model, *SEEN)
-
-    def test_ramps_that_nobody_interrupts_are_tracked_as_nearly(self, fired, uno):
-        log = fired.log[fired.log["program.segment"] >= 5]
-        assert firing_of(log, uno.loops[LOOP]).tracking_k <= LIMIT_K
+    log = run_of("kiln_uno, by its keys").log
+    assert log["program.ended"][-1] == FINISHED
+    uninterrupted = log[log["program.segment"] >= 5]
+    assert firing_of(uninterrupted, example("kiln_uno").loops[LOOP]).tracking_k <= LIMIT_K
 
 
 def fired_by_model(kiln, hours, *segments):
@@ -318,7 +229,7 @@ def fired_by_model(kiln, hours, *segments):
     program = type(kiln.programs.stored[0]).model_validate({"name": "one", "segments": segments})
     programs = kiln.programs.model_copy(update={"stored": (program,)})
     changed = kiln.model_copy(update={"programs": programs})
-    return modelled(changed, {"at": "5 s", "program": "start 1"}, {"for": f"{hours} h"}).steps[LOOP]
+    return modelled(changed, WAY_UP[0], {"for": f"{hours} h"}).log
 
 
 def test_as_fast_as_possible_is_that(kiln):

@@ -1,0 +1,109 @@
+"""The long runs of binaries that the tests look at: each is made once."""
+
+from functools import cache
+from typing import Any
+
+from machines import Lines, Run, at, fired
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.indicators import Indicators
+
+TUNED_S = 400.0
+"""By then a tuning from cold has ended."""
+SET_S, ON_S, COOLER_S, OFF_S, END_S = 1.0, 10.0, 210.0, 520.0, 530.0
+HOT_C, MILD_C = 300.0, 30.0
+LOOK_S = 1.0
+
+
+class Watched(AvrDevice):
+    """A board with somebody who looks at its LEDs and at the master's panel every second."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.lights: dict[float, dict[str, str]] = {}
+        self.panel: dict[float, dict[str, float]] = {}
+
+    def advance(self, until_s: float) -> None:
+        super().advance(until_s)
+        if until_s >= len(self.lights) * LOOK_S:
+            self.feed()
+            (leds,) = (each for each in self.interfaces if isinstance(each, Indicators))
+            self.lights[until_s] = leds.lights()
+            self.panel[until_s] = dict(self.master.values)
+
+
+def written(at_s: float, **values: Any) -> dict[str, Any]:
+    """A line of a scenario; `air__setpoint` is the name `air.setpoint`."""
+    names = {name.replace("__", "."): value for name, value in values.items()}
+    return {"at": f"{at_s} s", "write": names}
+
+
+ACCEPTANCE: Lines = (
+    written(SET_S, nozzle__setpoint=f"{HOT_C} °C"),
+    written(ON_S, nozzle__enabled=True),
+    written(COOLER_S, nozzle__setpoint=f"{MILD_C} °C"),
+    written(OFF_S, nozzle__enabled=False),
+    {"for": f"{END_S} s"},
+)
+DRYER: Lines = (
+    written(2, air__setpoint="50 °C", air__enabled=True),
+    written(10, air__manual_duty="30 %"),
+    written(12, air__manual=True),
+    written(20, air__manual_duty="60 %"),
+    written(25, air__manual=False),
+    written(30, air__kp=30.0, air__ki=0.1, air__kd=100.0),
+    written(40, air__setpoint="81 °C"),  # refused: too high
+    written(41, air__setpoint="60 °C"),
+    written(50, air__enabled=False),
+    written(55, air__manual=True),  # refused: off
+    written(56, air__tune=True),  # refused: off
+    written(60, air__enabled=True),
+    written(65, air__tune=True),
+    written(67, air__setpoint="55 °C"),  # refused: another target
+    written(68, air__setpoint="60 °C"),
+    written(80, air__tune=False),
+    written(90, air__enabled=True),
+    written(100, air__tune=True),
+    written(110, air__enabled=False),
+    {"for": "120 s"},
+)
+REFUSED_AT_S = (40, 55, 56, 67)
+EXTRUDER: Lines = (
+    *at({1: "M303 S200 C5", TUNED_S: "M106 S255"}),  # then it is cooled down
+    *at({1400: "M107", 1500: "M104 S200"}),
+    *at({1700: "5 mm/s", 1760: "0 mm/s"}, "extrude"),
+    {"for": "1900 s"},
+)
+FEEDER: Lines = (
+    *at({1: "M303 S210 C5", TUNED_S: "M104 S180", 700: "M83", 701: "G1 E1500 F300"}),
+    *at({1100: "M104 S250", 1500: "G1 E1500 F300"}),
+    {"for": "1800 s"},
+)
+POINTS: Lines = (
+    *at({3: "#13 2;", 4: "#7 1,20,600:2,40,300:3,60,300:4,0,0:;", 8: "#8 2;"}),
+    {"for": "4 h"},
+)
+ORDERS: Lines = (
+    *at({5: "start 1", 600: "pause", 700: "resume", 1000: "skip", 1100: "jump 3"}, "program"),
+    *at({1101.5: "pause", 1200: "jump 1", 1300: "resume", 1900: "start 1"}, "program"),  # it runs
+    *at({2000: "stop", 2010: "pause", 2020: "start 1"}, "program"),  # there is nothing to pause
+    {"for": "2100 s"},
+)
+RUNS: dict[str, tuple[str, Lines]] = {
+    "extruder": ("extruder", EXTRUDER),
+    "feeder": ("feeder", FEEDER),
+    "fabricator": ("fabricator", ACCEPTANCE),
+    "dryer": ("dryer", DRYER),
+    "kiln, its own program": ("kiln", ()),
+    "kiln, the source's points": ("kiln", POINTS),
+    "kiln, ordered about": ("kiln", ORDERS),
+    "kiln_uno, by its keys": ("kiln_uno", ()),
+}
+"""The example, and what it is told; nothing: its own scenario."""
+
+
+@cache
+def run_of(name: str) -> Run:
+    """Run the unmodified binary."""
+    example, lines = RUNS[name]
+    return fired(example, *lines, device=Watched if name == "fabricator" else AvrDevice)

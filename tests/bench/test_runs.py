@@ -1,0 +1,45 @@
+"""The binaries themselves, on their machines: every step is the model's, bit for bit."""
+
+import numpy as np
+import pytest
+from bench_runs import REFUSED_AT_S, RUNS, run_of
+from machines import course, modelled
+
+from heatwright.sim.replay import replay
+
+SEEN = {
+    "dryer": (
+        "mode", "enabled", "autotune.result", "autotune.starts", "setpoint_c", "manual_percent",
+        "algorithm.kp", "fault.code",
+    ),
+    "kiln": tuple(
+        f"program.{name}"
+        for name in ("state", "ended", "number", "segment", "order", "argument", "leap", "kind")
+    ),
+}  # fmt: skip
+SEEN["kiln_uno"] = SEEN["kiln"]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_every_step_is_the_models(name):
+    found = run_of(name)
+    result = replay(found.controller, found.log)
+    assert (result.mismatches, result.segments, result.restored) == (0, 1, ())
+    assert result.ticks == len(found.log)
+    assert set(np.diff(found.log["steps"].astype(int))) == {1}
+    assert set(found.log["fault.code"]) == {0}
+
+
+@pytest.mark.parametrize("name", [name for name, (example, _) in RUNS.items() if example in SEEN])
+def test_it_takes_and_refuses_what_the_model_does(name):
+    example, lines = RUNS[name]
+    model, seen = modelled(example, *lines).log, SEEN[example]
+    assert course(run_of(name).log, *seen) == course(model, *seen)
+
+
+def test_the_master_is_told_what_was_refused():
+    refused = run_of("dryer").device.master.refusals
+    assert [(int(each.time_s), each.exception) for each in refused] == [
+        (at_s, 3) for at_s in REFUSED_AT_S
+    ]
+    assert set(run_of("dryer").log["mode"]) == {0, 1, 2}
