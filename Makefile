@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation lint types pytest bench format clean
+.PHONY: help setup demo test evidence mutation mutation lint types pytest bench format clean
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -45,6 +45,9 @@ types: $(READY)
 
 pytest: $(READY)
 	@$(BIN)/python -m pytest -n 2 $(ARGS)
+
+mutation: $(READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
+	@cd tests && ../$(BIN)/python -m mutation $(ARGS)
 
 bench: $(READY) ## how fast the simulation runs and the generator starts
 	@$(BIN)/python tools/bench.py

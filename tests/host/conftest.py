@@ -1,6 +1,5 @@
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import pytest
 from host_builds import build_of
@@ -11,12 +10,11 @@ Hosts = Callable[[str], Host]
 
 
 @pytest.fixture(scope="session")
-def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
+def hosts() -> Hosts:
     """The host build of each specification, by its name."""
-    folder: Path = tmp_path_factory.mktemp("hosts")
 
     @cache
     def host(name: str) -> Host:
-        return Host(build_of(name, folder))
+        return Host(build_of(name))
 
     return host

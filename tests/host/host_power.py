@@ -61,6 +61,11 @@ def power_problem(host: Host, name: str) -> str:
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
+def prepare_power(host: Host, name: str) -> None:
+    """Let the reference take all courses, before and after the cut."""
+    power_problem(host, name)
+
+
 def _firing(number: int) -> list[Stretch]:
     random = Random(f"power {number}")  # noqa: S311
     if number % 10 == 0:

@@ -182,6 +182,15 @@ BY_MASTER = tuple(name for name, text in host_switched.texts().items() if "modbu
 SWITCHED = (*BY_MASTER, *host_programmed.texts())
 COMMANDED = (*HOSTED, *SWITCHED)
 
+WITH_AIR = tuple(name for name, text in TEXTS.items() if "loops:\n  air:" in text)
+AT_ONCE = tuple(
+    name for name, text in TEXTS.items() if "kind: digital, pin: D3, minimum_" not in text
+)
+GATED = ("switch_lead", "switch", "switch_band")
+WITH_RING = tuple(name for name in NAMES if name not in host_programmed.texts())
+SWITCHING = tuple(host_switched.texts())
+BY_PEOPLE = (*PROGRAMMED, "touched")
+
 
 @cache
 def spec_of(name: str) -> Spec:

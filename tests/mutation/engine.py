@@ -1,0 +1,242 @@
+"""All arenas: who judges which mutant, what is known already, and what came of it.
+
+A mutant of a function that stands in several arenas, letter for letter, is judged in the first
+of them, and where it survives, in the next one: any of them may kill it.
+"""
+
+import hashlib
+import importlib
+import json
+import os
+import sys
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+
+from mutation.arena import Arena
+from mutation.court import Court, Verdict
+from mutation.syntax import Mutant, constants_of, mutants_of
+
+TESTS = Path(__file__).parents[1]
+ROOT = TESTS.parent
+MEMORY = ROOT / "build" / "mutation"
+BATCH = 24
+JUDGES = ("*.py", "*.c", "*.h")
+SHARED = (TESTS / "rig", ROOT / "sim", ROOT / "spec")
+"""What all judges are made of, besides what is in the folder of their arena."""
+
+
+def found_arenas() -> list[Arena]:
+    """Import `tests/*/arena_*.py` and return their ARENAS; those of host builds first."""
+    arenas: list[Arena] = []
+    for path in sorted(TESTS.glob("*/arena_*.py"), key=lambda path: path.parent.name != "host"):
+        if str(path.parent) not in sys.path:
+            sys.path.append(str(path.parent))
+        arenas += importlib.import_module(path.stem).ARENAS
+    return arenas
+
+
+@dataclass
+class Case:
+    """One mutant, and the arenas that may judge it."""
+
+    places: list[tuple[int, Mutant]]
+    """Number of the arena, and the mutant as it is there."""
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    @property
+    def mutant(self) -> Mutant:
+        return self.places[0][1]
+
+    @property
+    def next(self) -> tuple[int, Mutant] | None:
+        """Who judges it next; nobody, if it is dead or no one is left."""
+        if self.verdicts and self.verdicts[-1].fate == "killed":
+            return None
+        left = self.places[len(self.verdicts) :]
+        return left[0] if left else None
+
+    @property
+    def fate(self) -> str:
+        """What came of it: survived somewhere and killed nowhere is survived."""
+        fates = {verdict.fate for verdict in self.verdicts}
+        return next(
+            (each for each in ("killed", "survived", "equal", "stillborn") if each in fates), ""
+        )
+
+
+def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
+    """Return the mutants of all arenas, each once.
+
+    Args:
+        arenas: in the order in which they judge.
+        file: only of this file.
+
+    """
+    cases: dict[str, Case] = {}
+    for number, arena in enumerate(arenas):
+        sources = arena.sources()
+        headers = getattr(arena, "headers", dict)()
+        constants = constants_of({**headers, **sources})
+        order = getattr(arena, "interrupted", False)
+        for name in sorted(sources):
+            if not name.endswith(".c") or (file and name != file):
+                continue
+            for mutant in mutants_of(name, sources[name], constants, order=order):
+                case = cases.setdefault(mutant.identity, Case([]))
+                if not case.places or case.places[-1][0] != number:
+                    case.places.append((number, mutant))
+    return list(cases.values())
+
+
+def sampled(cases: Sequence[Case], number: int, seed: str = "0") -> list[Case]:
+    """Draw cases, always the same ones."""
+
+    def place(case: Case) -> str:
+        return hashlib.sha256(f"{seed} {case.mutant.identity}".encode()).hexdigest()
+
+    return sorted(cases, key=place)[:number]
+
+
+class Memory:
+    """Verdicts by the content of all that goes into them, in `build/mutation`."""
+
+    def __init__(self, arena: Arena) -> None:
+        self._path = MEMORY / f"{arena.name.replace('/', '-')}.json"
+        told = (arena.name, sorted(arena.sources().items()), _version(arena))
+        self._key = hashlib.sha256(repr(told).encode()).hexdigest()
+        self._known: dict[str, list[str]] = {}
+        self._changed = False
+        if self._path.exists():
+            found = json.loads(self._path.read_text(encoding="utf-8"))
+            self._known = found["verdicts"] if found["key"] == self._key else {}
+
+    def get(self, mutant: Mutant) -> Verdict | None:
+        known = self._known.get(mutant.identity)
+        return Verdict(*known) if known else None
+
+    def put(self, mutant: Mutant, verdict: Verdict) -> None:
+        self._known[mutant.identity] = list(verdict)
+        self._changed = True
+
+    def save(self) -> None:
+        if not self._changed:
+            return
+        MEMORY.mkdir(parents=True, exist_ok=True)
+        text = json.dumps({"key": self._key, "verdicts": self._known})
+        made = self._path.with_suffix(f".{os.getpid()}")
+        made.write_text(text, encoding="utf-8")
+        made.replace(self._path)
+        self._changed = False
+
+
+def _version(arena: Arena) -> str:
+    return _digest((Path(sys.modules[type(arena).__module__].__file__ or "").parent, *SHARED))
+
+
+@cache
+def _digest(folders: tuple[Path, ...]) -> str:
+    files = sorted(path for folder in folders for kind in JUDGES for path in folder.rglob(kind))
+    told = [*files, Path(__file__).with_name("schema.py"), Path(__file__).with_name("court.py")]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in told)).hexdigest()
+
+
+class Engine:
+    """Judges cases, with as many processes as there are processors."""
+
+    def __init__(
+        self,
+        arenas: Sequence[Arena],
+        cases: Sequence[Case],
+        progress: Callable[[Case], None] = lambda _: None,
+    ) -> None:
+        self._arenas, self._cases, self._progress = arenas, cases, progress
+        self._memories = [Memory(arena) for arena in arenas]
+        self._waiting: dict[int, deque[Case]] = defaultdict(deque)
+        self._ahead: Counter[int] = Counter()
+        """By arena: cases that it may still have to judge."""
+        self._mutants: dict[int, list[Mutant]] = defaultdict(list)
+        self._courts: dict[int, Court] = {}
+        self._busy: dict[Connection, tuple[int, dict[str, Case]]] = {}
+
+    def run(self, at_once: int = 0) -> None:
+        """Judge all that is not known yet."""
+        at_once = at_once or os.cpu_count() or 1
+        for case in self._cases:
+            for number, mutant in case.places:
+                self._mutants[number].append(mutant)
+            self._ahead.update(number for number, _ in case.places)
+            self._queue(case)
+        try:
+            while self._busy or any(self._waiting.values()):
+                self._send(at_once)
+                for connection in wait(list(self._busy)):
+                    assert isinstance(connection, Connection)
+                    self._hear(connection)
+        finally:
+            for memory in self._memories:
+                memory.save()
+            for court in self._courts.values():
+                court.close()
+
+    def _queue(self, case: Case) -> None:
+        """Put it before the next arena that does not know it."""
+        while case.next is not None:
+            number, mutant = case.next
+            known = self._memories[number].get(mutant)
+            if known is None:
+                self._waiting[number].append(case)
+                return
+            case.verdicts.append(known)
+            self._ahead[number] -= 1
+        for number, _ in case.places[len(case.verdicts) :]:
+            self._ahead[number] -= 1
+        self._progress(case)
+
+    def _send(self, at_once: int) -> None:
+        working = {number for number, _ in self._busy.values()}
+        ready = sorted(number for number, cases in self._waiting.items() if cases)
+        ready = [number for number in ready if number not in working]
+        for number in ready[: at_once - len(working)]:
+            share = at_once if len(ready) + len(working) == 1 else 1
+            queue = self._waiting[number]
+            cases = [queue.popleft() for _ in range(min(len(queue), BATCH * share))]
+            if number not in self._courts:
+                self._courts[number] = Court(self._arenas[number], self._mutants[number])
+            asked = {}
+            for case in cases:
+                assert case.next is not None
+                asked[case.next[1].identity] = case
+            court = self._courts[number]
+            court.judge([case.next[1] for case in cases if case.next], share)
+            self._busy[court.connection] = number, asked
+
+    def _hear(self, connection: Connection) -> None:
+        number, asked = self._busy[connection]
+        try:
+            told = connection.recv()
+        except EOFError:
+            told = "", Verdict("broken", f"{self._arenas[number].name}: its process has ended")
+        if told is None:
+            del self._busy[connection]
+            self._memories[number].save()
+            self._close()
+            return
+        identity, verdict = told
+        if verdict.fate == "broken":
+            raise AssertionError(verdict.reason)
+        case = asked[identity]
+        self._memories[number].put(case.places[len(case.verdicts)][1], verdict)
+        case.verdicts.append(verdict)
+        self._ahead[number] -= 1
+        self._queue(case)
+
+    def _close(self) -> None:
+        """End the processes of arenas that have nothing left to judge."""
+        working = {number for number, _ in self._busy.values()}
+        for number in set(self._courts) - working:
+            if self._ahead[number] == 0:
+                self._courts.pop(number).close()

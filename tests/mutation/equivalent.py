@@ -1,0 +1,54 @@
+"""`equivalent.txt`: mutants that nothing can tell from the original, and why."""
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from mutation.syntax import Mutant
+
+LIST = Path(__file__).with_name("equivalent.txt")
+
+
+class Entry(NamedTuple):
+    line: int
+    pattern: str
+    reason: str
+
+    def fits(self, mutant: Mutant) -> bool:
+        return _compiled(self.pattern).fullmatch(str(mutant)) is not None
+
+
+@cache
+def _compiled(pattern: str) -> re.Pattern[str]:
+    return re.compile(".*".join(re.escape(part) for part in pattern.split("…")))
+
+
+def entries(text: str) -> list[Entry]:
+    """Read the list.
+
+    Raises:
+        ValueError: a line is not of the form that the list's head gives.
+
+    """
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line or line.startswith("#"):
+            continue
+        pattern, _, reason = line.rpartition(" : ")
+        if not pattern or not reason:
+            message = f"equivalent.txt:{number}: no reason"
+            raise ValueError(message)
+        found.append(Entry(number, pattern.strip(), reason.strip()))
+    return found
+
+
+@cache
+def listed() -> tuple[Entry, ...]:
+    return tuple(entries(LIST.read_text(encoding="utf-8")))
+
+
+def entry_of(mutants: Iterable[Mutant]) -> Entry | None:
+    """Return the entry that one of these fits, which are the same one in several arenas."""
+    return next((each for mutant in mutants for each in listed() if each.fits(mutant)), None)

@@ -1,0 +1,102 @@
+"""What came of the cases: by file and function, and whether that is enough."""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from mutation.engine import Case
+from mutation.equivalent import entry_of, listed
+
+PROTECTION = ("guard_", "gate", "fault", "reset", "relay", "current_", "settings", "programs",
+              "progress")  # fmt: skip
+"""Beginnings of the names of files that protect: of them every mutant is killed or listed."""
+LEAST_KILLED = 0.95
+"""Of the mutants of other files that are not equivalent."""
+
+
+def protects(file: str) -> bool:
+    return file.startswith(PROTECTION)
+
+
+class Report:
+    def __init__(self, arenas: Sequence[str], cases: Sequence[Case]) -> None:
+        self.arenas, self.cases = arenas, cases
+
+    def fate(self, case: Case) -> str:
+        if case.fate == "survived" and entry_of(mutant for _, mutant in case.places):
+            return "listed"
+        return case.fate
+
+    def by_file(self) -> dict[str, dict[str, list[Case]]]:
+        files: dict[str, dict[str, list[Case]]] = defaultdict(lambda: defaultdict(list))
+        for case in sorted(self.cases, key=lambda case: case.mutant.file):
+            files[case.mutant.file][case.mutant.function].append(case)
+        return files
+
+    def counts(self, groups: Iterable[Sequence[Case]]) -> tuple[int, ...]:
+        """Mutants that compile; of them killed, equal, listed and survived."""
+        fates = Counter(self.fate(case) for cases in groups for case in cases)
+        del fates["stillborn"]
+        kinds = ("killed", "equal", "listed", "survived")
+        return (fates.total(), *(fates[kind] for kind in kinds))
+
+    def survivors(self) -> list[str]:
+        lines = []
+        for case in self.cases:
+            if self.fate(case) == "survived":
+                where = " ".join(self.arenas[number] for number, _ in case.places)
+                lines.append(f"SURVIVED {case.mutant}  [{where}]")
+        return sorted(lines, key=lambda line: (not protects(line.split()[1]), line))
+
+    def wrong_entries(self) -> list[str]:
+        """Entries of the list that fit a mutant which is killed."""
+        lines = []
+        for case in self.cases:
+            entry = entry_of(mutant for _, mutant in case.places)
+            if entry and case.fate == "killed":
+                lines.append(f"equivalent.txt:{entry.line}: is killed: {case.mutant}")
+        return lines
+
+    def unused_entries(self) -> list[str]:
+        """Entries that fit no mutant; of any use where all mutants are at hand."""
+        mutants = [mutant for case in self.cases for _, mutant in case.places]
+        return [
+            f"equivalent.txt:{entry.line}: fits no mutant: {entry.pattern}"
+            for entry in listed() if not any(entry.fits(mutant) for mutant in mutants)
+        ]  # fmt: skip
+
+    def shares(self) -> tuple[float, float]:
+        """Killed of those that can be told, in protection code and elsewhere."""
+        found = []
+        for kind in (True, False):
+            cases = [case for case in self.cases if protects(case.mutant.file) is kind]
+            _, killed, _, _, survived = self.counts([cases])
+            found.append(killed / (killed + survived) if killed + survived else 1.0)
+        return found[0], found[1]
+
+    @property
+    def is_well(self) -> bool:
+        protection, others = self.shares()
+        return protection == 1 and others >= LEAST_KILLED and not self.wrong_entries()
+
+    def verdict(self) -> str:
+        protection, others = self.shares()
+        return (
+            f"killed: {100 * protection:.2f} % of protection code (100 is due), "
+            f"{100 * others:.2f} % of the rest ({100 * LEAST_KILLED:.0f} is due)"
+        )
+
+    def data(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "file": case.mutant.file,
+                "function": case.mutant.function,
+                "mutant": case.mutant.what,
+                "fate": self.fate(case),
+                "arenas": {
+                    self.arenas[number]: list(verdict)
+                    for (number, _), verdict in zip(case.places, case.verdicts, strict=False)
+                },
+            }
+            for case in self.cases
+        ]
