@@ -138,7 +138,7 @@ def _functions(elf: Any, symbols: list[tuple[str, int, str]]) -> tuple[Function,
             key = (kind != "STT_FUNC", name.startswith("__vector_"), name)
             names[address] = min(names.get(address, key), key)
     starts = sorted(names)
-    ends = [*starts[1:], end]
+    ends = [*starts, end][1:]
     return tuple(
         Function(start, stop, names[start][2]) for start, stop in zip(starts, ends, strict=True)
     )

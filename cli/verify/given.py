@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatwright.cli.ends import Refused
 from heatwright.generator.toolchain import BuildFailed, BuildResult
-from heatwright.generator.toolchain.given import given
+from heatwright.generator.toolchain.given import given, refuse_other_chip
 from heatwright.sim.device import DIGEST, StaleBinary, check_digest
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
@@ -21,11 +21,15 @@ def given_binary(spec: Spec, path: Path) -> BuildResult:
     """
     try:
         program = Elf(path)
-        measured = given(path, spec.controller.board)
+        refuse_other_chip(path, spec.controller.board)
         if DIGEST not in program.symbols:
-            raise Refused(f"{path} was not built from what heatwright generates: no {DIGEST}.")
+            raise Refused(
+                f"{path} has no {DIGEST}: it was not built from what heatwright generates,"
+                " or its symbols were taken out."
+            )
         check_digest(program, spec.digest)
-        Variables(program)[DIGEST]
+        measured = given(path, spec.controller.board)
+        Variables(program)["loop_" + next(iter(spec.controller.loops))]
     except (ElfError, BuildFailed, StaleBinary) as error:
         raise Refused(str(error)) from None
     return measured

@@ -1,0 +1,212 @@
+"""Our instruction core before other judges: avr8js (npm) and QEMU (Debian); simavr: test_core.py.
+
+Streams go to both, and a program of computations. A whole firmware goes to avr8js alone, with its
+timers, USART, ADC, EEPROM and watchdog: QEMU's machines have no pins, EEPROM or watchdog.
+"""
+
+import base64
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from judges import (
+    AVR8JS_CYCLES,
+    AVR8JS_FLAGS,
+    ERRORS,
+    VECTORS,
+    cycles,
+    differences,
+    flags_of,
+    node,
+    on_avr8js,
+    on_ours,
+    on_qemu,
+)
+from rig.avr import Board, compiled, whole
+from rig.specs import example
+from streams import CHIPS, Chip, Errors, Image, image
+from suite import amount
+
+from heatwright.sim.dwarf import Variables
+from heatwright.sim.native.pins import Source, pin_name
+from heatwright.spec.uses import pin_uses
+
+EVERYTHING = Errors()
+"""What the part does: nothing is left out."""
+
+
+def judged(judge: str, images: list[Image], folder: Path) -> list[bytes]:
+    return on_avr8js(images) if judge == "avr8js" else on_qemu(images, folder)
+
+
+@pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
+@pytest.mark.parametrize("judge", ["avr8js", "qemu"])
+def test_streams_run_alike(judge: str, chip: Chip, tmp_path: Path) -> None:
+    errors = ERRORS[judge]
+    images = [image(chip, seed, errors) for seed in range(amount("images_of_streams"))]
+    for made, theirs in zip(images, judged(judge, images, tmp_path), strict=True):
+        assert not list(differences(made, on_ours(made), theirs, timed=errors.timed))
+
+
+def test_the_flags_that_avr8js_gets_wrong_are_wrong_there_and_nothing_else_is() -> None:
+    """simavr decides: it does as ours does."""
+    chip = CHIPS["atmega2560"]
+    images = [image(chip, 1, EVERYTHING, only=[name]) for name in AVR8JS_FLAGS]
+    for (name, flags), made, theirs in zip(
+        AVR8JS_FLAGS.items(), images, on_avr8js(images), strict=True
+    ):
+        ours = on_ours(made)
+        assert ours == on_ours(made, simavrs=True), name
+        wrong = 0
+        for a, b in zip(flags_of(ours, chip), flags_of(theirs, chip), strict=True):
+            wrong |= a ^ b
+        assert wrong == sum(1 << flag for flag in flags), name
+
+
+def test_the_times_that_avr8js_gets_wrong() -> None:
+    chip = CHIPS["atmega2560"]
+    made = image(chip, 1, EVERYTHING, only=AVR8JS_CYCLES)
+    ours, (theirs,) = on_ours(made), on_avr8js([made])
+    assert ours == on_ours(made, simavrs=True)
+    assert {cycles(ours, n) - cycles(theirs, n) for n in range(1, chip.streams)} == {24}
+
+
+def test_elpm_by_qemu_stays_in_the_first_page(tmp_path: Path) -> None:
+    made = image(CHIPS["atmega2560"], 1, Errors(registers=False, wide_skips=True))
+    ours, (theirs,) = on_ours(made), on_qemu([made], tmp_path)
+    assert ours == on_ours(made, simavrs=True)
+    wrong = list(differences(made, ours, theirs, timed=False))
+    assert wrong
+    assert all("elpm" in line for line in wrong)
+
+
+@pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
+@pytest.mark.parametrize("judge", ["avr8js", "qemu"])
+def test_over_what_simavr_skips_too_far_the_others_judge(judge: str, chip: Chip) -> None:
+    made = image(chip, 0, ERRORS[judge])
+    code = made.words[: made.end]
+    assert sum(is_skip(word) and after & 0xFE0C == 0x960C for word, after in pairwise(code)) > 3
+
+
+def is_skip(word: int) -> bool:
+    """CPSE; SBRC, SBRS; SBIC, SBIS."""
+    return word & 0xFC00 == 0x1000 or word & 0xFC08 == 0xFC00 or word & 0xFD00 == 0x9900
+
+
+COMPUTED = """
+#include <math.h>
+#include <string.h>
+volatile uint8_t ticks;
+volatile struct { float real[24]; int32_t whole[16]; uint64_t wide[4]; char text[16]; } found;
+static const char WORDS[][6] PROGMEM = {"alpha", "beta", "gamma", "delta"};
+ISR(TIMER1_COMPA_vect) { ticks++; }
+/* The last byte of RAM is to tell the end: no stack there. */
+__attribute__((naked, used, section(".init3"))) void early(void) { SP = RAMEND - 8; }
+__attribute__((noinline)) static int32_t chosen(uint8_t n, int32_t x) {
+    switch (n & 7) {
+        case 0: return x / 7; case 1: return x % 1000; case 2: return x * 3; case 3: return ~x;
+        case 4: return x >> 3; case 5: return -x; case 6: return labs(x); default: return x ^ n;
+    }
+}
+__attribute__((noinline)) void stop(void) { for (;;) {} }
+int main(void) {
+    float a = 1.25f, b = -0.5f;
+    uint64_t wide = 0x123456789abcdefULL;
+    TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 999; TIMSK1 = _BV(OCIE1A);
+    sei();
+    for (uint8_t i = 0; i < 96; i++) {
+        a = a * 0.97f + b * 0.25f + i; b = a / 3.0f - sqrtf(fabsf(b)) * 7.0f;
+        found.real[i % 24] += a; found.real[(i + 7) % 24] -= b;
+        found.whole[i & 15] += chosen(i, lroundf(a * 100.0f) + (int32_t)b);
+        wide = wide * 6364136223846793005ULL + i; found.wide[i & 3] ^= wide >> (i & 31);
+        strncpy_P((char *)found.text + (i & 7), WORDS[i & 3], 6);
+    }
+    while (ticks < 40) {}
+    cli();
+    TIMSK1 = 0; ticks = 40;
+    *(volatile uint8_t *)RAMEND = 0xA5;
+    stop();
+}
+"""
+"""Floats, wide integers, a switch by table, strings in flash, and interrupts all the while."""
+
+
+@pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
+@pytest.mark.parametrize("judge", ["avr8js", "qemu"])
+def test_a_program_computes_alike(judge: str, chip: Chip, tmp_path: Path) -> None:
+    program = compiled("#include <stdlib.h>" + COMPUTED, "-lm", mcu=chip.mcu)
+    flash = program.flash.ljust(chip.flash_bytes, b"\xff")
+    end = program.function("stop").start // 2
+    made = Image(chip, np.frombuffer(flash, "<u2").tolist(), end, [], set())
+    (theirs,) = judged(judge, [made], tmp_path)
+    first, last = (address - chip.ram_start for address in program.static_ram)
+    assert theirs[first:last] == on_ours(made)[first:last]
+    assert theirs[first] == 40
+    assert len(set(theirs[first:last])) > 100
+
+
+IDLE_V = 4.999
+"""At every analog input: no key is pressed."""
+
+
+@pytest.mark.parametrize(
+    ("name", "pulled"),
+    [("chamber", []), ("press", ["PB3"])],
+    ids=["chamber: the thermometer holds its line low", "press: nobody drives the data line"],
+)
+def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]) -> None:
+    """Pins and bytes in the same order; after each step the same in all of the static RAM."""
+    controller, program = example(name).controller, whole(name)
+    board, seconds = controller.board, amount("seconds_on_avr8js")
+    counter = Variables(program)[f"loop_{next(iter(controller.loops))}.steps"]
+    first, end = program.static_ram
+    pins = {use.pin.port_name for use in pin_uses(controller) if use.pin.digital}
+
+    avr = Board(program, board).avr
+    for pin in pins:
+        avr.pins.watch(pin)
+        avr.pins.pull(pin, "high" if pin in pulled else None)
+    for channel in range(8):
+        avr.adc.set(channel, 1000 * IDLE_V)
+    recorded = avr.snapshots((counter.address, counter.size), (first, end - first))
+    avr.run(seconds)
+    images = recorded.take()[1]
+
+    told = node(
+        "avr8js_firmware.cjs",
+        {
+            "flash": base64.b64encode(program.flash.ljust(board.flash_bytes, b"\xff")).decode(),
+            "ram_end": board.ram_start + board.ram_bytes - 1,
+            "clock_hz": board.clock_hz,
+            "cycles": seconds * board.clock_hz,
+            "vectors": VECTORS[board.mcu],
+            "ports": sorted({pin[1] for pin in pins}),
+            "high": [[pin[1], int(pin[2])] for pin in pulled],
+            "volts": [IDLE_V] * 8,
+            "counter": {"address": counter.address, "size": counter.size},
+            "ram": {"address": first, "size": end - first},
+        },
+    )
+    assert told["resets"] == 0
+    assert driven(avr.pins.take()) == [(f"P{port}{bit}", now) for port, bit, now in told["pins"]]
+    sent = avr.uarts.take()["value"].tolist()
+    # avr8js's transmitter has no buffer (data sheet, "Sending Frames"): how far it is differs.
+    assert sent == told["sent"][: len(sent)]
+    assert 0 <= len(told["sent"]) - len(sent) <= 2
+    theirs = [np.frombuffer(base64.b64decode(each), np.uint8) for each in told["images"]]
+    same = np.arange(first, end) != program.symbols["sent"]
+    assert len(images) == len(theirs) >= seconds - 1
+    assert np.array_equal(images[:, same], np.array(theirs)[:, same])
+
+
+def driven(events: np.ndarray) -> list[tuple[str, str]]:
+    """Return what the processor does at its pins, change by change."""
+    before: dict[str, str] = {}
+    found = []
+    for pin, state in zip(events["pin"].tolist(), events["state"].tolist(), strict=True):
+        level = ("low", "high")[state & 1] if state >> 1 == Source.MCU else "in"
+        if before.get(pin_name(pin), "in") != level:
+            before[pin_name(pin)] = level
+            found.append((pin_name(pin), level))
+    return found

