@@ -10,13 +10,14 @@ from rig.hosted import World, play, world_of
 from rig.specs import sources_of
 
 MINE = ("gcode", "host.", "text.")
+TICKS_PER_S = 100
 
 
-def gcode_world() -> World:
-    """Return the extruder's files that a host speaks with."""
-    files = [name for name in sources_of("extruder") if name.startswith(MINE)]
+def gcode_world(spec: str = "extruder", *flags: str) -> World:
+    """Return the files that a host speaks with, of a spec's text or an example."""
+    files = [name for name in sources_of(spec) if name.startswith(MINE)]
     mine = [name for name in files if name.endswith(".c")]
-    return world_of("extruder", mine, Path(__file__).with_name("world.c"))
+    return world_of(spec, mine, Path(__file__).with_name("world.c"), *flags)
 
 
 def received(data: bytes) -> bytes:
@@ -29,8 +30,22 @@ def ticks(count: int) -> bytes:
     return b"t" + struct.pack("<H", count)
 
 
-def celsius(value: int) -> bytes:
-    return b"c" + struct.pack("<h", value)
+def flagged(flags: int, byte: int) -> bytes:
+    """A byte that comes in with the receiver's flags."""
+    return b"x" + bytes([flags, byte])
+
+
+def celsius(value: int, of: str = "nozzle") -> bytes:
+    return {"nozzle": b"c", "bed": b"b"}[of] + struct.pack("<h", value)
+
+
+def duty(percent: int) -> bytes:
+    return b"d" + bytes([percent])
+
+
+def switched(times: int) -> bytes:
+    """How often the relay of a tuning has switched on."""
+    return b"w" + bytes([times])
 
 
 def tuning_ends(result: int) -> bytes:
@@ -77,3 +92,52 @@ def talk(program: Path, *lines: str | bytes, wait: int = 12) -> Said:
         data = line if isinstance(line, bytes) else f"{line}\n".encode()
         script += [received(data), ticks(wait)]
     return run(program, *script)
+
+
+class HostBoard:
+    """The firmware on this computer, in whose world a test goes on line by line.
+
+    What has happened so far is played again for each answer: the world has no other memory.
+    """
+
+    def __init__(self, program: Path, *begin: bytes) -> None:
+        self._program, self._script = program, [*begin, ticks(TICKS_PER_S)]
+        self._played: list[bytes] = []
+        self._known = len(self.said().lines)
+
+    def said(self) -> Said:
+        if self._played != self._script:
+            self._played = list(self._script)
+            self._said = run(self._program, *self._script)
+        return self._said
+
+    def tell(self, line: str, seconds: float = 0.5) -> None:
+        """Send a line as a person does."""
+        self._script.append(received(line.encode() + b"\n"))
+        self.wait(seconds)
+
+    def told(self, line: str, seconds: float = 0.5) -> list[str]:
+        """The same, and give what is answered."""
+        self._known = len(self.said().lines)
+        self.tell(line, seconds)
+        return self.heard()
+
+    def heard(self) -> list[str]:
+        """Give what was said since the last time."""
+        known, self._known = self._known, len(self.said().lines)
+        return self.said().lines[known:]
+
+    def sense(self, sensor: str, degrees: float) -> None:
+        self._script.append(celsius(round(degrees), sensor))
+
+    def wait(self, seconds: float) -> None:
+        self._script.append(ticks(round(TICKS_PER_S * seconds)))
+
+    @property
+    def steps(self) -> int:
+        """Where the feed is."""
+        return int(self.said().state["feed"].split()[0])
+
+    @property
+    def motor_is_free(self) -> bool:
+        return self.said().state["feed"].split()[2] != "0"

@@ -1,15 +1,10 @@
 """Several tools on one line, and loops without gains."""
 
 import re
-from pathlib import Path
 
 import pytest
-
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
-from heatwright.spec import load_text
+from binary_board import BinaryBoard
+from gcode_world import HostBoard, celsius, gcode_world
 
 CURVE = "divider: {pull_up: 4.7 kΩ}, curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}"
 SPEC = f"""heatwright: 1
@@ -41,26 +36,21 @@ interfaces:
 """
 
 
-@pytest.fixture(scope="module")
-def board(tmp_path_factory: pytest.TempPathFactory) -> AvrDevice:
-    spec = load_text(SPEC, "pair.yaml")
-    folder = tmp_path_factory.mktemp("pair")
-    write(render(plan_firmware(spec)), folder)
-    device = AvrDevice(spec.controller, Elf(build(Path(folder)).elf))
-    device.sense("nozzle", 30.0)
-    device.sense("bed", 20.0)
-    device.advance(2.0)
-    return device
+Board = HostBoard | BinaryBoard
+BARE = "-Wno-unused-const-variable"
+"""Without a fan the constants of the fans are there for nobody."""
 
 
-def told(device: AvrDevice, *lines: str) -> list[str]:
-    host = device.host
-    known = len(host.lines)
-    host.numbers = False
-    for line in lines:
-        device.send(line)
-    device.advance(device.time_s + 3.0)
-    return [each.text for each in device.host.lines[known:]]
+@pytest.fixture(params=["host", "binary"])
+def board(request: pytest.FixtureRequest) -> Board:
+    """These files on this computer, and the binary."""
+    if request.param == "binary":
+        return BinaryBoard(SPEC, nozzle=30.0, bed=20.0)
+    return HostBoard(gcode_world(SPEC, BARE).sanitized().program(), celsius(30), celsius(20, "bed"))
+
+
+def told(board: Board, *lines: str) -> list[str]:
+    return [answer for line in lines for answer in board.told(line)]
 
 
 def whole_degrees(answers: list[str]) -> list[str]:
@@ -68,45 +58,56 @@ def whole_degrees(answers: list[str]) -> list[str]:
     return [re.sub(r"(T\d?:\d+)\.\d", r"\1", answer) for answer in answers]
 
 
-def test_the_first_number_is_the_active_one_until_another_is_told(board: AvrDevice) -> None:
-    assert whole_degrees(told(board, "M105")) == [
-        "ok T:30 /0.0 B:0.0 /0.0 T1:30 /0.0 T3:20 /0.0 @:0 @1:0 @3:0"
-    ]
+def report(active: str, nozzle: str, bed: str) -> list[str]:
+    return [f"ok T:{active} B:0.0 /0.0 T1:30 /{nozzle} T3:20 /{bed} @:0 @1:0 @3:0"]
+
+
+def test_the_first_number_is_the_active_one_until_another_is_told(board: Board) -> None:
+    assert whole_degrees(told(board, "M105")) == report("30 /0.0", "0.0", "0.0")
     told(board, "M104 S15", "M104 T3 S12", "T3")
-    assert whole_degrees(told(board, "M105")) == [
-        "ok T:20 /12.0 B:0.0 /0.0 T1:30 /15.0 T3:20 /12.0 @:0 @1:0 @3:0"
-    ]
+    assert whole_degrees(told(board, "M105")) == report("20 /12.0", "15.0", "12.0")
     told(board, "M104 S0", "T1", "M104 S0")
-    assert whole_degrees(told(board, "M105")) == [
-        "ok T:30 /0.0 B:0.0 /0.0 T1:30 /0.0 T3:20 /0.0 @:0 @1:0 @3:0"
-    ]
+    assert whole_degrees(told(board, "M105")) == report("30 /0.0", "0.0", "0.0")
+
+
+def test_a_wait_is_for_its_own_tool(board: Board) -> None:
+    """The bed is there at once; the nozzle is not."""
+    assert told(board, "M109 T3 S21") == []
+    board.wait(10.0)
+    assert board.heard()[-1] == "ok"
+    assert board.told("M109 T1 S100", 1.5)[0].startswith("T:30")
+    assert board.told("M108", 0.2)[-1] == "ok"
 
 
 @pytest.mark.parametrize("tool", [0, 2, 4, 255])
-def test_other_numbers_are_not_there(board: AvrDevice, tool: int) -> None:
+def test_other_numbers_are_not_there(board: Board, tool: int) -> None:
     assert told(board, f"M104 T{tool} S50") == [f"echo:M104 Invalid extruder {tool}", "ok"]
     assert told(board, f"T{tool}") == [f'echo:Unknown command: "T{tool}"', "ok"]
 
 
-def test_each_has_its_own_limits(board: AvrDevice) -> None:
+def test_each_has_its_own_limits(board: Board) -> None:
     beyond = "Error:M104 is outside its limits; nothing was changed"
     assert told(board, "M104 T3 S111", "M104 T1 S251") == [beyond, "ok", beyond, "ok"]
+    assert told(board, "M104 T1 S250", "M104 T3 S110") == ["ok", "ok"]
 
 
-def test_gains_are_those_of_the_tool_that_has_some(board: AvrDevice) -> None:
-    assert told(board, "M301 T1 P6", "M503") == [
-        "echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok",
-        "echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok",
-    ]  # fmt: skip
+def test_gains_are_those_of_the_tool_that_has_some(board: Board) -> None:
+    told(board, "M301 T1 P5 I0.1 D10")
+    shown = ["echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok"]
+    assert told(board, "M301 T1 P6", "M503") == shown + shown
     unable = "refused: this tool has no such control"
     assert told(board, "M301 T3 P6", "M303 T3 S50", "M104 T3 D20") == [
         f"Error:M301 {unable}", "ok", f"Error:M303 {unable}", "ok", f"Error:M104 {unable}", "ok"
     ]  # fmt: skip
 
 
-def test_there_is_no_fan_and_no_feed(board: AvrDevice) -> None:
+def test_a_tuning_is_of_its_tool(board: Board) -> None:
+    assert told(board, "T3", "M303 T1 S100")[:2] == ["ok", "PID Autotune start"]
+    assert told(board, "M108")[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
+
+
+def test_there_is_no_fan_and_no_feed(board: Board) -> None:
     unknown = ["M106", "M107", "G1", "G92", "M82", "M410", "M84", "M400"]
-    answers = told(board, *(f"{line} E1" for line in unknown))
-    assert answers == [
+    assert told(board, *(f"{line} E1" for line in unknown)) == [
         part for line in unknown for part in (f'echo:Unknown command: "{line}"', "ok")
     ]

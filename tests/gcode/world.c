@@ -1,8 +1,10 @@
-/* The world around the generated G-code files, on this computer: a serial line, one tool, one fan.
+/* The world around the generated G-code files, on this computer: a serial line, tools, a fan, a feed.
  *
- * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive;
- * 't', a count (16 bits) of ticks; 'c', a temperature in degrees (16 bits, signed); 'f', a fault's
- * code, and 'a', a tuning's result (8 bits each). What is sent goes to standard output; `=` lines show the state at the end.
+ * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
+ * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of nozzle and bed in degrees (16 bits,
+ * signed); 'd', the nozzle's duty (8 bits); 'f', a fault's code, 'a', a tuning's result, and 'w', how
+ * often its relay has switched (8 bits each). What is sent goes to standard output; `=` lines show
+ * the state at the end.
  */
 #include <math.h>
 
@@ -13,9 +15,12 @@
 #include "fault.h"
 #include "gcode.h"
 #include "loop_nozzle.h"
-#include "output_part_fan.h"
 #include "settings.h"
 
+#ifdef __AVR_ATmega328P__ /* it has but one */
+#define USART0_RX_vect USART_RX_vect
+#define USART0_UDRE_vect USART_UDRE_vect
+#endif
 void USART0_RX_vect(void);
 void USART0_UDRE_vect(void);
 
@@ -27,7 +32,7 @@ struct settings settings;
 struct loop_nozzle_state loop_nozzle;
 struct autotune_nozzle_state autotune_nozzle;
 static float fan_percent;
-static unsigned acknowledgements, kept, reloaded, defaulted;
+static unsigned acknowledgements, kept, reloaded, defaulted, cycles_asked;
 
 void fault_trip(uint8_t code, float temperature_c)
 {
@@ -46,16 +51,34 @@ void fault_acknowledge(void)
     }
 }
 
-bool loop_nozzle_set(float setpoint_c)
-{
-    if (setpoint_c != 0.0f
-        && (fault.code != FAULT_NONE || !(setpoint_c >= LOOP_NOZZLE_SETPOINT_MINIMUM_C)
-            || setpoint_c > LOOP_NOZZLE_SETPOINT_MAXIMUM_C)) {
-        return false;
+/* What is alike for every loop. */
+#define TAKES_A_SETPOINT(name, NAME)                                                           \
+    bool loop_##name##_set(float setpoint_c)                                                   \
+    {                                                                                          \
+        if (setpoint_c != 0.0f                                                                 \
+            && (fault.code != FAULT_NONE || !(setpoint_c >= LOOP_##NAME##_SETPOINT_MINIMUM_C)  \
+                || setpoint_c > LOOP_##NAME##_SETPOINT_MAXIMUM_C)) {                           \
+            return false;                                                                      \
+        }                                                                                      \
+        settings.name##_setpoint_c = setpoint_c;                                               \
+        return true;                                                                           \
+    }                                                                                          \
+    bool loop_##name##_is_ready(void)                                                          \
+    {                                                                                          \
+        return fault.code == FAULT_NONE && settings.name##_setpoint_c != 0.0f                  \
+            && fabsf(settings.name##_setpoint_c - loop_##name.temperature_c) <= 1.0f;          \
     }
-    settings.nozzle_setpoint_c = setpoint_c;
-    return true;
-}
+
+TAKES_A_SETPOINT(nozzle, NOZZLE)
+
+#if __has_include("loop_bed.h")
+#include "loop_bed.h"
+struct loop_bed_state loop_bed;
+TAKES_A_SETPOINT(bed, BED)
+#define BED_C loop_bed.temperature_c
+#else
+#define BED_C loop_nozzle.temperature_c
+#endif
 
 bool loop_nozzle_set_manual(float percent)
 {
@@ -67,19 +90,15 @@ bool loop_nozzle_set_manual(float percent)
     return true;
 }
 
-bool loop_nozzle_is_ready(void)
-{
-    return fault.code == FAULT_NONE && settings.nozzle_setpoint_c != 0.0f
-        && fabsf(settings.nozzle_setpoint_c - loop_nozzle.temperature_c) <= 1.0f;
-}
-
-/* The experiment itself is not here: the world says how it ends. */
+/* The experiment itself is not here: the world says how it goes and ends. */
 bool loop_nozzle_tune(float target_c, uint8_t cycles)
 {
     if (target_c == 0.0f || cycles < 1 || !loop_nozzle_set(target_c)) {
         return false;
     }
     autotune_nozzle.result = 1;
+    autotune_nozzle.switches = 0;
+    cycles_asked = cycles;
     return true;
 }
 
@@ -89,10 +108,101 @@ void loop_nozzle_stop_tuning(void)
     settings.nozzle_setpoint_c = 0.0f;
 }
 
+#if __has_include("output_part_fan.h")
+#include "output_part_fan.h"
 void output_part_fan_set(float percent)
 {
     fan_percent = percent;
 }
+#endif
+
+#if __has_include("output_fan.h")
+#include "output_fan.h"
+void output_fan_set(float percent)
+{
+    fan_percent = percent;
+}
+#endif
+
+/* ---- the feed: it runs while the nozzle is ready, and brakes for a few steps ---- */
+
+static int32_t feed_is_at, feed_ends_at;
+static unsigned disabled;
+
+#if __has_include("output_feed.h")
+#include "output_feed.h"
+
+enum { BRAKING_STEPS = 20 };
+
+static float steps_per_tick;
+static bool braking;
+
+void output_feed_move(int32_t steps, float mm_per_s)
+{
+    const int32_t left = feed_ends_at - feed_is_at;
+
+    if (left != 0 && (left < 0) != (steps < 0)) {
+        wrong("a move that turns round while the feed is busy");
+    }
+    if (!(mm_per_s > 0.0f && mm_per_s <= OUTPUT_FEED_MAXIMUM_MM_PER_S)) {
+        wrong("a speed that is none, or too high");
+    }
+    if (braking) {
+        wrong("a move while the feed slows down");
+    }
+    feed_ends_at += steps;
+    steps_per_tick = mm_per_s * OUTPUT_FEED_STEPS_PER_MM / 100.0f;
+}
+
+bool output_feed_is_busy(void)
+{
+    return feed_is_at != feed_ends_at;
+}
+
+int32_t output_feed_position(void)
+{
+    return feed_is_at;
+}
+
+void output_feed_stop(void)
+{
+    const int32_t left = feed_ends_at - feed_is_at;
+
+    braking = left != 0;
+    if (abs(left) > BRAKING_STEPS) {
+        feed_ends_at = feed_is_at + (left < 0 ? -BRAKING_STEPS : BRAKING_STEPS);
+    }
+}
+
+void output_feed_disable(void)
+{
+    feed_ends_at = feed_is_at;
+    disabled++;
+}
+
+static void feed_tick(void)
+{
+    static float share;
+    const int32_t left = feed_ends_at - feed_is_at;
+
+    if (left == 0 || fault.code != FAULT_NONE) {
+        feed_ends_at = feed_is_at;
+        braking = false;
+        return;
+    }
+    if (!braking && !loop_nozzle_is_ready()) {
+        return;
+    }
+    share += steps_per_tick;
+    const int32_t most = (int32_t)share;
+    share -= (float)most;
+    feed_is_at += left < 0 ? (left < -most ? -most : left) : (left > most ? most : left);
+}
+#else
+static void feed_tick(void)
+{
+}
+#endif
 
 void settings_keep(void)
 {
@@ -109,6 +219,8 @@ void settings_defaults(void)
     defaulted++;
 }
 
+/* ---- the line ---- */
+
 static void send_now(void)
 {
     for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
@@ -121,11 +233,17 @@ static void send_now(void)
     }
 }
 
-static void receive(uint16_t count)
+static void receive(uint8_t flags, uint8_t byte)
+{
+    UCSR0A = (uint8_t)((UCSR0A & (1u << U2X0)) | flags);
+    UDR0 = byte;
+    USART0_RX_vect();
+}
+
+static void receive_all(uint16_t count)
 {
     for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
-        UDR0 = (uint8_t)byte;
-        USART0_RX_vect();
+        receive(0, (uint8_t)byte);
     }
 }
 
@@ -133,6 +251,7 @@ static void ticks(uint16_t count)
 {
     while (count-- != 0) {
         gcode_tick();
+        feed_tick();
         send_now();
     }
 }
@@ -143,13 +262,27 @@ int main(void)
     for (int command; (command = getchar()) >= 0;) {
         switch (command) {
         case 'r':
-            receive(next_word());
+            receive_all(next_word());
             break;
+        case 'x': {
+            const uint8_t flags = next_byte();
+            receive(flags, next_byte());
+            break;
+        }
         case 't':
             ticks(next_word());
             break;
         case 'c':
             loop_nozzle.temperature_c = (float)(int16_t)next_word();
+            break;
+        case 'b':
+            BED_C = (float)(int16_t)next_word();
+            break;
+        case 'd':
+            loop_nozzle.duty_percent = (float)next_byte();
+            break;
+        case 'w':
+            autotune_nozzle.switches = next_byte();
             break;
         case 'a':
             autotune_nozzle.result = next_byte();
@@ -165,6 +298,8 @@ int main(void)
         (double)fan_percent, loop_nozzle.mode, (double)loop_nozzle.manual_percent);
     printf("=gains %.9g %.9g %.9g\n", (double)settings.nozzle_kp, (double)settings.nozzle_ki,
         (double)settings.nozzle_kd);
+    printf("=tuning %u\n=feed %d %d %u\n", cycles_asked, feed_is_at, feed_ends_at, disabled);
+    printf("=line %u %u %u %u\n", UBRR0, UCSR0A & (1u << U2X0), UCSR0B & ~(1u << UDRIE0), UCSR0C);
     printf("=fault %d\n=acknowledged %u\n=stored %u %u %u\n", fault.code, acknowledgements, kept,
         reloaded, defaulted);
     return 0;
