@@ -1,17 +1,17 @@
 """Whatever the bytes: a Spec or a SpecError, never anything else."""
 
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rig.controllers import controllers
+from rig.specs import EXAMPLES
+from suite import amount
 
 from heatwright.spec import Problem, Spec, SpecError, load_text
 
-ROOT = Path(__file__).parents[2]
-FILES = sorted((ROOT / "spec" / "examples").glob("*.yaml"))
-GOOD = [file.read_bytes() for file in FILES]
+FILES = {file.stem: file.read_bytes() for file in sorted(EXAMPLES.glob("*.yaml"))}
 WORDS = [
     b"off", b"1 s", b"-1 K", b"0", b"1e308 s", b"1e-300 K/W", b".inf", b"null", b"true", b"[]",
     b"{}", b"&a", b"*a", b"!!binary x", b"<<", b"|", b">", b"? ", b"---\n", b"...", b"#", b"'",
@@ -71,6 +71,10 @@ def test_structures(data: object) -> None:
     check(repr(data).encode())
 
 
+good_specs = st.one_of(
+    st.sampled_from(list(FILES.values())), controllers().map(lambda drawn: drawn.text.encode())
+)
+many = settings(max_examples=amount("edited_specs"), suppress_health_check=list(HealthCheck))
 edits = st.lists(
     st.tuples(
         st.floats(0, 1, exclude_max=True),
@@ -82,8 +86,8 @@ edits = st.lists(
 )
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.sampled_from(GOOD), edits)
+@many
+@given(good_specs, edits)
 def test_edits_of_good_specs(good: bytes, changes: list[tuple[float, int, bytes]]) -> None:
     for where, length, new in changes:
         at = int(where * len(good))
@@ -91,8 +95,8 @@ def test_edits_of_good_specs(good: bytes, changes: list[tuple[float, int, bytes]
     check(good)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.sampled_from(GOOD), st.data())
+@many
+@given(good_specs, st.data())
 def test_other_values_in_good_specs(good: bytes, data: st.DataObject) -> None:
     """Exchange whole values: what is left is well formed, and reaches the checks of physics."""
     lines = good.decode().splitlines()
@@ -113,8 +117,8 @@ NUMBER = re.compile(r"-?[0-9.]+")
 NUMBERS = ["1e-9", "0.001", "0.01", "1", "7", "100", "65536", "1e6", "1e8", "-1", "1e999"]
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.sampled_from(GOOD), st.data())
+@many
+@given(good_specs, st.data())
 def test_other_numbers_in_good_specs(good: bytes, data: st.DataObject) -> None:
     """Exchange numbers and keep their units: the arithmetic of the checks must bear them all."""
     words = good.decode().split(" ")
@@ -124,8 +128,8 @@ def test_other_numbers_in_good_specs(good: bytes, data: st.DataObject) -> None:
     check(" ".join(words).encode())
 
 
-@pytest.mark.parametrize("good", GOOD, ids=[file.stem for file in FILES])
-def test_every_cut(good: bytes) -> None:
+@pytest.mark.parametrize("example", FILES)
+def test_every_cut(example: str) -> None:
     """A file cut off anywhere, as by a full disk."""
-    for end in range(0, len(good), 37):
-        check(good[:end])
+    for end in range(0, len(FILES[example]), 37):
+        check(FILES[example][:end])

@@ -1,0 +1,163 @@
+"""Who sets a loop, switches it and tunes it, and whether it runs after the start."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from rig.specs import EXAMPLES, example, spec_of
+
+from heatwright.spec import (
+    ComparisonRow,
+    Controller,
+    ModbusRtu,
+    SpecError,
+    Write,
+    commanded,
+    gcode_of,
+    load_text,
+    modbus_of,
+    must_release,
+    nextion_of,
+    programmed,
+    row_controller,
+    starts_enabled,
+    switched,
+    tunable,
+)
+from heatwright.spec.checks.master import exchange_s
+from heatwright.spec.commands import zero_is_off
+from heatwright.spec.uses import uart_of
+from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
+
+TEXTS = {name: (EXAMPLES / f"{name}.yaml").read_text("utf-8") for name in ("dryer", "extruder")}
+KILN = (EXAMPLES / "kiln.yaml").read_text("utf-8")
+OF_A_LOOP: tuple[Callable[[Controller, str], object], ...] = (
+    commanded, switched, tunable, zero_is_off, starts_enabled, programmed
+)  # fmt: skip
+OF_ALL: tuple[Callable[[Controller], object], ...] = (must_release, gcode_of, modbus_of, nextion_of)
+
+
+def changed(text: str, *pairs: tuple[str, str]) -> str:
+    for old, new in pairs:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def beside_a_master() -> str:
+    """The kiln without programs; the master has all loops, and people switch it at the display."""
+    text = re.sub(r"(?ms)^programs:.*?(?=^safety:)", "", KILN)
+    return changed(
+        text,
+        ("      feed_forward", "      # feed_forward"),
+        ("  - {kind: serial_log, loop: chamber, port: 1", "  - {kind: modbus_rtu}\n  # -"),
+        ("115200, loop: chamber}", "115200, loop: chamber, port: 2}"),
+        (", tracking: 1 K", ""),
+    )
+
+
+def without_gains() -> str:
+    return re.sub(
+        r"(?ms)^    algorithm:.*?(?=^    protection:)",
+        "    algorithm: {kind: on_off}\n",
+        TEXTS["extruder"],
+    )
+
+
+CHANGED = {
+    "the extruder, on or off": without_gains,
+    "the kiln, on after the start": lambda: changed(
+        KILN, ("    period: 1 s", "    starts: enabled\n    period: 1 s")
+    ),
+    "the kiln beside a master": beside_a_master,
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("chamber", "starts_enabled"),
+        ("oven", "starts_enabled"),
+        ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
+        ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
+        ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),
+        ("fabricator", "commanded switched must_release modbus_of"),
+        ("dryer", "commanded switched tunable must_release modbus_of"),
+        ("kiln", "commanded switched tunable programmed nextion_of"),
+        (
+            "the kiln, on after the start",
+            "commanded switched tunable starts_enabled programmed nextion_of",
+        ),
+        (
+            "the kiln beside a master",
+            "commanded switched tunable must_release modbus_of nextion_of",
+        ),
+        ("kiln_uno", "commanded switched tunable programmed"),
+    ],
+)
+def test_who_has_a_loop(name: str, expected: str) -> None:
+    spec = spec_of(CHANGED[name]()) if name in CHANGED else example(name)
+    loop = next(iter(spec.controller.loops))
+    held = [holds.__name__ for holds in OF_A_LOOP if holds(spec.controller, loop)]
+    held += [holds.__name__ for holds in OF_ALL if holds(spec.controller)]
+    assert held == expected.split()
+
+
+def test_what_is_no_loop_is_nobodys() -> None:
+    kiln = example("kiln").controller
+    assert not programmed(kiln, "lid")
+    assert not switched(kiln, "lid")
+
+
+@pytest.mark.parametrize(
+    ("name", "loop", "algorithm"),
+    [
+        ("kiln", "chamber", {"kind": "pid", "kp": 5, "ki": 0.01}),
+        ("fabricator", "nozzle", {"kind": "three_position", "dead_band": "5 K"}),
+    ],
+)
+def test_a_row_of_a_comparison_needs_nobody(name: str, loop: str, algorithm: object) -> None:
+    row = ComparisonRow.model_validate(
+        {"name": "row", "setpoint": "200 °C", "algorithm": algorithm}
+    )
+    assert starts_enabled(row_controller(example(name).controller, row), loop)
+
+
+def test_zero_is_a_hosts_word_for_off() -> None:
+    """A commanded loop may begin at 0 °C although it cannot be set so low."""
+    narrow = changed(
+        TEXTS["extruder"], ("initial: 0 °C, minimum: 0 °C", "initial: 0 °C, minimum: 170 °C")
+    )
+    assert load_text(narrow).controller.loops["nozzle"].setpoint.initial_c == 0.0
+    alone = narrow.replace("kind: gcode, baud: 115200, loops: {T0: nozzle}", "kind: serial_plotter")
+    with pytest.raises(SpecError):
+        load_text(alone)
+
+
+@pytest.mark.parametrize("what", [*AMOUNTS, *GAINS, *SWITCHES, *COMMANDS])
+def test_everything_a_master_can_write_can_be_written(what: str) -> None:
+    written, value = {"setpoint": ("60 °C", 60.0), "manual_duty": ("12.5 %", 12.5)}.get(
+        what, ("1.5", 1.5) if what in GAINS else ("true", True)
+    )
+    name = what if what in COMMANDS else f"air.{what}"
+    new = f"write: {{{name}: {written}}}"
+    text = changed(TEXTS["dryer"], ("write: {air.setpoint: 70 °C, air.enabled: true}", new))
+    simulation = load_text(text).controller.simulation
+    assert simulation is not None
+    assert simulation.scenario[0].write == (Write(name, value),)
+
+
+def test_a_command_is_of_no_loop() -> None:
+    assert (Write("store", True).loop, Write("store", True).what) == ("", "store")
+
+
+def test_an_exchange_takes_its_time() -> None:
+    """Two frames of 256 characters of 11 bits."""
+    bus = ModbusRtu.model_validate({"kind": "modbus_rtu", "baud": 1200})
+    assert exchange_s(bus) == pytest.approx(2 * 256 * 11 / 1200)
+
+
+def test_interfaces_have_their_ports() -> None:
+    kiln = example("kiln").controller
+    ports = [uart_of(kiln.board, interface) for interface in kiln.interfaces]
+    assert [port and port.number for port in ports] == [0, 1]

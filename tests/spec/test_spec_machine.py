@@ -1,0 +1,169 @@
+"""The physics of the checks: what a machine does by itself, and whether it follows a ramp."""
+
+import re
+from itertools import pairwise
+
+import pytest
+from rig.specs import EXAMPLES
+
+from heatwright.spec import (
+    Controller,
+    DigitalOutput,
+    PwmOutput,
+    SpecError,
+    ThermalNetwork,
+    TimeProportionalOutput,
+    load_text,
+)
+from heatwright.spec.checks import firing
+from heatwright.spec.checks.firing import Ramp
+from heatwright.spec.checks.machine import Machine
+from heatwright.spec.checks.measured import measured
+from heatwright.spec.network import Heated
+
+FABRICATOR = (EXAMPLES / "fabricator.yaml").read_text("utf-8")
+KILN = (EXAMPLES / "kiln.yaml").read_text("utf-8")
+FIRST = "{to: 540 °C, over: 60 min}"
+SWITCHED = [
+    ("heater: {kind: pwm, pin: PD5, frequency: 1 kHz,", "heater: {kind: digital, pin: PD5,"),
+    (", current: {sensor: current, limit: 3 A}", ""),
+    ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
+    (", current: {of: heater}", ""),
+]
+"""A heater that is on or off, without a sensor of its current."""
+
+
+def changed(text: str, *pairs: tuple[str, str]) -> Controller:
+    """Another spec with some of its text replaced."""
+    for old, new in pairs:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return load_text(text).controller
+
+
+def machine_of(controller: Controller) -> Machine:
+    name, loop = next(iter(controller.loops.items()))
+    heater = controller.outputs[loop.heater]
+    assert isinstance(heater, DigitalOutput | PwmOutput | TimeProportionalOutput)
+    assert controller.simulation is not None
+    return Machine(controller, name, heater, controller.simulation)
+
+
+def test_what_the_current_is_judged_by() -> None:
+    """5 V / 1024 steps at 0.2 V/A; a code stands for the middle of its step."""
+    (found,) = measured(changed(FABRICATOR))
+    assert found.step_a == pytest.approx(5 / 1024 / 0.2)
+    assert found.highest_a == pytest.approx(5 / 0.2 * 1023.5 / 1024)
+    assert found.idle_a == pytest.approx(max(0.05 * 3, 3 * found.step_a))
+    assert found.full_a == pytest.approx(76.6 / 43)
+
+
+def test_a_limit_takes_power_away() -> None:
+    assert machine_of(changed(FABRICATOR)).full_power_w == 76.6
+    less = changed(FABRICATOR, ("limit: 3 A", "limit: 1.7 A"))
+    assert machine_of(less).full_power_w == pytest.approx(1.7 * 43)
+
+
+def test_a_cooler_cools_faster() -> None:
+    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that.
+
+    The sensor follows with its lag, so it never falls as fast as the block at the start.
+    """
+    alone_k_per_s = 300 / (8 * 27)
+    steepest = max(
+        (before - after) / (after_s - before_s)
+        for (before_s, before), (after_s, after) in pairwise(
+            machine_of(changed(FABRICATOR)).cooling()
+        )
+    )
+    assert alone_k_per_s < steepest < 4 * alone_k_per_s
+
+
+def test_held_times_count_where_they_matter() -> None:
+    free = machine_of(changed(FABRICATOR, *SWITCHED))
+    assert (free.held_on_s, free.held_off_s, free.cooler_held_on_s) == (0, 0, 0)
+    held = machine_of(
+        changed(
+            FABRICATOR,
+            *SWITCHED,
+            ("power: 76.6 W", "power: 76.6 W, minimum_on: 300 ms, minimum_off: 2 s"),
+            ("{kind: digital, pin: PD6}", "{kind: digital, pin: PD6, minimum_on: 400 ms}"),
+        )
+    )
+    assert (held.held_on_s, held.held_off_s, held.cooler_held_on_s) == (0.3, 2.0, 0.4)
+    assert max(k for _, k in held.coasting()) > max(k for _, k in free.coasting())
+
+
+def kiln(first: str = FIRST, power: str = "484 W") -> Controller:
+    return load_text(KILN.replace(FIRST, first).replace("484 W", power)).controller
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return machine_of(kiln())
+
+
+def ramp(to_k: float, seconds: float) -> Ramp:
+    return Ramp((), "over", 0.0, to_k, seconds)
+
+
+def test_a_ramp_warms_all_and_makes_up_for_losses() -> None:
+    """One node, 100 J/K behind 0.5 K/W; a sensor that lags by 10 s is behind by rate · 10 s."""
+    plant = ThermalNetwork.model_validate(
+        {
+            "kind": "thermal_network",
+            "nodes": {"body": "100 J/K"},
+            "links": ({"between": ("body", "ambient"), "resistance": "0.5 K/W"},),
+            "heat": {"heater": "body"},
+            "sense": {"probe": {"node": "body", "lag": "10 s"}},
+        }
+    )
+    heated = Heated(plant, "heater", "probe", 20.0)
+    assert heated.ramp_power_w(300.0, 0.2) == pytest.approx(100 * 0.2 + (300 + 2) / 0.5)
+    assert heated.ramp_power_w(300.0, 0.0) == pytest.approx(heated.power_w(300.0))
+    assert heated.answer_s() == pytest.approx(50 + 10)
+
+
+def test_at_rest_nothing_moves(machine: Machine) -> None:
+    state = machine.plant.rest(600.0)
+    later = machine.plant.advance(state, machine.plant.power_w(600.0), 3600.0)
+    assert later == pytest.approx(state, rel=1e-9)
+    assert machine.plant.sensed_k(state) == pytest.approx(600.0)
+
+
+def test_the_best_of_controls_keeps_up_where_it_can(machine: Machine) -> None:
+    assert firing._lost_after_s(machine, ramp(520.0, 3600.0), within_k=5.0) is None
+    lost_s = firing._lost_after_s(machine, ramp(520.0, 720.0), within_k=10.0)
+    later_s = firing._lost_after_s(machine, ramp(520.0, 720.0), within_k=20.0)
+    assert lost_s is not None
+    assert later_s is not None
+    assert later_s > lost_s
+
+
+def test_ramps_up_are_looked_at_and_no_others(machine: Machine) -> None:
+    programs = kiln().programs
+    assert programs is not None
+    ways = [(way.from_k, way.to_k) for way in firing._ramps(machine, programs)]
+    assert ways == [(0.0, 520.0), (520.0, 780.0)]
+
+
+@pytest.mark.parametrize(
+    ("steep", "form"), [("over: 12 min", "over: {} min"), ("at: 2600 K/h", "at: {} K/h")]
+)
+def test_the_advice_is_good(steep: str, form: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        kiln(f"{{to: 540 °C, {steep}}}")
+    (problem,) = caught.value.problems
+    assert "W cannot follow" in problem.reason
+    advised = re.search(r"Use at (?:least|most) ([0-9.]+) ", problem.remedy)
+    assert advised is not None
+    assert kiln(f"{{to: 540 °C, {form.format(advised[1])}}}")
+
+
+def test_more_power_follows() -> None:
+    assert kiln("{to: 540 °C, over: 12 min}", "700 W")
+
+
+def test_no_power_is_enough_for_the_last_degree(machine: Machine) -> None:
+    highest_k = machine.plant.steady_k(machine.full_power_w)
+    assert "more power" in firing._slower(machine, ramp(highest_k + 1.0, 3600.0))
