@@ -22,6 +22,14 @@ if [ "${CI:-}" = true ] || [ -n "${LINUXCNC:-}" ]; then
     PACKAGES+=(linuxcnc-uspace:halrun xvfb:Xvfb)
 fi
 
+# What only the whole evidence needs (make setup EVIDENCE=1, and CI): other simulators of the
+# processor, and a second compiler.
+EXTRAS=dev
+if [ "${CI:-}" = true ] || [ -n "${EVIDENCE:-}" ]; then
+    EXTRAS=dev,evidence
+    PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm)
+fi
+
 say() { printf '%s\n' "$*"; }
 
 stop() {
@@ -82,11 +90,16 @@ if ! [ -x .venv/bin/python ] || ! .venv/bin/python -c 'import pip' 2>/dev/null; 
     quietly python3 -m venv .venv
 fi
 say "installing the Python packages into .venv"
-quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable '.[dev]'
+quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable ".[$EXTRAS]"
 
 # Printrun's host core needs pyserial alone, which is among ours; the rest of Printrun asks for
 # graphics (wxPython, for which there is no wheel on Linux), and nothing of it is used.
 quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --no-deps printrun==2.2.0
+
+if [ "$EXTRAS" != dev ] && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
+    say "installing avr8js into build/judges"
+    quietly npm install --silent --no-audit --no-fund --prefix build/judges avr8js@0.21.0
+fi
 
 # The type checker knows nothing of an editable install: the packages under their names.
 mkdir -p .typing/heatwright

@@ -16,7 +16,6 @@ import pytest
 from rig.specs import EXAMPLES, example, files_of
 
 from heatwright.generator import write
-from heatwright.generator.stack import worst_stack
 from heatwright.generator.toolchain import BuildResult, build
 
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
@@ -73,38 +72,3 @@ def test_its_binaries_verify(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_its_binaries_verify_on_simavrs_core(name: str, tmp_path: Path) -> None:
     assert verified(name, tmp_path, "--core", "simavr")["core"] == "simavr"
-
-
-def test_a_switch_whose_table_lies_in_the_code_is_followed(tmp_path: Path) -> None:
-    """gcc 7 puts the table behind the jump. The words of this one, taken for instructions, would
-    change the frame's pointer."""
-    (tmp_path / "main.c").write_text(SWITCH)
-    command = "avr-gcc -mmcu=atmega2560 -Os -o main.elf main.c"
-    subprocess.run(command.split(), cwd=tmp_path, check=True)
-    stack = worst_stack(tmp_path / "main.elf")
-    assert stack.program_chain == ("reset", "main", "choose", "leaf")
-    assert stack.program == 3 * 3 + 2 + 90 + 2 + 20  # the calls; two frames and their pointers
-
-
-SWITCH = """
-#include <avr/io.h>
-#include <stdint.h>
-__attribute__((noinline)) uint8_t leaf(uint8_t n) { volatile uint8_t b[20]; b[n] = n; return *b; }
-__attribute__((noinline)) uint8_t choose(uint8_t n)
-{
-    volatile uint8_t frame[90];
-    frame[n] = PINB;
-    switch (n) {
-    case 0: return PINB;
-    case 1: return frame[PINC];
-    case 2: return 9;
-    case 3: PORTC = 4; return 7;
-    case 4: return PIND;
-    case 5: PORTB = 1; return 3;
-    case 6: return leaf(n) + 3;
-    case 7: PORTD = 2; return 1;
-    }
-    return frame[3];
-}
-int main(void) { for (;;) PORTB = choose(PINB); }
-"""

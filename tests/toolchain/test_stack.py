@@ -124,6 +124,73 @@ def test_a_switch_by_table_is_followed_into_every_case(measure: Measure, mcu: st
     assert stack.program == 3 * C[mcu] + 2 + 20
 
 
+TABLE_IN_THE_CODE = """
+    .macro function name
+    .global \\name
+    .type \\name, @function
+    .size \\name, .Lend_\\name - \\name
+    \\name:
+    .endm
+    jmp main
+function main
+    call choose
+    rjmp main
+.Lend_main:
+function leaf
+    push r2
+    pop r2
+    ret
+.Lend_leaf:
+function __tablejump2__
+    lsl r30
+    rol r31
+    lpm r0, Z+
+    lpm r31, Z
+    mov r30, r0
+    ijmp
+.Lend___tablejump2__:
+    .org 0x3b64
+function choose
+    push r28
+    push r29
+    in r28, 0x3d
+    in r29, 0x3e
+    sbiw r28, 20
+    out 0x3e, r29
+    out 0x3d, r28
+    mov r30, r24
+    ldi r31, 0
+    subi r30, lo8(-(gs(.Ltable)))
+    sbci r31, hi8(-(gs(.Ltable)))
+    jmp __tablejump2__
+.Ltable:
+    .word gs(.Lone), gs(.Lother)
+.Lone:
+    nop
+    rjmp .Lout
+.Lother:
+    call leaf
+.Lout:
+    adiw r28, 20
+    out 0x3e, r29
+    out 0x3d, r28
+    pop r29
+    pop r28
+    ret
+.Lend_choose:
+"""
+
+
+def test_a_table_between_a_switch_and_its_cases_is_read(tmp_path: Path) -> None:
+    """gcc 7 puts it there. Its words, 0x1dcx, would be `adc r28, rx` as instructions."""
+    (tmp_path / "main.S").write_text(TABLE_IN_THE_CODE)
+    command = "avr-gcc -mmcu=atmega328p -nostdlib -Wl,--defsym=__stack=0x8ff -o main.elf main.S"
+    subprocess.run(command.split(), cwd=tmp_path, check=True)
+    stack = worst_stack(tmp_path / "main.elf")
+    assert stack.program_chain == ("reset", "choose", "leaf")
+    assert stack.program == 2 + 2 + 20 + 2 + 1
+
+
 @pytest.mark.parametrize("mcu", C)
 def test_shared_prologues_are_followed(measure: Measure, mcu: str) -> None:
     source = """
