@@ -1,0 +1,142 @@
+"""`verify --elf`: what is refused; `verify --core`: whose core runs the instructions, everywhere.
+
+That a binary from elsewhere verifies is shown by test_second_compiler.py.
+"""
+
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rig.avr import compiled, whole
+from rig.specs import EXAMPLES, example
+
+from heatwright.cli.ends import ended
+from heatwright.cli.main import cli
+from heatwright.cli.talk import talk
+from heatwright.cli.verify import engine, trials
+from heatwright.generator.toolchain import BuildFailed
+from heatwright.generator.toolchain.given import given, refuse_other_chip
+from heatwright.sim.avr import Avr, instructions_by
+from heatwright.sim.device import AvrDevice
+
+MAIN = "int main(void) { for (;;) {} }"
+BY_POINTER = "void (*volatile f)(void); int main(void) { for (;;) f(); }"
+
+
+def objcopied(folder: Path, *options: str) -> Path:
+    """Return the chamber's binary with something taken out."""
+    elf = folder / "changed.elf"
+    subprocess.run(["avr-objcopy", *options, whole("chamber").path, elf], check=True)
+    return elf
+
+
+def text_file(folder: Path) -> Path:
+    (folder / "text.elf").write_text("hello")
+    return folder / "text.elf"
+
+
+REFUSED = {
+    "text": (text_file, "is not an ELF file"),
+    "another machine's": (lambda _: Path(sys.executable).resolve(), "is not a linked AVR program"),
+    "absent": (lambda folder: folder / "absent.elf", "no such file or directory"),
+    "a folder": (lambda folder: folder, "is a directory"),
+    "for another chip": (
+        lambda _: whole("press").path,
+        "was built for the atmega2560; the spec's chip is the atmega328p",
+    ),
+    "from another spec": (lambda _: whole("oven").path, "was generated from another spec"),
+    "something else": (lambda _: compiled(MAIN).path, "was not built from what heatwright"),
+    "without symbols": (lambda folder: objcopied(folder, "-S"), "its symbols were taken out"),
+    "without debug information": (lambda folder: objcopied(folder, "-g"), "-gdwarf-2"),
+}
+
+
+@pytest.mark.parametrize(("made", "reason"), REFUSED.values(), ids=REFUSED)
+def test_a_file_is_refused(
+    made: Any, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["verify", str(EXAMPLES / "chamber.yaml"), "--elf", str(made(tmp_path))]
+    assert ended(cli, words) == 2
+    told = capsys.readouterr().err
+    assert reason in told
+    assert "bug" not in told
+
+
+def test_an_unknown_core_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ended(cli, ["verify", str(EXAMPLES / "chamber.yaml"), "--core", "qemu"]) == 2
+    assert "'own', 'simavr'" in capsys.readouterr().err
+
+
+def test_an_unknown_worst_stack_is_told() -> None:
+    with pytest.raises(BuildFailed, match="worst stack is unknown: main calls a function by"):
+        given(compiled(BY_POINTER).path, example("chamber").controller.board)
+
+
+def test_it_is_measured_as_a_build_is(chamber_elf: Path, tmp_path: Path) -> None:
+    board = example("chamber").controller.board
+    elf = Path(shutil.copy(chamber_elf, tmp_path))
+    found = given(elf, board)
+    listed = subprocess.run(["avr-size", elf], capture_output=True, text=True, check=True).stdout
+    text, data, bss = map(int, listed.splitlines()[1].split()[:3])
+    assert (found.flash_bytes, found.ram_bytes) == (text + data, data + bss)
+    assert (found.flash_limit, found.ram_limit) == (32768 - 512, 2048)
+    assert found.stack_bytes > 50
+    refuse_other_chip(elf, board)
+
+
+def core_in_use() -> str:
+    """Tell the cores of new processors apart by simavr's skip, which goes a word too far."""
+    avr = Avr("atmega328p", 16_000_000)
+    flash = struct.pack("<4H", 0x1000, 0x960D, 0x9503, 0xCFFF)  # cpse r0,r0; adiw; inc r16
+    program: Any = SimpleNamespace(flash=flash, eeprom=b"", static_ram=(0, 0))
+    avr.load(program)
+    before = avr.read_ram(16, 1)[0]
+    avr.run_to(20)
+    return "own" if avr.read_ram(16, 1)[0] == before + 1 else "simavr"
+
+
+def test_the_core_is_that_of_every_processor_made_meanwhile() -> None:
+    assert core_in_use() == "own"
+    with instructions_by("simavr"):
+        assert core_in_use() == "simavr"
+        with instructions_by("own"):
+            assert core_in_use() == "own"
+    assert core_in_use() == "own"
+
+
+@pytest.mark.parametrize("core", ["own", "simavr"])
+def test_verify_hands_the_core_to_all_that_makes_a_device(
+    core: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The closed loop here, the timing and the faults each in a process of its own."""
+    spec, elf = example("chamber"), whole("chamber")
+    used: list[str] = []
+    monkeypatch.setattr(engine, "closed_loop", lambda *_: used.append(core_in_use()))
+    monkeypatch.setattr(engine, "replay_checks", lambda _: ())
+    monkeypatch.setattr(engine, "run_checks", lambda *_: ())
+    monkeypatch.setattr(trials, "measure", lambda *_, **__: used.append(core_in_use()))
+    monkeypatch.setattr(trials, "try_fault", lambda _: used.append(core_in_use()))
+    monkeypatch.setattr(trials, "_faults", lambda *_: (None,))
+
+    def spread(work: Any, pieces: Any, jobs: Any) -> Any:
+        for piece in (pieces[0], pieces[1]):  # the timing, a fault
+            work(piece, jobs[0])
+        raise InterruptedError
+
+    monkeypatch.setattr(trials, "spread", spread)
+    with talk() as shown, pytest.raises(InterruptedError):
+        engine.verify("chamber.yaml", spec, shown, core=core, elf=elf.path)
+    assert used == [core] * 3
+
+
+def test_a_device_keeps_its_core_through_a_loss_of_power(monkeypatch: pytest.MonkeyPatch) -> None:
+    count = []
+    monkeypatch.setattr(Avr, "use_simavrs_core", lambda _: count.append(1))
+    with instructions_by("simavr"):
+        AvrDevice(example("chamber").controller, whole("chamber")).power_cycle()
+    assert len(count) == 2
