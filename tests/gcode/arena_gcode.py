@@ -1,4 +1,4 @@
-"""The files that a G-code host speaks with, on this computer, judged by the tests of their world."""
+"""The files that a G-code host speaks with, on this computer, and the judges of their mutants."""
 
 from collections.abc import Mapping
 from functools import cached_property

@@ -1,7 +1,7 @@
 """A simulated board on whose serial line a test goes on line by line."""
 
 from rig.avr import whole
-from rig.specs import example, spec_of
+from rig.specs import controller_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.gcode import GcodeHost
@@ -11,8 +11,7 @@ class BinaryBoard:
     """The firmware's binary; device -- the board itself."""
 
     def __init__(self, spec: str, **celsius: float) -> None:
-        controller = (spec_of(spec) if "\n" in spec else example(spec)).controller
-        self.device = AvrDevice(controller, whole(spec))
+        self.device = AvrDevice(controller_of(spec), whole(spec))
         self._celsius = celsius
         for sensor, degrees in celsius.items():
             self.sense(sensor, degrees)

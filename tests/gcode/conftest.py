@@ -3,14 +3,6 @@ from pathlib import Path
 import pytest
 from binary_board import BinaryBoard
 from gcode_world import HostBoard, celsius, gcode_world
-from rig.specs import example
-
-from heatwright.spec import Controller
-
-
-@pytest.fixture(scope="session")
-def extruder() -> Controller:
-    return example("extruder").controller
 
 
 @pytest.fixture(scope="session")

@@ -71,7 +71,7 @@ def test_speeds(feeder: Board, speed: str, mm_per_s: float) -> None:
     ],
 )  # fmt: skip
 def test_what_is_refused_moves_nothing(feeder: Board, line: str, reason: str) -> None:
-    command = line.split()[0]
+    command = line.split(maxsplit=1)[0]
     assert feeder.told(line, 1.0) == [f"Error:{command} {reason}; nothing was changed", "ok"]
     assert feeder.steps == 0
 

@@ -1,4 +1,4 @@
-"""Anything that a line can bring, on this computer: it does no harm, and a good line is answered."""
+"""Anything a line can bring, on this computer: it does no harm, and a good line is answered."""
 
 import random
 from pathlib import Path

@@ -73,7 +73,7 @@ def test_the_first_number_is_the_active_one_until_another_is_told(board: Board) 
 def test_a_wait_is_for_its_own_tool(board: Board) -> None:
     """The bed is there at once; the nozzle is not."""
     assert told(board, "M109 T3 S21") == []
-    board.wait(10.0)
+    board.wait(12.0)
     assert board.heard()[-1] == "ok"
     assert board.told("M109 T1 S100", 1.5)[0].startswith("T:30")
     assert board.told("M108", 0.2)[-1] == "ok"

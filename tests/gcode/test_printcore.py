@@ -2,32 +2,28 @@
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from live_board import BAUD, LiveBoard, Noise, live_board
 from printrun_host import PrintrunHost, printrun_host
+from rig.live import Cable, LiveBoard, live_board
 
-from heatwright.sim.elf import Elf
-from heatwright.spec import Controller
-
-SPEED = 50.0
-"""The board's seconds in one of ours."""
+CABLE = Cable(115200, speed=50.0)
 TEMPERATURE = re.compile(r"T:(\d+\.\d) /(\d+\.\d) B:0\.0 /0\.0 @:(\d+)")
 NOISE = 0.004
 """Of the bytes, both ways: about one line in ten is hit."""
 
 
 @pytest.fixture
-def board(extruder: Controller, extruder_program: Elf) -> Iterator[LiveBoard]:
-    with live_board(extruder, extruder_program.path, SPEED) as live:
+def board() -> Iterator[LiveBoard]:
+    with live_board("extruder", CABLE) as live:
         yield live
 
 
 @pytest.fixture
 def host(board: LiveBoard) -> Iterator[PrintrunHost]:
-    with printrun_host(board.port, BAUD) as connected:
+    with printrun_host(board.port, CABLE.baud) as connected:
         yield connected
 
 
@@ -82,14 +78,12 @@ def test_it_hears_of_a_stop(host: PrintrunHost, board: LiveBoard) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_it_survives_a_storm_of_resends(
-    extruder: Controller, extruder_program: Elf, seed: int
-) -> None:
+def test_it_survives_a_storm_of_resends(seed: int) -> None:
     """Every line is done, once, and in order, though the cable damages bytes both ways."""
-    noise = Noise(to_board_share=NOISE, to_host_share=NOISE, seed=seed)
+    cable = replace(CABLE, to_board_share=NOISE, to_host_share=NOISE, seed=seed)
     lines = [f"M301 P{number}" for number in range(1, 151)]
-    with live_board(extruder, Path(extruder_program.path), SPEED, noise) as board:
-        with printrun_host(board.port, BAUD) as host:
+    with live_board("extruder", cable) as board:
+        with printrun_host(board.port, CABLE.baud) as host:
             host.print(lines)
         said = board.ask("said")
         steps = board.ask("steps")

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from heatwright.generator import plan_firmware, render
-from heatwright.spec import Spec, load, load_text
+from heatwright.spec import Controller, Spec, load, load_text
 
 EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 
@@ -21,6 +21,11 @@ def example(name: str) -> Spec:
 def spec_of(text: str) -> Spec:
     """Read a spec from its text."""
     return load_text(text, "spec.yaml")
+
+
+def controller_of(spec: str) -> Controller:
+    """Return the controller of a spec's text, or of the example of that name."""
+    return (spec_of(spec) if "\n" in spec else example(spec)).controller
 
 
 @cache

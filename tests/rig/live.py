@@ -1,0 +1,142 @@
+"""A simulated board behind a serial port, in a process of its own, so that a host here is free."""
+
+import multiprocessing
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from rig.avr import whole
+from rig.specs import controller_of
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.live import Clock, run
+from heatwright.sim.native.characters import EIGHT_N_ONE, Format
+from heatwright.sim.serial_noise import SerialNoise
+from heatwright.sim.serial_port import SerialPort
+from heatwright.spec import Controller
+
+BUSY_S = 0.2
+"""So long a patient board runs on after a byte has come: its answer is out by then."""
+
+
+@dataclass(frozen=True)
+class Cable:
+    """How a host is connected.
+
+    speed -- the board's seconds in one of ours. Without one its clock stands while nothing is
+    asked: a busy computer does not change what happens.
+    """
+
+    baud: int
+    form: Format = EIGHT_N_ONE
+    speed: float | None = None
+    to_board_share: float = 0.0
+    to_host_share: float = 0.0
+    seed: int = 0
+
+
+class _Watched(Clock):
+    """Exchanges bytes, keeps the time, and answers questions about the board meanwhile."""
+
+    def __init__(
+        self, controller: Controller, cable: Cable, device: AvrDevice, pipe: Connection
+    ) -> None:
+        super().__init__(cable.speed or 1.0)
+        shares = {"to_board_share": cable.to_board_share, "to_host_share": cable.to_host_share}
+        self._noise = SerialNoise(**shares, seed=cable.seed)
+        self._loops, self._device, self._pipe = controller.loops, device, pipe
+        self.port = SerialPort(device, cable.baud, cable.form, noise=self._noise)
+        self._patient = cable.speed is None
+        self._until_s = 0.0
+        self._running = False
+
+    def to_board(self) -> None:
+        """Send the board what has come, and let it run on for that."""
+        if wait([self.port], 0):
+            self._until_s = max(self._until_s, self._device.time_s + BUSY_S)
+            self.port.to_board()
+        while not self._patient and self._pipe.poll():
+            self._answer(self._pipe.recv())
+
+    def wait(self, board_s: float) -> None:
+        """Wait for the wall; or go on while there is something to do, and answer when not."""
+        if not self._patient:
+            super().wait(board_s)
+        while self._patient and board_s >= self._until_s:
+            if self._running:
+                self._running = False
+                self._pipe.send(None)
+            if self.port in wait([self.port, self._pipe]):  # what came before a question
+                return
+            asked = self._pipe.recv()
+            if isinstance(asked, float):
+                self._until_s, self._running = board_s + asked, True
+            else:
+                self._answer(asked)
+
+    def _answer(self, asked: str) -> None:
+        device = self._device
+        known = {
+            "steps": lambda: device.steps(next(iter(self._loops))),
+            "hits": lambda: self._noise.hits,
+            "said": lambda: [line.text for line in device.host.lines],
+            "resets": lambda: len(device.avr.take_resets()),
+            "cut": self._cut,
+        }
+        self._pipe.send(known.get(asked, lambda: device.read(asked).item())())
+
+    def _cut(self) -> None:
+        """Lose the power for a moment; the machine stays as warm as it is."""
+        felt_c = {
+            loop.sensor: self._device.read(f"loop_{name}.temperature_c")
+            for name, loop in self._loops.items()
+        }
+        self._device.power_cycle()
+        for sensor, degrees in felt_c.items():
+            self._device.sense(sensor, degrees)
+
+
+def _live(spec: str, cable: Cable, pipe: Connection) -> None:
+    controller = controller_of(spec)
+    device = AvrDevice(controller, whole(spec))
+    watched = _Watched(controller, cable, device, pipe)
+    with watched.port as port:
+        pipe.send(port.name)
+        run(controller, device, watched, watched)
+
+
+class LiveBoard:
+    """The board as a test sees it: port -- where a host finds it."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self.port: str = pipe.recv()
+
+    def ask(self, what: str) -> Any:
+        """Return a variable by its name, the "steps" so far, what was "said" before the noise,
+        the noise's "hits", the number of "resets"; or "cut" the power and give it back.
+        """
+        self._pipe.send(what)
+        return self._pipe.recv()
+
+    def run(self, seconds: float) -> None:
+        """Let a patient board run on for a time of its own, s."""
+        self._pipe.send(seconds)
+        self._pipe.recv()
+
+
+@contextmanager
+def live_board(spec: str, cable: Cable) -> Iterator[LiveBoard]:
+    """Run the board of a spec (its text, or the name of an example) until the context's end."""
+    whole(spec)
+    context = multiprocessing.get_context("forkserver")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_live, args=(spec, cable, theirs), daemon=True)
+    process.start()
+    try:
+        yield LiveBoard(ours)
+    finally:
+        process.kill()
+        process.join()
