@@ -1,40 +1,25 @@
 """The feeder's own firmware: it feeds exactly, only hot, and not after a fault."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from rig.avr import whole
+from rig.specs import example
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
 from heatwright.sim.outputs.stepper import Stepper
-from heatwright.spec import Spec, load
 from heatwright.spec.rules import RULES
 
-EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "feeder.yaml"
+FEEDER = example("feeder").controller
 HOT_C = 210.0
 STEPS_PER_MM = 128
 
 
-@pytest.fixture(scope="module")
-def feeder() -> Spec:
-    return load(EXAMPLE)
-
-
-@pytest.fixture(scope="module")
-def program(feeder: Spec, tmp_path_factory: pytest.TempPathFactory) -> Elf:
-    project = tmp_path_factory.mktemp("feeder")
-    write(render(plan_firmware(feeder)), project)
-    return Elf(build(project).elf)
-
-
 @pytest.fixture
-def device(feeder: Spec, program: Elf) -> AvrDevice:
+def device() -> AvrDevice:
     """The feeder, its nozzle held at the setpoint from outside."""
-    found = AvrDevice(feeder.controller, program)
+    found = AvrDevice(FEEDER, whole("feeder"))
     found.sense("nozzle", HOT_C)
     found.advance(1.0)
     found.send(f"M104 S{HOT_C:g}")
@@ -96,12 +81,12 @@ def test_a_fault_ends_it(device: AvrDevice) -> None:
 
 
 @pytest.mark.parametrize("entry", [INTERRUPTS_ON, INTERRUPTS_OFF])
-def test_a_main_loop_that_hangs_ends_it(device: AvrDevice, feeder: Spec, entry: str) -> None:
+def test_a_main_loop_that_hangs_ends_it(device: AvrDevice, entry: str) -> None:
     """The gate's permit lasts ten ticks; then the watchdog resets the chip."""
     device.send("G1 E200 F1200")
     device.advance(6.0)
     before = feed_of(device).position
-    world = SimpleNamespace(device=device, site=SimpleNamespace(controller=feeder.controller))
+    world = SimpleNamespace(device=device, site=SimpleNamespace(controller=FEEDER))
     hang(world, entry)  # type: ignore[arg-type]
     device.advance(6.5)
     assert feed_of(device).position - before <= (0.1 + 2 * 0.01) * 20 * STEPS_PER_MM

@@ -3,48 +3,51 @@
 import random
 
 import pytest
-from eeprom_records import SIZE, SLOTS, decoded, record, ring
-from powered import PowerOn
+from chamber_on import (
+    CHAMBER,
+    HEATER,
+    RECORD_BYTES,
+    ROOM_C,
+    SLOTS,
+    decoded,
+    power_on,
+    press,
+    put,
+    record,
+    ring,
+)
+from suite import amount
 
-from heatwright.sim.native.pins import pin_number
-from heatwright.spec import Controller
 from heatwright.spec.rules import RULES
 
 LAST = 16
 """Last rule that the chamber has: its sensor is a chip, and no host stops it."""
-
-IMAGES = 500
 IN_A_TEST = 50
 SAVE_S = 0.3
 
 
-def test_every_cell_wears_alike(power_on: PowerOn, chamber: Controller) -> None:
+def test_every_cell_wears_alike() -> None:
     """Faults and acknowledgements until the ring has gone round: each slot is used in turn."""
     device = power_on()
     device.advance(0.2)
-    code = device.variables["fault.code"].address
     sequence = []
     for turn in range(SLOTS + 5):
-        before = decoded(chamber, device.avr.eeprom.contents)
-        device.avr.write_ram(code, bytes([1]))
-        device.press("select")
+        before = decoded(device.avr.eeprom.contents)
+        put(device, "fault.code", 1)
+        press(device, "select", SAVE_S)
         device.advance(device.time_s + SAVE_S)
-        device.press(None)
-        device.advance(device.time_s + SAVE_S)
-        after = decoded(chamber, device.avr.eeprom.contents)
+        after = decoded(device.avr.eeprom.contents)
         (changed,) = [slot for slot in after if before.get(slot) != after[slot]]
         sequence.append(changed)
         assert after[changed][1] == 0, turn
     assert sequence == [(1 + turn) % SLOTS for turn in range(SLOTS + 5)]
-    assert device.avr.eeprom.writes == SIZE * (SLOTS + 5)
+    assert device.avr.eeprom.writes == RECORD_BYTES * (SLOTS + 5)
     assert device.avr.eeprom.violations == 0
 
 
 @pytest.mark.parametrize("undefined", [0x00, 0xFF, 0x5A])
-@pytest.mark.parametrize("byte", range(SIZE))
-def test_a_power_cut_leaves_the_old_or_the_new(
-    power_on: PowerOn, byte: int, undefined: int
-) -> None:
+@pytest.mark.parametrize("byte", range(RECORD_BYTES))
+def test_a_power_cut_leaves_the_old_or_the_new(byte: int, undefined: int) -> None:
     device = power_on()
     device.advance(2.5)
     device.sensors["air"].short("low")  # type: ignore[attr-defined]
@@ -52,58 +55,70 @@ def test_a_power_cut_leaves_the_old_or_the_new(
         device.advance(device.time_s + 0.002)
         assert device.time_s < 10
     device.power_cycle(undefined)
-    device.sense("air", 19.0)
+    device.sense("air", ROOM_C)
     device.advance(device.time_s + 0.5)
     # The last byte, a CRC's, may have become right by chance.
-    assert device.read("fault.code") in ({0} if byte < SIZE - 1 else {0, 2})
+    assert device.read("fault.code") in ({0} if byte < RECORD_BYTES - 1 else {0, 2})
 
 
-@pytest.mark.parametrize("code", range(1, LAST + 1))
-def test_a_fault_that_is_stored_is_latched_and_shown(
-    power_on: PowerOn, chamber: Controller, code: int
-) -> None:
-    device = power_on(eeprom=record(chamber, 1, code, 85.0, 1234))
+@pytest.mark.parametrize("code", [*range(1, LAST + 1), LAST + 1, 100, 255])
+def test_a_fault_that_is_stored_is_latched_and_shown(code: int) -> None:
+    """A code that no rule has is a record that nobody wrote."""
+    device = power_on(record(1, code, 85.0, 1234))
     device.advance(5.0)
-    assert device.read("fault.code") == code
-    assert device.read("fault.temperature_c") == 85.0
-    assert device.read("fault.time_s") == 1234
-    assert device.shield.lcd.text[1].rstrip() == f"E{code:02d} {RULES[code].display}"
-    assert device.avr.pins.high_cycles(pin_number("PD3")) == 0
+    latched = code if code <= LAST else 16
+    assert device.read("fault.code") == latched
+    if code <= LAST:
+        assert device.read("fault.temperature_c") == 85.0
+        assert device.read("fault.time_s") == 1234
+    assert device.shield.lcd.text[1].rstrip() == f"E{latched:02d} {RULES[latched].display}"
+    assert device.avr.pins.high_cycles(HEATER) == 0
 
 
-@pytest.mark.parametrize("code", [LAST + 1, 100, 255])
-def test_a_code_that_no_rule_has(power_on: PowerOn, chamber: Controller, code: int) -> None:
-    device = power_on(eeprom=record(chamber, 1, code))
-    device.advance(5.0)
-    assert device.read("fault.code") == 16
-    assert device.shield.lcd.text[1] == "E16 SETTINGS BAD"
-
-
-def test_records_of_other_firmware_count_for_nothing(
-    power_on: PowerOn, chamber: Controller
-) -> None:
-    other = chamber.model_copy(
-        update={"safety": chamber.safety.model_copy(update={"watchdog_s": 1.0})}
+def test_records_of_other_firmware_count_for_nothing() -> None:
+    other = CHAMBER.model_copy(
+        update={"safety": CHAMBER.safety.model_copy(update={"watchdog_s": 1.0})}
     )
-    device = power_on(eeprom=ring(record(other, number, 6) for number in range(SLOTS)))
+    device = power_on(ring(record(number, 6, of=other) for number in range(SLOTS)))
     device.advance(2.0)
     assert device.read("fault.code") == 0
 
 
-@pytest.mark.parametrize("first", range(0, IMAGES, IN_A_TEST))
-def test_random_contents_never_heat_nor_hang(power_on: PowerOn, first: int) -> None:
+@pytest.mark.parametrize("last", [0, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF])
+def test_sequence_numbers_wrap(last: int) -> None:
+    """The newest of a full ring is found wherever the numbers are."""
+    newest = 11
+    device = power_on(
+        ring(
+            record(last - (newest - slot) % SLOTS, 6 if slot == newest else 1)
+            for slot in range(SLOTS)
+        )
+    )
+    device.advance(0.5)
+    assert device.read("fault.code") == 6
+    press(device, "select", 0.5)
+    device.advance(2.0)
+    assert device.read("fault.code") == 0
+    assert decoded(device.avr.eeprom.contents)[newest + 1] == ((last + 1) & 0xFFFF, 0)
+    device.power_cycle()
+    device.sense("air", ROOM_C)
+    device.advance(2.5)
+    assert device.read("fault.code") == 0
+
+
+@pytest.mark.parametrize("first", range(0, amount("eeprom_images"), IN_A_TEST))
+def test_random_contents_never_heat_nor_hang(first: int) -> None:
     """Noise, runs of one byte, single flipped bits of good records: all are refused or harmless."""
     device = power_on()
     for seed in range(first, first + IN_A_TEST):
         chance = random.Random(seed)  # noqa: S311 - noise, not a secret
         device.avr.eeprom.contents = _image(chance, device.avr.eeprom.size)
         device.power_cycle()
-        device.sense("air", 19.0)
-        began_s = device.time_s
-        device.advance(began_s + 2.6)
+        device.sense("air", ROOM_C)
+        device.advance(device.time_s + 2.6)
         assert device.read("fault.code") == 16, seed
         assert device.read("loop_air.steps") == 2, seed
-        assert device.avr.pins.high_cycles(pin_number("PD3")) == 0, seed
+        assert device.avr.pins.high_cycles(HEATER) == 0, seed
 
 
 def _image(chance: random.Random, size: int) -> bytes:

@@ -2,19 +2,9 @@
 
 import numpy as np
 import pytest
-from powered import PowerOn
+from chamber_on import SETPOINT, power_on, press
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.native.analog import millivolts
-
-PRESS_S = 0.1
-
-
-def press(device: AvrDevice, key: str, for_s: float = PRESS_S) -> None:
-    device.press(key)
-    device.advance(device.time_s + for_s)
-    device.press(None)
-    device.advance(device.time_s + PRESS_S)
 
 
 @pytest.mark.parametrize(
@@ -32,19 +22,19 @@ def press(device: AvrDevice, key: str, for_s: float = PRESS_S) -> None:
         (125.0, "T=125.0°C VT=0  "),
     ],
 )
-def test_temperature_and_heater(power_on: PowerOn, temperature_c: float, shown: str) -> None:
+def test_temperature_and_heater(temperature_c: float, shown: str) -> None:
     device = power_on(temperature_c=temperature_c)
     device.advance(3.5)
     assert device.shield.lcd.text[0] == shown
 
 
-def test_before_the_first_reading(power_on: PowerOn) -> None:
+def test_before_the_first_reading() -> None:
     device = power_on()
     device.advance(0.9)
     assert device.shield.lcd.text == ("T=--.-°C VT=0   ", "Set temp 20°C   ")
 
 
-def test_setpoints_stop_at_their_ends(power_on: PowerOn) -> None:
+def test_setpoints_stop_at_their_ends() -> None:
     device = power_on()
     device.advance(1.5)
     for key, setpoints_c in (
@@ -53,17 +43,17 @@ def test_setpoints_stop_at_their_ends(power_on: PowerOn) -> None:
     ):
         for setpoint_c in setpoints_c:
             press(device, key)
-            assert device.read("settings.air_setpoint_c") == setpoint_c
+            assert device.read(SETPOINT) == setpoint_c
             device.advance(device.time_s + 0.1)
             assert device.shield.lcd.text[1] == f"Set temp {setpoint_c}°C   "
 
 
 @pytest.mark.parametrize("key", ["right", "left", "select"])
-def test_other_keys_change_nothing(power_on: PowerOn, key: str) -> None:
+def test_other_keys_change_nothing(key: str) -> None:
     device = power_on()
     device.advance(1.5)
     press(device, key)
-    assert device.read("settings.air_setpoint_c") == 20
+    assert device.read(SETPOINT) == 20
     assert device.read("fault.code") == 0
 
 
@@ -72,54 +62,54 @@ def test_other_keys_change_nothing(power_on: PowerOn, key: str) -> None:
     [(59, 20), (60, 30), (131, 30), (199, 30), (200, 10), (307, 10), (399, 10), (400, 20),
      (599, 20), (600, 20), (899, 20), (900, 20), (1023, 20)],
 )  # fmt: skip
-def test_thresholds_of_the_keys(power_on: PowerOn, code: int, setpoint_c: int) -> None:
+def test_thresholds_of_the_keys(code: int, setpoint_c: int) -> None:
     device = power_on()
     device.advance(1.5)
     device.avr.adc.set(0, millivolts(code))
     device.advance(1.6)
-    assert device.read("settings.air_setpoint_c") == setpoint_c
+    assert device.read(SETPOINT) == setpoint_c
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, 0.1])
-def test_cheap_resistors(power_on: PowerOn, tolerance: float) -> None:
+def test_cheap_resistors(tolerance: float) -> None:
     device = power_on()
     device.advance(1.5)
     device.shield.keypad.tolerance = tolerance
     for key, setpoint_c in (("up", 30), ("right", 30), ("left", 30), ("select", 30), ("down", 20)):
         press(device, key)
-        assert device.read("settings.air_setpoint_c") == setpoint_c
+        assert device.read(SETPOINT) == setpoint_c
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 3, 4])
 @pytest.mark.parametrize("phase_ms", range(0, 10, 3))
-def test_a_bouncing_contact_is_one_press(power_on: PowerOn, bounces: int, phase_ms: int) -> None:
+def test_a_bouncing_contact_is_one_press(bounces: int, phase_ms: int) -> None:
     device = power_on()
     device.advance(1.5 + phase_ms / 1000)
     device.shield.keypad.bounces = bounces
     for setpoint_c in (30, 40, 50):
         press(device, "up")
-        assert device.read("settings.air_setpoint_c") == setpoint_c
+        assert device.read(SETPOINT) == setpoint_c
 
 
 @pytest.mark.parametrize("phase_ms", range(10))
-def test_a_short_press_counts_and_a_spike_does_not(power_on: PowerOn, phase_ms: int) -> None:
+def test_a_short_press_counts_and_a_spike_does_not(phase_ms: int) -> None:
     """Two samples, 10 ms apart, have to agree: 30 ms always do, 9 ms never."""
     device = power_on()
     device.advance(1.5 + phase_ms / 1000)
     press(device, "up", 0.030)
-    assert device.read("settings.air_setpoint_c") == 30
+    assert device.read(SETPOINT) == 30
     press(device, "up", 0.009)
-    assert device.read("settings.air_setpoint_c") == 30
+    assert device.read(SETPOINT) == 30
 
 
-def test_a_key_that_is_held_counts_once(power_on: PowerOn) -> None:
+def test_a_key_that_is_held_counts_once() -> None:
     device = power_on()
     device.advance(1.5)
     press(device, "up", 20.0)
-    assert device.read("settings.air_setpoint_c") == 30
+    assert device.read(SETPOINT) == 30
 
 
-def test_the_plotters_lines(power_on: PowerOn) -> None:
+def test_the_plotters_lines() -> None:
     """Temperature, setpoint, ten times the heater, lead: one line a step, as the step had it."""
     device = power_on(temperature_c=18.0)
     for turn in range(1, 60):

@@ -1,79 +1,197 @@
 """From reset on: what the heater's pin does, what guards the program, what runs always."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from powered import PowerOn
+from chamber_on import FAN, HEATER, SETPOINT, power_on, press, put
 
-from heatwright.sim.native.pins import pin_number
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
 
 WDTCSR, WDE, WDIE = 0x60, 0x08, 0x40
 WDP_2S = 0x07
+DDRC, PORTC = 0x27, 0x28
+"""ATmega328P data sheet, register summary; A0 is bit 0."""
 DRIVEN_WITHIN = 12
 """Cycles: the jump from the vector, then two single-bit instructions, and a few in between."""
+HANG_MARK, MARKED = 0x5AC3, "reset_hang_mark"
+WATCHDOG_RESET = 14
 
 
-def test_the_first_instructions_drive_the_heater_off(power_on: PowerOn) -> None:
-    device = power_on()
+@pytest.mark.parametrize("cause", [None, "external", "brown_out"])
+def test_the_first_instructions_drive_the_heater_off(chamber_elf: Path, cause: str | None) -> None:
+    """On the binary that PlatformIO makes; at power-up, and after a reset while it heats."""
+    device = power_on(elf=Elf(chamber_elf))
+    if cause:
+        device.advance(3.5)
+        assert device.outputs["heater"].on
+        device.feed()
+        device.avr.pins.take()
+        device.avr.reset(cause)
+    reset_at = device.avr.cycle
     device.avr.run(0.05)
     events = device.avr.pins.take()
-    heater = events[events["pin"] == pin_number("PD3")]
-    assert heater["cycle"][0] <= DRIVEN_WITHIN
+    heater = events[events["pin"] == HEATER]
+    if cause:
+        floating, heater = heater[0], heater[1:]
+        assert (floating["cycle"], floating["state"] & 1) == (reset_at, 0)
+    assert heater["cycle"][0] - reset_at <= DRIVEN_WITHIN
     assert heater["state"][0] == 0  # low, by the processor
     assert not (heater["state"] & 1).any()
 
 
-@pytest.mark.parametrize("cause", ["external", "brown_out"])
-def test_also_after_a_reset(power_on: PowerOn, cause: str) -> None:
-    device = power_on()
-    device.advance(3.5)
-    assert device.outputs["heater"].on
-    device.feed()
-    device.avr.pins.take()
-    reset_at = device.avr.cycle
-    device.avr.reset(cause)
-    device.avr.run(0.05)
-    events = device.avr.pins.take()
-    heater = events[events["pin"] == pin_number("PD3")]
-    floating, driven = heater[:2]
-    assert floating["cycle"] == reset_at
-    assert floating["state"] & 1 == 0
-    assert driven["state"] == 0
-    assert driven["cycle"] - reset_at <= DRIVEN_WITHIN
-    assert not (heater["state"] & 1).any()
-
-
-def test_the_watchdog_is_armed(power_on: PowerOn) -> None:
+def test_the_watchdog_is_armed_and_the_setpoint_is_the_first() -> None:
     device = power_on()
     device.advance(0.1)
     assert device.avr.read_ram(WDTCSR, 1)[0] & (WDE | WDIE | WDP_2S) == WDE | WDP_2S
+    assert device.read(SETPOINT) == np.float32(20.0)
 
 
-def test_the_fan_runs_before_the_heater_and_always(power_on: PowerOn) -> None:
+def test_the_fan_runs_before_the_heater_and_always() -> None:
     device = power_on()
     device.advance(2.5)
     device.sensors["air"].unplug()  # type: ignore[attr-defined]
     device.advance(20.0)
     assert device.read("fault.code") == 1
     events = device.avr.pins.take()
-    fan = events[events["pin"] == pin_number("PB3")]
-    heater = events[(events["pin"] == pin_number("PD3")) & (events["state"] & 1 == 1)]
+    fan = events[events["pin"] == FAN]
+    heater = events[(events["pin"] == HEATER) & (events["state"] & 1 == 1)]
     assert len(fan) == 0 or fan["state"][-1] & 1
     assert device.outputs["fan"].on
-    on_cycles = device.avr.pins.high_cycles(pin_number("PB3"))
+    on_cycles = device.avr.pins.high_cycles(FAN)
     assert on_cycles / device.avr.cycle > 0.999
     assert len(heater) == 0 or heater["cycle"][0] > device.avr.cycle - on_cycles
 
 
-def test_no_heat_before_the_first_reading(power_on: PowerOn) -> None:
+def test_no_heat_before_the_first_reading() -> None:
     device = power_on()
     device.sensors["air"].unplug()  # type: ignore[attr-defined]
     device.advance(30.0)
-    assert device.avr.pins.high_cycles(pin_number("PD3")) == 0
+    assert device.avr.pins.high_cycles(HEATER) == 0
     assert device.read("fault.code") == 1
     assert device.shield.lcd.text == ("T=--.-°C VT=0   ", "E01 NO SENSOR   ")
 
 
-def test_setpoint_at_start(power_on: PowerOn) -> None:
+# -- a key that is down when the power comes on was not pressed by anyone who read the display
+
+
+@pytest.fixture
+def latched() -> AvrDevice:
+    """Powered on with an EEPROM that holds an unacknowledged fault."""
     device = power_on()
-    device.advance(0.1)
-    assert device.read("settings.air_setpoint_c") == np.float32(20.0)
+    device.advance(2.5)
+    device.sensors["air"].unplug()  # type: ignore[attr-defined]
+    device.advance(12.0)
+    assert device.read("fault.code") == 1
+    return power_on(device.avr.eeprom.contents)
+
+
+def test_select_held_from_the_start_acknowledges_nothing(latched: AvrDevice) -> None:
+    latched.press("select")
+    latched.advance(5.0)
+    assert latched.read("fault.code") == 1
+    latched.press(None)
+    latched.advance(5.2)
+    press(latched, "select")
+    assert latched.read("fault.code") == 0
+
+
+@pytest.mark.parametrize("key", ["up", "down"])
+def test_the_setpoint_stands_while_a_fault_hides_it(latched: AvrDevice, key: str) -> None:
+    latched.advance(1.0)
+    press(latched, key)
+    latched.advance(1.4)
+    assert (latched.read(SETPOINT), latched.read("fault.code")) == (20, 1)
+
+
+def test_the_keys_pin_does_not_float_without_the_shield() -> None:
+    device = power_on()
+    device.advance(0.5)
+    assert device.avr.read_ram(DDRC, 1)[0] & 1 == 0
+    assert device.avr.read_ram(PORTC, 1)[0] & 1 == 1, "the pull-up of A0"
+
+
+# -- a hang is told even where a boot loader clears MCUSR before the program starts
+
+
+@pytest.mark.parametrize(("marked", "found"), [(True, WATCHDOG_RESET), (False, 0)])
+def test_a_reset_with_the_mark_was_a_hang(marked: bool, found: int) -> None:
+    """RAM is as it was, and there is no watchdog flag."""
+    device = power_on()
+    device.advance(3.5)
+    assert device.read(MARKED) == 0
+    if marked:
+        put(device, MARKED, HANG_MARK)
+    device.avr.reset("external")
+    device.avr.run(0.05)
+    assert (device.read("fault.code"), device.read(MARKED)) == (found, 0)
+
+
+def test_the_mark_means_nothing_at_power_up() -> None:
+    device = power_on()
+    put(device, MARKED, HANG_MARK)
+    device.avr.run(0.05)
+    assert device.read("fault.code") == 0
+
+
+def test_the_gate_sets_the_mark_when_the_main_loop_stands() -> None:
+    device = power_on()
+    device.advance(3.5)
+    device.avr.run(0.0051)  # between two ticks
+    # The gate counts this permit down; a loop that stands no longer renews it.
+    put(device, "gate.c:main_ticks", 1)
+    seen = []
+    for _ in range(3000):
+        device.avr.run(4e-6)
+        seen.append(int(device.read(MARKED)))
+    assert HANG_MARK in seen
+    assert seen[-1] == 0, "a loop that goes on takes it back"
+
+
+# -- counters that wrap, and a period that does not drift
+
+
+def test_the_period_does_not_drift_in_an_hour() -> None:
+    hour_s = 3600
+    device = power_on()
+    device.advance(hour_s + 0.5)
+    steps = device.steps("air")
+    assert len(steps) == hour_s
+    off_s = steps["time_s"] - steps["time_s"][0] - np.arange(hour_s)
+    assert abs(off_s).max() < 0.001
+    assert abs(steps["time_s"][0] - 1.0) < 0.02
+
+
+def test_the_count_of_steps_wraps() -> None:
+    device = power_on()
+    device.advance(3.5)
+    put(device, "loop_air.steps", 0xFFFD)
+    device.advance(10.5)
+    steps = device.steps("air")
+    # The first of these is the change from outside.
+    assert steps["steps"][3:].tolist() == [0xFFFD, 0xFFFE, 0xFFFF, 0, 1, 2, 3, 4]
+    assert np.allclose(np.diff(steps["time_s"][4:]), 1.0, atol=0.001)
+    assert device.read("fault.code") == 0
+
+
+def test_the_clock_wraps() -> None:
+    device = power_on()
+    device.advance(3.5)
+    put(device, "clock.c:seconds", 0xFFFFFFFE)
+    device.advance(10.5)
+    assert device.read("clock.c:seconds") == 5
+    assert len(device.steps("air")) == 10
+    device.sensors["air"].unplug()  # type: ignore[attr-defined]
+    device.advance(20.5)
+    assert device.read("fault.code") == 1
+    assert device.read("fault.time_s") < 20
+
+
+@pytest.mark.parametrize("name", ["heating_steps", "frozen_steps"])
+def test_a_count_near_its_end_trips_rather_than_wraps(name: str) -> None:
+    device = power_on()
+    device.advance(3.5)
+    put(device, f"guard_air.{name}", 0xFFFF - 1)
+    device.advance(6.5)
+    assert device.read("fault.code") in {9, 10}

@@ -89,6 +89,37 @@ class KilnDesk:
         self._begin_s, self._rows = self.device.time_s, 0
         self.run(2.0)
 
+    def do(self, deeds: str) -> None:
+        """Do what stands there between semicolons, with time for what comes of it.
+
+        `enter 12.5`, `order 2 1`, `wait 30` (seconds), `power` (cut and given back); all other
+        words are touched.
+        """
+        for deed in deeds.split("; "):
+            verb, _, rest = deed.partition(" ")
+            match verb:
+                case "enter":
+                    self.enter(rest)
+                case "order":
+                    self.display.send(f"#{rest};")
+                case "wait":
+                    self.run(float(rest))
+                case "power":
+                    self.power_cycle()
+                case _:
+                    self.tap(*deed.split())
+        self.run(2.0)
+
+    def look(self, name: str) -> Any:
+        """Return the page that is shown, a row of a program, a variable, or what a field shows."""
+        if name == "page":
+            return self.display.page
+        if name.startswith("row"):
+            return " ".join(str(self.shows(f"{column}{name[3:]}.txt")) for column in "kmt").strip()
+        owner = name.split(".", maxsplit=1)[0]
+        known = {"program", "loop_chamber", "settings", "fault", "pages_shown"}
+        return self.read(name) if owner in known else self.shows(name)
+
     def enter(self, text: str) -> None:
         """Key a number into the pages that ask for one, in place of what they show."""
         keys = {key: f"d{place}" for place, key in enumerate("789456123.0-")}

@@ -1,5 +1,7 @@
 """Every order of the display, given by touching its pages, on the binary."""
 
+from typing import Any
+
 import pytest
 from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, KilnDesk
 
@@ -7,259 +9,138 @@ from heatwright.spec.nextion import display_pages
 
 K, S = 3, 6
 """Codes of thermocouples (MAX31856 data sheet, configuration register 1)."""
-SAVED_S = 30.0
+SAVED = "wait 30"
 """Settings are kept within this time after they were changed."""
+SETPOINT, MAXIMUM = "settings.chamber_setpoint_c", "settings.chamber_maximum_c"
+TYPE, ENABLED = "settings.chamber_thermocouple", "loop_chamber.enabled"
+STATE, START = "program.state", "bprog s1"
+
+TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
+    "8 a program is started": [
+        (START, {"page": "main", STATE: RUNNING, "program.number": 1, ENABLED: 1}),
+    ],
+    "8 an empty place is not": [("bprog s2", {STATE: IDLE})],
+    "9 it is paused": [
+        (f"{START}; wait 10; bt1", {STATE: PAUSED, ENABLED: 0, "bt1.val": 0}),
+    ],
+    "10 go here": [
+        (START, {}),
+        ("bpoints g3", {"page": "main", "program.segment": 3, STATE: RETURNING, "point.val": 3}),
+    ],
+    "13 and 7 a segment is changed": [
+        ("bprog b1; wait 1; t1", {"page": "point", "k.txt": "min", "m.txt": "60", "t.txt": "540"}),
+        ("t clear d3 d10 d10 d9 d4 m less less d2 ok", {"page": "points", "row1": "min 9 400.5"}),
+    ],
+    "7 a rate": [
+        ("bprog b1; wait 1; t8 k1 m clear d6 d4 d10 t clear d5 d10 d10 ok", {"row8": "K/h 150 600"})
+    ],
+    "7 as fast as it can": [
+        ("bprog b1; wait 1; t8 k2 m clear t clear d5 d10 d10 ok", {"row8": "fast  600"}),
+    ],
+    "7 until somebody says so": [
+        ("bprog b1; wait 1; t8 k3 m clear t clear ok", {"row8": "until"}),
+    ],
+    "7 a hold": [("bprog b1; wait 1; t8 k4 m clear d6 d7 t clear ok", {"row8": "hold 12"})],
+    "7 the source's own example in an empty place is there after a power cut, and runs": [
+        ("bprog b2; wait 1; order 7 1,20,600:2,40,300:3,60,300:4,0,0:; pname c00 c11 space c39 ok; "
+         "wait 10", {"pname.txt": "al 9"}),
+        ("power; bprog", {"name2.txt": "al 9"}),
+        ("b2", {"row1": "min 20 600", "row2": "min 40 300", "k3.txt": "hold", "m3.txt": "60",
+                "row4": ""}),
+        ("back bprog s2", {STATE: RUNNING, "program.number": 2, "program.segments": 3}),
+    ],
+    "7 the end of a program is moved": [
+        ("bprog b1; wait 1; t5 end", {"k4.txt": "hold", "k5.txt": "", "k6.txt": ""}),
+    ],
+    "17 a stop is asked for": [
+        (f"{START}; bstop no", {STATE: RUNNING}),
+        ("bstop yes", {STATE: IDLE, ENABLED: 0, "page": "main"}),
+    ],
+    "18 the operator goes on": [(f"{START}; wait 3; bskip", {"program.segment": 2})],
+    "2 the loop is switched": [
+        ("bdebug on", {ENABLED: 1, "on.val": 1}), ("on", {ENABLED: 0, "on.val": 0}),
+    ],
+    "3 the setpoint": [
+        ("bset bsp; enter 321.5", {"page": "settings", SETPOINT: 321.5, "sp.txt": "321.5"}),
+    ],
+    "4 the output by hand": [
+        ("bdebug on bot; enter 42; wait 1",
+         {"page": "debug", "loop_chamber.duty_percent": 42, "ot.val": 42}),
+    ],
+    "20 the critical temperature is kept, and only ever lowered": [
+        (f"bset bcrit; enter 900; {SAVED}", {MAXIMUM: 900}),
+        ("bcrit; enter 1200", {MAXIMUM: 900}),
+        ("power", {MAXIMUM: 900}),
+    ],
+    "15 not while a program runs": [(f"{START}; bset btype typeS", {TYPE: K})],
+}  # fmt: skip
+"""What is done with the display, and what is seen then."""
 
 
-def start(desk: KilnDesk) -> None:
-    desk.tap("bprog", "s1")
-    assert desk.read("program.state") == RUNNING
+@pytest.mark.parametrize("name", TOUCHES)
+def test_touched(desk: KilnDesk, name: str) -> None:
+    for deeds, seen in TOUCHES[name]:
+        desk.do(deeds)
+        assert {each: desk.look(each) for each in seen} == seen, deeds
 
 
-@pytest.fixture
-def running(desk: KilnDesk) -> KilnDesk:
-    start(desk)
-    return desk
+@pytest.mark.parametrize("gain", ["kp", "ki", "kd"])
+def test_5_6_19_and_22_gains_are_set_and_kept(desk: KilnDesk, gain: str) -> None:
+    desk.do(f"bdebug b{gain}; enter 1.25")
+    assert desk.read(f"settings.chamber_{gain}") == 1.25
+    assert float(desk.shows(f"{gain}.txt")) == 1.25
+    desk.do(f"keep; {SAVED}; power")
+    assert desk.read(f"settings.chamber_{gain}") == 1.25
 
 
-def loop(desk: KilnDesk, member: str) -> float:
-    return float(desk.read(f"loop_chamber.{member}"))
-
-
-# -- programs --------------------------------------------------------------------------------------
-
-
-def test_8_a_program_is_started(running: KilnDesk) -> None:
-    assert running.display.page == "main"
-    running.run(5.0)
-    assert running.read("program.number") == 1
-    assert loop(running, "enabled") == 1
-
-
-def test_8_an_empty_place_is_not(desk: KilnDesk) -> None:
-    desk.tap("bprog", "s2")
-    desk.run(2.0)
-    assert desk.read("program.state") == IDLE
-
-
-def test_9_it_is_paused_and_goes_on(running: KilnDesk) -> None:
-    running.run(10.0)
-    running.tap("bt1")
-    running.run(2.0)
-    assert running.read("program.state") == PAUSED
-    assert loop(running, "enabled") == 0
-    assert running.shows("bt1.val") == 0
-    running.tap("bt1")
-    running.run(2.0)
-    assert running.read("program.state") in (RETURNING, RUNNING)
-
-
-def test_10_go_here(running: KilnDesk) -> None:
-    running.tap("bpoints", "g3")
-    running.run(2.0)
-    assert running.display.page == "main"
-    assert running.read("program.segment") == 3
-    assert running.read("program.state") == RETURNING
-    assert running.shows("point.val") == 3
+def test_9_a_paused_program_goes_on(desk: KilnDesk) -> None:
+    desk.do(f"{START}; wait 10; bt1")
+    desk.do("bt1")
+    assert desk.read(STATE) in (RETURNING, RUNNING)
 
 
 def test_11_a_segment_is_marked(desk: KilnDesk) -> None:
-    desk.tap("bprog", "b1")
-    desk.run(1.0)
-    before = [desk.shows(f"p{row}.bco") for row in range(1, 11)]
-    desk.tap("p4")
-    desk.run(1.0)
-    after = [desk.shows(f"p{row}.bco") for row in range(1, 11)]
+    colours = []
+    for deeds in ("bprog b1", "p4"):
+        desk.do(deeds)
+        colours.append([desk.shows(f"p{row}.bco") for row in range(1, 11)])
+    before, after = colours
     assert [row for row in range(10) if before[row] != after[row]] == [3]
 
 
-def test_13_and_7_a_segment_is_changed(desk: KilnDesk) -> None:
-    desk.tap("bprog", "b1")
-    desk.run(1.0)
-    desk.tap("t1")
-    assert desk.display.page == "point"
-    assert [desk.shows(f"{field}.txt") for field in "kmt"] == ["min", "60", "540"]
-    desk.tap("t", "clear", "d3", "d10", "d10", "d9", "d4", "m", "less", "less", "d2", "ok")
-    desk.run(2.0)
-    assert desk.display.page == "points"
-    assert [desk.shows(f"{column}1.txt") for column in "kmt"] == ["min", "9", "400.5"]
-
-
-@pytest.mark.parametrize(
-    ("kind", "amount", "target", "shown"),
-    [
-        ("k1", "150", "600", ["K/h", "150", "600"]),
-        ("k2", "", "600", ["fast", "", "600"]),
-        ("k3", "", "", ["until", "", ""]),
-        ("k4", "12", "", ["hold", "12", ""]),
-    ],
-)
-def test_7_all_forms_of_segments(
-    desk: KilnDesk, kind: str, amount: str, target: str, shown: list[str]
-) -> None:
-    keys = {key: f"d{place}" for place, key in enumerate("789456123.0-")}
-    desk.tap("bprog", "b1")
-    desk.run(1.0)
-    desk.tap("t8", kind, "m", "clear", *(keys[digit] for digit in amount))
-    desk.tap("t", "clear", *(keys[digit] for digit in target), "ok")
-    desk.run(2.0)
-    assert [desk.shows(f"{column}8.txt") for column in "kmt"] == shown
-
-
-def test_7_a_program_is_written_and_kept(desk: KilnDesk) -> None:
-    """The source's own example, into an empty place; it is there after a power cut."""
-    desk.tap("bprog", "b2")
-    desk.run(1.0)
-    desk.display.send("#7 1,20,600:2,40,300:3,60,300:4,0,0:;")
-    desk.tap("pname", "c00", "c11", "space", "c39", "ok")
-    desk.run(10.0)
-    assert desk.shows("pname.txt") == "al 9"
-    desk.power_cycle()
-    desk.tap("bprog")
-    desk.run(1.0)
-    assert desk.shows("name2.txt") == "al 9"
-    desk.tap("b2")
-    desk.run(1.5)
-    rows = [[desk.shows(f"{column}{row}.txt") for column in "kmt"] for row in range(1, 5)]
-    assert rows[:2] == [["min", "20", "600"], ["min", "40", "300"]]
-    assert rows[2][:2] == ["hold", "60"]
-    assert rows[3] == ["", "", ""]
-    desk.tap("back", "bprog", "s2")
-    desk.run(2.0)
-    assert (desk.read("program.state"), desk.read("program.number")) == (RUNNING, 2)
-    assert desk.read("program.segments") == 3
-
-
-def test_7_the_end_of_a_program_is_moved(desk: KilnDesk) -> None:
-    desk.tap("bprog", "b1")
-    desk.run(1.0)
-    desk.tap("t5", "end")
-    desk.run(2.0)
-    assert [desk.shows(f"k{row}.txt") for row in (4, 5, 6)] == ["hold", "", ""]
-
-
-def test_17_a_stop_is_asked_for(running: KilnDesk) -> None:
-    running.tap("bstop", "no")
-    assert running.read("program.state") == RUNNING
-    running.tap("bstop", "yes")
-    running.run(1.0)
-    assert running.read("program.state") == IDLE
-    assert loop(running, "enabled") == 0
-    assert running.display.page == "main"
-
-
-def test_18_the_operator_goes_on(running: KilnDesk) -> None:
-    running.run(3.0)
-    running.tap("bskip")
-    running.run(2.0)
-    assert running.read("program.segment") == 2
-
-
-# -- the loop --------------------------------------------------------------------------------------
-
-
-def test_2_the_loop_is_switched(desk: KilnDesk) -> None:
-    desk.tap("bdebug", "on")
-    desk.run(2.0)
-    assert loop(desk, "enabled") == 1
-    assert desk.shows("on.val") == 1
-    desk.tap("on")
-    desk.run(2.0)
-    assert loop(desk, "enabled") == 0
-    assert desk.shows("on.val") == 0
-
-
-def test_3_the_setpoint(desk: KilnDesk) -> None:
-    desk.tap("bset", "bsp")
-    desk.enter("321.5")
-    desk.run(2.0)
-    assert desk.display.page == "settings"
-    assert desk.read("settings.chamber_setpoint_c") == 321.5
-    assert float(desk.shows("sp.txt")) == 321.5
-
-
-def test_4_the_output_by_hand(desk: KilnDesk) -> None:
-    desk.tap("bdebug", "on", "bot")
-    desk.enter("42")
-    desk.run(3.0)
-    assert desk.display.page == "debug"
-    assert loop(desk, "duty_percent") == 42
-    assert desk.shows("ot.val") == 42
-    desk.display.send("#2 1;")
-    desk.run(3.0)
-    assert loop(desk, "duty_percent") != 42
-
-
-@pytest.mark.parametrize(("button", "gain"), [("bkp", "kp"), ("bki", "ki"), ("bkd", "kd")])
-def test_5_6_19_and_22_gains_are_set_and_kept(desk: KilnDesk, button: str, gain: str) -> None:
-    desk.tap("bdebug", button)
-    desk.enter("1.25")
-    desk.run(1.0)
-    assert desk.read(f"settings.chamber_{gain}") == 1.25
-    assert float(desk.shows(f"{gain}.txt")) == 1.25
-    desk.tap("keep")
-    desk.run(SAVED_S)
-    desk.power_cycle()
-    assert desk.read(f"settings.chamber_{gain}") == 1.25
-
-
-def test_20_the_critical_temperature(desk: KilnDesk) -> None:
-    desk.tap("bset", "bcrit")
-    desk.enter("900")
-    desk.run(SAVED_S)
-    assert desk.read("settings.chamber_maximum_c") == 900
-    desk.tap("bcrit")
-    desk.enter("1200")
-    desk.run(2.0)
-    assert desk.read("settings.chamber_maximum_c") == 900, "it is only ever lowered"
-    desk.power_cycle()
-    assert desk.read("settings.chamber_maximum_c") == 900
+def test_4_the_loop_takes_the_output_back(desk: KilnDesk) -> None:
+    desk.do("bdebug on bot; enter 42; order 2 1; wait 1")
+    assert desk.read("loop_chamber.duty_percent") != 42
 
 
 def test_15_the_thermocouple(desk: KilnDesk) -> None:
-    assert desk.read("settings.chamber_thermocouple") == K
+    assert desk.read(TYPE) == K
     desk.device.sensors["chamber"].wire = "S"
-    desk.tap("bset", "btype", "typeS")
-    desk.run(2.0)
-    assert desk.read("settings.chamber_thermocouple") == S
+    desk.do("bset btype typeS")
+    assert desk.read(TYPE) == S
     assert desk.shows("thermo.type.txt") == "S"
-    desk.run(SAVED_S)
-    desk.power_cycle()
-    assert desk.read("settings.chamber_thermocouple") == S
+    desk.do(f"{SAVED}; power")
+    assert desk.read(TYPE) == S
 
 
-def test_15_not_while_a_program_runs(running: KilnDesk) -> None:
-    running.tap("bset", "btype", "typeS")
-    running.run(2.0)
-    assert running.read("settings.chamber_thermocouple") == K
-
-
-# -- faults ----------------------------------------------------------------------------------------
-
-
-def test_12_and_16_a_fault_its_page_the_list_the_acknowledgement(running: KilnDesk) -> None:
-    running.run(5.0)
-    running.device.sensors["chamber"].faults.open = True
-    running.run(10.0)
-    assert running.read("fault.code") == 17
-    assert running.display.page == "fault17"
-    assert running.read("program.state") == IDLE
-    running.tap("list")
-    assert running.display.page == "faults"
-    running.run(1.0)
-    assert "17" in str(running.shows("l1.txt"))
-    running.device.sensors["chamber"].faults.open = False
-    running.run(5.0)
-    running.tap("ack")
-    running.run(2.0)
-    assert running.read("fault.code") == 0
-    running.tap("back")
-    assert running.display.page == "main"
-    assert running.shows("ERROR.en") == 0
+def test_12_and_16_a_fault_its_page_the_list_the_acknowledgement(desk: KilnDesk) -> None:
+    desk.do(f"{START}; wait 5")
+    faults = desk.device.sensors["chamber"].faults
+    faults.open = True
+    desk.do("wait 8")
+    assert [desk.look(name) for name in ("fault.code", "page", STATE)] == [17, "fault17", IDLE]
+    desk.do("list")
+    assert desk.display.page == "faults"
+    assert "17" in str(desk.shows("l1.txt"))
+    faults.open = False
+    desk.do("wait 3; ack")
+    assert desk.read("fault.code") == 0
+    desk.do("back")
+    assert (desk.display.page, desk.shows("ERROR.en")) == ("main", 0)
 
 
 def test_21_the_board_knows_the_page(desk: KilnDesk) -> None:
     pages = [page.name for page in display_pages(desk.controller)]
-    for way in (["bprog"], ["back", "bset"], ["back", "bdebug"], ["back", "bfaults"], ["back"]):
-        desk.tap(*way)
+    for way in ("bprog", "back bset", "back bdebug", "back bfaults", "back"):
+        desk.tap(*way.split())
         assert desk.read("pages_shown") == pages.index(desk.display.page)

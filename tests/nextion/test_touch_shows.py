@@ -114,33 +114,58 @@ def _waits(part: Component) -> bool:
     return part.kind in ("text", "number") and begins in ("", 0)
 
 
-def test_a_program_is_shown(hosted: Path) -> None:
-    said = run(hosted, seconds(1), ordered("13 1"), page("points"), seconds(3))
-    rows = [
-        tuple(said.shown[f"points.{column}{row}.txt"] for column in "kmt") for row in range(1, 7)
-    ]
-    assert rows == [
-        ("min", "60", "540"), ("hold", "30", ""), ("K/h", "150", "800"), ("until", "", ""),
-        ("fast", "", "510"), ("", "", ""),
-    ]  # fmt: skip
-    assert said.shown["points.pname.txt"] == "fuse"
+def rows(*shown: str) -> dict[str, str]:
+    """What the page of a program shows, row by row: kind, amount, target; - for nothing."""
+    return {
+        f"points.{column}{number}.txt": text.strip("-")
+        for number, row in enumerate(shown, 1)
+        for column, text in zip("kmt", row.split(), strict=True)
+    }
 
 
-def test_fractions_are_shown_as_they_are_typed(hosted: Path) -> None:
-    change = ordered("7 1,2.02,600.5:2,150.5,-0,1:3,0.5,700:")
-    said = run(hosted, seconds(1), ordered("13 3"), change, seconds(1), page("points"),
-        seconds(3),
-    )  # fmt: skip
-    assert said.shown["points.m1.txt"] == "2.02"
-    assert said.shown["points.t1.txt"] == "600.5"
-    assert (said.shown["points.m2.txt"], said.shown["points.t2.txt"]) == ("150.5", "0")
-    assert said.shown["points.m3.txt"] == "0.5"
+SHOWN = {
+    "a program": (
+        [ordered("13 1"), page("points"), seconds(3)],
+        rows("min 60 540", "hold 30 -", "K/h 150 800", "until - -", "fast - 510", "- - -")
+        | {"points.pname.txt": "fuse"},
+    ),
+    "fractions as they are typed": (
+        [ordered("13 3"), ordered("7 1,2.02,600.5:2,150.5,-0,1:3,0.5,700:"), seconds(1),
+         page("points"), seconds(3)],
+        rows("min 2.02 600.5", "K/h 150.5 0", "min 0.5 700"),
+    ),
+    "what was taken away no more": (
+        [page("points"), seconds(3), ordered("7 3,0,0:"), seconds(3)],
+        rows("min 60 540", "hold 30 -", "- - -"),
+    ),
+    "off": ([seconds(3)], {"main.state.txt": "off"}),
+    "on": ([ordered("2 1"), seconds(3)], {"main.state.txt": "on"}),
+    "by hand": ([ordered("2 1", "4 5"), seconds(3)], {"main.state.txt": "by hand"}),
+    "running": ([ordered("8 1"), seconds(3)], {"main.state.txt": "runs"}),
+    "paused": ([ordered("8 1"), seconds(2), ordered("9 0"), seconds(3)],
+               {"main.state.txt": "paused"}),
+    "going back": ([ordered("8 1"), seconds(2), ordered("10 3"), seconds(3)],
+                   {"main.state.txt": "returns to its setpoint"}),
+    "stopped": ([ordered("8 1"), seconds(2), ordered("17"), seconds(3)],
+                {"main.state.txt": "stopped"}),
+    "stopped by a fault": (
+        [ordered("8 1"), seconds(2), fault(24), ticks(9), page("main"), seconds(3)],
+        {"main.state.txt": "stopped by a fault"},
+    ),
+    "below zero": ([celsius(-30), seconds(5)], {"main.temp.val": "-30"}),
+    "a fault without a page": (
+        [fault(9), ticks(9), page("main"), seconds(2)],
+        {"main.alarm.txt": "E09 FROZEN", "main.ERROR.en": "1"},
+    ),
+}  # fmt: skip
+"""What happens after two seconds, and what is shown then."""
 
 
-def test_what_was_taken_away_is_not_shown(hosted: Path) -> None:
-    said = run(hosted, seconds(1), page("points"), seconds(3), ordered("7 3,0,0:"), seconds(3))
-    shown = [said.shown[f"points.{column}3.txt"] for column in "kmt"]
-    assert shown == ["", "", ""]
+@pytest.mark.parametrize("name", SHOWN)
+def test_it_shows(hosted: Path, name: str) -> None:
+    script, expected = SHOWN[name]
+    shown = run(hosted, seconds(2), *script).shown
+    assert {attribute: shown[attribute] for attribute in expected} == expected
 
 
 def test_marks_are_shown(hosted: Path) -> None:
@@ -150,22 +175,6 @@ def test_marks_are_shown(hosted: Path) -> None:
     colours = [said.shown[f"points.p{row}.bco"] for row in range(1, 6)]
     assert len(set(colours)) == 3
     assert colours[1] == colours[2] == colours[4]
-
-
-def test_the_state_in_words(hosted: Path) -> None:
-    def state(*script: bytes) -> str:
-        return run(hosted, seconds(2), *script, seconds(3)).shown["main.state.txt"]
-
-    assert state() == "off"
-    assert state(ordered("2 1")) == "on"
-    assert state(ordered("2 1"), ordered("4 5")) == "by hand"
-    assert state(ordered("8 1")) == "runs"
-    assert state(ordered("8 1"), seconds(2), ordered("9 0")) == "paused"
-    assert state(ordered("8 1"), seconds(2), ordered("10 3")) == "returns to its setpoint"
-    assert state(ordered("8 1"), seconds(2), ordered("17")) == "stopped"
-    assert (
-        state(ordered("8 1"), seconds(2), fault(24), ticks(9), page("main")) == "stopped by a fault"
-    )
 
 
 def test_clocks_and_energy(hosted: Path) -> None:
@@ -204,48 +213,38 @@ def test_a_page_that_is_not_seen_is_ordered_again(hosted: Path) -> None:
     assert times[2] - times[1] == TRY_TICKS
 
 
-def test_a_page_that_is_seen_is_not(hosted: Path) -> None:
-    there = page("fault06")
-    said = run(hosted, seconds(5), fault(6), ticks(20), there, seconds(10))
-    assert said.instructions.count("page fault06") == 1
-    assert said.shown["t.txt"] == "20.0"
+SEEN = [fault(6), ticks(20), page("fault06")]
+ORDERED = {
+    # A page that is seen is not ordered again.
+    "its page": ([*SEEN, seconds(10)], "fault06", 1, {"t.txt": "20.0"}),
+    "the main page after the acknowledgement": (
+        [*SEEN, ordered("16"), seconds(1), page("main"), seconds(2)],
+        "main", 1, {"main.ERROR.en": "0", "main.alarm.txt": ""},
+    ),
+    # It may just have lit its alarm, and nobody else would put it out.
+    "the main page anew after the acknowledgement": (
+        [*SEEN, page("main"), seconds(3), ordered("16"), seconds(1)], "main", 1, {},
+    ),
+    "nothing for who looks at the list": (
+        [*SEEN, page("faults"), seconds(3), ordered("16"), seconds(1)], "main", 0, {},
+    ),
+    "its page again when the display starts": (
+        [*SEEN, seconds(3), page("main"), seconds(3), received(STARTED), seconds(1)],
+        "fault06", 2, {},
+    ),
+    "the main page where it has none": ([fault(9), ticks(9), page("main"), seconds(2)], "main", 1,
+                                        {}),
+    "a program that is asked for": ([ordered("13 2"), seconds(1)], "points", 1, {}),
+}  # fmt: skip
+"""What happens after five seconds, a page, how often it is ordered, and what is shown then."""
 
 
-def test_after_the_acknowledgement_the_main_page_comes_back(hosted: Path) -> None:
-    there = page("fault06")
-    said = run(hosted, seconds(5), fault(6), ticks(20), there, ordered("16"), seconds(1),
-               page("main"), seconds(2))  # fmt: skip
-    assert said.instructions.count("page main") == 1
-    assert said.shown["main.ERROR.en"] == "0"
-    assert said.shown["main.alarm.txt"] == ""
-
-
-def test_after_the_acknowledgement_the_main_page_begins_anew(hosted: Path) -> None:
-    """It may just have lit its alarm, and nobody else would put it out."""
-    there = page("fault06")
-    said = run(hosted, seconds(5), fault(6), ticks(20), there, page("main"), seconds(3),
-               ordered("16"), seconds(1))  # fmt: skip
-    assert said.instructions.count("page main") == 1
-
-
-def test_the_list_stays_after_an_acknowledgement(hosted: Path) -> None:
-    there, listed = page("fault06"), page("faults")
-    said = run(hosted, seconds(5), fault(6), ticks(20), there, listed, seconds(3),
-               ordered("16"), seconds(1))  # fmt: skip
-    assert "page main" not in said.instructions
-
-
-def test_the_page_of_a_fault_comes_again_when_the_display_starts(hosted: Path) -> None:
-    there = page("fault06")
-    said = run(hosted, seconds(5), fault(6), ticks(20), there, seconds(3), page("main"), seconds(3),
-               received(STARTED), seconds(1))  # fmt: skip
-    assert said.instructions.count("page fault06") == 2
-
-
-def test_a_fault_without_a_page_shows_on_the_main_page(hosted: Path) -> None:
-    said = run(hosted, seconds(5), fault(9), ticks(9), page("main"), seconds(2))
-    assert said.instructions.count("page main") == 1
-    assert said.shown["main.alarm.txt"] == "E09 FROZEN"
+@pytest.mark.parametrize("name", ORDERED)
+def test_a_page_is_ordered(hosted: Path, name: str) -> None:
+    script, ordered_page, times, expected = ORDERED[name]
+    said = run(hosted, seconds(5), *script)
+    assert said.instructions.count(f"page {ordered_page}") == times
+    assert {attribute: said.shown[attribute] for attribute in expected} == expected
 
 
 def test_the_list_of_faults(hosted: Path) -> None:
@@ -300,16 +299,6 @@ def test_a_chart_that_is_full_loses_its_beginning(hosted: Path) -> None:
 def test_a_button_is_put_right_if_its_order_was_refused(hosted: Path) -> None:
     said = run(hosted, seconds(5), ordered("9 1"), seconds(3))
     assert "main.bt1.val=0" in after(said, 500)
-
-
-def test_a_program_comes_up_when_it_is_asked_for(hosted: Path) -> None:
-    said = run(hosted, seconds(5), ordered("13 2"), seconds(1))
-    assert "page points" in said.instructions
-
-
-def test_below_zero(hosted: Path) -> None:
-    said = run(hosted, seconds(5), celsius(-30), seconds(5))
-    assert said.shown["main.temp.val"] == "-30"
 
 
 def test_the_same_fault_again_is_listed_again(hosted: Path) -> None:
