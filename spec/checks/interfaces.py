@@ -22,7 +22,7 @@ def step_fits_range(controller: Controller) -> Findings:
                 f"Use {number(round(interface.step_k, 1))} K",
             )
         elif loop is not None:
-            range_k = loop.setpoint.maximum_c - loop.setpoint.minimum_c
+            range_k = round(loop.setpoint.maximum_c - loop.setpoint.minimum_c, 6)
             if interface.step_k > range_k:
                 yield Finding(
                     path,
