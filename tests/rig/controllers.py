@@ -5,14 +5,19 @@ to three loops from what pins and timers are left, each with a plant and protect
 it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import cache
+from itertools import count as count_up
+from itertools import islice
+from random import Random
 from typing import Any, NamedTuple
 
 import yaml
 from hypothesis import assume
 from hypothesis import strategies as st
 from rig.controllers_loops import LoopDraw, Served, joined
-from rig.controllers_parts import Draws, Part, Resources, Sensors, text
+from rig.controllers_parts import Draws, Part, Resources, Sensors, Unsuited, text
+from suite import SEED
 
 from heatwright.spec import BOARDS, Board, Interface, Spec, SpecError, kinds, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
@@ -58,6 +63,7 @@ def controllers(
     interfaces: Collection[str] = KINDS,
     longest_period_s: float = 600.0,
     length_s: float = 60.0,
+    simulated: bool | None = None,
 ) -> st.SearchStrategy[Drawn]:
     """Draw controllers that the checks accept.
 
@@ -67,26 +73,40 @@ def controllers(
         interfaces: which kinds of interfaces there may be.
         longest_period_s: the longest time between control steps, unless its sensor takes longer.
         length_s: how long the scenario lasts.
+        simulated: whether there is a machine; None leaves that open.
 
     """
-    return texts(
-        loops=loops, boards=boards, interfaces=interfaces, longest_period_s=longest_period_s,
-        length_s=length_s,
-    ).map(_accepted)  # fmt: skip
-
-
-def _accepted(spec: str) -> Drawn:
-    try:
-        return Drawn(spec, load_text(spec, "drawn.yaml"))
-    except SpecError:
-        assume(False)
-        raise
+    limits = {
+        "loops": loops, "boards": boards, "interfaces": interfaces, "length_s": length_s,
+        "longest_period_s": longest_period_s, "simulated": simulated,
+    }  # fmt: skip
+    return _controllers(limits)
 
 
 @st.composite
-def texts(draw: Any, **limits: Any) -> str:
-    """Draw the texts of specs, those among them that the checks refuse."""
-    return _Controller(Draws(draw), **limits).text()
+def _controllers(draw: Any, limits: dict[str, Any]) -> Drawn:
+    found = attempt(lambda low, high: draw(st.integers(low, high)), **limits)
+    assume(isinstance(found, Drawn))
+    return found
+
+
+def attempt(between: Callable[[int, int], int], **limits: Any) -> Drawn | SpecError | None:
+    """Draw one; what the checks refuse comes back as their words."""
+    try:
+        text = _Controller(Draws(between), **limits).text()
+        return Drawn(text, load_text(text, "drawn.yaml"))
+    except SpecError as error:
+        return error
+    except Unsuited:
+        return None
+
+
+@cache
+def drawn(count: int, **limits: Any) -> tuple[Drawn, ...]:
+    """Draw a number of them without hypothesis, the same ones for the same SUITE_SEED."""
+    random = Random(f"controllers {SEED}")  # noqa: S311 - no secret
+    attempts = (attempt(random.randint, **limits) for _ in count_up())
+    return tuple(islice((each for each in attempts if isinstance(each, Drawn)), count))
 
 
 class _Controller:
@@ -101,8 +121,10 @@ class _Controller:
         interfaces: Collection[str] = KINDS,
         longest_period_s: float = 600.0,
         length_s: float = 60.0,
+        simulated: bool | None = None,
     ) -> None:
         self.draws, self._kinds = draws, frozenset(interfaces)
+        self._simulated = not draws.seldom() if simulated is None else simulated
         self._longest_period_s, self._length_s = longest_period_s, length_s
         self.identity: Part = {"name": "drawn", "board": draws.one(*boards)}
         self.board = self._clocked(BOARDS[self.identity["board"]])
@@ -243,13 +265,13 @@ class _Controller:
         draws = self.draws
         if self._spare() and draws.some():
             pulses = self.left.pwm(1.0, heats=False) if draws.some() else None
-            part = {"kind": "pwm", **pulses} if pulses else None
+            part = {"kind": "pwm", **pulses} if pulses else {}
             part = part or {"kind": "digital", "pin": self.left.digital()}
-            if part["kind"] == "digital" and draws.seldom():
+            if part["kind"] == "digital" and draws.some():
                 part["minimum_on"] = "2 s"
             self.outputs["blower"] = part
             self.host_fans[draws.one("P0", "P9")] = "blower"
-        if self.left.pins > self._needed + 3 and draws.seldom() and self.left.take_timer():
+        if self.left.pins > self._needed + 3 and draws.some() and self.left.take_timer():
             self.feeds = True
             wires = {key: self.left.digital() for key in ("step", "direction", "enable")}
             self.outputs["feed"] = {
@@ -276,7 +298,7 @@ class _Controller:
                 next(each for each in self.loops if each.name in self.served_by_host).ready()
             self.interfaces.append(part)
         if "modbus_rtu" in self.on_port:
-            part = {"kind": "modbus_rtu", **self._baud(115_200, BUS_BAUDS[2:])}
+            part = {"kind": "modbus_rtu", **self._baud(115_200, BUS_BAUDS)}
             part |= draws.maybe({"address": draws.one(1, 247)})
             part |= draws.maybe({"parity": draws.one("odd", "none")})
             part |= draws.maybe({"stop_bits": draws.one(1, 2)})
@@ -338,7 +360,7 @@ class _Controller:
         self.programs = part | ({"stored": stored} if stored else {})
 
     def _hold_back(self, loop: LoopDraw, least_k: float) -> Part:
-        if not loop.runs_away and self.draws.some():
+        if not loop.runs_away:
             return {"hold_back": "off"}
         within_k = round(least_k + 0.1, 2)
         if loop.runs_away and within_k >= loop.above_k:
@@ -381,8 +403,13 @@ class _Controller:
             least_s = max(least_s, 10 * round(slowest_s(LEAST_YEARS, entries) / 10 + 1))
             part |= {"keep": "eeprom"} if least_s <= 3600 else {}
         if "keep" not in part:
-            touched = 1700 * ("nextion" in self.on_port)
-            most = (self.board.ram_bytes - 560 - touched - 63 * self.programs.get("points", 0)) // 4
+            touched = "nextion" in self.on_port
+            most = (
+                self.board.ram_bytes
+                - 560
+                - NEXTION_BYTES * touched
+                - 63 * self.programs.get("points", 0)
+            ) // 4
             entries = int(draws.number(1, min(max(most, 1), 1000), 20))
             least_s = max(1.0, loop.period_s)
         every_s = draws.number(least_s, 3600, 60)
@@ -490,8 +517,12 @@ class _Controller:
             **({"programs": self.programs} if self.programs else {}),
             "safety": self.safety,
             **({"interfaces": self.interfaces} if self.interfaces else {}),
-            "simulation": self._simulation(),
+            **({"simulation": self._simulation()} if self._simulated else {}),
         }
+        if not self._simulated and self.draws.some():
+            for output in whole["outputs"].values():
+                if "current" not in output:
+                    output.pop("power", None)
         return yaml.dump(
             whole, Dumper=_Plain, allow_unicode=True, sort_keys=False, default_flow_style=None,
             width=100,

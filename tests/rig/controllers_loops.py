@@ -3,13 +3,13 @@
 import math
 from typing import Any, NamedTuple
 
-from hypothesis import assume
 from rig.controllers_parts import (
     NARROWEST_K,
     Draws,
     Part,
     Resources,
     Sensors,
+    Unsuited,
     step_k,
     text,
     tidy,
@@ -79,7 +79,7 @@ class LoopDraw:
         )
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
         self.sensors[f"{name}_felt"] = part
-        self.reference = part.get("reference", "supply")
+        self.reference = sensors.reference
         self._longest_period_s = longest_period_s
         self._draw()
 
@@ -104,8 +104,8 @@ class LoopDraw:
         longest_s = max(shortest_s, self._longest_period_s)
         usual_s = self.draws.one(1.0, 0.2, 2.0)
         self.period_s = self.draws.number(shortest_s, longest_s, usual_s, TICK_S)
-        if self.period_s > 20 and self.draws.some():  # most loops are quicker
-            self.period_s = max(shortest_s, 2.0)
+        if self.period_s > 2 and not self.draws.seldom():  # most loops are quicker
+            self.period_s = max(shortest_s, usual_s)
 
     def _temperatures(self) -> None:
         """Choose the start and the maximum; the setpoints follow from the machine."""
@@ -114,7 +114,8 @@ class LoopDraw:
         least_c = self.start_c + 0.6 * (min(ceiling_c, self.start_c + 400) - self.start_c)
         self.maximum_c = self.draws.number(least_c, ceiling_c, 300, 0.1)
         self.span_k = self.maximum_c - self.start_c
-        assume(self.span_k > NARROWEST_K / 3)  # else the sensor is too coarse
+        if self.span_k < NARROWEST_K / 3:
+            raise Unsuited  # the sensor is too coarse
         lowest_c = max(self.floor_c, -10.0)
         self.step_k = step_k(self.sensor, self.board.mcu, lowest_c, self.maximum_c)
         self.error_k = self.sensor.error_k(self.maximum_c)
@@ -125,8 +126,9 @@ class LoopDraw:
         if self.kind == "pid":
             kinds.remove("digital")
         kind = draws.one(*kinds)
-        measured = kind != "time_proportional" and self.period_s <= 1 and draws.seldom()
+        measured = kind != "time_proportional" and self.period_s <= 1 and draws.some()
         self.measured = measured and self.left.has_analog()
+        self.amps_pin = self.left.analog() if self.measured else ""
         pulses = None
         if kind == "pwm":
             pulses = self.left.pwm(5 / self.period_s if self.measured else 1.0, heats=True)
@@ -236,7 +238,7 @@ class LoopDraw:
             over_a = tidy(max(1.0, draws.one(1.5, 1.2, 3.0)) * most_a)
             held["trip"] = text(over_a, "A")
         full_v = {"supply": 5.0, "internal": 1.1}.get(self.reference) or 3.0
-        part: Part = {"kind": "current", "pin": self.left.analog()}
+        part: Part = {"kind": "current", "pin": self.amps_pin}
         part["scale"] = f"{text(tidy(0.85 * full_v / over_a))} V/A"
         if draws.some():
             part["offset"] = text(tidy(0.05 * full_v), "V")
@@ -379,7 +381,7 @@ class LoopDraw:
         rise_k = tidy(max(self.coasts_k, draws.one(10.0, 1.0)))
         settles = {"rise": text(rise_k, "K"), "settle": self._time(settle_s)}
         self._rule(rules, "rising_while_off", settles)
-        least_s = max(2 * self.period_s, 0.3 if self.served.programmed else 0.03)
+        least_s = max(2 * self.period_s, 0.03 if draws.seldom() else 0.3)
         stale_s = draws.number(least_s, MOST_MISSING * self.period_s, 5, TICK_S)
         self.stale_s = max(stale_s, math.ceil(100 * (self.sensor.first_s + self.period_s)) / 100)
         rules["stale_after"] = text(self.stale_s, "s")

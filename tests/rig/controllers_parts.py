@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Collection
 from typing import Any
 
-from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
 from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
@@ -32,32 +31,40 @@ def tidy(value: float, digits: int = 3) -> float:
     return float(f"{value:.{digits}g}")
 
 
+class Unsuited(Exception):
+    """What was drawn so far cannot become a controller."""
+
+
 class Draws:
     """Draws, the simplest first: what fails shrinks to the plainest of its kind."""
 
-    def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
-        self._draw = draw
+    def __init__(self, between: Callable[[int, int], int]) -> None:
+        """Take what draws a whole number from one to another; it shrinks to the first."""
+        self._between = between
 
     def one(self, *choices: Any) -> Any:
-        return self._draw(st.sampled_from(choices))
+        if not choices:
+            raise Unsuited
+        return choices[self._between(0, len(choices) - 1)]
 
     def some(self) -> bool:
-        return bool(self._draw(st.booleans()))
+        return bool(self._between(0, 1))
 
     def maybe(self, part: Part) -> Part:
         """Leave a part out, or not."""
         return part if self.some() else {}
 
     def seldom(self) -> bool:
-        return bool(self.one(*[False] * 5, True))
+        return self._between(0, 5) == 5
 
     def number(self, low: float, high: float, usual: float, step: float = 1.0) -> float:
         """Draw a multiple of the step: the usual one, an end, or any between."""
         first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
         last = max(first, last)
         plain = min(max(round(usual / step), first), last)
-        ends = st.sampled_from([plain, plain, first, last])
-        return round(self._draw(st.one_of(ends, st.integers(first, last))) * step, 9)
+        way = self.one("plain", "first", "last", "between", "between")
+        ends = {"plain": plain, "first": first, "last": last}
+        return round(ends.get(way, self._between(first, last)) * step, 9)
 
 
 class Resources:
@@ -92,7 +99,6 @@ class Resources:
 
     def analog(self) -> str:
         """Take a pin of the ADC."""
-        self.kept_analog -= 1
         return self._take([pin for pin in self._free if pin.adc is not None])
 
     def has_analog(self) -> bool:
@@ -175,7 +181,8 @@ class Sensors:
 
     def __init__(self, draws: Draws, board: Board, left: Resources, reference: str) -> None:
         self._draws, self._mcu, self._left = draws, board.mcu, left
-        self._reference = reference
+        self.reference = reference
+        """Of the ADC: one for all."""
 
     def draw(self, spare_pins: int, *, chosen: bool, cold: bool) -> tuple[Part, Any]:
         """Draw one; return its part of the file and its model.
@@ -185,10 +192,10 @@ class Sensors:
         """
         kinds = ["analog", "thermistor", "rtd"] * self._left.has_analog()
         kinds += ["max6675", "max31855"] * (spare_pins >= 3) + ["max31856"] * (spare_pins >= 4)
-        kinds = sorted(kinds, key=kinds.index) or ["ds18b20"]
+        kinds += ["max31856"] * 5 * chosen * (spare_pins >= 4)
         if len(self._left.timers) > 1:
             kinds.insert(0, "ds18b20")
-        kind = self._draws.one(*kinds)
+        kind = self._draws.one(*(kinds or ["ds18b20"]))
         if kind == "ds18b20" and not self._left.take_timer():
             kind = "analog"
         part = {"kind": kind, **getattr(self, f"_{kind}")(chosen, cold)}
@@ -216,16 +223,16 @@ class Sensors:
         part = self._wires("chip_select", "clock", "data_in", "data_out")
         part["thermocouple"] = kind = self._draws.one(*kinds)
         others = [other for other in kinds if other not in {kind, "B"}]
-        if chosen and kind != "B" and self._draws.some():
-            part["selectable"] = [self._draws.one(*others), kind]
+        if chosen and kind != "B":
+            part |= self._draws.maybe({"selectable": [self._draws.one(*others), kind]})
         if self._draws.some():
             part["mains_filter"] = "60 Hz"
         return part | {"average": self._draws.one(*AVERAGES)}
 
     def _on_adc(self, part: Part) -> Part:
         part = {"pin": self._left.analog(), **part}
-        if self._reference != "supply":
-            part["reference"] = self._reference
+        if self.reference != "supply":
+            part["reference"] = self.reference
         oversample = self._draws.number(1, 32, 4)
         return part | {"oversample": int(oversample)}
 
@@ -247,7 +254,7 @@ class Sensors:
 
     def _divider(self, *resistors: str) -> Part:
         divider = {self._draws.one("pull_up", "pull_down"): self._draws.one(*resistors)}
-        if self._reference != "supply":
+        if self.reference != "supply":
             divider["supply"] = text(self._full_v(), "V")
         return divider
 
@@ -256,7 +263,7 @@ class Sensors:
 
     def _parsed(self) -> Any:
         words = {"supply", "internal"}
-        return self._reference if self._reference in words else float(self._reference.split()[0])
+        return self.reference if self.reference in words else float(self.reference.split()[0])
 
     def _analog(self, *_: bool) -> Part:
         span_k = self._draws.one(100, 50, 400)
