@@ -1,5 +1,5 @@
 import pytest
-from reader import WIRES, Reader
+from rig.chips import THREE_WIRES, Reader
 
 from heatwright.sim.sensors.max6675 import Max6675
 from heatwright.sim.sensors.max31855 import Max31855
@@ -12,9 +12,9 @@ def reader() -> Reader:
 
 @pytest.fixture
 def max6675(reader: Reader) -> Max6675:
-    return Max6675(reader.avr, WIRES)
+    return Max6675(reader.avr, THREE_WIRES)
 
 
 @pytest.fixture
 def max31855(reader: Reader) -> Max31855:
-    return Max31855(reader.avr, WIRES)
+    return Max31855(reader.avr, THREE_WIRES)

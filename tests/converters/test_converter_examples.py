@@ -1,35 +1,24 @@
 """The examples with a converter, binary and model each in closed loop."""
 
-from functools import cache
-from pathlib import Path
-from tempfile import mkdtemp
-
 import pytest
+from rig.avr import whole
+from rig.specs import example
 
 from heatwright.cli.chips import complaints
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
-from heatwright.spec import Spec, load
+from heatwright.sim.trace import Trace
+from heatwright.spec import Spec
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 NAMES = ("press", "hotplate")
-
-
-@cache
-def example(name: str) -> Spec:
-    return load(EXAMPLES / f"{name}.yaml")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_binary_meets_what_is_expected(name: str) -> None:
     spec = example(name)
-    folder = Path(mkdtemp(prefix=f"{name}-"))
-    write(render(plan_firmware(spec)), folder)
-    device = AvrDevice(spec.controller, build(folder).elf)
+    device = AvrDevice(spec.controller, whole(name))
     trace = bench(spec.controller, device)
     assert complaints(device) == ()
     (loop,) = spec.controller.loops
@@ -44,7 +33,7 @@ def test_the_model_does(name: str) -> None:
     expected(spec, bench(spec.controller, ReferenceDevice(spec.controller)))
 
 
-def expected(spec: Spec, trace) -> None:
+def expected(spec: Spec, trace: Trace) -> None:
     found = metrics(trace, spec.controller)
     wanted = spec.controller.simulation.expect
     assert 0 <= found.overshoot_k <= wanted.overshoot_k

@@ -1,7 +1,7 @@
 """The MAX31855 against its data sheet, by way of a plain reader on a simulated processor."""
 
 import pytest
-from reader import Reader
+from rig.chips import Reader
 
 from heatwright.sim.sensors.max31855 import (
     LONGEST_S,

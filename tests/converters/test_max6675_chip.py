@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from reader import WIRES, Reader
+from rig.chips import THREE_WIRES as WIRES
+from rig.chips import Reader
 
 from heatwright.sim.sensors.max6675 import LONGEST_S, Max6675, raw_code
 

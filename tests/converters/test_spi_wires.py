@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from avr_firmware import running
 from numpy.typing import NDArray
-from reader import WIRES, Reader
+from rig.avr import running
+from rig.chips import THREE_WIRES as WIRES
+from rig.chips import Reader
 
 from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.shim import load

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from register_reader import WIRES, RegisterReader
+from rig.chips import WIRES, RegisterReader
 
 from heatwright.sim.sensors.max31856 import TIMING, Max31856, code_of
 
@@ -15,6 +15,16 @@ AUTO, ONCE, TEST, NO_JUNCTION, KEEP, CLEAR, FIFTY = 0x80, 0x40, 0x10, 8, 4, 2, 1
 CODES = {letter: code for code, letter in enumerate("BEJKNRST")}
 FIRST_S, NEXT_S = 0.185, 0.110
 TOO_LONG_NS = 1e6
+
+
+@pytest.fixture
+def reader() -> RegisterReader:
+    return RegisterReader()
+
+
+@pytest.fixture
+def chip(reader: RegisterReader) -> Max31856:
+    return Max31856(reader.avr, WIRES)
 
 
 def celsius(reader: RegisterReader) -> float:
