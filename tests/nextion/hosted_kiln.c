@@ -3,7 +3,8 @@
  * The script holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
  * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
  * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
- * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept. Each '?'
+ * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept; 'o', a count
+ * (16 bits) and an order that is done at once, and whether it was taken is the next state's. Each '?'
  * writes `=`, the state as a line of words; each instruction that is sent is written as `>`, the
  * tick, itself, a new line.
  */
@@ -18,6 +19,7 @@
 #include "guard_chamber.h"
 #include "loop_chamber.h"
 #include "nextion.h"
+#include "nextion_orders.h"
 #include "nextion_pages.h"
 #include "nextion_points.h"
 #include "program.h"
@@ -38,6 +40,7 @@ static uint8_t eeprom[EEPROM_BYTES];
 static int32_t raw_now = (int32_t)(20.0f / SENSOR_CHAMBER_STEP_C);
 static bool answers = true;
 static bool cut;
+static bool taken;
 
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
@@ -175,8 +178,8 @@ static void show_state(void)
         fault.acknowledgements, (double)settings.chamber_setpoint_c, (double)settings.chamber_kp,
         (double)settings.chamber_ki, (double)settings.chamber_kd, (double)settings.chamber_maximum_c,
         settings.chamber_thermocouple);
-    printf("on=%d mode=%d percent=%.9g ", loop_chamber_is_enabled(), loop_chamber_mode(),
-        (double)loop_chamber_manual_percent());
+    printf("taken=%d on=%d mode=%d percent=%.9g ", taken, loop_chamber_is_enabled(),
+        loop_chamber_mode(), (double)loop_chamber_manual_percent());
     printf("page=%u state=%u number=%u segment=%u ended=%u shown=%u marked=%u name=%s points=",
         pages_shown, program.state, program.number, program.segment, program.ended, points_number,
         points_marked, points_shown.name);
@@ -192,6 +195,16 @@ static void receive_many(unsigned count)
     while (count-- != 0) {
         receive(next_byte(), 0);
     }
+}
+
+static void order_now(unsigned size)
+{
+    char text[NEXTION_ORDER_SIZE] = "";
+
+    for (unsigned i = 0; i < size && i + 1 < sizeof text; i++) {
+        text[i] = (char)next_byte();
+    }
+    taken = orders_do(text);
 }
 
 static bool follow(int command)
@@ -217,6 +230,9 @@ static bool follow(int command)
         return true;
     case 'n':
         answers = next_byte() != 0;
+        return true;
+    case 'o':
+        order_now(next_word());
         return true;
     case 'x':
         cut = next_byte() != 0;

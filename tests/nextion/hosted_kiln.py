@@ -83,6 +83,11 @@ def ordered(*orders: str) -> bytes:
     return received("".join(f"#{each};" for each in orders).encode("latin-1"))
 
 
+def told(text: str) -> bytes:
+    """Do an order at once: the next state says whether it was taken."""
+    return b"o" + struct.pack("<H", len(text.encode("latin-1"))) + text.encode("latin-1")
+
+
 def damaged(data: bytes) -> bytes:
     """The same, a byte with a framing error before them."""
     return b"d" + struct.pack("<H", len(data)) + data

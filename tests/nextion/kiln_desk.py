@@ -116,9 +116,7 @@ class KilnDesk:
             return self.display.page
         if name.startswith("row"):
             return " ".join(str(self.shows(f"{column}{name[3:]}.txt")) for column in "kmt").strip()
-        owner = name.split(".", maxsplit=1)[0]
-        known = {"program", "loop_chamber", "settings", "fault", "pages_shown"}
-        return self.read(name) if owner in known else self.shows(name)
+        return self.shows(name) if name.endswith((".txt", ".val")) else self.read(name)
 
     def enter(self, text: str) -> None:
         """Key a number into the pages that ask for one, in place of what they show."""

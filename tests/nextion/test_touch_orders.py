@@ -7,6 +7,7 @@ from hosted_kiln import (
     ANSWERS,
     FORGET,
     LOOK,
+    PAGE,
     SILENT,
     Said,
     celsius,
@@ -18,6 +19,7 @@ from hosted_kiln import (
     run,
     seconds,
     ticks,
+    told,
 )
 
 START = "8 1"
@@ -30,32 +32,36 @@ def changed(said: Said, step: int) -> dict[str, str]:
     return {key: value for key, value in after.items() if before[key] != value}
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("2 1", {"on": "1"}),
-        ("21", {}),
-        ("3 640.5", {"setpoint": "640.5"}),
-        ("3640", {}),
-        ("5 12.25", {"kp": "12.25"}),
-        ("6 0.0175", {"ki": "0.0175000001"}),
-        ("19 40", {"kd": "40"}),
-        ("20 900", {"maximum": "900"}),
-        ("20 1150", {}),
-        ("15 6", {"type": "6"}),
-        ("13 2", {"shown": "2", "name": "slump", "points": "1/6000/1200,"}),
-        ("13 3", {"shown": "3", "name": "", "points": ""}),
-        ("14 bend-it", {"name": "bend-it"}),
-        ("14bend", {"name": "bend"}),
-        ("11 4", {"marked": "4"}),
-        ("8 2", {"state": "1", "number": "2", "segment": "1", "shown": "2",
-                 "name": "slump", "points": "1/6000/1200,"}),
-        ("21 3", {"page": "3"}),
-        ("7 1,20.5,600:", {"points": "1/6000/1230,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"}),
-    ],
-)  # fmt: skip
-def test_an_order_does_what_it_says(hosted: Path, text: str, expected: dict[str, str]) -> None:
-    assert changed(order(hosted, "99", text), 1) == expected
+DONE = {
+    "2 1": {"on": "1"},
+    "21": {},
+    "3 640.5": {"setpoint": "640.5"},
+    "3640": {},
+    "5 12.25": {"kp": "12.25"},
+    "5 0": {"kp": "0"},
+    "5 1000000": {"kp": "1000000"},
+    "6 0.0175": {"ki": "0.0175000001"},
+    "19 40": {"kd": "40"},
+    "20 900": {"maximum": "900"},
+    "20 1150": {},
+    "15 6": {"type": "6"},
+    "13 2": {"shown": "2", "name": "slump", "points": "1/6000/1200,"},
+    "13 3": {"shown": "3", "name": "", "points": ""},
+    "14 bend-it": {"name": "bend-it"},
+    "14bend": {"name": "bend"},
+    "11 4": {"marked": "4"},
+    "8 2": {"state": "1", "number": "2", "segment": "1", "shown": "2",
+            "name": "slump", "points": "1/6000/1200,"},
+    "21 3": {"page": "3"},
+    f"21 {len(PAGE) - 1}": {"page": f"{len(PAGE) - 1}"},
+    "7 1,20.5,600:": {"points": "1/6000/1230,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"},
+}  # fmt: skip
+"""What each order changes, of a kiln that does nothing."""
+
+
+@pytest.mark.parametrize("text", DONE)
+def test_an_order_does_what_it_says(hosted: Path, text: str) -> None:
+    assert changed(order(hosted, "99", text), 1) == DONE[text]
 
 
 MALFORMED = [
@@ -66,8 +72,9 @@ MALFORMED = [
     "8 0", "8 3", "8 4", "8 257", "8 1 2", "9 1", "9 0", "9 2", "10 1", "11 11", "11 -1",
     "13 0", "13 4", "13 260", "14", "14 ", "14    ", f"14 {100 * 'x'}", "14 thirteen char",
     '14 say "no"',
-    "14 back\\slash", "18", "18 1", "21 200", "21 256", "22 1", "1 1", "23 1", "0 0", "99",
-    "100", "256", "258 1", "65538 1", "", " ", "x", "-2 1", " 2 1", "2,1", "2\t1", "2 1\r",
+    "14 back\\slash", "18", "18 1", f"21 {len(PAGE)}", f"21 {len(PAGE) + 1}", "21 200", "21 256",
+    "22 1", "1 1", "23 1", "0 0", "99", "100", "256", "258 1", "65538 1", "", " ", "x", "-2 1",
+    " 2 1", "2,1", "2\t1", "2 1\r",
     "2 ½", "14 \x7f", "7", "7 ",
 ]  # fmt: skip
 
@@ -76,6 +83,19 @@ def test_a_malformed_or_impossible_order_does_nothing(hosted: Path) -> None:
     said = order(hosted, "99", *MALFORMED)
     for step, text in enumerate(MALFORMED, 1):
         assert changed(said, step) == {}, text
+    assert not any(each.startswith("page ") for each in said.instructions)
+
+
+TAKEN = "2 1|4 20|5 1|20 900|2 0|8 1|9 0|9 1|10 2|17|12|16|22|13 2|21 3|15 6|11 1|14 a|7 1,1,1:"
+REFUSED = [*MALFORMED, "9 0", "9 1", "18", "10 1"]
+"""Of a kiln that does nothing."""
+
+
+def test_an_order_tells_whether_it_was_taken(hosted: Path) -> None:
+    for texts, taken in ((TAKEN.split("|"), "1"), (REFUSED, "0")):
+        said = run(hosted, seconds(2), *(told(each) + seconds(3) + LOOK for each in texts))
+        for text, state in zip(texts, said.states, strict=False):
+            assert state["taken"] == taken, text
 
 
 def test_while_a_program_runs_nothing_else_sets_the_loop(hosted: Path) -> None:
@@ -99,6 +119,13 @@ COURSES = {
          (RETURNING, "3", "0"), (RETURNING, "3", "0"), (RETURNING, "3", "0"), (IDLE, "3", "2"),
          (IDLE, "3", "2")],
     ),
+    "only 0 and 1 pause and go on": (
+        (START, "9 x", "9 2", "9 0", "9 x", "9 2"), ("state",),
+        [(RUNNING,), (RUNNING,), (RUNNING,), (PAUSED,), (PAUSED,), (PAUSED,)],
+    ),
+    "an acknowledgement leaves the loop on": (
+        ("2 1", "16", "22"), ("on", "state"), [("1", "0"), ("1", "0"), ("1", "0")],
+    ),
     "skip goes on where it runs": ((START, "18", "18"), ("segment",), [("1",), ("2",), ("3",)]),
     "off stops a program": (
         (START, "2 0"), ("state", "on", "ended"), [(RUNNING, "0", "0"), (IDLE, "0", "2")],
@@ -116,6 +143,11 @@ def test_orders_one_after_the_other(hosted: Path, name: str) -> None:
     orders, members, expected = COURSES[name]
     states = order(hosted, *orders).states[:-1]
     assert [tuple(state[member] for member in members) for state in states] == expected
+
+
+def test_only_its_order_acknowledges_a_fault(hosted: Path) -> None:
+    said = order(hosted, "12", "22", "17", "2 0", before=[fault(24)])
+    assert {state["fault"] for state in said.states} == {"24"}
 
 
 def test_a_fault_is_acknowledged(hosted: Path) -> None:
@@ -155,6 +187,11 @@ LINES = {
         [seconds(1), ordered("5 12"), seconds(1), FORGET, LOOK, ordered("5 13"), seconds(1),
          ordered("22"), seconds(5), FORGET],
         "kp", ["7.5999999", "13"],
+    ),
+    "a program is not started as it was before it is kept": (
+        [seconds(1), ordered("13 1"), seconds(1), ordered("7 1,20,600:", "8 1"), seconds(2), LOOK,
+         ordered("8 1"), seconds(2)],
+        "state", [IDLE, RUNNING],
     ),
     "a start waits for a reading": (
         [SILENT, seconds(2), ordered("8 1"), seconds(2), LOOK, ANSWERS, celsius(30), seconds(2)],

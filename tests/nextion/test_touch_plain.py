@@ -1,7 +1,9 @@
 """A machine without programs has a display too: on and off, a setpoint, gains, on the binary."""
 
 import re
+from typing import Any
 
+import pytest
 from hosted_kiln import SPEC
 from kiln_desk import Built, KilnDesk
 from rig.avr import whole
@@ -16,65 +18,39 @@ ON_OFF = (
 BESIDE_MODBUS = PLAIN.replace("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
 
 
-class PlainDesk(KilnDesk):
-    """The board, told what it is told at the start."""
+ON = "loop_chamber.enabled"
 
-    def __init__(self, text: str) -> None:
-        super().__init__(Built(spec_of(text).controller, whole(text)))
-        self.run(4.0)
-
-    def tap(self, *names: str) -> None:
-        """Touch, and see what comes of it in the next control steps."""
-        super().tap(*names)
-        self.run(3.0)
-
-
-def test_a_setpoint_is_typed_and_held() -> None:
-    plain = PlainDesk(PLAIN)
-    assert plain.display.page == "main"
-    plain.tap("bset", "bsp")
-    plain.enter("45.")
-    assert plain.shows("settings.sp.txt") == "45.0"
-    plain.tap("back", "on")
-    assert plain.read("loop_chamber.enabled") == 1
-    assert plain.shows("main.set.val") == 45
-    assert plain.shows("main.state.txt") == "on"
-    assert plain.read("loop_chamber.duty_percent") > 0
-    plain.tap("bstop", "yes")
-    assert plain.read("loop_chamber.enabled") == 0
-    assert plain.shows("main.on.val") == 0
-    assert plain.display.errors == []
+DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
+    "a setpoint is typed and held": (PLAIN, [
+        ("", {"page": "main"}),
+        ("bset bsp; enter 45.", {"settings.sp.txt": "45.0"}),
+        ("back on", {ON: 1, "main.set.val": 45, "main.state.txt": "on",
+                     "loop_chamber.duty_percent": 100}),
+        ("bstop yes", {ON: 0, "main.on.val": 0}),
+    ]),
+    "gains and a duty by hand": (PLAIN, [
+        ("bdebug bkp; enter 2.5; on bot; enter 40",
+         {"settings.chamber_kp": 2.5, "debug.kp.txt": "2.5", "debug.ot.val": 40}),
+    ]),
+    "a switch has fewer pages": (ON_OFF, [
+        ("bdebug on", {ON: 1}), ("back bset", {"settings.sp.txt": "20.0"}),
+    ]),
+    # The master's line stays its own; what starts disabled is told off before it is told on.
+    "on another port beside a master": (BESIDE_MODBUS, [
+        ("bdebug on", {ON: 0, "debug.on.val": 0}),
+        ("order 2 0; on", {ON: 1, "debug.on.val": 1}),
+    ]),
+}  # fmt: skip
+"""Of which machine; what is done with the display, and what is seen then."""
 
 
-def test_gains_and_a_duty_by_hand() -> None:
-    plain = PlainDesk(PLAIN)
-    plain.tap("bdebug", "bkp")
-    plain.enter("2.5")
-    plain.tap("on", "bot")
-    plain.enter("40")
-    assert plain.read("settings.chamber_kp") == 2.5
-    assert plain.shows("debug.kp.txt") == "2.5"
-    assert plain.shows("debug.ot.val") == 40
-    assert plain.display.errors == []
-
-
-def test_a_switch_has_fewer_pages() -> None:
-    simple = PlainDesk(ON_OFF)
-    simple.tap("bdebug", "on")
-    assert simple.read("loop_chamber.enabled") == 1
-    simple.tap("back", "bset")
-    assert simple.shows("settings.sp.txt") == "20.0"
-    assert simple.display.errors == []
-
-
-def test_on_another_port_beside_a_master() -> None:
-    """The master's line stays its own; what starts disabled is told off before it is told on."""
-    beside = PlainDesk(BESIDE_MODBUS)
-    beside.tap("bdebug", "on")
-    assert beside.read("loop_chamber.enabled") == 0
-    assert beside.shows("debug.on.val") == 0
-    beside.device.send("#2 0;")
-    beside.run(3.0)
-    beside.tap("on")
-    assert beside.read("loop_chamber.enabled") == 1
-    assert beside.shows("debug.on.val") == 1
+@pytest.mark.parametrize("name", DEEDS)
+def test_a_machine_without_programs(name: str) -> None:
+    text, steps = DEEDS[name]
+    desk = KilnDesk(Built(spec_of(text).controller, whole(text)))
+    desk.run(4.0)
+    for deeds, seen in steps:
+        desk.do(deeds)
+        desk.run(1.5)
+        assert {each: desk.look(each) for each in seen} == seen, deeds
+    assert text == BESIDE_MODBUS or desk.display.errors == []
