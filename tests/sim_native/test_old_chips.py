@@ -7,7 +7,6 @@ from avr_firmware import CLOCK_HZ, compiled, powered, running
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf
-from heatwright.sim.native.analog import millivolts
 
 OLD = pytest.mark.parametrize("mcu", ["atmega32", "atmega16"])
 
@@ -272,75 +271,6 @@ def test_writing_a_pin_register_does_nothing(mcu: str) -> None:
         avr.pins.watch(f"PC{bit}")
     avr.run(0.001)
     assert [avr.pins.level(f"PC{bit}") for bit in range(4)] == [False, True, False, False]
-
-
-@OLD
-@pytest.mark.parametrize("channel", range(8))
-def test_the_converter(mcu: str, channel: int) -> None:
-    program = compiled(
-        """volatile uint16_t code, cycles;
-        ISR(ADC_vect) {
-            cycles = TCNT1; code = ADC; TCNT1 = 0; ADCSRA |= _BV(ADSC);
-        }
-        int main(void) {
-            ADMUX = _BV(REFS0) | CHANNEL; TCCR1B = 1;
-            ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADSC) | 7; sei(); for (;;) {}
-        }""",
-        f"-DCHANNEL={channel}",
-        mcu=mcu,
-    )
-    avr = powered(program, mcu)
-    for code in (0, 1, 511, 512, 1023):
-        avr.adc.set(channel, millivolts(code))
-        avr.run(0.001)
-        assert get(avr, program, "code") == code
-    assert get(avr, program, "cycles") == pytest.approx(13 * 128, abs=40)
-
-
-@OLD
-def test_the_references(mcu: str) -> None:
-    program = compiled(
-        """volatile uint16_t code[3];
-        int main(void) {
-            ADCSRA = _BV(ADEN) | 7;
-            static const uint8_t REFERENCES[] = { 0, _BV(REFS0), _BV(REFS1) | _BV(REFS0) };
-            for (uint8_t i = 0; i < 3; i++) {
-                ADMUX = REFERENCES[i] | 2; ADCSRA |= _BV(ADSC); while (ADCSRA & _BV(ADSC)) {}
-                code[i] = ADC;
-            }
-            for (;;) {}
-        }""",
-        mcu=mcu,
-    )
-    avr = powered(program, mcu)
-    avr.adc.reference(aref_mv=4096, avcc_mv=5000)
-    avr.adc.set(2, 1000.5)
-    avr.run(0.01)
-    raw = avr.read_ram(Variables(program)["code"].address, 6)
-    assert np.frombuffer(raw, "<u2").tolist() == [250, 204, 400]
-
-
-@OLD
-def test_the_eeprom_is_ready_after_its_time(mcu: str) -> None:
-    """8.5 ms a byte (data sheets, table "EEPROM Programming Time"), by interrupt too."""
-    program = compiled(
-        """volatile uint8_t next;
-        ISR(EE_RDY_vect) {
-            if (next == 10) { EECR &= ~_BV(EERIE); return; }
-            EEAR = E2END - 9 + next; EEDR = next; next++;
-            EECR |= _BV(EEMWE); EECR |= _BV(EEWE);
-        }
-        int main(void) { EECR |= _BV(EERIE); sei(); for (;;) {} }""",
-        mcu=mcu,
-    )
-    avr = powered(program, mcu)
-    for written in range(1, 11):
-        avr.run(0.0085)
-        assert get(avr, program, "next") == pytest.approx(min(written + 1, 10), abs=1)
-    avr.run(0.01)
-    size = 1024 if mcu == "atmega32" else 512
-    assert avr.eeprom.contents == b"\xff" * (size - 10) + bytes(range(10))
-    assert (avr.eeprom.writes, avr.eeprom.violations) == (10, 0)
 
 
 @OLD
