@@ -1,14 +1,15 @@
 """Analog sensors of every kind and circuit, and a machine to put them on."""
 
 from functools import cache
-from pathlib import Path
 
 import yaml
 from pydantic import TypeAdapter
+from rig.avr import whole
+from rig.specs import spec_of
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
-from heatwright.spec import Analog, Rtd, Sensor, Spec, Thermistor, load_text
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.spec import Analog, Rtd, Sensor, Thermistor
 
 AnalogSensor = Thermistor | Rtd | Analog
 
@@ -97,13 +98,32 @@ def sensor(name: str) -> AnalogSensor:
     return made
 
 
-def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> Spec:
-    """The machine with one of the circuits."""
+def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> str:
+    """Write the spec of the machine with one of the circuits."""
     text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
-    return load_text(text.replace("INTERFACE", interface), "bed.yaml")
+    return text.replace("INTERFACE", interface)
 
 
-def built(spec: Spec, folder: Path) -> Path:
-    """The binary, as PlatformIO builds it; the sources stay in the folder."""
-    write(render(plan_firmware(spec)), folder)
-    return build(folder).elf
+def powered(text: str, elf: Elf | None = None) -> AvrDevice:
+    """Power the machine on at 50 °C; with another binary if there is one."""
+    device = AvrDevice(spec_of(text).controller, elf or whole(text))
+    device.sense("bed", 50.0)
+    return device
+
+
+TWO = """
+  far: {kind: thermistor, pin: A13, divider: {pull_up: 4.7 kΩ},
+        curve: {resistance: 100 kΩ, at: 25 °C, beta: 3950 K}, range: 0 °C .. 150 °C, oversample: 3}
+"""
+
+
+def two_sensors() -> str:
+    """Write the spec with a second sensor, heater and loop: on ADC1 and, through MUX5, ADC13."""
+    text = bed("hotend", board="mega2560").replace("\noutputs:", f"{TWO}\noutputs:")
+    heater = "  other: {kind: pwm, pin: D5, frequency: 490 Hz, power: 120 W}\n"
+    text = text.replace("\nloops:", f"\n{heater}\nloops:")
+    start, end = text.index("  bed:\n    sensor: bed"), text.index("safety:")
+    loop = text[start:end].replace("bed", "far").replace("heater: heater", "heater: other")
+    text = text[:end] + loop + text[end:]
+    text = text.replace("heat: {heater: plate}", "heat: {heater: plate, other: plate}")
+    return text.replace("{bed: {node", "{far: {node: plate, lag: 4 s}, bed: {node")

@@ -1,16 +1,16 @@
 """The ADC's scan in the binary: channels, times, and codes that are missing or bad."""
 
-from collections.abc import Callable
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from analog_specs import BED, CIRCUITS, PLOTTER, sensor
+from analog_specs import KEYS, bed, powered, sensor, two_sensors
+from rig.specs import spec_of
 
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.reference.adc import converter
-from heatwright.spec import BOARDS, Spec, load_text
+from heatwright.spec import BOARDS
 from heatwright.spec.conversion import limits
 
 CELSIUS = "temperature_c"
@@ -19,6 +19,18 @@ OPEN, SHORT, RANGE, STALE = 17, 2, 18, 4
 OVERSAMPLE = 4
 FASTEST_ADC_HZ = 200_000
 LONGEST_MASKED_S = 20e-6
+
+
+@pytest.fixture
+def plate() -> AvrDevice:
+    """The bed on a thermistor, at 50 °C, just powered on."""
+    return powered(bed("hotend"))
+
+
+@pytest.fixture
+def keyed() -> AvrDevice:
+    """The same with the display's keys, which are on another channel."""
+    return powered(bed("hotend", interface=KEYS))
 
 
 def hold(device: AvrDevice, code: int) -> None:
@@ -42,8 +54,8 @@ def test_the_adcs_clock_gives_all_ten_bits(board: str, plate: AvrDevice) -> None
     assert FASTEST_ADC_HZ / 2 < clock_hz <= FASTEST_ADC_HZ
 
 
-def test_its_interrupt_is_short(keyed: AvrDevice, keyed_program: Elf) -> None:
-    profile = keyed.avr.profile(keyed_program)
+def test_its_interrupt_is_short(keyed: AvrDevice) -> None:
+    profile = keyed.avr.profile(keyed.elf)
     keyed.advance(2.0)
     interrupt = profile.functions["__vector_21"]
     assert interrupt.calls == 2 * 200
@@ -74,14 +86,18 @@ def test_it_is_of_the_last_codes_before_the_step(plate: AvrDevice) -> None:
 
 
 def test_every_code_and_what_it_means(plate: AvrDevice) -> None:
-    """All 1024, each for as long as a step: status, raw number and temperature to the last bit."""
+    every_code(plate, range(1024))
+
+
+def every_code(plate: AvrDevice, codes: Iterable[int]) -> None:
+    """Each for as long as a step: status, raw number and temperature to the last bit."""
     part = sensor("hotend")
     bounds, convert = limits(part, "atmega328p"), converter(part, BOARDS["uno"])
-    for code in range(1024):
-        hold(plate, code)
-        plate.advance(0.2 * (code + 1) + 0.1)
-    log = plate.steps("bed")[-1023:]
-    codes = np.arange(1, 1024)
+    codes = np.array(codes)
+    for step, code in enumerate(codes):
+        hold(plate, int(code))
+        plate.advance(0.2 * (step + 1) + 0.1)
+    log, codes = plate.steps("bed")[-len(codes) + 1 :], codes[1:]
     expected = np.select(
         [codes < bounds.far_low, codes < bounds.low, codes > bounds.far_high, codes > bounds.high],
         [SHORT, RANGE, OPEN, RANGE],
@@ -146,7 +162,8 @@ def test_keys_are_heard_beside_a_sensor(keyed: AvrDevice) -> None:
     assert not keyed.steps("bed")["reading_status"].any()
 
 
-def test_channels_from_eight_up_beside_lower_ones(two: AvrDevice) -> None:
+def test_channels_from_eight_up_beside_lower_ones() -> None:
+    two = powered(two_sensors())
     two.sense("bed", 60.0)
     two.sense("far", 40.0)
     two.advance(1.0)
@@ -167,18 +184,17 @@ def test_channels_from_eight_up_beside_lower_ones(two: AvrDevice) -> None:
 )
 @pytest.mark.parametrize("circuit", ["hotend", "lm35"])
 def test_boards_their_channels_and_references(
-    made: Callable[[Spec], Elf], board: str, pin: str, heater: str, circuit: str
+    board: str, pin: str, heater: str, circuit: str
 ) -> None:
     """ADC7 without a digital pin, ADC8 and ADC15 through MUX5; 1.1 V inside and 2.56 V."""
-    text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
+    text = bed(circuit, board=board)
     text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
-    text = text.replace("frequency: 490 Hz", "frequency: 977 Hz").replace("INTERFACE", PLOTTER)
-    spec = load_text(text, "bed.yaml")
-    device = AvrDevice(spec.controller, made(spec))
+    text = text.replace("frequency: 490 Hz", "frequency: 977 Hz")
+    device, controller = powered(text), spec_of(text).controller
     device.sense("bed", 60.0)
     device.advance(1.0)
     last = device.steps("bed")[-1]
-    both = shares(spec.controller.sensors["bed"], spec.controller.board, [60.0, last[CELSIUS]])
+    both = shares(controller.sensors["bed"], controller.board, [60.0, last[CELSIUS]])
     assert last["reading_status"] == 0
     assert abs(both[0] - both[1]) * 1024 <= 1.0
 

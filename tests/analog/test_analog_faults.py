@@ -1,15 +1,13 @@
-"""Each fault of each kind of analog sensor, on the binary that PlatformIO built."""
-
-from collections.abc import Callable
+"""Each fault of each kind of analog sensor."""
 
 import pytest
 from analog_specs import KEYS, bed
+from rig.avr import whole
+from rig.specs import spec_of
 
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults import try_fault
 from heatwright.sim.faults.analog import faults
 from heatwright.sim.faults.world import Site
-from heatwright.spec import Spec
 
 RULES = {
     "open": "sensor_open",
@@ -24,18 +22,12 @@ RULES = {
 }
 RESISTORS_ONLY = {"contact_corrodes", "insulation_leaks"}
 
-PLACES = {
-    "thermistor": ("hotend", KEYS),
-    "rtd": ("frost", KEYS),
-    "analog": ("falling", KEYS),
-}
 
-
-@pytest.fixture(scope="module", params=PLACES)
-def site(request: pytest.FixtureRequest, made: Callable[[Spec], Elf]) -> Site:
-    circuit, interface = PLACES[request.param]
-    spec = bed(circuit, interface=interface)
-    return Site(spec.controller, made(spec), "bed")
+@pytest.fixture(scope="module", params=["hotend", "frost", "falling"])
+def site(request: pytest.FixtureRequest) -> Site:
+    """One of each kind."""
+    text = bed(request.param, interface=KEYS)
+    return Site(spec_of(text).controller, whole(text), "bed")
 
 
 def test_its_faults_are_these(site: Site) -> None:

@@ -1,31 +1,27 @@
 """The whole chain in the binary, from the tip's temperature to what the loop takes it for."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-from analog_specs import AnalogSensor, bed, built
+from analog_specs import AnalogSensor, bed
+from rig.avr import whole
+from rig.specs import example, spec_of
 
 from heatwright.sim.chain import ChainError, chain_errors, convert, table_of
 from heatwright.sim.circuits import shares
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.reference.adc import IdealSensor, converter
-from heatwright.spec import Spec, load
+from heatwright.spec import Spec
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 ON_THE_BED = ("hotend", "single", "points", "steinhart", "frost", "lm35", "tmp36", "falling")
 REFERENCES = {"hotend": 1, "frost": 1, "falling": 1, "lm35": 3, "tmp36": 0}
 """REFS bits of ADMUX: 1 AVCC, 3 internal, 0 AREF."""
 
-Made = Callable[[Spec], Elf]
-
 
 @pytest.fixture(scope="module", params=ON_THE_BED)
-def site(request: pytest.FixtureRequest, made: Made) -> tuple[str, Spec, Elf]:
-    spec = bed(request.param)
-    return request.param, spec, made(spec)
+def site(request: pytest.FixtureRequest) -> tuple[str, Spec, Elf]:
+    text = bed(request.param)
+    return request.param, spec_of(text), whole(text)
 
 
 def only(spec: Spec, program: Elf) -> ChainError:
@@ -43,10 +39,10 @@ def test_it_is_exact_to_one_step(site: tuple[str, Spec, Elf]) -> None:
     assert found.chain_error >= max(row.error for row in found.rows) > 0
 
 
-@pytest.mark.parametrize("example", ["extruder", "feeder"])
-def test_the_examples(example: str, made: Made) -> None:
-    spec = load(EXAMPLES / f"{example}.yaml")
-    assert all(found.passed for found in chain_errors(spec.controller, made(spec)))
+@pytest.mark.parametrize("name", ["extruder", "feeder"])
+def test_the_examples(name: str) -> None:
+    found = chain_errors(example(name).controller, whole(name))
+    assert all(each.passed for each in found)
 
 
 def test_the_reference_reads_the_same_table(site: tuple[str, Spec, Elf]) -> None:
@@ -78,9 +74,8 @@ def test_the_loop_reads_the_tips_temperature(site: tuple[str, Spec, Elf]) -> Non
         assert device.read("ADMUX") >> 6 == REFERENCES[name]
 
 
-def test_a_table_that_is_off_is_found(made: Made) -> None:
-    spec = bed("hotend")
-    program = Elf(made(spec).path)
+def test_a_table_that_is_off_is_found() -> None:
+    spec, program = spec_of(bed("hotend")), whole(bed("hotend"))
     at = program.symbols["sensor_bed_points"] + 10 * 8 + 2
     worse = np.frombuffer(program.flash[at : at + 4], "<f4") + np.float32(1.0)
     program.flash = program.flash[:at] + worse.tobytes() + program.flash[at + 4 :]
@@ -89,13 +84,13 @@ def test_a_table_that_is_off_is_found(made: Made) -> None:
     assert not found.passed
 
 
-def test_a_binary_without_a_table_is_refused(chamber_elf: Path) -> None:
+def test_a_binary_without_a_table_is_refused() -> None:
     with pytest.raises(ElfError, match="sensor_bed_points"):
-        table_of(Elf(chamber_elf), "bed")
+        table_of(whole("chamber"), "bed")
 
 
-def test_what_a_table_costs(tmp_path: Path) -> None:
+def test_what_a_table_costs() -> None:
     """Ten bytes of flash for each piece, and no RAM: the points stay in flash."""
-    program = Elf(built(bed("hotend"), tmp_path))
+    program = whole(bed("hotend"))
     assert program.size_of("sensor_bed_points") == 10 * 23
     assert program.symbols["sensor_bed_points"] < len(program.flash)
