@@ -12,48 +12,51 @@ EVERY_S = 2 * TICK_S
 """Between two instructions, at least."""
 AGAIN_S = 30.0
 """All is said again so often."""
-MINUTE_S = 60.0
+TOP_C, HEIGHT = 1200, 180
+"""Of the charts, degrees and pixels."""
 
 
-def said(desk: KilnDesk, since_s: float) -> list[str]:
+def said(desk: KilnDesk, since_s: float = 0.0) -> list[str]:
     return [each.text for each in desk.display.history if each.time_s > since_s]
 
 
-def test_it_begins_with_everything(desk: KilnDesk) -> None:
-    texts = said(desk, 0.0)
+def drawn(desk: KilnDesk, page: str, channel: int = 0) -> list[int]:
+    """Return the points of a page's chart."""
+    number = next(each.id for each in display_pages(desk.controller) if each.name == page)
+    waveform = desk.display.display.memory.parts[number]["chart"].waveform
+    assert waveform is not None
+    return list(waveform.channels[channel])
+
+
+def test_everything_is_said_at_the_start_and_again(desk: KilnDesk) -> None:
+    """A cold kiln has nothing to say in between; what was lost on the way comes right by itself."""
+    texts = said(desk)
     assert texts[0] == "bkcmd=0"
-    assert desk.display.errors == []
+    first = {text.split("=")[0] for text in texts if text.startswith("main.")}
     page = display_pages(desk.controller)[0]
-    set_by_board = {text.split("=")[0].split(".")[1] for text in texts if text.startswith("main.")}
-    numbers = {each.name for each in page.components if each.kind in ("number", "dual_state")}
-    assert numbers <= set_by_board
+    numbers = {f"main.{each.name}" for each in page.components
+               if each.kind in {"number", "dual_state"}}  # fmt: skip
+    assert numbers <= {name.rpartition(".")[0] for name in first}
     assert desk.shows("main.temp.val") == 20
     assert desk.shows("main.pname.txt") == "fuse"
-
-
-def test_only_what_has_changed_is_said(desk: KilnDesk) -> None:
-    """A cold kiln has nothing to say until all is said again."""
+    bare = Display(display_pages(desk.controller))
+    bare.start()
+    assert draw(desk.display.display).tobytes() != draw(bare).tobytes(), "it can be seen"
     desk.run(10.0)
     now_s = desk.device.time_s
     desk.run(15.0)
     assert said(desk, now_s) == []
-
-
-def test_everything_is_said_again(desk: KilnDesk) -> None:
-    """What was lost on the way comes right by itself."""
-    first = {text.split("=")[0] for text in said(desk, 0.0) if text.startswith("main.")}
     desk.display.display.memory.parts[0]["temp"].values["val"] = 999
-    now_s = desk.device.time_s
-    desk.run(AGAIN_S + 2.0)
+    desk.run(AGAIN_S - 15.0 + 2.0)
     assert first <= {text.split("=")[0] for text in said(desk, now_s)}
     assert desk.shows("main.temp.val") == 20
+    assert desk.display.errors == []
 
 
 def test_one_instruction_at_a_time(desk: KilnDesk) -> None:
     """In any row of them each takes its two ticks; only the work of a tick moves them about."""
     desk.tap("bprog", "back", "bdebug", "back")
-    desk.display.send("#8 1;")
-    desk.run(3.0)
+    desk.do("order 8 1")
     times = [each.time_s for each in desk.display.history]
     assert len(times) > 50
     for many in (1, 5, 20):
@@ -63,72 +66,46 @@ def test_one_instruction_at_a_time(desk: KilnDesk) -> None:
 
 
 def test_a_page_gets_everything_when_it_is_shown(desk: KilnDesk) -> None:
-    desk.tap("bprog")
-    assert desk.display.page == "programs"
-    assert desk.shows("programs.name1.txt") == "fuse"
-    desk.tap("b1")
-    assert desk.display.page == "points"
-    desk.run(1.0)
-    rows = [[desk.shows(f"{column}{row}.txt") for column in "kmt"] for row in range(1, 9)]
-    assert rows[0] == ["min", "60", "540"]
-    assert rows[1][:2] == ["hold", "30"]
-    assert rows[6] == ["min", "240", "50"]
-    assert rows[7] == ["", "", ""]
-    assert desk.display.errors == []
-
-
-def test_the_settings_and_the_control(desk: KilnDesk) -> None:
-    desk.tap("bset")
-    desk.run(1.0)
-    assert float(desk.shows("sp.txt")) == 20
-    assert float(desk.shows("crit.txt")) == 1150
+    desk.do("bprog")
+    assert (desk.display.page, desk.shows("programs.name1.txt")) == ("programs", "fuse")
+    desk.do("b1")
+    rows = [desk.look(f"row{row}") for row in (1, 7, 8)]
+    assert (desk.display.page, rows) == ("points", ["min 60 540", "min 240 50", ""])
+    assert [desk.shows(f"{column}2.txt") for column in "km"] == ["hold", "30"]
+    desk.do("back bset")
+    assert [float(desk.shows(name)) for name in ("sp.txt", "crit.txt")] == [20, 1150]
     assert desk.shows("type.txt") == "K"
-    desk.tap("back", "bdebug")
-    desk.run(1.0)
+    desk.do("back bdebug")
     algorithm = desk.controller.loops["chamber"].algorithm
-    assert [float(desk.shows(f"{gain}.txt")) for gain in ("kp", "ki", "kd")] == pytest.approx(
-        [getattr(algorithm, gain) for gain in ("kp", "ki", "kd")], rel=1e-6
-    )
+    for gain in ("kp", "ki", "kd"):
+        told = float(desk.shows(f"{gain}.txt"))
+        assert told == pytest.approx(getattr(algorithm, gain), rel=1e-6)
     assert desk.display.errors == []
 
 
-def test_a_running_program_on_the_main_page(desk: KilnDesk) -> None:
-    desk.display.send("#8 1;")
-    desk.run(5 * MINUTE_S + 5.0)
-    assert desk.read("program.state") == RUNNING
-    assert (desk.shows("programm.val"), desk.shows("point.val")) == (1, 1)
-    assert [desk.shows(f"{name}.val") for name in ("day", "hour1", "minute1")] == [0, 0, 5]
-    assert [desk.shows(f"{name}.val") for name in ("day2", "hour2", "minute2")] == [0, 0, 5]
-    setpoint_c = desk.read("loop_chamber.setpoint_c")
-    assert abs(int(desk.shows("set.val")) - setpoint_c) <= 1.5
-    assert abs(int(desk.shows("temp.val")) - desk.read("loop_chamber.temperature_c")) <= 1.5
-    assert desk.shows("bt1.val") == 1
-    assert float(str(desk.shows("energy.txt")).split()[0]) >= 0
-    assert desk.display.errors == []
-
-
-def test_the_charts_grow(desk: KilnDesk) -> None:
+def test_a_running_program_and_its_charts(desk: KilnDesk) -> None:
     """A pixel a minute on the first page, a pixel a second on the other; in pixels of height."""
     desk.display.send("#8 1;")
-    desk.run(6 * MINUTE_S)
-    waveform = desk.display.display.memory.parts[0]["chart"].waveform
-    assert waveform is not None
-    assert 5 <= len(waveform.channels[0]) <= 7
-    top_c = 1200
-    height = 180 * desk.read("loop_chamber.temperature_c") / top_c
-    assert abs(waveform.channels[0][-1] - height) <= 180 * 10 / top_c + 1
+    desk.run(305.0)
+    assert desk.read("program.state") == RUNNING
+    names = ("programm", "point", "day", "hour1", "minute1", "day2", "hour2", "minute2", "bt1")
+    assert [desk.shows(f"{name}.val") for name in names] == [1, 1, 0, 0, 5, 0, 0, 5, 1]
+    for name, variable in (("set", "setpoint_c"), ("temp", "temperature_c")):
+        assert abs(int(desk.shows(f"{name}.val")) - desk.read(f"loop_chamber.{variable}")) <= 1.5
+    assert float(str(desk.shows("energy.txt")).split()[0]) >= 0
+    desk.run(55.0)
+    points = drawn(desk, "main")
+    assert 5 <= len(points) <= 7
+    height = HEIGHT * desk.read("loop_chamber.temperature_c") / TOP_C
+    assert abs(points[-1] - height) <= HEIGHT * 10 / TOP_C + 1
     desk.tap("bdebug")
     desk.run(20.0)
-    number = next(each.id for each in display_pages(desk.controller) if each.name == "debug")
-    waveform = desk.display.display.memory.parts[number]["chart"].waveform
-    assert waveform is not None
-    assert 18 <= len(waveform.channels[0]) - len(waveform.channels[1]) + 20 <= 22
-    assert 19 <= len(waveform.channels[0]) <= 22
+    points = drawn(desk, "debug")
+    assert 18 <= len(points) - len(drawn(desk, "debug", 1)) + 20 <= 22
+    assert 19 <= len(points) <= 22
     desk.tap("back")
     desk.run(5.0)
-    main = desk.display.display.memory.parts[0]["chart"].waveform
-    assert main is not None
-    assert len(main.channels[0]) >= 6, "what was there is drawn again"
+    assert len(drawn(desk, "main")) >= 6, "what was there is drawn again"
     assert desk.display.errors == []
 
 
@@ -140,7 +117,7 @@ def test_a_display_hears_what_it_can_sample(kiln: Built, baud: int, heard: bool)
     desk = KilnDesk(kiln)
     desk.display.line.baud = baud
     desk.run(3.0)
-    assert ("bkcmd=0" in said(desk, 0.0)) is heard
+    assert ("bkcmd=0" in said(desk)) is heard
     assert (desk.display.errors == []) is (desk.display.instructions == 0 or heard)
 
 
@@ -155,11 +132,3 @@ def test_a_display_that_starts_anew(desk: KilnDesk) -> None:
     assert desk.shows("main.temp.val") == 20
     assert desk.shows("main.pname.txt") == "fuse"
     assert desk.display.errors == []
-
-
-def test_what_is_shown_can_be_seen(desk: KilnDesk, kiln: Built) -> None:
-    """The picture differs from that of a display which nobody told anything."""
-    bare = Display(display_pages(kiln.controller))
-    bare.start()
-    told = draw(desk.display.display)
-    assert told.tobytes() != draw(bare).tobytes()
