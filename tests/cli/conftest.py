@@ -1,4 +1,5 @@
 import json
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,16 +32,28 @@ Heatwright = Callable[..., Outcome]
 def heatwright(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> Heatwright:
-    """Runs a command in an empty folder that holds chamber.yaml and oven.yaml."""
+    """Runs a command line in an empty folder that holds chamber.yaml and oven.yaml.
+
+    It must end with the given status.
+    """
     for example in ("chamber.yaml", "oven.yaml"):
         copyfile(EXAMPLES / example, tmp_path / example)
     monkeypatch.chdir(tmp_path)
 
-    def run(*words: object) -> Outcome:
+    def run(words: str, status: int = 0) -> Outcome:
         capfd.readouterr()
-        status = ended(cli, [str(word) for word in words])
+        found = ended(cli, shlex.split(words))
         out, err = capfd.readouterr()
         assert "Traceback" not in out + err
-        return Outcome(status, out, err)
+        assert found == status, err
+        return Outcome(found, out, err)
 
     return run
+
+
+def changed(name: str, old: str, new: str, count: int = 1) -> str:
+    """Write changed.yaml, an example with some of its text replaced, and return its name."""
+    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
+    assert text.count(old) >= count
+    Path("changed.yaml").write_text(text.replace(old, new, count), encoding="utf-8")
+    return "changed.yaml"

@@ -69,55 +69,51 @@ EVIDENCE = exactly(
 )
 
 
-@pytest.fixture(scope="module")
-def verified(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> tuple[dict[str, Any], str]:
-    """The chamber, verified once: the JSON, and the page."""
-    page = tmp_path_factory.mktemp("verified") / "chamber.html"
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out):
-        spec = str(EXAMPLES / "chamber.yaml")
-        status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
-    assert status in {0, 1}, out.getvalue()
-    return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
+Verified = tuple[dict[str, Any], str]
 
 
-def test_the_evidence_has_the_promised_form(verified: tuple[dict[str, Any], str]) -> None:
-    validate(verified[0], EVIDENCE)
+class TestVerify:
+    @pytest.fixture(scope="class")
+    def verified(self, tmp_path_factory: pytest.TempPathFactory) -> Verified:
+        """The chamber, verified once: the JSON, and the page."""
+        page = tmp_path_factory.mktemp("verified") / "chamber.html"
+        spec, out = str(EXAMPLES / "chamber.yaml"), io.StringIO()
+        with contextlib.redirect_stdout(out):
+            status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
+        assert status in {0, 1}, out.getvalue()
+        return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
 
+    def test_the_evidence_has_the_promised_form(self, verified: Verified) -> None:
+        validate(verified[0], EVIDENCE)
 
-def test_the_chamber_passes(verified: tuple[dict[str, Any], str]) -> None:
-    evidence = verified[0]
-    assert [each for each in evidence["faults"] if not each["passed"]] == []
-    assert evidence["timing"]["passed"] is True
-    assert evidence["passed"] is True
-    assert evidence["digest"] == load(EXAMPLES / "chamber.yaml").digest
-    assert evidence["replay"]["ticks"] >= 1800
-    assert evidence["replay"]["mismatches"] == 0
-    assert evidence["build"]["flash"] <= 8826, "what the source's own sketch takes"
-    assert evidence["build"]["ram"] <= 345, "what the source's own sketch takes"
-    assert evidence["speed"]["simulated_s"] >= 1800
+    def test_the_chamber_passes(self, verified: Verified) -> None:
+        evidence = verified[0]
+        assert [each for each in evidence["faults"] if not each["passed"]] == []
+        assert evidence["timing"]["passed"] is True
+        assert evidence["passed"] is True
+        assert evidence["digest"] == load(EXAMPLES / "chamber.yaml").digest
+        assert evidence["replay"]["ticks"] >= 1800
+        assert evidence["replay"]["mismatches"] == 0
+        assert evidence["build"]["flash"] <= 8826, "what the source's own sketch takes"
+        assert evidence["build"]["ram"] <= 345, "what the source's own sketch takes"
+        assert evidence["speed"]["simulated_s"] >= 1800
 
-
-def test_the_page_tells_the_same_and_needs_nothing_else(
-    verified: tuple[dict[str, Any], str],
-) -> None:
-    evidence, page = verified
-    assert ("Passed: all" in page) == evidence["passed"]
-    assert f"<b>{evidence['build']['flash']}</b>" in page
-    assert evidence["digest"] in page
-    assert not re.search(r"(src|href)=", page)
-    chart = json.loads(re.search(r'json">(.*?)</script>', page).group(1))  # type: ignore[union-attr]
-    assert chart["unit"] == "min"
-    assert len(chart["panels"]) == 3
+    def test_the_page_tells_the_same_and_needs_nothing_else(self, verified: Verified) -> None:
+        evidence, page = verified
+        assert ("Passed: all" in page) == evidence["passed"]
+        assert f"<b>{evidence['build']['flash']}</b>" in page
+        assert evidence["digest"] in page
+        assert not re.search(r"(src|href)=", page)
+        (text,) = re.findall(r'json">(.*?)</script>', page)
+        chart = json.loads(text)
+        assert chart["unit"] == "min"
+        assert len(chart["panels"]) == 3
 
 
 def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
-    done = heatwright("build", "chamber.yaml", "-o", "firmware", "--json")
-    assert done.status == 0
-    validate(done.json["build"], BUILD)
-    assert done.json["files"] == ["firmware/chamber.elf", "firmware/chamber.hex"]
+    found = heatwright("build chamber.yaml -o firmware --json").json
+    validate(found["build"], BUILD)
+    assert found["files"] == ["firmware/chamber.elf", "firmware/chamber.hex"]
     assert Path("firmware/chamber.hex").read_text(encoding="ascii").startswith(":")
     assert sorted(path.name for path in Path("firmware").iterdir()) == [
         "chamber.elf", "chamber.hex",
@@ -125,17 +121,15 @@ def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
 
 
 def test_build_for_people(heatwright: Heatwright) -> None:
-    done = heatwright("build", "chamber.yaml")
-    assert done.status == 0
-    assert re.match(r"flash +\d+ of 32256 bytes\nRAM +\d+ of 2048 bytes, static\n", done.out)
-    assert Path(done.out.splitlines()[-1]).is_file()
+    told = heatwright("build chamber.yaml").out
+    assert re.match(r"flash +\d+ of 32256 bytes\nRAM +\d+ of 2048 bytes, static\n", told)
+    assert Path(told.splitlines()[-1]).is_file()
 
 
 def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None:
-    done = heatwright("simulate", "chamber.yaml", "--for", "1 min", "--vcd", "pins.vcd", "--json")
-    assert done.status == 0
-    assert done.json["device"] == "binary"
-    assert done.json["display"][1] == "Set temp 50°C   "
+    found = heatwright("simulate chamber.yaml --for 1min --vcd pins.vcd --json").json
+    assert found["device"] == "binary"
+    assert found["display"][1] == "Set temp 50°C   "
     text = Path("pins.vcd").read_text(encoding="ascii")
     assert " D3_heater $end" in text
     assert " D9_display_E $end" in text
@@ -143,20 +137,16 @@ def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None
 
 
 def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
-    example = EXAMPLES / "fabricator.yaml"
-    done = heatwright("simulate", example, "--for", "8 s", "--json")
-    assert done.status == 0
-    assert done.json["lights"] == {
+    words = f"simulate {EXAMPLES}/fabricator.yaml --for 8s"
+    assert heatwright(f"{words} --json").json["lights"] == {
         "nozzle": {"enabled": "lit", "heating": "lit", "cooling": "dark", "communicating": "lit"}
     }
-    done = heatwright("simulate", example, "--for", "8 s")
-    assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in done.out
+    told = heatwright(words).out
+    assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in told
 
 
 def test_rows_of_a_comparison_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
-    done = heatwright("compare", "oven.yaml", "--algorithm", "relay", "--json")
-    assert done.status == 0
-    (row,) = done.json["rows"]
+    (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
     assert row["replay"]["mismatches"] == 0
     assert row["replay"]["ticks"] >= 3599
     validate(row["build"], BUILD)

@@ -1,0 +1,79 @@
+"""Help, the page docs/commands.md, and a start that imports nothing heavy."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from conftest import EXAMPLES, Heatwright
+
+from heatwright.cli.main import COMMANDS, cli
+
+PAGE = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
+SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))
+HEAVY = {"numpy", "scipy", "matplotlib", "rich", "elftools", "cffi", "platformio", "vcd", "control"}
+LANGUAGE = {"pydantic", "yaml", "jinja2"}
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_every_command_has_help_with_an_example(heatwright: Heatwright, command: str) -> None:
+    told = heatwright(f"{command} --help").out
+    assert "Example" in told
+    assert f"  heatwright {command or 'init'} " in told
+
+
+def test_the_list_of_commands_is_not_cut_short(heatwright: Heatwright) -> None:
+    _, listed = heatwright("--help").out.split("Commands:")
+    assert "..." not in listed
+
+
+def test_version(heatwright: Heatwright) -> None:
+    assert heatwright("--version").out.startswith("heatwright 0.")
+
+
+def test_every_command_has_its_section_in_order() -> None:
+    assert tuple(name for name in SECTIONS if name != "Completion") == COMMANDS
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_is_told_and_no_other(name: str) -> None:
+    command = cli.get_command(click.Context(cli), name)
+    assert command is not None
+    options = {
+        option
+        for parameter in command.params
+        if isinstance(parameter, click.Option)
+        for option in parameter.opts
+    }
+    assert set(re.findall(r"(?<![\w-])--?[a-z]+(?![\w-])", SECTIONS[name])) == options
+
+
+@pytest.mark.parametrize(
+    ("words", "banned"),
+    [
+        ("--help", HEAVY | LANGUAGE),
+        ("generate --help", HEAVY | LANGUAGE),
+        ("verify --help", HEAVY | LANGUAGE),
+        ("identify --help", HEAVY | LANGUAGE),
+        ("tune --help", HEAVY | LANGUAGE),
+        ("check CHAMBER", HEAVY | {"jinja2"}),
+        ("generate CHAMBER -o out", HEAVY),
+        ("generate CHAMBER -o out --check", HEAVY),
+        ("init new.yaml", HEAVY),
+    ],
+)
+def test_nothing_heavy_is_imported(words: str, banned: set[str], tmp_path: Path) -> None:
+    arguments = [word.replace("CHAMBER", f"{EXAMPLES}/chamber.yaml") for word in words.split()]
+    program = (
+        "import sys\n"
+        "from heatwright.cli.ends import ended\n"
+        "from heatwright.cli.main import cli\n"
+        f"ended(cli, {arguments!r})\n"
+        f"print(sorted({banned!r} & {{name.partition('.')[0] for name in sys.modules}}))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
