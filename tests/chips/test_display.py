@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from avr_firmware import CLOCK_HZ, running
+from rig.avr import CLOCK_HZ, running
 
 from heatwright.sim.interfaces.character_rom import A00
 from heatwright.sim.interfaces.hd44780 import Hd44780, Times

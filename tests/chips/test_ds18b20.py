@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from avr_firmware import powered, shared
+from rig.avr import powered, shared
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables

@@ -1,7 +1,7 @@
 """Keys, serial line and switches."""
 
 import pytest
-from avr_firmware import CLOCK_HZ, compiled, powered, running
+from rig.avr import CLOCK_HZ, compiled, powered, running
 
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.interfaces.keypad import CODES, Keypad

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from avr_firmware import running
+from rig.avr import running
 
 from heatwright.sim.outputs.stepper import Stepper, attach
 from heatwright.spec import BOARDS

@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from avr_firmware import CLOCK_HZ, powered, running, shared
+from judges import ERRORS, differences, on_ours
 from numpy.typing import NDArray
+from rig.avr import CLOCK_HZ, powered, running, shared
+from streams import CHIPS, Chip, image
+from suite import amount
 
 from heatwright.sim.avr import Avr, AvrError
 
@@ -26,6 +29,12 @@ def forbidden(words: NDArray[np.uint16]) -> NDArray[np.bool_]:
 def random_flash(rng: np.random.Generator, size: int) -> NDArray[np.uint16]:
     words = rng.integers(0, 1 << 16, size // 2, np.uint16)
     words[forbidden(words)] = 0
+    # Where simavr skips a word too many (judges.py), the constant is another.
+    skips = (
+        ((words & 0xFC00) == 0x1000) | ((words & 0xFC08) == 0xFC00) | ((words & 0xFD00) == 0x9900)
+    )
+    wide = (words & 0xFE0C) == 0x960C
+    words[1:][skips[:-1] & wide[1:]] &= 0xFFF7
     return words
 
 
@@ -72,46 +81,38 @@ def test_random_code_runs_alike(mcu: str, seed: int) -> None:
     assert executed > 1_500
 
 
-@pytest.mark.parametrize("part", ["arithmetic", "memory"])
-def test_straight_code_runs_alike(part: str) -> None:
-    """Long runs without jumps, so that every kind of instruction comes often."""
-    rng = np.random.default_rng(len(part))
-    kept = {
-        "arithmetic": [
-            0x0000,
-            0x1000,
-            0x2000,
-            0x3000,
-            0x4000,
-            0x5000,
-            0x6000,
-            0x7000,
-            0xE000,
-            0x9000,
-        ],
-        "memory": [0x8000, 0x9000, 0xA000, 0xE000, 0xB000],
-    }[part]
-    mcu, size = "atmega1284p", PARTS["atmega1284p"]
-    words = random_flash(rng, size)
-    jumps = (
-        ((words & 0xFE0C) == 0x940C) | ((words & 0xFF0E) == 0x9508) | ((words & 0xFE0F) == 0x9409)
-    )
-    words[jumps | ~np.isin(words & 0xF000, kept)] = 0x0C01
-    program: Any = SimpleNamespace(flash=words.tobytes(), eeprom=b"", static_ram=(0, 0))
-    for _ in range(30):
-        ours, simavrs = Avr(mcu, CLOCK_HZ), Avr(mcu, CLOCK_HZ)
-        simavrs.use_simavrs_core()
-        registers = rng.bytes(32)
-        for avr in (ours, simavrs):
-            avr.load(program)
-            avr.write_ram(0, registers)
-            avr.write_ram(0x5D, b"\x00\x20")
-        for _ in range(100):
-            cycles = int(rng.integers(1, 60))
-            if ran(ours, cycles):
-                break
-            assert not ran(simavrs, cycles)
-            assert state(ours) == state(simavrs)
+@pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
+def test_streams_run_alike(chip: Chip) -> None:
+    """Long runs without backward jumps, in which every kind of instruction comes often."""
+    for seed in range(amount("images_of_streams")):
+        made = image(chip, 1000 + seed, ERRORS["simavr"])
+        theirs = on_ours(made, simavrs=True)
+        assert not list(differences(made, on_ours(made), theirs, timed=True))
+
+
+SKIPS = {"cpse r0,r0": 0x1000, "sbrc r0,0": 0xFC00, "sbis EECR,1": 0x9BF9, "sbic EECR,1": 0x99F9}
+
+
+@pytest.mark.parametrize("skip", SKIPS)
+@pytest.mark.parametrize("over", ["adiw", "sbiw"])
+def test_a_skip_over_adiw_and_sbiw_is_of_one_word(skip: str, over: str) -> None:
+    """With K & 12 == 12 simavr takes them for two words, in EECR's skips for us, too. See Errors in
+    streams.py: avr8js and QEMU judge."""
+    for k in range(64):
+        word = (0x9600 if over == "adiw" else 0x9700) | (k & 0x30) << 2 | k & 15
+        taken = skip != "sbis EECR,1"  # the bit is 0
+        words = [SKIPS[skip], word, 0x9503, 0xCFFF]  # inc r16; rjmp .
+        program: Any = SimpleNamespace(flash=np.array(words, "<u2").tobytes(), eeprom=b"")
+        program.static_ram = (0, 0)
+        avr = Avr("atmega328p", CLOCK_HZ)
+        avr.load(program)
+        avr.write_ram(0, bytes(32))
+        avr.run_to(1)
+        assert (avr.cycle, avr.program_counter) == ((2, 4) if taken else (1, 2)), k
+        avr.run_to(20)
+        assert avr.read_ram(16, 1) == b"\x01"
+        changed = int.from_bytes(avr.read_ram(24 + 2 * (word >> 4 & 3), 2), "little")
+        assert changed == (0 if taken else k if over == "adiw" else -k & 0xFFFF)
 
 
 def test_a_program_with_interrupts_runs_alike() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from avr_firmware import compiled, shared
+from rig.avr import compiled, shared
 
 from heatwright.sim.device import AvrDevice, StaleBinary
 from heatwright.sim.elf import Elf, ElfError

@@ -2,11 +2,8 @@
 
 import numpy as np
 import pytest
-from avr_firmware import CLOCK_HZ, compiled, powered, running
-
-from heatwright.sim.avr import Avr
-from heatwright.sim.dwarf import Variables
-from heatwright.sim.elf import Elf
+from rig.avr import CLOCK_HZ, running
+from small import Small
 
 OLD = pytest.mark.parametrize("mcu", ["atmega32", "atmega16"])
 
@@ -28,11 +25,6 @@ CTC = {
         (1, 8, 32, 64, 128, 256, 1024),
     ),
 }  # fmt: skip
-
-
-def get(avr: Avr, program: Elf, name: str) -> int:
-    variable = Variables(program)[name]
-    return int.from_bytes(avr.read_ram(variable.address, variable.size), "little")
 
 
 @OLD
@@ -60,68 +52,10 @@ def test_a_timer_that_clears_on_compare(mcu: str, timer: str, code: int) -> None
     assert abs(cycles[-1] - cycles[0] - (len(cycles) - 1) * period) <= 3
 
 
-PWM = {
-    "OC0": ("PB3", 256, 8, "TCCR0 = _BV(WGM01) | _BV(WGM00) | COM << 4 | 2;", "OCR0"),
-    "OC2": ("PD7", 256, 32, "TCCR2 = _BV(WGM21) | _BV(WGM20) | COM << 4 | 3;", "OCR2"),
-    "OC1A": ("PD5", 1000, 1, "ICR1 = 999; TCCR1A = 2 | COM << 6; TCCR1B = 0x19;", "OCR1A"),
-    "OC1B": ("PD4", 1000, 8, "ICR1 = 999; TCCR1A = 2 | COM << 4; TCCR1B = 0x1a;", "OCR1B"),
-}
-
-
-@OLD
-@pytest.mark.parametrize("output", PWM)
-@pytest.mark.parametrize("inverted", [False, True])
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.99, 1.0])
-def test_fast_pwm(mcu: str, output: str, inverted: bool, share: float) -> None:
-    pin, counts, prescaler, setup, compare = PWM[output]
-    value = min(round(share * counts), counts - 1)
-    avr = running(
-        f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {value}; for (;;) PORTD ^= 1;
-        }}""",
-        f"-DCOM={3 if inverted else 2}",
-        mcu=mcu,
-    )
-    number, period = avr.pins.watch(pin), counts * prescaler
-    avr.run_to(10 * period)
-    avr.pins.take()
-    start, high = avr.cycle, avr.pins.high_cycles(number)
-    avr.run_to(start + 200 * period)
-    on = (avr.pins.high_cycles(number) - high) / (avr.cycle - start)
-    expected = (value + 1) / counts
-    assert on == pytest.approx(1 - expected if inverted else expected, abs=1 / 200)
-    edges = avr.pins.take()["cycle"].astype(int)
-    assert len(edges) == (0 if value == counts - 1 else pytest.approx(400, abs=3))
-    assert np.all(abs(np.diff(edges[::2]) - period) <= 4)
-
-
-@OLD
-@pytest.mark.parametrize("output", PWM)
-def test_a_disconnected_timer_gives_the_pin_back_to_the_port(mcu: str, output: str) -> None:
-    pin, counts, prescaler, setup, compare = PWM[output]
-    register, bits = setup.split(" = ")[-2 if "ICR1" in setup else 0].split()[-1], "0x30"
-    if "ICR1" in setup:
-        register, bits = "TCCR1A", "0xf0"
-    avr = running(
-        f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {counts - 1};
-            __builtin_avr_delay_cycles({20 * counts * prescaler}L);
-            {register} &= (uint8_t)~{bits}; for (;;) {{}}
-        }}""",
-        "-DCOM=2",
-        mcu=mcu,
-    )
-    avr.pins.watch(pin)
-    avr.run_to(10 * counts * prescaler)
-    assert avr.pins.level(pin)
-    avr.run_to(30 * counts * prescaler)
-    assert not avr.pins.level(pin)
-
-
 @OLD
 def test_three_timers_share_their_registers(mcu: str) -> None:
     """Each interrupt comes as often as its timer says, whatever the others are told."""
-    program = compiled(
+    program = Small(
         """volatile uint16_t n0, n1, n2;
         ISR(TIMER0_COMP_vect) { n0++; }
         ISR(TIMER1_COMPA_vect) { n1++; }
@@ -135,17 +69,16 @@ def test_three_timers_share_their_registers(mcu: str) -> None:
         }""",
         mcu=mcu,
     )
-    avr = powered(program, mcu)
-    avr.run_to(800_000)
-    assert get(avr, program, "n0") == pytest.approx(1000, abs=1)
-    assert get(avr, program, "n1") == pytest.approx(400, abs=1)
-    assert get(avr, program, "n2") == pytest.approx(800, abs=1)
+    program.avr.run_to(800_000)
+    assert program["n0"] == pytest.approx(1000, abs=1)
+    assert program["n1"] == pytest.approx(400, abs=1)
+    assert program["n2"] == pytest.approx(800, abs=1)
 
 
 @OLD
 def test_a_flag_is_cleared_alone(mcu: str) -> None:
     """TIFR belongs to three timers; simavr forgets the flags of all when one is cleared."""
-    program = compiled(
+    program = Small(
         """volatile uint8_t before, after, last;
         int main(void) {
             OCR0 = 10; OCR2 = 10; OCR1A = 10; OCR1B = 20; TCCR0 = 1; TCCR2 = 1; TCCR1B = 1;
@@ -156,17 +89,16 @@ def test_a_flag_is_cleared_alone(mcu: str) -> None:
         }""",
         mcu=mcu,
     )
-    avr = powered(program, mcu)
-    avr.run(0.001)
-    assert get(avr, program, "before") == 0b11011011
-    assert get(avr, program, "after") == 0b11001011
-    assert get(avr, program, "last") == 0
+    program.avr.run(0.001)
+    assert program["before"] == 0b11011011
+    assert program["after"] == 0b11001011
+    assert program["last"] == 0
 
 
 @OLD
 def test_a_cleared_flag_is_no_interrupt(mcu: str) -> None:
     """What waits while interrupts are off is forgotten; another timer's is not."""
-    program = compiled(
+    program = Small(
         """volatile uint8_t n0, n2;
         ISR(TIMER0_COMP_vect) { n0++; }
         ISR(TIMER2_COMP_vect) { n2++; }
@@ -177,9 +109,8 @@ def test_a_cleared_flag_is_no_interrupt(mcu: str) -> None:
         }""",
         mcu=mcu,
     )
-    avr = powered(program, mcu)
-    avr.run(0.001)
-    assert (get(avr, program, "n0"), get(avr, program, "n2")) == (0, 1)
+    program.avr.run(0.001)
+    assert (program["n0"], program["n2"]) == (0, 1)
 
 
 @OLD
@@ -243,19 +174,18 @@ def test_the_watchdog_is_not_switched_off_by_one_write(mcu: str) -> None:
 
 @OLD
 def test_reset_causes(mcu: str) -> None:
-    program = compiled(
+    program = Small(
         """volatile uint8_t first;
         int main(void) { first = MCUCSR; MCUCSR = _BV(ISC2); for (;;) {} }""",
         mcu=mcu,
     )
-    avr = powered(program, mcu)
-    avr.run(0.001)
-    assert get(avr, program, "first") == 1
+    program.avr.run(0.001)
+    assert program["first"] == 1
     for cause, flag in (("external", 2), ("brown_out", 4)):
-        avr.reset(cause)  # type: ignore[arg-type]
-        avr.run(0.001)
-        assert get(avr, program, "first") == flag
-    assert [int(flags) for flags in avr.take_resets()["mcusr"]] == [2, 4]
+        program.avr.reset(cause)  # type: ignore[arg-type]
+        program.avr.run(0.001)
+        assert program["first"] == flag
+    assert [int(flags) for flags in program.avr.take_resets()["mcusr"]] == [2, 4]
 
 
 @OLD
@@ -275,7 +205,7 @@ def test_writing_a_pin_register_does_nothing(mcu: str) -> None:
 
 @OLD
 def test_sleep_is_idle_and_wakes_by_a_timer(mcu: str) -> None:
-    program = compiled(
+    program = Small(
         """volatile uint16_t ticks;
         ISR(TIMER2_COMP_vect) { ticks++; }
         int main(void) {
@@ -284,10 +214,9 @@ def test_sleep_is_idle_and_wakes_by_a_timer(mcu: str) -> None:
         }""",
         mcu=mcu,
     )
-    avr = powered(program, mcu)
-    avr.run(1)
-    assert get(avr, program, "ticks") == pytest.approx(1000, abs=1)
-    assert avr.sleep_cycles > 0.99 * avr.cycle
+    program.avr.run(1)
+    assert program["ticks"] == pytest.approx(1000, abs=1)
+    assert program.avr.sleep_cycles > 0.99 * program.avr.cycle
 
 
 @OLD

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from avr_firmware import CLOCK_HZ, running
+from rig.avr import CLOCK_HZ, running
 
 from heatwright.sim.native.pins import Source, pin_name, pin_number
 
@@ -137,51 +137,46 @@ def test_a_reset_lets_go_of_the_pins_at_once() -> None:
 
 
 TIMERS = {
-    # Fast PWM, 8 bit, timer 2 channel B on PD3; prescaler 8.
-    "timer2 fast": ("PD3", 256, 8, "TCCR2A = 0x03 | COM << 4; TCCR2B = 0x02;", "OCR2B"),
-    # Mode 14 on timer 1, channel A on PB1; TOP 999, prescaler 1.
-    "timer1 mode 14": (
-        "PB1",
-        1000,
-        1,
-        "ICR1 = 999; TCCR1A = 0x02 | COM << 6; TCCR1B = 0x19;",
-        "OCR1A",
-    ),
-    # Mode 15 on timer 1, channel B; TOP OCR1A.
-    "timer1 mode 15": (
-        "PB2",
-        400,
-        8,
-        "OCR1A = 399; TCCR1A = 0x03 | COM << 4; TCCR1B = 0x1a;",
-        "OCR1B",
-    ),
-    # Mode 7 on timer 0, channel B; TOP OCR0A.
-    "timer0 mode 7": (
-        "PD5",
-        100,
-        64,
-        "OCR0A = 99; TCCR0A = 0x03 | COM << 4; TCCR0B = 0x0b;",
-        "OCR0B",
-    ),
-}
+    # Part, pin, counts, prescaler, set-up, compare register.
+    "timer 2, fast, 8 bits": (
+        "atmega328p", "PD3", 256, 8, "TCCR2A = 0x03 | COM << 4; TCCR2B = 0x02;", "OCR2B"),
+    "timer 1, mode 14": (
+        "atmega328p", "PB1", 1000, 1, "ICR1 = 999; TCCR1A = 0x02 | COM << 6; TCCR1B = 0x19;",
+        "OCR1A"),
+    "timer 1, mode 15": (
+        "atmega328p", "PB2", 400, 8, "OCR1A = 399; TCCR1A = 0x03 | COM << 4; TCCR1B = 0x1a;",
+        "OCR1B"),
+    "timer 0, mode 7": (
+        "atmega328p", "PD5", 100, 64, "OCR0A = 99; TCCR0A = 0x03 | COM << 4; TCCR0B = 0x0b;",
+        "OCR0B"),
+} | {
+    f"{mcu}, {compare}": (mcu, pin, counts, prescaler, setup, compare)
+    for mcu in ("atmega32", "atmega16")
+    for pin, counts, prescaler, setup, compare in (
+        ("PB3", 256, 8, "TCCR0 = _BV(WGM01) | _BV(WGM00) | COM << 4 | 2;", "OCR0"),
+        ("PD7", 256, 32, "TCCR2 = _BV(WGM21) | _BV(WGM20) | COM << 4 | 3;", "OCR2"),
+        ("PD5", 1000, 1, "ICR1 = 999; TCCR1A = 2 | COM << 6; TCCR1B = 0x19;", "OCR1A"),
+        ("PD4", 1000, 8, "ICR1 = 999; TCCR1A = 2 | COM << 4; TCCR1B = 0x1a;", "OCR1B"),
+    )
+}  # fmt: skip
+NOT_INVERTED = "-DCOM=2"
 
 
 @pytest.mark.parametrize("timer", TIMERS)
 @pytest.mark.parametrize("inverted", [False, True])
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99, 1.0])
 def test_fast_pwm(timer: str, inverted: bool, share: float) -> None:
-    """High for OCR + 1 of TOP + 1 counts; at TOP constantly, without a gap (data sheet)."""
-    pin, counts, prescaler, setup, compare = TIMERS[timer]
+    """High for OCR + 1 of TOP + 1 counts; at TOP constantly, without a gap (data sheets)."""
+    mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
     value = min(round(share * counts), counts - 1)
     avr = running(
         f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {value};
-            for (;;) PORTB ^= 0x20;
+            DDRB = DDRD = 0xff; {setup} {compare} = {value}; for (;;) PORTC ^= 0x20;
         }}""",
         f"-DCOM={3 if inverted else 2}",
+        mcu=mcu,
     )
-    number = avr.pins.watch(pin)
-    period = counts * prescaler
+    number, period = avr.pins.watch(pin), counts * prescaler
     avr.run_to(10 * period)
     avr.pins.take()
     start, high = avr.cycle, avr.pins.high_cycles(number)
@@ -189,13 +184,14 @@ def test_fast_pwm(timer: str, inverted: bool, share: float) -> None:
     on = (avr.pins.high_cycles(number) - high) / (avr.cycle - start)
     expected = (value + 1) / counts
     assert on == pytest.approx(1 - expected if inverted else expected, abs=1 / 200)
-    edges = len(avr.pins.take())
-    assert edges == (0 if value == counts - 1 else pytest.approx(400, abs=3))
+    edges = avr.pins.take()["cycle"].astype(int)
+    assert len(edges) == (0 if value == counts - 1 else pytest.approx(400, abs=3))
+    assert np.all(abs(np.diff(edges[::2]) - period) <= 4)
 
 
-@pytest.mark.parametrize("timer", TIMERS)
+@pytest.mark.parametrize("timer", [name for name in TIMERS if not name.startswith("atmega16")])
 def test_a_new_compare_value_takes_effect(timer: str) -> None:
-    pin, counts, prescaler, setup, compare = TIMERS[timer]
+    mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
     period = counts * prescaler
     avr = running(
         f"""int main(void) {{
@@ -204,7 +200,8 @@ def test_a_new_compare_value_takes_effect(timer: str) -> None:
             {compare} = {counts * 6 // 10 - 1};
             for (;;) {{}}
         }}""",
-        "-DCOM=2",
+        NOT_INVERTED,
+        mcu=mcu,
     )
     number = avr.pins.watch(pin)
     avr.run_to(101 * period + 1000)
@@ -212,6 +209,26 @@ def test_a_new_compare_value_takes_effect(timer: str) -> None:
     start, high = avr.cycle, avr.pins.high_cycles(number)
     avr.run_to(start + 100 * period)
     assert (avr.pins.high_cycles(number) - high) / (100 * period) == pytest.approx(0.6, abs=0.01)
+
+
+@pytest.mark.parametrize("timer", TIMERS)
+def test_a_disconnected_timer_gives_the_pin_back_to_the_port(timer: str) -> None:
+    mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
+    control = next(part for part in setup.split("; ") if "COM" in part)
+    avr = running(
+        f"""int main(void) {{
+            DDRB = DDRD = 0xff; {setup} {compare} = {counts - 1};
+            __builtin_avr_delay_cycles({20 * counts * prescaler}L);
+            {control.replace("COM", "0")}; for (;;) {{}}
+        }}""",
+        NOT_INVERTED,
+        mcu=mcu,
+    )
+    avr.pins.watch(pin)
+    avr.run_to(10 * counts * prescaler)
+    assert avr.pins.level(pin)
+    avr.run_to(30 * counts * prescaler)
+    assert not avr.pins.level(pin)
 
 
 def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
@@ -227,22 +244,6 @@ def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     cycles = avr.pins.take()["cycle"].astype(int)
     gaps = set(np.diff(cycles[2:]).tolist())
     assert all(abs(gap - 128 * 256) < 20 for gap in gaps), gaps
-
-
-def test_a_disconnected_timer_gives_the_pin_back_to_the_port() -> None:
-    avr = running(
-        """int main(void) {
-            DDRD = 8; OCR2B = 255; TCCR2A = 0x23; TCCR2B = 0x02;
-            __builtin_avr_delay_cycles(16000);
-            TCCR2A = 0x03;
-            for (;;) {}
-        }"""
-    )
-    avr.pins.watch("PD3")
-    avr.run(0.0009)
-    assert avr.pins.level("PD3")
-    avr.run(0.001)
-    assert not avr.pins.level("PD3")
 
 
 def test_phase_correct_pwm_is_refused() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from avr_firmware import CLOCK_HZ, compiled, powered, shared
+from rig.avr import CLOCK_HZ, compiled, powered, shared
 from vcd.reader import TokenKind, tokenize
 
 from heatwright.sim.vcd import VcdRecorder

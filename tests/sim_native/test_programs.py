@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from avr_firmware import compiled, powered, shared
+from rig.avr import compiled, powered, shared
 
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
