@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from modbus_host import Play, fuzz, played, slave_world, written
-from slave_line import CASES, line_problem, silence_problem
+from slave_line import CASES, line_problem, setup_problem, silence_problem
 
 SOME, MANY = 1000, 12_000
 """Frames: most mutants do not outlive the first few."""
@@ -35,6 +35,7 @@ class _Slave:
         yield played(built, some)
         for case in CASES:
             yield line_problem(built, case)
+        yield setup_problem(built)
         yield silence_problem(built)
         yield played(built, many)
 

@@ -52,7 +52,7 @@ LETTERS = {
     "fault": "f", "fault_temperature": "F", "fault_time": "T", "uptime": "n", "air.missing": "m",
     "air.temperature": "t", "air.has_reading": "h", "air.reading": "r", "air.duty": "d",
     "air.setpoint_in_force": "c", "air.states": "S", "bed.states": "B", "air.tuning": "a",
-    "bed.current": "A",
+    "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",
 }  # fmt: skip
 """Of world.c, by the names that the oracle knows them by."""
 
@@ -109,15 +109,18 @@ WORLDS: tuple[dict[str, float], ...] = (
     {},
     {"air.has_reading": 1, "air.temperature": 21.25, "air.duty": 37.5, "air.setpoint_in_force": 20,
      "air.states": 3, "bed.states": 1, "uptime": 70000, "bed.current": 3.456},
-    {"air.has_reading": 1, "air.temperature": -12.34, "air.missing": 1, "air.reading": 17,
-     "air.duty": 100, "air.setpoint_in_force": -5, "air.states": 2, "air.tuning": 3,
-     "bed.current": -0.5},
-    {"air.has_reading": 1, "air.temperature": 4000, "fault_temperature": -4000,
-     "fault_time": 100000, "uptime": 262144, "bed.states": 12, "bed.current": 0.125},
-    {"air.has_reading": 1, "air.temperature": 20.05, "air.states": 13, "uptime": 5,
-     "fault_temperature": 285.44, "bed.current": 400},
+    {"air.temperature": -12.36, "air.missing": 1, "air.reading": 17, "air.duty": 100,
+     "air.setpoint_in_force": -5, "air.states": 2, "air.tuning": 3, "bed.current": -0.5,
+     "bed.has_reading": 1, "bed.temperature": 55.55, "bed.missing": 3},
+    {"air.missing": 0, "air.temperature": 4000, "fault_temperature": -4000, "fault_time": 100000,
+     "uptime": 262144, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0},
+    {"air.temperature": 20.05, "air.states": 13, "uptime": 5, "fault_temperature": 285.44,
+     "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1},
 )  # fmt: skip
 """What changes about the slave, round by round."""
+
+
+FAULTS = (0, 1, 22)
 
 
 class Play(NamedTuple):
@@ -163,7 +166,7 @@ def played(slave: Path, play: Play) -> str:
 def shown(oracle: Oracle) -> bytes:
     """What world.c shows of the state after each frame."""
     air, bed = oracle.loops["air"], oracle.loops["bed"]
-    calls = [oracle.calls[name] for name in ("store", "restore", "tune")]
+    calls = [oracle.calls["store"], oracle.calls["restore"], oracle.calls["tune"] & 0xFF]
     counters = [count & 0xFFFF for count in oracle.counters.values()]
     numbers = [
         oracle.fault, oracle.acknowledged & 0xFF, air.setpoint, air.enabled, air.released,
@@ -179,7 +182,7 @@ def fuzz(seed: int, count: int) -> Iterator[bytes | tuple[str, float]]:
         if index % 50 == 0:
             yield from WORLDS[index // 50 % len(WORLDS)].items()
             if index % 200 == 0:
-                yield ("fault", float(index // 200 % 3 * 11))
+                yield ("fault", float(FAULTS[index // 200 % 3]))
             for pdu in READ_ALL:
                 yield framed(ADDRESS, pdu)
         yield each

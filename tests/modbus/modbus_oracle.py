@@ -63,7 +63,8 @@ class Oracle:
 
     world -- what the machine itself decides, by the names of registers; of a loop also
     `has_reading`, `missing`, and `states`, the bits of STATES. changes -- how many requests have
-    changed something. calls -- how often something was stored, restored and tuned.
+    changed something. calls -- how often something was stored and restored, and for how
+    many cycles tuned.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -342,7 +343,7 @@ class Oracle:
             control.mode = "automatic"
         if wanted.get("tune"):
             if control.mode != "tune":
-                self.calls["tune"] = CYCLES
+                self.calls["tune"] += CYCLES
             control.mode = "tune"
         elif "tune" in wanted and control.mode == "tune":
             control.mode, control.enabled, control.released = "automatic", False, False

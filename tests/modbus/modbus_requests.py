@@ -70,10 +70,10 @@ def pdu(chance: random.Random, counts: Sequence[int] = COUNTS) -> bytes:
 def _apt(chance: random.Random) -> bytes:
     """Choose what a master says that knows the map."""
     on, coil = chance.choice((0, 0xFF00)), chance.choice(COILS)
-    duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001)), chance.choice(GAINS)
+    duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001, 0xFFFF)), chance.choice(GAINS)
     write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
     some, many, block = chance.randrange(1, 4), chance.randrange(8), chance.choice((0, 100, 100))
-    few = chance.randrange(1, some + 1)
+    few, size = chance.randrange(1, some + 1), chance.choice((246, 247))
     return chance.choice(
         (
             struct.pack(">BHH", 5, coil, on),
@@ -86,6 +86,9 @@ def _apt(chance: random.Random) -> bytes:
             struct.pack(">BHHBHHf", 16, 100, 4, 8, chance.choice((200, 9999)), duty, kp),
             struct.pack(">BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
             struct.pack(">BHH", 23, 102, 2) + write_gain,
+            struct.pack(">BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
+            struct.pack(">BHHBHH3f", 16, 100, 8, 16, chance.choice((200, 9999)), duty, kp, 0.0, 3),
+            struct.pack(">BHHB", 15, 100, 1722 + size, size) + bytes(size),
         )
     )
 

@@ -1,11 +1,15 @@
 """A bare line to a slave: what goes in to the bit, and what comes out."""
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
 from numpy.typing import NDArray
+from rig.avr import whole
+from rig.specs import EXAMPLES, controller_of
 
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.modbus_bus import Bus, Frame
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.sim.native.characters import Format
@@ -16,6 +20,50 @@ ANSWER_S = 0.005
 """An answer begins within this long after the silence that ends its request."""
 SETTLE_CHARACTERS = 100
 """What the unplugged master had on the line is over by then."""
+
+
+CALM = {
+    "fabricator": (
+        ("{rise: 5 K, within: 30 s}", "off"),
+        ("{above: 20 K, for: 60 s}", "off\n      frozen: off\n      rising_while_off: off"),
+        (", current: {sensor: current, limit: 3 A}", ""),
+        ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
+        (", current: {of: heater}", ""),
+    ),
+    "dryer": (
+        ("{rise: 2 K, within: 2 min}", "off"),
+        ("{above: 8 K, for: 1 min}", "off\n      frozen: off\n      rising_while_off: off"),
+    ),
+}
+"""The rules that judge the machine off: its temperature stands still, for nobody simulates it."""
+
+
+def varied(name: str, baud: int | None = None, *replaced: tuple[str, str]) -> str:
+    """Return an example's text with another speed of the line, and with parts replaced."""
+    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
+    if baud is not None:
+        text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
+    for old, new in replaced:
+        assert old in text, f"{name}.yaml has no {old!r}"
+        text = text.replace(old, new)
+    return text
+
+
+def built(name: str, baud: int | None = None, *replaced: tuple[str, str]) -> tuple[Controller, Elf]:
+    """Compile the same."""
+    text = varied(name, baud, *replaced)
+    return controller_of(text), whole(text)
+
+
+def powered(
+    name: str, baud: int | None = None, *replaced: tuple[str, str], warm_c: float = 45.0
+) -> tuple[Controller, AvrDevice]:
+    """Return the same in a processor, all its sensors as warm."""
+    controller, program = built(name, baud, *replaced)
+    device = AvrDevice(controller, program)
+    for sensor in controller.thermometers:
+        device.sense(sensor, warm_c)
+    return controller, device
 
 
 @dataclass(frozen=True)

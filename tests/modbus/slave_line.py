@@ -114,3 +114,13 @@ def silence_problem(slave: Path) -> str:
     """Say whether the master's silence is counted otherwise than to its largest, and no further."""
     (state,) = run(slave, [ticks(60_000), ticks(60_000), STATE])
     return "" if state.split()[-2:] == [b"65535", b"0"] else state.decode()
+
+
+SETUP = bytes((0x82, 0x06, 2, 0x36, 0, 7, 1, 0))
+"""1200 baud of 16 MHz with U2X (1666 + 1 eighths), 8O1, timer 2 at clock / 1024 and nothing else,
+the receiver's pin an input that is pulled up."""
+
+
+def setup_problem(slave: Path) -> str:
+    (setup,) = run(slave, [b"l"])
+    return "" if setup == SETUP else setup.hex(" ")

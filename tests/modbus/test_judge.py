@@ -1,7 +1,7 @@
 """The simulated master judges its slave: here are slaves that do one thing wrong each."""
 
 import pytest
-from avr_firmware import CLOCK_HZ, compiled, powered
+from rig.avr import CLOCK_HZ, compiled, powered
 
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.modbus_bus import Bus

@@ -1,29 +1,24 @@
 """The simulated master on the binary: it reads, writes by name, is refused, and judges the line."""
 
 import csv
-from pathlib import Path
 
 import pytest
-from modbus_build import Build
+from modbus_wire import CALM, powered
+from rig.specs import controller_of, files_of
 
-from heatwright.generator import plan_firmware, render
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.modbus_rtu import POLL_S
 from heatwright.sim.interfaces.registers import registers
-from heatwright.spec import load
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 ROOM_C = 45.0
 REGISTER_K = 0.1
 LOST, EARLY_S = 23, 0.5
 
 
-def powered(built: Build, name: str, *replaced: tuple[str, str]) -> AvrDevice:
-    controller, program = built(name, *replaced)
-    device = AvrDevice(controller, program)
-    for sensor in controller.thermometers:
-        device.sense(sensor, ROOM_C)
+def slave(name: str, *replaced: tuple[str, str], at_s: float = 1.5) -> AvrDevice:
+    _, device = powered(name, None, *replaced)
+    device.advance(at_s)
     return device
 
 
@@ -34,8 +29,7 @@ def run(device: AvrDevice, seconds: float) -> None:
 @pytest.mark.parametrize("name", ["fabricator", "dryer"])
 def test_its_registers_are_those_of_the_generated_table(name: str) -> None:
     """Two lists, written apart from the same page of the documents."""
-    spec = load(EXAMPLES / f"{name}.yaml")
-    text = render(plan_firmware(spec))["registers.csv"]
+    text = files_of(name)["registers.csv"]
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     generated = {
         (row["table"], int(row["address"]), int(row["words"]), row["name"], row["type"],
@@ -44,20 +38,19 @@ def test_its_registers_are_those_of_the_generated_table(name: str) -> None:
     }  # fmt: skip
     ours = {
         (each.table, each.address, each.words, each.name, each.kind, each.scale)
-        for each in registers(spec.controller).values()
+        for each in registers(controller_of(name)).values()
     }
     assert ours == generated
 
 
 @pytest.mark.parametrize("name", ["fabricator", "dryer"])
-def test_it_polls_by_itself(built: Build, name: str) -> None:
-    device = powered(built, name)
-    device.advance(10.2)
+def test_it_polls_by_itself(name: str) -> None:
+    device = slave(name, at_s=10.2)
     master = device.master
     assert master.polls == 2 * 10
     assert (master.unanswered, master.strangers, master.damaged) == (0, 0, 0)
     assert master.values["uptime"] == 10
-    controller = built(name)[0]
+    controller = controller_of(name)
     ((loop, spec),) = controller.loops.items()
     step_k = controller.thermometers[spec.sensor].step_at_k(ROOM_C, controller.board.mcu)
     seen_c = master.values[f"{loop}.temperature"]
@@ -66,9 +59,8 @@ def test_it_polls_by_itself(built: Build, name: str) -> None:
     assert master.longest_gap_s < 1.5 * master.bus.form.bits / master.bus.baud
 
 
-def test_what_it_writes_arrives(built: Build) -> None:
-    device = powered(built, "dryer")
-    device.advance(1.5)
+def test_what_it_writes_arrives() -> None:
+    device = slave("dryer")
     for name, value in {"air.setpoint": 62.5, "air.kp": 12.25, "air.manual_duty": 33.3}.items():
         device.write(name, value)
     run(device, 1.0)
@@ -82,9 +74,8 @@ def test_what_it_writes_arrives(built: Build) -> None:
     assert not device.master.is_busy
 
 
-def test_it_shows_a_loop_the_change_from_off_to_on(built: Build) -> None:
-    device = powered(built, "dryer")
-    device.advance(1.5)
+def test_it_shows_a_loop_the_change_from_off_to_on() -> None:
+    device = slave("dryer")
     device.write("air.enabled", True)
     run(device, 1.0)
     assert device.read("loop_air.enabled") == 1
@@ -100,11 +91,8 @@ def test_it_shows_a_loop_the_change_from_off_to_on(built: Build) -> None:
     [("air.setpoint", 80.1, 3), ("air.setpoint", 29.9, 3), ("air.manual", True, 3),
      ("air.kp", -1.0, 3), ("air.kp", float("nan"), 3), ("air.manual_duty", 100.1, 3)],
 )  # fmt: skip
-def test_what_is_refused_changes_nothing(
-    built: Build, name: str, value: float, exception: int
-) -> None:
-    device = powered(built, "dryer")
-    device.advance(1.5)
+def test_what_is_refused_changes_nothing(name: str, value: float, exception: int) -> None:
+    device = slave("dryer")
     before = [device.read(f"settings.air_{each}") for each in ("setpoint_c", "kp", "ki", "kd")]
     device.write(name, value)
     run(device, 1.0)
@@ -113,13 +101,8 @@ def test_what_is_refused_changes_nothing(
     assert before == after
 
 
-def test_a_lost_master_is_a_fault_that_it_acknowledges(built: Build) -> None:
-    off = (
-        ("{rise: 2 K, within: 2 min}", "off"),
-        ("{above: 8 K, for: 1 min}", "off\n      frozen: off\n      rising_while_off: off"),
-    )
-    device = powered(built, "dryer", *off)
-    device.advance(1.5)
+def test_a_lost_master_is_a_fault_that_it_acknowledges() -> None:
+    device = slave("dryer", *CALM["dryer"])
     device.write("air.enabled", True)
     run(device, 2.0)
     device.unplug()
@@ -139,10 +122,9 @@ def test_a_lost_master_is_a_fault_that_it_acknowledges(built: Build) -> None:
     assert device.master.refusals == []
 
 
-def test_a_driver_is_on_for_the_answer_and_not_longer(built: Build) -> None:
+def test_a_driver_is_on_for_the_answer_and_not_longer() -> None:
     """RS-485: whoever holds the line a moment too long talks into the next request."""
-    device = powered(built, "dryer")
-    device.advance(10.0)
+    device = slave("dryer", at_s=10.0)
     bus = device.master.bus
     assert device.master.polls > 0
     assert (bus.unheard, bus.collisions) == (0, 0)
@@ -150,9 +132,8 @@ def test_a_driver_is_on_for_the_answer_and_not_longer(built: Build) -> None:
     assert not device.avr.pins.level("PD2")
 
 
-def test_all_hear_a_broadcast_and_nobody_answers(built: Build) -> None:
-    device = powered(built, "fabricator")
-    device.advance(1.5)
+def test_all_hear_a_broadcast_and_nobody_answers() -> None:
+    device = slave("fabricator")
     asked = device.master.ask(frames.write_register(100, 1234), address=0)
     run(device, 0.3)
     assert asked.done
@@ -163,9 +144,8 @@ def test_all_hear_a_broadcast_and_nobody_answers(built: Build) -> None:
     assert device.master.values["unanswered"] == 1
 
 
-def test_another_address_stays_silent(built: Build) -> None:
-    device = powered(built, "fabricator")
-    device.advance(1.5)
+def test_another_address_stays_silent() -> None:
+    device = slave("fabricator")
     asked = device.master.ask(frames.write_register(100, 1234), address=2)
     run(device, 0.5)
     assert asked.done
@@ -174,9 +154,8 @@ def test_another_address_stays_silent(built: Build) -> None:
     assert device.read("settings.nozzle_setpoint_c") == 30
 
 
-def test_a_power_cut_leaves_the_master_where_it_was(built: Build) -> None:
-    device = powered(built, "dryer")
-    device.advance(1.5)
+def test_a_power_cut_leaves_the_master_where_it_was() -> None:
+    device = slave("dryer")
     device.unplug()
     device.power_cycle()
     run(device, 5.0)
@@ -186,6 +165,6 @@ def test_a_power_cut_leaves_the_master_where_it_was(built: Build) -> None:
     assert device.master.polls > 0
 
 
-def test_it_does_not_know_what_is_not_there(built: Build) -> None:
+def test_it_does_not_know_what_is_not_there() -> None:
     with pytest.raises(LookupError, match=r"no nozzle\.kp"):
-        powered(built, "fabricator").write("nozzle.kp", 1.0)
+        slave("fabricator").write("nozzle.kp", 1.0)

@@ -4,12 +4,13 @@ import struct
 from collections.abc import Iterator
 
 import pytest
-from live_slave import LiveSlave, live_slave
-from modbus_build import Build
 from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
+from rig.live import Cable, LiveBoard, live_board
+from rig.specs import controller_of
 
 from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.sim.native.characters import Format
 from heatwright.spec import Controller, digest
 
 SLAVE = 17
@@ -19,14 +20,13 @@ ENABLED, MANUAL, TUNE = 100, 101, 102
 
 
 @pytest.fixture(scope="module")
-def dryer(built: Build) -> Controller:
-    return built("dryer")[0]
+def dryer() -> Controller:
+    return controller_of("dryer")
 
 
 @pytest.fixture
-def slave(built: Build) -> Iterator[LiveSlave]:
-    controller, program = built("dryer")
-    with live_slave(controller, program.path) as live:
+def slave() -> Iterator[LiveBoard]:
+    with live_board("dryer", Cable(38_400, Format(8, "even"))) as live:
         live.run(1.0)
         yield live
         assert live.ask("resets") == 0
@@ -34,7 +34,7 @@ def slave(built: Build) -> Iterator[LiveSlave]:
 
 
 @pytest.fixture
-def master(slave: LiveSlave) -> Iterator[ModbusSerialClient]:
+def master(slave: LiveBoard) -> Iterator[ModbusSerialClient]:
     client = ModbusSerialClient(slave.port, baudrate=38_400, timeout=20, retries=0)
     assert client.connect()
     yield client
@@ -90,7 +90,7 @@ def test_it_reads_blocks(master: ModbusSerialClient) -> None:
     assert good(master.read_discrete_inputs(100, count=5, device_id=SLAVE)).bits[4]
 
 
-def test_it_writes_registers_in_every_way(master: ModbusSerialClient, slave: LiveSlave) -> None:
+def test_it_writes_registers_in_every_way(master: ModbusSerialClient, slave: LiveBoard) -> None:
     good(master.write_register(SETPOINT, 615, device_id=SLAVE))
     assert slave.ask("settings.air_setpoint_c") == 61.5
     good(master.write_registers(SETPOINT, [620, 250, *words(11.5)], device_id=SLAVE))
@@ -107,7 +107,7 @@ def test_it_writes_registers_in_every_way(master: ModbusSerialClient, slave: Liv
     assert both.registers == [0x290, 777]
 
 
-def test_it_switches_coils_in_every_way(master: ModbusSerialClient, slave: LiveSlave) -> None:
+def test_it_switches_coils_in_every_way(master: ModbusSerialClient, slave: LiveBoard) -> None:
     assert master.write_coil(ENABLED, True, device_id=SLAVE).exception_code == BAD_VALUE
     good(master.write_coil(ENABLED, False, device_id=SLAVE))
     good(master.write_coil(ENABLED, True, device_id=SLAVE))
@@ -131,7 +131,7 @@ def test_it_switches_coils_in_every_way(master: ModbusSerialClient, slave: LiveS
     assert slave.ask("settings.air_kp") == 60
 
 
-def test_everybody_is_told_at_once(master: ModbusSerialClient, slave: LiveSlave) -> None:
+def test_everybody_is_told_at_once(master: ModbusSerialClient, slave: LiveBoard) -> None:
     master.write_register(SETPOINT, 500, device_id=0, no_response_expected=True)
     assert slave.ask("modbus_counters.unanswered") == 1  # pymodbus itself leaves no time for it
     assert slave.ask("settings.air_setpoint_c") == 50
@@ -150,7 +150,7 @@ def test_it_says_who_it_is(master: ModbusSerialClient, dryer: Controller) -> Non
     assert single.information == {1: b"dryer"}
 
 
-def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveSlave) -> None:
+def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveBoard) -> None:
     def code(answer: ModbusPDU) -> int:
         return int(answer.exception_code)
 
@@ -166,7 +166,7 @@ def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveSlave
     assert slave.ask("modbus_counters.exceptions") == 8
 
 
-def test_it_heats_until_it_is_switched_off(master: ModbusSerialClient, slave: LiveSlave) -> None:
+def test_it_heats_until_it_is_switched_off(master: ModbusSerialClient, slave: LiveBoard) -> None:
     good(master.write_register(SETPOINT, 500, device_id=SLAVE))
     good(master.write_coil(ENABLED, False, device_id=SLAVE))
     good(master.write_coil(ENABLED, True, device_id=SLAVE))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from modbus_host import fuzz, played, written
-from slave_line import CASES, Case, line_problem, silence_problem
+from slave_line import CASES, Case, line_problem, setup_problem, silence_problem
 from suite import amount
 
 SEEDS = 4
@@ -22,3 +22,7 @@ def test_the_line(slave_program: Path, case: Case) -> None:
 
 def test_the_masters_silence_is_counted_and_stays_at_its_largest(slave_program: Path) -> None:
     assert silence_problem(slave_program) == ""
+
+
+def test_the_line_is_set_up(slave_program: Path) -> None:
+    assert setup_problem(slave_program) == ""

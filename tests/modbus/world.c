@@ -6,9 +6,10 @@
  *       the answer;  'r' count bytes: these come in;  'x' flags byte: one with these flags;
  *   'q': silence;  'm': the main loop, and the answer to its end;  'M': the main loop alone;
  *   'p' count (8 bits): so many bytes leave;  't' count (16 bits): ticks;
- *   'v' what (8 bits), value (float): a value of the world;  's': show the state.
- * 'f' and 'm' write the bytes that were sent, with their count (16 bits) before them; 's' a text
- * in the same form.
+ *   'v' what (8 bits), value (float): a value of the world;  's': show the state;
+ *   'l': how the line is set up.
+ * 'f' and 'm' write the bytes that were sent, with their count (16 bits) before them; 's' a text and
+ * 'l' registers in the same form.
  */
 #include "script.h"
 
@@ -200,7 +201,7 @@ bool loop_air_tune(float target_c, uint8_t cycles)
         wrong("a tuning that was not looked at");
     }
     mode = MODE_TUNING;
-    cycles_asked = cycles;
+    cycles_asked = (uint8_t)(cycles_asked + cycles);
     return true;
 }
 
@@ -226,11 +227,16 @@ static void receive(uint8_t flags, uint8_t byte)
         return;
     }
     TCNT2++; /* it runs all the time */
+    TIFR2 = 0;
+    TIMSK2 |= 1u << OCIE2B; /* somebody else's */
     UCSR0A = flags;
     UDR0 = byte;
     USART0_RX_vect();
     if ((TIMSK2 & (1u << OCIE2A)) == 0 || (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
         wrong("the silence is not measured from this byte on");
+    }
+    if (TIFR2 != 1u << OCF2A) {
+        wrong("a match of the silence before is still there");
     }
 }
 
@@ -243,7 +249,9 @@ static void receive_all(unsigned count)
 
 static void silence(void)
 {
-    for (unsigned matches = 0; (TIMSK2 & (1u << OCIE2A)) != 0; matches++) {
+    unsigned matches = 0;
+
+    for (; (TIMSK2 & (1u << OCIE2A)) != 0; matches++) {
         if (matches == MODBUS_SILENCE_MATCHES) {
             wrong("the silence does not end");
         }
@@ -253,6 +261,12 @@ static void silence(void)
             && (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
             wrong("the silence goes on with another length");
         }
+    }
+    if (matches != 0 && matches != MODBUS_SILENCE_MATCHES) {
+        wrong("the silence is too short");
+    }
+    if ((TIMSK2 & ~(1u << OCIE2B)) != 0) {
+        wrong("interrupts of the timer that nobody asked for");
     }
 }
 
@@ -270,6 +284,9 @@ static void leave(unsigned count)
         }
         line[sent++] = UDR0;
         USART0_TX_vect();
+    }
+    if (UCSR0B != SPEAKING && UCSR0B != LISTENING) {
+        wrong("it neither listens nor speaks");
     }
     if (UCSR0B == LISTENING && (PORTC & DRIVER) != 0) {
         wrong("the driver stays on");
@@ -302,6 +319,9 @@ static void set(uint8_t what, float value)
     case 'T': fault.time_s = (uint32_t)value; break;
     case 'n': now_s = (uint32_t)value; break;
     case 't': loop_air.temperature_c = value; break;
+    case 'b': loop_bed.temperature_c = value; break;
+    case 'H': loop_bed.has_reading = (uint8_t)value; break;
+    case 'N': loop_bed.missing = (uint8_t)value; break;
     case 'h': loop_air.has_reading = (uint8_t)value; break;
     case 'm': loop_air.missing = (uint8_t)value; break;
     case 'r': loop_air.reading_status = (uint8_t)value; break;
@@ -371,6 +391,12 @@ static void do_one(int command)
     case 's':
         show();
         break;
+    case 'l': {
+        const uint8_t set[] = { UBRR0 & 0xFF, (uint8_t)(UBRR0 >> 8), UCSR0A, UCSR0C, TCCR2A, TCCR2B,
+            PORTE & 1u, DDRE & 1u };
+        put(set, sizeof set);
+        break;
+    }
     default:
         wrong("what is that?");
     }
@@ -383,6 +409,7 @@ int main(void)
     settings.bed_setpoint_c = LOOP_BED_SETPOINT_INITIAL_C;
     settings_defaults();
     defaulted = 0;
+    TCCR2A = PORTC = 0xFF; /* whatever they were */
     modbus_start();
     if (UCSR0B != LISTENING || (PORTC & DRIVER) != 0 || (DDRC & DRIVER) == 0) {
         wrong("it does not listen");
