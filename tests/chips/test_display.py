@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ, running
 
+from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.character_rom import A00
 from heatwright.sim.interfaces.hd44780 import Hd44780, Times
 from heatwright.sim.interfaces.lcd import BusLimits, Lcd
@@ -13,55 +14,50 @@ MS = 1_000_000
 US = 1_000
 
 
-class Writer:
-    """Writes to the chip with the waits the data sheet asks for."""
+class Writer(Hd44780):
+    """The chip, written to with the waits the data sheet asks for; initialised at the start."""
 
-    def __init__(self, chip: Hd44780, *, patience: float = 1.0) -> None:
-        self.chip = chip
-        self.patience = patience
-        self.now = 16 * MS
+    def __init__(self, times: Times | None = None, *, patience: float = 1.0) -> None:
+        super().__init__(*([times] if times else []))
+        self.patience, self.now = patience, 16 * MS
+        self.initialise()
 
     def nibble(self, rs: int, value: int, wait: int) -> None:
-        self.chip.write(self.now, rs, value)
+        self.write(self.now, rs, value)
         self.now += round(wait * self.patience)
 
     def byte(self, rs: int, value: int, wait: int = 42 * US) -> None:
         self.nibble(rs, value >> 4, US)
         self.nibble(rs, value & 15, wait)
 
+    def commands(self, *values: int) -> None:
+        for value in values:
+            self.byte(0, value, 1_600 * US if value in {0x01, 0x02} else 42 * US)
+
     def initialise(self) -> None:
         """By instruction, for four lines (data sheet, figure 24)."""
         for value, wait in ((3, 4_100 * US), (3, 100 * US), (3, 40 * US), (2, 40 * US)):
             self.nibble(0, value, wait)
-        for command in (0x28, 0x08):
-            self.byte(0, command)
-        self.byte(0, 0x01, 1_600 * US)
-        for command in (0x06, 0x0C):
-            self.byte(0, command)
+        self.commands(0x28, 0x08, 0x01, 0x06, 0x0C)
 
-    def text(self, address: int, text: str) -> None:
-        self.byte(0, 0x80 | address)
+    def say(self, address: int, text: str) -> None:
+        self.commands(0x80 | address)
         for char in text:
             self.byte(1, A00.index(char))
 
 
-@pytest.fixture
-def chip() -> Hd44780:
-    return Hd44780()
-
-
-def test_blank_until_initialised(chip: Hd44780) -> None:
-    assert not chip.ready
-    assert chip.text == (" " * 16, " " * 16)
-
-
-def test_two_rows_of_text(chip: Hd44780) -> None:
-    writer = Writer(chip)
-    writer.initialise()
-    writer.text(0x00, "T=49.9°C VT=1   ")
-    writer.text(0x40, "Set temp 50°C")
+def test_two_rows_of_text() -> None:
+    blank = Hd44780()
+    assert (blank.ready, blank.text) == (False, (" " * 16, " " * 16))
+    chip = Writer()
+    chip.say(0x00, "T=49.9°C VT=1   ")
+    chip.say(0x40, "Set temp 50°C")
     assert chip.ready
     assert chip.text == ("T=49.9°C VT=1   ", "Set temp 50°C   ")
+    chip.commands(0x08)  # off keeps the text
+    assert chip.text[0].strip() == ""
+    chip.commands(0x0C)
+    assert chip.text[0].startswith("T=49.9")
     assert chip.lost == 0
 
 
@@ -72,91 +68,71 @@ def test_character_codes() -> None:
 
 
 @pytest.mark.parametrize("half", [0, 1])
-def test_it_is_initialised_from_any_state(chip: Hd44780, half: int) -> None:
+def test_it_is_initialised_from_any_state(half: int) -> None:
     """The processor may be reset in the middle of a byte; the display is not."""
-    writer = Writer(chip)
-    writer.initialise()
-    writer.text(0, "before")
+    chip = Writer()
+    chip.say(0, "before")
     for _ in range(half):
-        writer.nibble(0, 0x8, 40 * US)
-    writer.initialise()
-    writer.text(0, "after")
+        chip.nibble(0, 0x8, 40 * US)
+    chip.initialise()
+    chip.say(0, "after")
     assert chip.text[0] == "after".ljust(16)
     assert chip.lost == 0
 
 
-def test_writes_while_busy_are_lost(chip: Hd44780) -> None:
-    chip.write(10 * MS, 0, 3)
-    assert chip.lost == 1  # still in its own reset
-    writer = Writer(chip)
-    writer.initialise()
-    lost = chip.lost
-    writer.byte(0, 0x01, wait=40 * US)  # clearing takes 1.52 ms
-    writer.byte(1, ord("x"))
-    assert chip.lost == lost + 2
+def test_writes_while_busy_are_lost() -> None:
+    early = Hd44780()
+    early.write(10 * MS, 0, 3)
+    assert early.lost == 1  # still in its own reset
+    chip = Writer()
+    chip.byte(0, 0x01, wait=40 * US)  # clearing takes 1.52 ms
+    chip.byte(1, ord("x"))
+    assert chip.lost == 2
     assert chip.text[0].strip() == ""
 
 
 @pytest.mark.parametrize(("oscillator_hz", "lost"), [(270_000, False), (190_000, True)])
 def test_a_slow_chip_needs_longer(oscillator_hz: float, lost: bool) -> None:
-    chip = Hd44780(Times().at(oscillator_hz))
-    Writer(chip).initialise()
-    assert (chip.lost > 0) == lost
-    patient = Hd44780(Times().at(oscillator_hz))
-    Writer(patient, patience=1.5).initialise()
-    assert patient.lost == 0
+    assert (Writer(Times().at(oscillator_hz)).lost > 0) == lost
+    assert Writer(Times().at(oscillator_hz), patience=1.5).lost == 0
 
 
-def test_addresses_and_directions(chip: Hd44780) -> None:
-    writer = Writer(chip)
-    writer.initialise()
-    writer.text(0x27, "ab")  # the first row ends at 0x27, the second starts at 0x40
+def test_addresses_and_directions() -> None:
+    chip = Writer()
+    chip.say(0x27, "ab")  # the first row ends at 0x27, the second starts at 0x40
     assert chip.text[1][0] == "b"
-    writer.byte(0, 0x04)  # backwards
-    writer.text(0x0F, "zyx")
+    chip.commands(0x04)  # backwards
+    chip.say(0x0F, "zyx")
     assert chip.text[0][13:] == "xyz"
-    writer.byte(0, 0x06)
-    writer.text(0x67, "cd")
+    chip.commands(0x06)
+    chip.say(0x67, "cd")
     assert chip.text[0][0] == "d"
 
 
-def test_shifting_the_display(chip: Hd44780) -> None:
-    writer = Writer(chip)
-    writer.initialise()
-    writer.text(0, "0123456789abcdefghij")
-    writer.byte(0, 0x18)
-    assert chip.text[0] == "123456789abcdefg"
-    writer.byte(0, 0x1C)
-    writer.byte(0, 0x1C)
-    assert chip.text[0] == " 0123456789abcde"
-    writer.byte(0, 0x02, 1_600 * US)
-    assert chip.text[0] == "0123456789abcdef"
+def test_shifting_the_display() -> None:
+    chip = Writer()
+    chip.say(0, "0123456789abcdefghij")
+    for commands, row in (
+        ([0x18], "123456789abcdefg"),
+        ([0x1C, 0x1C], " 0123456789abcde"),
+        ([0x02], "0123456789abcdef"),
+    ):
+        chip.commands(*commands)
+        assert chip.text[0] == row
 
 
-def test_cursor_moves_and_own_characters(chip: Hd44780) -> None:
-    writer = Writer(chip)
-    writer.initialise()
-    writer.byte(0, 0x14)
-    writer.byte(1, ord("b"))
-    writer.byte(0, 0x10)
-    writer.byte(0, 0x10)
-    writer.byte(1, ord("a"))
+def test_cursor_moves_and_own_characters() -> None:
+    chip = Writer()
+    chip.commands(0x14)
+    chip.byte(1, ord("b"))
+    chip.commands(0x10, 0x10)
+    chip.byte(1, ord("a"))
     assert chip.text[0][:2] == "ab"
-    writer.byte(0, 0x40)
+    chip.commands(0x40)
     for line in range(8):
-        writer.byte(1, line)
-    writer.text(0, "■")
+        chip.byte(1, line)
+    chip.say(0, "■")
     assert chip.text[0][:2] == "■b"
-
-
-def test_switching_off_keeps_the_text(chip: Hd44780) -> None:
-    writer = Writer(chip)
-    writer.initialise()
-    writer.text(0, "kept")
-    writer.byte(0, 0x08)
-    assert chip.text[0].strip() == ""
-    writer.byte(0, 0x0C)
-    assert chip.text[0].strip() == "kept"
 
 
 PINS = ("PB0", "PB1", "PD4", "PD5", "PD6", "PD7")
@@ -176,10 +152,15 @@ static void start(void) {
 """
 
 
-def shown(program: str, *flags: str) -> Lcd:
+def watched(program: str, *flags: str) -> Avr:
     avr = running(DRIVER + program, *flags)
     for pin in PINS:
         avr.pins.watch(pin)
+    return avr
+
+
+def shown(text: str, wait_us: int = 50) -> Lcd:
+    avr = watched(f"int main(void) {{ start(); {text} for (;;) {{}} }}", f"-DWAIT_US={wait_us}")
     lcd = Lcd(PINS, CLOCK_HZ)
     for _ in range(7):
         avr.run(0.0123)
@@ -188,26 +169,17 @@ def shown(program: str, *flags: str) -> Lcd:
 
 
 def test_a_program_drives_it() -> None:
-    lcd = shown(
-        'int main(void) { start(); text(0, "hello"); text(0x40, "world \\xdf"); for (;;) {} }',
-        "-DWAIT_US=50",
-    )
+    lcd = shown('text(0, "hello"); text(0x40, "world \\xdf");')
     assert lcd.text == ("hello           ", "world °         ")
     assert (lcd.violations, lcd.chip.lost) == ({}, 0)
-    assert [screen.rows[0].strip() for screen in lcd.history][1:6] == [
-        "h",
-        "he",
-        "hel",
-        "hell",
-        "hello",
-    ]
+    rows = [screen.rows[0].strip() for screen in lcd.history]
+    assert rows[1:6] == ["h", "he", "hel", "hell", "hello"]
     assert 0.02 < lcd.history[1].time_s < lcd.history[-1].time_s < 0.05
     assert lcd.writes == 4 + 2 * (5 + 6 + 8)
 
 
 def test_an_impatient_program_is_found_out() -> None:
-    lcd = shown('int main(void) { start(); text(0, "hello"); for (;;) {} }', "-DWAIT_US=10")
-    assert lcd.chip.lost > 0
+    assert shown('text(0, "hello");', wait_us=10).chip.lost > 0
 
 
 BUS_FAULTS = {
@@ -223,9 +195,8 @@ BUS_FAULTS = {
 @pytest.mark.parametrize("fault", BUS_FAULTS)
 def test_a_bus_too_fast_is_noticed(fault: str) -> None:
     """Limits are tightened where an AVR at 16 MHz cannot be fast enough to break them."""
-    avr = running(f"int main(void) {{ DDRB = 3; DDRD = 0xf0; {BUS_FAULTS[fault]} for (;;) {{}} }}")
-    for pin in PINS:
-        avr.pins.watch(pin)
+    program = f"int main(void) {{ DDRB = 3; DDRD = 0xf0; {BUS_FAULTS[fault]} for (;;) {{}} }}"
+    avr = watched(program, "-DWAIT_US=50")
     slow = {"data_hold": 400, "address_setup": 200, "data_setup": 200}
     limits = BusLimits(**{fault: slow[fault]}) if fault in slow else BusLimits()
     lcd = Lcd(PINS, CLOCK_HZ, limits)
@@ -235,12 +206,8 @@ def test_a_bus_too_fast_is_noticed(fault: str) -> None:
 
 
 def test_the_batches_do_not_matter() -> None:
-    avr = running(
-        DRIVER + 'int main(void) { start(); for (;;) { text(0, "tick"); text(0, "tock"); } }',
-        "-DWAIT_US=50",
-    )
-    for pin in PINS:
-        avr.pins.watch(pin)
+    program = 'int main(void) { start(); for (;;) { text(0, "tick"); text(0, "tock"); } }'
+    avr = watched(program, "-DWAIT_US=50")
     avr.run(0.1)
     events = avr.pins.take()
     whole, parts = Lcd(PINS, CLOCK_HZ), Lcd(PINS, CLOCK_HZ)
@@ -261,7 +228,7 @@ def test_other_pins_and_changes_of_source_alone_are_passed_over() -> None:
 
 
 def test_a_display_pulled_off_forgets() -> None:
-    lcd = shown('int main(void) { start(); text(0, "x"); for (;;) {} }', "-DWAIT_US=50")
+    lcd = shown('text(0, "x");')
     lcd.unplug(0.1)
     assert lcd.text == (" " * 16, " " * 16)
     lcd.plug(0.2)

@@ -1,9 +1,9 @@
 """Keys, serial line and switches."""
 
 import pytest
-from rig.avr import CLOCK_HZ, compiled, powered, running
+from rig.avr import CLOCK_HZ, running
+from rig.small import Small
 
-from heatwright.sim.dwarf import Variables
 from heatwright.sim.interfaces.keypad import CODES, Keypad
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
@@ -21,41 +21,33 @@ int main(void) {
 
 
 def test_keys_give_the_shields_codes() -> None:
-    program = compiled(READER)
-    avr = powered(program)
-    keypad = LcdKeypad(avr, UNO).keypad
-    address = Variables(program)["code"].address
+    reader = Small(READER)
+    keypad = LcdKeypad(reader.avr, UNO).keypad
     for key, code in CODES.items():
         keypad.press(key)
-        avr.run(0.001)
-        assert int.from_bytes(avr.read_ram(address, 2), "little") == code
+        reader.avr.run(0.001)
+        assert reader["code"] == code
     with pytest.raises(ValueError, match="no key fire"):
         keypad.press("fire")
 
 
 @pytest.mark.parametrize("tolerance", [-0.05, 0.05])
 def test_resistors_have_tolerances(tolerance: float) -> None:
-    program = compiled(READER)
-    avr = powered(program)
-    keypad = Keypad(avr, 0, tolerance=tolerance)
-    keypad.press("left")
-    avr.run(0.001)
-    code = int.from_bytes(avr.read_ram(Variables(program)["code"].address, 2), "little")
-    assert code == int(481 * (1 + tolerance) + 0.5)
+    reader = Small(READER)
+    Keypad(reader.avr, 0, tolerance=tolerance).press("left")
+    reader.avr.run(0.001)
+    assert reader["code"] == int(481 * (1 + tolerance) + 0.5)
 
 
 def test_a_bouncing_key() -> None:
-    program = compiled(READER)
-    avr = powered(program)
-    address = Variables(program)["code"].address
-    keypad = Keypad(avr, 0, bounces=2)
+    reader = Small(READER)
+    keypad = Keypad(reader.avr, 0, bounces=2)
     keypad.press("up")
     seen = []
     for tenth_ms in range(60):
         keypad.advance(round(tenth_ms * 1e-4 * CLOCK_HZ))
-        code = int.from_bytes(avr.read_ram(address, 2), "little")
-        if not seen or seen[-1] != code:
-            seen.append(code)
+        if seen[-1:] != [reader["code"]]:
+            seen.append(reader["code"])
     assert seen[-5:] == [131, 1023, 131, 1023, 131]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ, running
-from small import Small
+from rig.small import Small
 
 OLD = pytest.mark.parametrize("mcu", ["atmega32", "atmega16"])
 

@@ -2,7 +2,7 @@
 
 import pytest
 from rig.avr import CLOCK_HZ
-from small import Small
+from rig.small import Small
 
 from heatwright.sim.native.analog import millivolts
 

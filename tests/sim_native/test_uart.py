@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ
-from small import Small
+from rig.small import Small
 
 from heatwright.sim.avr import AvrError
 from heatwright.sim.native.characters import Format, heard
