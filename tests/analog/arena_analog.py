@@ -29,7 +29,8 @@ def edges(plate: AvrDevice) -> None:
     low, high, low_limit, high_limit, _ = table.limits
     places = [low, (low + low_limit) / 2, high, (high + high_limit) / 2]
     places += [point.raw / adc.OVERSAMPLE for point in table.points]
-    adc.every_code(plate, sorted({int(each) + off for each in places for off in (-1, 0, 1)}))
+    near = {int(each) + off for each in places for off in (-1, 0, 1)}
+    adc.every_code(plate, sorted(near | {0, 1, 1022, 1023}))
 
 
 ARENAS = [

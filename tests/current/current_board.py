@@ -1,8 +1,7 @@
 """A heater whose current is measured, with that current in the test's hand."""
 
-from functools import cache
-
-from whole_firmware import Broken, spec_of, whole
+from rig.avr import whole
+from rig.specs import spec_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -58,17 +57,12 @@ def controller_of(circuit: str) -> Controller:
     return spec_of(text_of(circuit)).controller
 
 
-@cache
-def program(circuit: str, broken: Broken | None = None) -> Elf:
-    return whole(text_of(circuit), broken)
-
-
 class Measured:
     """The board, run period by period."""
 
-    def __init__(self, circuit: str, broken: Broken | None = None) -> None:
+    def __init__(self, circuit: str, elf: Elf | None = None) -> None:
         self.controller = controller_of(circuit)
-        self.device = AvrDevice(self.controller, program(circuit, broken))
+        self.device = AvrDevice(self.controller, elf or whole(text_of(circuit)))
         probe = self.device.sensors["amps"]
         assert isinstance(probe, CurrentProbe)
         self.probe = probe

@@ -1,12 +1,9 @@
 """A kettle with keys, whose heater's current is measured, and its machine."""
 
-from pathlib import Path
+from rig.avr import whole
+from rig.specs import spec_of
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults.world import Site
-from heatwright.spec import load_text
 
 SPEC = """
 heatwright: 1
@@ -52,9 +49,9 @@ KETTLES = {
 """Heater, current and algorithm."""
 
 
-def kettle(name: str, folder: Path) -> Site:
+def kettle(name: str) -> Site:
+    """Return the machine and its binary."""
     heater, current, algorithm = KETTLES[name]
     text = SPEC.replace("HEATER", heater).replace("CURRENT", current)
-    spec = load_text(text.replace("ALGORITHM", algorithm), "kettle.yaml")
-    write(render(plan_firmware(spec)), folder)
-    return Site(spec.controller, Elf(build(folder).elf), "water")
+    text = text.replace("ALGORITHM", algorithm)
+    return Site(spec_of(text).controller, whole(text), "water")

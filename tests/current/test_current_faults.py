@@ -14,8 +14,8 @@ RULES = {
 
 
 @pytest.fixture(scope="module", params=KETTLES)
-def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Site:
-    return kettle(request.param, tmp_path_factory.mktemp("kettle"))
+def site(request: pytest.FixtureRequest) -> Site:
+    return kettle(request.param)
 
 
 @pytest.mark.parametrize(("name", "rule"), RULES.items())

@@ -1,20 +1,17 @@
 """The timing of a loop with a measured current is taken while it heats, not while it is latched."""
 
-from pathlib import Path
-
 import pytest
 from kettle import KETTLES, kettle
-from whole_firmware import spec_of, whole
+from rig.avr import whole
+from rig.specs import example
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.timing.stage import Stage
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
-
 
 @pytest.mark.parametrize("name", KETTLES)
-def test_a_kettle_heats_and_trips_nothing(name: str, tmp_path: Path) -> None:
-    site = kettle(name, tmp_path)
+def test_a_kettle_heats_and_trips_nothing(name: str) -> None:
+    site = kettle(name)
     device = AvrDevice(site.controller, site.program)
     stage, heated = Stage(site.controller, device), 0
     stage.advance(5.0)
@@ -29,9 +26,8 @@ def test_a_kettle_heats_and_trips_nothing(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["fabricator", "dryer"])
 def test_what_a_master_switches_is_on(name: str) -> None:
-    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
-    controller = spec_of(text).controller
-    device = AvrDevice(controller, whole(text))
+    controller = example(name).controller
+    device = AvrDevice(controller, whole(name))
     Stage(controller, device).advance(60.0)
     ((loop, _),) = controller.loops.items()
     assert device.read(f"loop_{loop}.enabled") == 1

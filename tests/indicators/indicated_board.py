@@ -1,9 +1,11 @@
 """A small oven whose loop is shown by LEDs, with its temperature and current in the test's hand."""
 
-from whole_firmware import Broken, spec_of, whole
+from rig.avr import whole
+from rig.specs import spec_of
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.indicators import Indicators, Light
 
 SPEC = """
@@ -66,19 +68,14 @@ def text_of(interfaces: str = LEDS, active: str = "high") -> str:
     return SPEC.replace("PROTECTION", PROTECTION + lost + "}") + interfaces
 
 
-def broken_line(right: str, wrong: str) -> Broken:
-    """Break a line of the indicators' C."""
-    return Broken("indicators_block.c", right, wrong)
-
-
 class Shown:
     """The board, its sensors fed by hand; `strength` is the heater's current, in its own."""
 
     def __init__(
-        self, interfaces: str = LEDS, active: str = "high", broken: Broken | None = None
+        self, interfaces: str = LEDS, active: str = "high", elf: Elf | None = None
     ) -> None:
         text = text_of(interfaces, active)
-        self.device = AvrDevice(spec_of(text).controller, whole(text, broken))
+        self.device = AvrDevice(spec_of(text).controller, elf or whole(text))
         self.strength = 1.0
         self.temperature_c = 20.0
         self._felt_c = self.temperature_c

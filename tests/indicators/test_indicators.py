@@ -1,12 +1,9 @@
 """What LEDs show: lit, blinking or dark, told from the pins as a person tells it."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from indicated_board import LEDS, Shown, broken_line
-
-from heatwright.sim.interfaces.indicators import Light
+from indicated_board import LEDS, Shown
 
 COLD = {"enabled": "lit", "heating": "lit", "cooling": "dark", "warm": "blinking", "fault": "dark"}
 HELD_BACK = COLD | {"heating": "blinking"}
@@ -77,68 +74,3 @@ def test_neither_steady_nor_even_light_is_blinking() -> None:
     ):
         led.changes = changes
         assert led.light(10.0) == light
-
-
-BREAKABLE = [
-    ("return BLINKING;\n    }\n    return (loop", "return LIT;\n    }\n    return (loop"),
-    ("if (fault.code != FAULT_NONE) {", "if (false) {"),
-    ("STATE_WORK) != 0 ? LIT", "STATE_WORK) == 0 ? LIT"),
-    ("output_heater_is_on() && current_heater.limit_percent", "current_heater.limit_percent"),
-    ("limit_percent < loop_block.asked_percent", "limit_percent <= loop_block.asked_percent"),
-    ("limit_percent < loop_block.asked_percent", "limit_percent > loop_block.asked_percent"),
-    ("return output_heater_is_on() ? LIT", "return true ? LIT"),
-    ("return output_cooler_is_on() ? LIT", "return output_heater_is_on() ? LIT"),
-    ("(state & STATE_WARM) != 0", "false"),
-    ("(state & STATE_WARM) != 0", "(state & STATE_WORK) != 0"),
-    ("STATE_WORK) != 0 ? BLINKING", "STATE_WORK) == 0 ? BLINKING"),
-    ("FAULT_NONE ? BLINKING : DARK", "FAULT_NONE ? LIT : DARK"),
-    ("FAULT_NONE ? BLINKING : DARK", "FAULT_NONE ? BLINKING : LIT"),
-    ("light == LIT || ", ""),
-    ("light == BLINKING && ", ""),
-    ("blink_tick < INDICATORS_BLINK_TICKS", "blink_tick < 2 * INDICATORS_BLINK_TICKS"),
-    ("blink_tick++;", ""),
-    ("blink_tick == 2 * INDICATORS_BLINK_TICKS", "blink_tick == 255"),
-    ("blink_tick = 0;", "blink_tick = 1;"),
-    *(
-        (f"pin_led_block_{name}_{way}();\n    }}", "}")
-        for name, way in (("fault_2", "on"), ("fault_2", "off"))
-    ),
-    *(
-        (f"pin_led_block_{name}_{way}();", "", )
-        for name in ("enabled", "heating", "cooling", "warm", "fault", "fault_2")
-        for way in ("drive",)
-    ),
-    *(
-        (f"    if (is_bright({light}())) {{", "    if (false) {")
-        for light in ("enabled", "heating", "cooling", "warm", "latched")
-    ),
-    *(
-        (f"    if (is_bright({light}())) {{", "    if (true) {")
-        for light in ("enabled", "heating", "cooling", "warm", "latched")
-    ),
-]  # fmt: skip
-
-
-def states(shown: Shown) -> Iterator[tuple[dict[str, Light], dict[str, str]]]:
-    """Yield what is shown and what should be, in every state of the loop."""
-    yield shown.at(20.0), COLD
-    yield shown.at(99.0), NEAR
-    yield shown.at(110.0), HOT
-    yield shown.at(60.0, strength=3.0), HELD_BACK
-    shown.open_sensor()
-    yield shown.lights(), LOST
-    yield shown.lights(), BROKEN_OFF
-
-
-def is_wrong(shown: Shown) -> bool:
-    """Tell whether anything is shown that should not be."""
-    return any(found != due for found, due in states(shown))
-
-
-def test_nothing_is_wrong_with_it_whole() -> None:
-    assert not is_wrong(Shown())
-
-
-@pytest.mark.parametrize("broken", BREAKABLE, ids=lambda each: f"{each[0][:36]} -> {each[1][:30]}")
-def test_a_broken_line_is_seen(broken: tuple[str, str]) -> None:
-    assert is_wrong(Shown(broken=broken_line(*broken)))

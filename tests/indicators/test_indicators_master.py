@@ -1,9 +1,9 @@
 """What LEDs show of a master: heard, lost, never heard; and that it has switched the loop."""
 
 import pytest
-from indicated_board import IMPATIENT, MASTER, Shown, broken_line
-from whole_firmware import Broken
+from indicated_board import IMPATIENT, MASTER, Shown
 
+from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.native.characters import Format
 
@@ -12,9 +12,9 @@ SILENT_S = {MASTER: 5.0, IMPATIENT: 3.0}
 BLINK_S = 0.5
 
 
-def alone(interfaces: str, broken: Broken | None = None) -> Shown:
+def alone(interfaces: str, elf: Elf | None = None) -> Shown:
     """A board whose master is not there yet; once it is, it reads once a second."""
-    shown = Shown(interfaces, broken=broken)
+    shown = Shown(interfaces, elf=elf)
     shown.device.master.unplug()
     return shown
 
@@ -70,15 +70,3 @@ def test_switched_by_the_master() -> None:
         shown.device.write("block.enabled", on)
         found.append(shown.lights()["enabled"])
     assert found == ["lit", "dark", "lit"]
-
-
-@pytest.mark.parametrize(
-    ("right", "wrong"),
-    [
-        ("!modbus_was_heard()", "false"),
-        ("return modbus_silent_ticks() < INDICATORS_BLOCK_LOST_TICKS ? LIT", "return true ? LIT"),
-        ("modbus_silent_ticks() < ", "modbus_silent_ticks() > "),
-    ],
-)
-def test_a_broken_line_is_seen(right: str, wrong: str) -> None:
-    assert course(alone(MASTER, broken_line(right, wrong))) != HEARD
