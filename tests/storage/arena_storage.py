@@ -12,7 +12,9 @@ from storage_programs import Programs
 from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import build_of, text_of
+from storage_waits import compiled, waits_problem
 
+from heatwright.sim.elf import Elf
 from heatwright.sim.host import HostBuild
 
 
@@ -50,8 +52,37 @@ class StorageArena:
         return self.kind(replace(self._build, library=built), short=True).problem()
 
 
+@dataclass
+class WaitsArena:
+    """The same files on the simulated processor, whose EEPROM is not ready at once."""
+
+    machine: str
+    files: tuple[str, ...]
+    together = False
+
+    @property
+    def name(self) -> str:
+        return f"storage/{self.machine}/waits"
+
+    def sources(self) -> Mapping[str, str]:
+        found = sources_of(text_of(self.machine))
+        return {name: found[name] for name in self.files}
+
+    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
+        del folder  # the rig has its own
+        return compiled(self.machine, changed).path
+
+    def prepare(self) -> None:
+        """Nothing is shared."""
+
+    def problem(self, built: Path) -> str:
+        return waits_problem(self.machine, Elf(built))
+
+
 ARENAS = [
     StorageArena("few", "programs.c", Programs),
     StorageArena("few", "progress.c", Progresses),
     StorageArena("typed", "settings.c", SettingsKept),
+    WaitsArena("few", ("programs.c", "progress.c")),
+    WaitsArena("typed", ("settings.c",)),
 ]

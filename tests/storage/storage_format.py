@@ -201,7 +201,8 @@ class Memory:
     def progress(self, image: bytes) -> tuple[int, Progress] | None:
         """The newest valid record and its sequence number."""
         found = [self.progress_in(image, slot) for slot in range(self.progress_slots)]
-        return max((each for each in found if each is not None), default=None)
+        valid = [each for each in found if each is not None]
+        return max(valid, key=lambda each: each[0], default=None)
 
     def image(self, *pieces: tuple[int, bytes]) -> bytes:
         """An EEPROM with these pieces at their places, and blank elsewhere."""

@@ -185,11 +185,26 @@ class Kept:
             self.boot(self.memory.image(*every))
             yield from self.expect("another spec's", nothing)
 
+    def behind(self) -> Iterator[str]:
+        """What stands behind the last slot is none of it."""
+        self.boot(self.memory.blank)
+        nothing, at = self.found(), self.slot_at(self.slots)
+        if at + self.size <= self.memory.bytes:
+            self.boot(self.memory.image((at, self.slot_bytes(9, self.old))))
+            yield from self.expect("behind the last slot", nothing)
+
+    def twins(self) -> Iterator[str]:
+        """Of two with the same number the first counts."""
+        for one, other in ((self.old, self.new), (self.new, self.old)):
+            first, second = self.slot_bytes(9, one), self.slot_bytes(9, other)
+            self.boot(self.memory.image((self.slot_at(0), first), (self.slot_at(1), second)))
+            yield from self.expect("twins", one)
+
     def half(self) -> Iterator[str]:
         """A slot that was cut short, and whose CRC is right by chance, does not count."""
         self.boot(self.memory.blank)
         nothing = self.found()
-        for turn, last in ((7, 5), (57, 1), (255, 0)):
+        for turn, last in ((7, 5), (5, 7), (57, 1), (255, 0)):
             piece = self.slot_bytes(turn, self.old)[:-1] + bytes([last])
             self.boot(self.memory.image((self.slot_at(0), piece)))
             yield from self.expect("cut short", nothing)

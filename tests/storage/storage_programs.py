@@ -20,8 +20,8 @@ class Programs(Kept):
 
     checks = (
         "blank", "one_slot", "emptied", "unchanged", "one_at_a_time", "first_turn", "half",
-        "foreign", "unsound_in_eeprom", "sound", "crc", "noise", "damaged", "newest",
-        "cut_while_emptied", "cuts", "first_cuts", "torn", "beyond",
+        "foreign", "behind", "twins", "unsound_in_eeprom", "sound", "crc", "noise", "damaged",
+        "newest", "cut_while_emptied", "cuts", "first_cuts", "torn", "beyond",
     )  # fmt: skip
     old, new = OLD, NEW
     slots = 2
@@ -158,6 +158,8 @@ class Programs(Kept):
                 if self.read(3 - number) != beside:
                     yield "the place beside it has changed"
         if self.memory.places > 2:
+            self.write(1, NEW)
+            self.settle()
             self.write(self.memory.places, EMPTY)
             if self.settle():
                 yield "an empty place is emptied"
@@ -169,15 +171,16 @@ class Programs(Kept):
         for written in range(self.size):
             if self.library.programs_are_saved() or self.write(1, NEW) or self.write(2, NEW):
                 yield f"a second one is taken after {written} bytes"
-            if self.read(1) != self.memory.given(1):
-                yield "the place beside it has changed"
+            for place in {*range(1, self.memory.places + 1)} - {self.number}:
+                if self.read(place) != self.memory.given(place):
+                    yield "a place beside it has changed"
             self.tick()
         yield from self.expect("alone", OLD)
         yield from self.beside(self.memory.blank, "alone", done=True)
 
     def first_turn(self) -> Iterator[str]:
-        """It is 0."""
-        self.boot(self.memory.blank)
+        """It is 0, whatever the next place's is."""
+        self.boot(self.memory.image((self.slot_at(2), self.slot_bytes(7, OLD))))
         self.save(NEW)
         self.settle()
         if self.image[self.slot_at(0) :][: self.size] != self.slot_bytes(0, NEW):
@@ -223,6 +226,7 @@ def _judged(points: int) -> Iterator[tuple[Stored, bool]]:
     names |= {b"\x7f": False, b'a"b': False, b"\\": False, b"\xe9": False, b"a\0\xff": True}
     for name, sound in names.items():
         yield Stored(name, OLD.segments), sound
+    yield Stored(b"x" * 13, ()), False  # the 0 behind it is none of the name
     for kind, (to_dc, inside) in product(
         (OVER, RATE, FAST), {-51: False, -50: True, 905: True, 906: False}.items()
     ):

@@ -15,8 +15,8 @@ NEW = Progress(IDLE, 2, 3, 1, 0, -3.5, 1.5e-3, 88.0, 1100.25, 2**24 - 1, 5, 6, 7
 
 class Progresses(Kept):
     checks = (
-        "blank", "half", "foreign", "wishes", "wear", "noise", "damaged", "newest", "cuts",
-        "first_cuts", "torn", "beyond",
+        "blank", "half", "foreign", "behind", "twins", "wishes", "wear", "noise", "damaged",
+        "newest", "cuts", "first_cuts", "torn", "beyond",
     )  # fmt: skip
     size = PROGRESS_BYTES
 

@@ -1,10 +1,11 @@
 """Whether settings survive: the fault, gains, a lowered maximum, a chosen type of thermocouple."""
 
+import struct
 from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from storage_format import SETTINGS_STRIDE, TYPES, Settings
+from storage_format import SETTINGS_STRIDE, TYPES, Settings, crc16
 from storage_host import Kept
 
 from heatwright.sim.host import HostBuild
@@ -20,7 +21,8 @@ class SettingsKept(Kept):
 
     checks = (
         "blank", "types", "gains", "codes", "damaged_first", "restored", "noise", "damaged",
-        "foreign", "newest", "later", "cuts", "first_cuts", "torn", "beyond",
+        "foreign", "behind", "twins", "sizes", "newest", "later", "cuts", "first_cuts", "torn",
+        "beyond",
     )  # fmt: skip
     turns = (0, 1, 255, 32767, 32768, 65535)
 
@@ -102,24 +104,29 @@ class SettingsKept(Kept):
         """What the spec says, and nothing is written."""
         self.boot(self.memory.blank)
         yield from self.expect("blank", self.default)
-        if self.settle():
+        setpoint = self.controller.loops["chamber"].setpoint
+        if self.library.settings.chamber_setpoint_c != setpoint.initial_c:
+            yield "the setpoint does not begin where it should"
+        before = self.host.world.eeprom_writes
+        for _ in range(70_000):  # more than a count of 16 bit, which may not begin anew
+            self.library.settings_tick()
+        if self.host.world.eeprom_writes != before:
             yield "something is written although nothing has changed"
 
     def later(self) -> Iterator[str]:
         """What an operator chooses is saved by itself when it has rested, and once."""
-        self.boot(self.memory.blank)
-        choices = [self.default._replace(type=self.old.type)] * self.memory.has_type
-        choices += [
-            choices[-1]._replace(maximum_c=95.5)
-            if choices
-            else self.default._replace(maximum_c=95.5)
-        ]
-        for kept in choices if self.memory.has_maximum else []:
+        lowered = self.default._replace(maximum_c=95.5)
+        others = sorted(self.codes_allowed - {self.default.type}) or [None]
+        kinds = (
+            [self.default._replace(type=each) for each in others] if self.memory.has_type else []
+        )
+        for kept in (*kinds, lowered) if self.memory.has_maximum else ():
+            self.boot(self.memory.blank)
             self._choose(kept)
-            if self.tick(REST_TICKS - 1):
+            if self.tick(REST_TICKS):
                 yield "it is written at once"
-            if self.tick(100) != self.size:
-                yield "it is not written once after 10 s"
+            if self.tick(self.size) != self.size:
+                yield "it is not written after 10 s"
             self._choose(kept)
             if self.tick(2 * REST_TICKS):
                 yield "what has not changed is written"
@@ -163,7 +170,23 @@ class SettingsKept(Kept):
             if self.gains_now() != self.default.gains:
                 yield "what the spec has does not come back"
             self.library.settings_keep()
-            self.settle()
+            if self.settle() != self.size:
+                yield f"gain {each} is not kept where it is less than before"
+
+    def sizes(self) -> Iterator[str]:
+        """A sound record of another size is not ours; one too large for a slot is damaged."""
+        most = SETTINGS_STRIDE - 2
+        for size in (7, self.size - 3, self.size - 1, most - 1, most):
+            body = bytes([size]) + self.memory.digest + bytes(size - 5)
+            yield from self._twice(f"size {size}", struct.pack("<H", crc16(body)) + body, 0)
+        for size, beyond in product((most + 1, most + 2), range(256)):
+            body = bytes([size]) + bytes(most - 1)
+            crc = crc16(body + bytes([beyond]) * (size - most))
+            yield from self._twice(f"size {size}", struct.pack("<H", crc) + body, CORRUPT)
+
+    def _twice(self, when: str, piece: bytes, code: int) -> Iterator[str]:
+        self.boot(self.memory.image(*((self.slot_at(slot), piece) for slot in (0, 1))))
+        yield from self.expect(when, self.default._replace(code=code))
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""

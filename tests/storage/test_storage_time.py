@@ -3,6 +3,7 @@
 import pytest
 from storage_firing import Firing, FiringByKeys, machine
 from storage_verdict import Book
+from storage_waits import compiled, waits_problem
 
 ROWS = 1500
 WAIT_S = 100e-6
@@ -29,3 +30,8 @@ def test_no_access_waits_for_another(example, firing_of, monkeypatch):
         assert functions[name].longest < WAIT_S * avr.clock_hz
     longest = {name: functions[name].longest for name in ("progress_tick", "programs_tick")}
     assert max(longest.values()) < TICK_S / 10 * avr.clock_hz
+
+
+@pytest.mark.parametrize("machine", ["few", "typed"])
+def test_nor_where_all_want_to_write_at_once(machine):
+    assert waits_problem(machine, compiled(machine)) == ""

@@ -1,0 +1,174 @@
+"""Model and binary hear a host alike: what may be, is done; else nothing."""
+
+import pytest
+from machines import commanded, example, modelled
+from rig.avr import whole
+
+from heatwright.sim.bench import ReferenceDevice
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.reference.line import parsed
+
+AUTOMATIC, MANUAL, TUNING = 0, 1, 2
+ASKED, STOPPED, TUNED_OFF = 200, 19, 4
+
+
+@pytest.mark.parametrize(
+    ("text", "command", "words"),
+    [
+        ("M104 S200", "M104", {"S": 200.0}),
+        ("N12 M104 T0 S200.5*91", "M104", {"T": 0.0, "S": 200.5}),
+        ("g1 e5 f300 ; feed", "G1", {"E": 5.0, "F": 300.0}),
+        ("M104 D", "M104", {"D": None}),
+        ("M303S180C3", "M303", {"S": 180.0, "C": 3.0}),
+        ("G92 E-.5", "G92", {"E": -0.5}),
+    ],
+)
+def test_lines(text, command, words):
+    assert parsed(text) == (command, words)
+
+
+@pytest.mark.parametrize("text", ["", "; nothing", "T0", "M", "S200"])
+def test_a_line_without_a_command_is_an_error(text):
+    with pytest.raises(ValueError, match="no command"):
+        parsed(text)
+
+
+def test_without_a_host_nobody_listens(chamber):
+    with pytest.raises(ValueError, match="no gcode interface"):
+        ReferenceDevice(chamber).send("M104 S30")
+
+
+DEVICES = {
+    "model": lambda name: ReferenceDevice(example(name)),
+    "binary": lambda name: AvrDevice(example(name), whole(name)),
+}
+
+
+@pytest.fixture(params=DEVICES)
+def device(request):
+    found = DEVICES[request.param]("extruder")
+    found.sense("nozzle", 25.0)
+    found.advance(1.05)
+    return found
+
+
+def last(device):
+    return device.steps("nozzle")[-1]
+
+
+def told(device, *lines):
+    for line in lines:
+        device.send(line)
+    device.advance(round(last(device)["time_s"]) + 1.05)
+    return last(device)
+
+
+def gains(row):
+    return [float(row[f"algorithm.{each}"]) for each in ("kp", "ki", "kd")]
+
+
+def test_what_it_is_told_it_does_and_nothing_else(device):
+    for lines, wanted in (
+        ("M104 S200", {"setpoint_c": 200}),
+        ("M109 S25", {"setpoint_c": 25}),  # where it is: a host that waits need not wait
+        ("M104 S0", {"duty_percent": 0}),
+        *((f"M104 S200|{refused}", {"setpoint_c": 200, "mode": AUTOMATIC})
+          for refused in ("M104 S261", "M104 S-5", "M104", "M104 D101", "M303 S0", "M108")),
+        ("M104 D30", {"mode": MANUAL, "duty_percent": 30, "setpoint_c": 200}),
+        ("M104 S200", {"mode": AUTOMATIC}),
+        ("M112", {"fault.code": STOPPED}),  # it refuses heat until it is acknowledged
+        ("M104 S210", {"setpoint_c": 200}),
+        ("M303 S210", {"mode": AUTOMATIC}),
+        ("M104 D10", {"mode": AUTOMATIC}),
+        ("M999", {"fault.code": 0, "setpoint_c": 0, "duty_percent": 0}),
+        ("M303 S200 C3", {"mode": TUNING}),
+        ("M108", {"autotune.result": TUNED_OFF, "mode": AUTOMATIC, "setpoint_c": 0}),
+    ):  # fmt: skip
+        found = told(device, *lines.split("|"))
+        assert {name: found[name] for name in wanted} == wanted, lines
+
+
+def test_by_hand_as_it_is(device):
+    now = told(device, "M104 S26")["duty_percent"]
+    assert 0 < now < 100
+    assert told(device, "M104 D")["manual_percent"] == now
+
+
+def test_gains(device):
+    wanted = [5.0, 0.25, pytest.approx(31.4)]
+    assert gains(told(device, "M104 S200", "M301 P5 I0.25")) == wanted
+    assert gains(told(device, "M301 P-1", "M301 I2000000")) == wanted
+
+
+def test_the_fan(device):
+    for lines, share in (("M106 P0 S127.5", 0.5), ("M106|M106 P5 S0", 1.0), ("M107", 0.0)):
+        told(device, *lines.split("|"))
+        device.on_fraction("part_fan")
+        told(device)
+        assert device.on_fraction("part_fan") == pytest.approx(share, abs=1 / 256)
+
+
+def test_the_fan_cools_the_machine():
+    lines = ({"at": "1 s", "send": "M104 D20"}, {"for": "300 s"})
+    still, blown = (
+        commanded("extruder", first, *lines).trace.temperatures_c["block"][-1]
+        for first in ("M105", "M106 S255")
+    )
+    assert blown < still - 10
+
+
+@pytest.fixture(params=DEVICES)
+def feeder(request):
+    found = DEVICES[request.param]("feeder")
+    found.sense("nozzle", 210.0)
+    found.advance(0.55)
+    found.send("M104 S210")
+    found.advance(1.05)
+    return found
+
+
+def fed_mm(device, seconds):
+    device.travel_mm("feed")
+    device.advance(round(last(device)["time_s"]) + seconds)
+    return device.travel_mm("feed")
+
+
+def test_the_feed_goes_its_way_at_its_speed(feeder):
+    feeder.send("G1 E10 F120")
+    assert fed_mm(feeder, 3) == pytest.approx(6, abs=0.6)
+    assert fed_mm(feeder, 3) == pytest.approx(4, abs=0.6)
+    assert fed_mm(feeder, 3) == 0
+
+
+def test_places_and_ways(feeder):
+    for line in ("G1 E10 F1200", "G92 E0", "G1 E3", "M83", "G1 E3", "G1 E-1"):
+        feeder.send(line)
+    assert fed_mm(feeder, 5) == pytest.approx(15)
+
+
+def test_the_feed_waits_until_the_loop_is_ready(feeder):
+    feeder.send("G1 E10 F600")
+    feeder.sense("nozzle", 208.5)
+    feeder.advance(1.5)
+    assert fed_mm(feeder, 3) == 0
+    feeder.sense("nozzle", 209.5)
+    assert fed_mm(feeder, 3) == pytest.approx(10, abs=3)
+
+
+def test_the_feed_is_forgotten_at_a_fault_and_when_told(feeder):
+    feeder.send("G1 E100 F600")
+    feeder.send("M410")
+    assert fed_mm(feeder, 2) < 0.2  # until the second line has come
+    feeder.send("G1 E200 F600")
+    feeder.send("M112")
+    feeder.advance(4.0)
+    feeder.send("M999")
+    feeder.send("M104 S210")
+    assert fed_mm(feeder, 3) == 0
+
+
+def test_the_feed_draws_heat():
+    lines = ({"at": "1 s", "send": "M104 S210"}, {"at": "200 s", "send": "G1 E100 F300"})
+    trace = modelled("feeder", *lines, {"for": "230 s"}).trace
+    assert trace.fed_mm_per_s.sum() * trace.times_s[1] == pytest.approx(100, rel=1e-9)
+    assert trace.times_s[trace.fed_mm_per_s > 0].min() >= 200
