@@ -1,7 +1,6 @@
 """A kiln's firmware on this computer, its display's line in our hands, under gcc's sanitizers."""
 
 import struct
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -96,31 +95,37 @@ def damaged(data: bytes) -> bytes:
 def flooded(data: bytes, per_tick: int = 115) -> bytes:
     """Bytes that come in as fast as a line of 115200 baud can carry them."""
     parts = (data[i : i + per_tick] for i in range(0, len(data), per_tick))
-    return b"".join(received(part) + ticks(1) for part in parts)
-
-
-def ticks(count: int) -> bytes:
-    return b"t" + struct.pack("<H", count)
-
-
-def seconds(count: int) -> bytes:
-    return ticks(100 * count)
-
-
-def celsius(value: int) -> bytes:
-    return b"c" + struct.pack("<h", value)
-
-
-def fault(code: int) -> bytes:
-    return b"f" + bytes([code])
+    return b"".join(received(part) + script("1 ticks") for part in parts)
 
 
 LOOK = b"?"
-FORGET = b"p"
-"""Of the gains those that are not kept."""
-SILENT = b"n\0"
-ANSWERS = b"n\1"
-STARTED = b"\0\0\0\xff\xff\xff\x88\xff\xff\xff"
+NUMBERS = {"ticks": "t<H", "celsius": "c<h", "fault": "f<B", "answers": "n<B", "cut": "x<B"}
+"""Commands of the world, and the form of their number."""
+ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}
+"""What the display says by itself."""
+
+
+def script(text: str) -> bytes:
+    """Return what happens, from words between semicolons.
+
+    `5 s` and `5 ticks` let time pass; `order 2 1` and `page main` come from the display, `started`
+    and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor, `cut 1`
+    the line; `look`; `forget` the gains that are not kept.
+    """
+    data = b""
+    for words in text.split("; "):
+        verb, _, rest = words.partition(" ")
+        if verb.isdigit():
+            verb, rest = "ticks", str(int(verb) * (100 if rest == "s" else 1))
+        if verb in NUMBERS:
+            form = NUMBERS[verb]
+            data += form[:1].encode() + struct.pack(form[1:], int(rest))
+        elif verb in ANSWERS:
+            data += received(ANSWERS[verb])
+        else:
+            known = {"look": LOOK, "forget": b"p", "order": ordered(rest)}
+            data += known[verb] if verb in known else ordered(f"21 {PAGE[rest]}")
+    return data
 
 
 @dataclass(frozen=True)
@@ -144,25 +149,23 @@ class Said:
         return {name: value.strip('"') for name, value in pairs}
 
 
-def run(hosted: Path, *script: bytes) -> Said:
-    """Play a script; a look at the end is part of it.
+def run(hosted: Path, *parts: str | bytes) -> Said:
+    """Play scripts one after the other; a look at the end is part of it.
 
     Raises:
         Stopped: the firmware was ended by a sanitizer.
 
     """
-    lines = play(hosted, [*script, LOOK]).decode("latin-1").splitlines()
+    data = [script(part) if isinstance(part, str) else part for part in parts]
+    lines = play(hosted, [*data, LOOK]).decode("latin-1").splitlines()
     states = [_state(line[1:]) for line in lines if line.startswith("=")]
     sent = [line[1:].split(" ", 1) for line in lines if line.startswith(">")]
     return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states)
 
 
-def order(hosted: Path, *orders: str, before: Sequence[bytes] = ()) -> Said:
-    """Give orders one by one, each with time for what it does, after a second of peace."""
-    script = [seconds(2), *before]
-    for each in orders:
-        script += [ordered(each), seconds(2), LOOK]
-    return run(hosted, *script)
+def order(hosted: Path, *orders: str, before: str = "2 s") -> Said:
+    """Give orders one by one, each with time for what it does, after some peace."""
+    return run(hosted, before, *(ordered(each) + script("2 s; look") for each in orders))
 
 
 def _state(line: str) -> dict[str, str]:

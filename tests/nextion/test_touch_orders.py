@@ -3,24 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hosted_kiln import (
-    ANSWERS,
-    FORGET,
-    LOOK,
-    PAGE,
-    SILENT,
-    Said,
-    celsius,
-    damaged,
-    fault,
-    order,
-    ordered,
-    received,
-    run,
-    seconds,
-    ticks,
-    told,
-)
+from hosted_kiln import PAGE, Said, damaged, order, ordered, received, run, script, told
 
 START = "8 1"
 RUNNING, PAUSED, RETURNING, IDLE = "1", "2", "3", "0"
@@ -93,7 +76,7 @@ REFUSED = [*MALFORMED, "9 0", "9 1", "18", "10 1"]
 
 def test_an_order_tells_whether_it_was_taken(hosted: Path) -> None:
     for texts, taken in ((TAKEN.split("|"), "1"), (REFUSED, "0")):
-        said = run(hosted, seconds(2), *(told(each) + seconds(3) + LOOK for each in texts))
+        said = run(hosted, "2 s", *(told(each) + script("3 s; look") for each in texts))
         for text, state in zip(texts, said.states, strict=False):
             assert state["taken"] == taken, text
 
@@ -146,63 +129,56 @@ def test_orders_one_after_the_other(hosted: Path, name: str) -> None:
 
 
 def test_only_its_order_acknowledges_a_fault(hosted: Path) -> None:
-    said = order(hosted, "12", "22", "17", "2 0", before=[fault(24)])
+    said = order(hosted, "12", "22", "17", "2 0", before="2 s; fault 24")
     assert {state["fault"] for state in said.states} == {"24"}
 
 
 def test_a_fault_is_acknowledged(hosted: Path) -> None:
-    said = order(hosted, "16", "2 1", before=[fault(24)])
+    said = order(hosted, "16", "2 1", before="2 s; fault 24")
     assert [(state["fault"], state["acks"]) for state in said.states[:2]] == [("0", "1")] * 2
     assert said.state["on"] == "1"
 
 
 def test_nothing_starts_while_a_fault_is_latched(hosted: Path) -> None:
-    said = order(hosted, "2 1", START, "4 20", before=[fault(24)])
+    said = order(hosted, "2 1", START, "4 20", before="2 s; fault 24")
     assert {(each["on"], each["state"], each["mode"]) for each in said.states} == {("0", "0", "0")}
 
 
 LONG = b"#3 6" + 300 * b"0" + b";"
+FULL = 251 * b"." + b"#3 123456;"
 LINES = {
     "a damaged byte spoils its order and no other": (
-        [seconds(1), damaged(b"2 1;"), seconds(2), LOOK, ordered("2 1"), seconds(2)],
-        "on", ["0", "1"],
+        ["1 s", damaged(b"2 1;"), "2 s; look; order 2 1; 2 s"], "on", ["0", "1"],
     ),
     "a cut order is replaced by the next": (
-        [seconds(1), received(b"#3 9#3 70;0;"), seconds(1)], "setpoint", ["70"],
+        ["1 s", received(b"#3 9#3 70;0;"), "1 s"], "setpoint", ["70"],
     ),
     "an order too long is dropped": (
-        [seconds(1), received(LONG[:200]), seconds(1), received(LONG[200:]), seconds(1)],
-        "setpoint", ["20"],
+        ["1 s", received(LONG[:200]), "1 s", received(LONG[200:]), "1 s"], "setpoint", ["20"],
     ),
     "one order is done in a tick": (
-        [seconds(1), ordered("3 100", "3 200"), ticks(1), LOOK, ticks(1)],
-        "setpoint", ["100", "200"],
+        ["1 s", ordered("3 100", "3 200"), "1 ticks; look; 1 ticks"], "setpoint", ["100", "200"],
     ),
     "an order that the ring cuts is not completed by the next": (
-        [seconds(1), received(251 * b"." + b"#3 123456;"), seconds(1), received(b"55;"),
-         seconds(1)],
-        "setpoint", ["20"],
+        ["1 s", received(FULL), "1 s", received(b"55;"), "1 s"], "setpoint", ["20"],
     ),
     "gains are kept when it is ordered": (
-        [seconds(1), ordered("5 12"), seconds(1), FORGET, LOOK, ordered("5 13"), seconds(1),
-         ordered("22"), seconds(5), FORGET],
+        ["1 s; order 5 12; 1 s; forget; look; order 5 13; 1 s; order 22; 5 s; forget"],
         "kp", ["7.5999999", "13"],
     ),
     "a program is not started as it was before it is kept": (
-        [seconds(1), ordered("13 1"), seconds(1), ordered("7 1,20,600:", "8 1"), seconds(2), LOOK,
-         ordered("8 1"), seconds(2)],
+        ["1 s; order 13 1; 1 s", ordered("7 1,20,600:", "8 1"), "2 s; look; order 8 1; 2 s"],
         "state", [IDLE, RUNNING],
     ),
     "a start waits for a reading": (
-        [SILENT, seconds(2), ordered("8 1"), seconds(2), LOOK, ANSWERS, celsius(30), seconds(2)],
+        ["answers 0; 2 s; order 8 1; 2 s; look; answers 1; celsius 30; 2 s"],
         "state", [IDLE, RUNNING],
     ),
 }  # fmt: skip
-"""What goes over the line, and a member of the state at each look."""
+"""What comes over the line, and a member of the state at each look."""
 
 
 @pytest.mark.parametrize("name", LINES)
 def test_what_comes_over_the_line(hosted: Path, name: str) -> None:
-    script, member, expected = LINES[name]
-    states = run(hosted, *script).states
-    assert [state[member] for state in states] == expected
+    parts, member, expected = LINES[name]
+    assert [state[member] for state in run(hosted, *parts).states] == expected
