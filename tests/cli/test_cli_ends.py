@@ -97,7 +97,7 @@ def test_a_full_disk_is_told_in_a_line() -> None:
 
 def test_a_poor_terminal_gets_replacements() -> None:
     surroundings = os.environ | {"PYTHONIOENCODING": "ascii", "COLUMNS": "60"}
-    words = ("simulate", CHAMBER, "--model", "--for", "5 min")
+    words = ("simulate", CHAMBER, "--model", "--for", "5 s")
     with started(*words, stdout=subprocess.DEVNULL, env=surroundings) as process:
         assert "Traceback" not in said(process).read()
     assert process.returncode == 0

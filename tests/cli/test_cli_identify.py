@@ -28,7 +28,8 @@ def step_log(heatwright: Heatwright) -> Path:
 
 
 def test_what_is_printed_is_yaml_of_the_language(heatwright: Heatwright, step_log: Path) -> None:
-    done = heatwright(f"identify {step_log} --power 40W")
+    done = heatwright(f"identify {step_log} --power 40W --plot fit.png")
+    assert done.out.startswith("# heatwright identify"), "the block alone, for a pipe"
     plant = yaml.safe_load(done.out)["simulation"]["plant"]
     assert float(plant["nodes"]["body"].split()[0]) == pytest.approx(16.7, rel=0.01)
     assert plant["heat"] == {"heater": "body"}
@@ -36,6 +37,8 @@ def test_what_is_printed_is_yaml_of_the_language(heatwright: Heatwright, step_lo
     assert re.search(r"^# Fit error 0\.0\d+ K rms, 0\.\d+ K at most", done.out, re.MULTILINE)
     assert "0 → 40 W after 20 s" in done.out
     assert done.err.startswith("Reading the log …\n")
+    assert done.err.endswith("fit.png\n")
+    assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_block_pastes_into_a_spec(heatwright: Heatwright) -> None:
@@ -67,10 +70,6 @@ def test_files_are_written(heatwright: Heatwright, step_log: Path) -> None:
     assert done.out.split() == ["plant.yaml", "fit.svg"]
     assert "<svg" in Path("fit.svg").read_text(encoding="utf-8")
     assert "kind: thermal_network" in Path("plant.yaml").read_text(encoding="utf-8")
-    done = heatwright(f"identify {step_log} --power 40W --plot fit.png")
-    assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
-    assert done.out.startswith("# heatwright identify"), "the block alone, for a pipe"
-    assert done.err.endswith("fit.png\n")
 
 
 def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) -> None:
