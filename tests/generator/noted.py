@@ -1,5 +1,6 @@
 """What a spec makes of the templates: those it uses, and what each of their conditions was."""
 
+import re
 from functools import cache
 from typing import Any
 
@@ -17,7 +18,8 @@ class _Noting(Environment):
         super().__init__(
             loader=FunctionLoader(_load), undefined=StrictUndefined, trim_blocks=True
         )  # as the generator's own
-        self.places: set[str] = set()
+        self.places: dict[str, tuple[str, str]] = {}
+        """Template and condition by place."""
         self.seen: set[tuple[str, bool]] = set()
         self.globals["noted"] = self._noted
 
@@ -30,10 +32,17 @@ class _Noting(Environment):
         asked = [each for each in tree.find_all((nodes.If, nodes.CondExpr, nodes.For)) if each.test]
         for number, each in enumerate(asked):
             place = f"{name}:{each.lineno}:{number}"
-            self.places.add(place)
+            self.places[place] = str(name), _text_of(source, each)
             known = nodes.Name("noted", "load")
             each.test = nodes.Call(known, [nodes.Const(place), each.test], [], None, None)
         return tree
+
+
+def _text_of(source: str, asked: nodes.If | nodes.CondExpr | nodes.For) -> str:
+    """Give a condition as it stands in the template, as far as a line of its own tells it."""
+    line = source.splitlines()[asked.lineno - 1]
+    alone = re.fullmatch(r"{% (?:el)?if (.+) %}", line.strip())
+    return alone[1] if alone else line.strip()
 
 
 @cache

@@ -1,0 +1,175 @@
+"""Controllers drawn from the language: accepted, compiled, and run in step with the reference."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from random import Random
+
+import pytest
+from chip import project_flags
+from noted import noting, shown
+from rig.avr import whole
+from rig.controllers import Drawn, attempt, drawn
+from rig.specs import files_of
+from rig.store import CompileFailed
+from suite import SEED, amount
+
+from heatwright.generator.stack import worst_stack
+from heatwright.sim.bench import bench
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
+from heatwright.sim.replay import replay
+from heatwright.spec import (
+    BOARDS,
+    Algorithm,
+    Controller,
+    Interface,
+    Output,
+    Sensor,
+    SerialLog,
+    SpecError,
+    kinds,
+)
+from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+LARGE_FLASH = 100_000
+"""Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
+FEW = 6
+ONE_WAY = {
+    ("algorithms/autotune.c.j2", "must_release", False): "a G-code host's loop is not switched",
+    ("src/loop_switched.c.j2", "must_release", False): "of what is switched a master alone tunes",
+    ("interfaces/gcode_feed.c.j2", "ready_loops", False): "no stepper without ready_within",
+    ("outputs/stepper.c.j2", "ready_loops", False): "no stepper without ready_within",
+}
+"""Template, condition and the value it never has, with the reason."""
+
+
+def test_most_of_what_is_drawn_is_accepted() -> None:
+    """And no reason keeps much out: what is refused again and again would never be tried."""
+    random = Random(f"attempts {SEED}")  # noqa: S311 - no secret
+    count = amount("drawn_attempts")
+    found = [attempt(random.randint) for _ in range(count)]
+    assert sum(isinstance(each, Drawn) for each in found) >= 0.8 * count
+    reasons: Counter[str] = Counter()
+    for each in found:
+        if isinstance(each, SpecError):
+            reasons.update({re.sub(r"[-\d.]+", "#", problem.reason) for problem in each.problems})
+    assert [each for each in reasons.most_common() if each[1] > 0.05 * count + 1] == []
+
+
+def test_every_kind_template_and_condition_is_drawn() -> None:
+    """Of each condition of each template, wherever one stands in it, both values."""
+    pool = drawn(amount("drawn_planned"))
+    seen = frozenset[object]().union(*(shown(each.spec) for each in pool))
+    used = {name for name in seen if isinstance(name, str)}
+    assert with_included(used) == {
+        path.relative_to(TEMPLATES).as_posix()
+        for path in TEMPLATES.glob("*/*")
+        if path.suffix in {".c", ".h", ".j2"}
+    }
+    missing = [
+        (template, condition, value)
+        for place, (template, condition) in noting().places.items()
+        for value in (True, False)
+        if (place, value) not in seen
+    ]
+    assert set(missing) == set(ONE_WAY)
+    assert frozenset().union(*(kinds_in(each.spec.controller) for each in pool)) == {
+        *BOARDS,
+        *(kind for union in (Sensor, Output, Algorithm, Interface) for kind in kinds(union)),
+    }
+
+
+def with_included(templates: set[str]) -> set[str]:
+    """Add what these include or extend."""
+    found, left = set(templates), list(templates)
+    while left:
+        text = (TEMPLATES / left.pop()).read_text("utf-8")
+        named = set(re.findall(r'(?:{%|//%) (?:include|extends) "([^"]+)"', text))
+        left += named - found
+        found |= named
+    return found
+
+
+def kinds_in(controller: Controller) -> set[str]:
+    """List all kinds and the board of a controller."""
+    loops = controller.loops.values()
+    parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
+    return {each.kind for each in (*parts, *(loop.algorithm for loop in loops))} | {
+        controller.board.name
+    }
+
+
+def fewest(pool: Mapping[Drawn, frozenset[object]], most: int) -> list[Drawn]:
+    """Choose a few that between them show as much as may be of what all of them do."""
+    missing: set[object] = set().union(*pool.values())
+    chosen: list[Drawn] = []
+    while missing and len(chosen) < most:
+        chosen.append(max(pool, key=lambda each: len(pool[each] & missing)))
+        missing -= pool[chosen[-1]]
+    return chosen
+
+
+def test_a_few_that_take_most_ways_compile_and_run() -> None:
+    pool = {each: shown(each.spec) for each in drawn(amount("drawn_pool"))}
+    chosen = fewest(pool, FEW)
+    covered = set().union(*(pool[each] for each in chosen))
+    assert len(covered) > 0.8 * len(set().union(*pool.values()))
+    for each in chosen:
+        assert_it_compiles_and_runs(each)
+
+
+@pytest.mark.parametrize("number", range(amount("drawn_compiled")))
+def test_any_compiles_and_runs(number: int) -> None:
+    random = Random(f"compiled {SEED} {number}")  # noqa: S311 - no secret
+    found = (attempt(random.randint) for _ in range(1000))
+    assert_it_compiles_and_runs(next(each for each in found if isinstance(each, Drawn)))
+
+
+def assert_it_compiles_and_runs(drawn: Drawn) -> None:
+    files = files_of(drawn.text)
+    assert [name for name in defined(files["src/config.h"]) if not used(name, files)] == []
+    controller = drawn.spec.controller
+    try:
+        elf = whole(drawn.text, *project_flags(files["platformio.ini"]))
+    except CompileFailed as failed:
+        assert "will not fit in region `text'" in str(failed), drawn  # noqa: PT017
+        assert controller.board.flash_bytes < LARGE_FLASH, drawn
+        return
+    needed = least_bytes(controller) + ring_bytes(controller)  # the check of RAM refuses no less
+    taken = static_bytes(elf) + worst_stack(elf.path).total
+    assert needed <= taken, drawn
+    if controller.simulation is not None and taken <= controller.board.ram_bytes:
+        assert_it_equals_the_reference(controller, elf, drawn)
+
+
+def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Drawn) -> None:
+    trace = bench(controller, AvrDevice(controller, elf))
+    for loop, log in trace.steps.items():
+        if len(log):  # a period may be longer than the scenario
+            result = replay(controller, log, loop)
+            assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
+            assert result.restored == (), (loop, drawn)
+
+
+def defined(config: str) -> list[str]:
+    return re.findall(r"^#define (\w+) .+$", config, re.MULTILINE)
+
+
+def used(name: str, files: Mapping[str, str]) -> bool:
+    code: Iterable[str] = (text for path, text in files.items() if path.endswith((".c", ".h")))
+    return sum(len(re.findall(rf"\b{name}\b", text)) for text in code) > 1
+
+
+def static_bytes(elf: Elf) -> int:
+    """Bytes of variables."""
+    first, end = elf.static_ram
+    return end - first
+
+
+def ring_bytes(controller: Controller) -> int:
+    """Bytes of a log in RAM."""
+    logs = [each for each in controller.interfaces if isinstance(each, SerialLog)]
+    return sum(ENTRY_BYTES * each.entries for each in logs if each.keep == "ram")
