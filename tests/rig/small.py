@@ -1,5 +1,6 @@
 """A small program in a processor, and what it has in its variables."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +30,6 @@ class Small:
         found = np.frombuffer(raw, variable.dtype.base)
         return found.tolist() if variable.dtype.shape else found[0].item()
 
-    def __setitem__(self, name: str, value: float) -> None:
+    def __setitem__(self, name: str, value: float | Sequence[float]) -> None:
         variable = self._variables[name]
-        self.avr.write_ram(variable.address, np.asarray(value, variable.dtype).tobytes())
+        self.avr.write_ram(variable.address, np.asarray(value, variable.dtype.base).tobytes())

@@ -1,5 +1,6 @@
 """Profiling: cycles by function, stretches, stack, coverage; waveforms."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 from rig.avr import CLOCK_HZ, compiled, powered, shared
 from vcd.reader import TokenKind, tokenize
 
+from heatwright.sim.avr import Avr
+from heatwright.sim.profile import Profile
 from heatwright.sim.vcd import VcdRecorder
 
 SOURCE = """
@@ -28,21 +31,25 @@ int main(void) {
 """
 
 
+Profiled = tuple[Profile, Avr]
+
+
 @pytest.fixture(scope="module")
-def profile():  # type: ignore[no-untyped-def]
+def profiled() -> Iterator[Profiled]:
     program = compiled(SOURCE)
     avr = powered(program)
     found = avr.profile(program)
-    found.trace("calls")
-    found.trace("__vector_11")
+    for function in ("calls", "__vector_11"):
+        found.trace(function)
     avr.run(0.005)
     yield found, avr
     found.stop()
     avr.run(0.001)
 
 
-def test_cycles_by_function(profile) -> None:  # type: ignore[no-untyped-def]
-    functions = profile[0].functions
+def test_cycles_by_function(profiled: Profiled) -> None:
+    profile, avr = profiled
+    functions = profile.functions
     waits, calls, isr = functions["waits"], functions["calls"], functions["__vector_11"]
     assert waits.calls == 2 * calls.calls  # the second call is a jump: calls' last act
     assert waits.longest == pytest.approx(5000, abs=12)  # interrupts not counted
@@ -51,24 +58,19 @@ def test_cycles_by_function(profile) -> None:  # type: ignore[no-untyped-def]
     assert waits.own == waits.total
     assert calls.own < 30 * calls.calls
     assert "never" not in functions
-    awake = profile[1].cycle - profile[1].sleep_cycles
+    awake = avr.cycle - avr.sleep_cycles
     entries = sum(8 * function.calls for name, function in functions.items() if "vector" in name)
     assert 0 <= awake - sum(function.own for function in functions.values()) <= entries
+    for name in ("calls", "__vector_11"):
+        assert len(profile.entries(name)) == functions[name].calls
 
 
-def test_entries(profile) -> None:  # type: ignore[no-untyped-def]
-    cycles = profile[0].entries("calls")
-    assert len(cycles) == profile[0].functions["calls"].calls
-    ticks = profile[0].entries("__vector_11")
-    assert len(ticks) == profile[0].functions["__vector_11"].calls
-
-
-def test_the_longest_stretches(profile) -> None:  # type: ignore[no-untyped-def]
-    masked, busy = profile[0].masked, profile[0].busy
+def test_the_longest_stretches(profiled: Profiled) -> None:
+    profile, _ = profiled
+    masked, busy, functions = profile.masked, profile.busy, profile.functions
     assert masked.function == "masks"
     assert masked.cycles == pytest.approx(702, abs=4)
     assert masked.seconds == masked.cycles / CLOCK_HZ
-    functions = profile[0].functions
     assert functions["masks"].masked == masked.cycles
     assert functions["__vector_11"].masked == pytest.approx(300 + 4 + 3 + 27, abs=15)
     assert functions["waits"].masked == 0
@@ -76,26 +78,19 @@ def test_the_longest_stretches(profile) -> None:  # type: ignore[no-untyped-def]
     assert busy.cycles == pytest.approx(5000, abs=10)
 
 
-def test_lines_reached_and_missed(profile) -> None:  # type: ignore[no-untyped-def]
-    lines = profile[0].lines()["test.c"]
-    assert 3 in lines.reached
+def test_lines_reached_and_missed(profiled: Profiled) -> None:
+    lines = profiled[0].lines()["test.c"]
+    assert {3, 4, 5, 7} <= lines.reached
     assert 6 in lines.missed
-    assert {4, 5, 7} <= lines.reached
 
 
-def test_only_one_profile_at_a_time() -> None:
+def test_one_profile_at_a_time_and_the_jitter_of_a_tick() -> None:
     program = shared("blink.c")
     avr = powered(program)
     first = avr.profile(program)
     with pytest.raises(ValueError, match="already being profiled"):
         avr.profile(program)
     first.stop()
-    avr.profile(program)
-
-
-def test_jitter_of_a_tick() -> None:
-    program = shared("blink.c")
-    avr = powered(program)
     profile = avr.profile(program)
     profile.trace("__vector_11")
     avr.run(1)

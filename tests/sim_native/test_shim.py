@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -35,51 +36,50 @@ def headers(folder: Path, version: str) -> Path:
     return folder
 
 
+@pytest.fixture
+def refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Build with an empty cache; it is refused with these words."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+    def with_words(words: str) -> None:
+        with pytest.raises(SimulatorMissing, match=words):
+            shim.build()
+
+    return with_words
+
+
+Refused = Callable[[str], None]
+
+
 @pytest.mark.parametrize("version", ["1.5", "1.7", "1.8", "1.60"])
 def test_an_untested_simavr_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused, version: str
 ) -> None:
     monkeypatch.setattr(shim, "HEADERS", (headers(tmp_path, version),))
-    with pytest.raises(SimulatorMissing, match=f"simavr {version} is untested: install 1.6"):
-        shim.build()
+    refused(f"simavr {version} is untested: install 1.6")
 
 
-def test_no_simavr(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shim, "HEADERS", (tmp_path,))
-    with pytest.raises(
-        SimulatorMissing, match=r"^simavr is not installed: sudo apt install .*simavr"
-    ):
-        shim.build()
+def test_what_is_missing_is_told_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    with monkeypatch.context() as changed:
+        changed.setattr(shim, "HEADERS", (tmp_path,))
+        refused(r"^simavr is not installed: sudo apt install .*simavr")
+    with monkeypatch.context() as changed:
+        changed.setenv("PATH", str(tmp_path))
+        refused(r"^There is no C compiler: sudo apt install .*gcc")
+    with monkeypatch.context() as changed:
+        changed.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(tmp_path)})
+        refused("sudo apt install libpython3")
 
 
-def test_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SimulatorMissing, match=r"^There is no C compiler: sudo apt install .*gcc"):
-        shim.build()
-
-
-def test_no_python_headers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(tmp_path)})
-    with pytest.raises(SimulatorMissing, match="sudo apt install libpython3"):
-        shim.build()
-
-
-def test_a_shim_that_does_not_compile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+def test_a_shim_that_does_not_compile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
     monkeypatch.setattr(shim, "HEADERS", (headers(tmp_path / "include", "1.6"),))
     (tmp_path / "include" / "simavr" / "avr_adc.h").write_text("#error broken\n")
-    with pytest.raises(SimulatorMissing, match=r"does not compile .*error"):
-        shim.build()
+    refused(r"does not compile .*error")
     assert list((tmp_path / "cache" / "heatwright" / "native").iterdir()) == []
-
-
-def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    with pytest.raises(SimulatorMissing, match="set XDG_CACHE_HOME"):
-        shim.build()
 
 
 def test_a_spoilt_shim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,14 +90,10 @@ def test_a_spoilt_shim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         shim.load.__wrapped__()
 
 
-def test_the_command_says_it_in_one_line(tmp_path: Path) -> None:
+def test_a_cache_that_cannot_be_written_is_told_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    run = subprocess.run(
-        BUILD,
-        env={"XDG_CACHE_HOME": str(tmp_path / "file")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    surroundings = {"XDG_CACHE_HOME": str(tmp_path / "file")}
+    run = subprocess.run(BUILD, env=surroundings, capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert run.stderr.count("\n") == 1
+    assert "set XDG_CACHE_HOME" in run.stderr
