@@ -20,6 +20,8 @@ from host_text import all_text_problems
 from heatwright.sim.host import Host
 
 Judge = Callable[[Host], str]
+FIRST_COURSES = 25
+"""Most of what can be killed is dead after them."""
 
 
 @dataclass(frozen=True)
@@ -57,20 +59,19 @@ class HostArena:
 
     def _judges(self) -> list[Judge]:
         name = self.spec
-        judges: list[Judge] = [lambda host: control_problem(host, name)]
-        if name in host_specs.AT_ONCE:
-            judges.append(output_problem)
-        if name in host_specs.GATED:
-            judges.append(gate_problem)
-        if name in host_specs.WITH_RING:
-            judges += [storage_problem, kept_problem]
+        judges: list[Judge] = [
+            lambda host: control_problem(host, name, FIRST_COURSES), gate_problem, all_text_problems,
+            storage_problem, kept_problem,
+        ]  # fmt: skip
         if name in host_specs.HOSTED and name in host_specs.WITH_AIR:
             judges.append(ready_problem)
         if name in host_specs.SWITCHING:
             judges.append(switching_problem)
+        judges.append(lambda host: control_problem(host, name))
+        if name in host_specs.AT_ONCE:
+            judges.append(output_problem)
         if name in host_specs.BY_PEOPLE:
             judges += [orders_problem, lambda host: power_problem(host, name)]
-        judges.append(all_text_problems)
         return judges
 
 

@@ -1,8 +1,10 @@
 """Whether a host build decides as the reference model does, over many fixed courses."""
 
+from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
@@ -13,7 +15,7 @@ from host_courses import (
     kinds_of,
     random_course,
 )
-from host_reference import Expected, expected, first_difference
+from host_reference import TRIPPED_BY, TRIPPED_C, Expected, expected, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import TUNINGS
 from host_stretches_programmed import FIRING_KINDS
@@ -21,10 +23,12 @@ from host_stretches_switched import CRITICAL_C
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
-from heatwright.sim.host.firmware import HostHangs
+from heatwright.sim.host.firmware import HostHangs, Run
+from heatwright.spec import must_release
 
 COURSES = 100
 TUNED_COURSES = 30
+TRIPPED_COURSES, TRIP_EVERY = 20, 11
 FIRINGS = 100
 ARRIVALS = [
     [Stretch("start", 1 + steps, value), Stretch("arrive", 8, place, nudge)]
@@ -37,8 +41,15 @@ ARRIVALS = [
 STRETCHES = 14
 
 
+class _Course(NamedTuple):
+    inputs: NDArray[Any]
+    wanted: Expected
+    tripped: Sequence[int] = ()
+    """Steps before which a fault is latched and acknowledged, faster than a step."""
+
+
 @cache
-def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]]:
+def _fixed(name: str, kind: np.dtype[Any]) -> list[_Course]:
     controller = host_specs.spec_of(name).controller
     found = []
     kinds = kinds_of(controller)
@@ -56,7 +67,13 @@ def _fixed(name: str, kind: np.dtype[Any]) -> list[tuple[NDArray[Any], Expected]
     given += tuple(critical) * host_specs.is_adjustable(name)
     for course in (*given, *drawn, *((*ARRIVALS, *firings) if programmed else ())):
         inputs = inputs_of(controller, course)
-        found.append((inputs, expected(controller, inputs, kind)))
+        found.append(_Course(inputs, expected(controller, inputs, kind)))
+    # A reference that has to be told of a release looks for faults after its steps only.
+    again = [] if must_release(controller) else found[-TRIPPED_COURSES:]
+    for inputs, _, _ in again:
+        tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY)
+        wanted = expected(controller, inputs, kind, tripped=tripped)
+        found.append(_Course(inputs, wanted, tripped))
     return found
 
 
@@ -65,12 +82,14 @@ def _firing(random: Random) -> list[Stretch]:
     return [start, *random_course(random, STRETCHES, FIRING_KINDS)]
 
 
-def run_problem(host: Host, inputs: NDArray[Any], wanted: Expected) -> str:
+def run_problem(
+    host: Host, inputs: NDArray[Any], wanted: Expected, tripped: Sequence[int] = ()
+) -> str:
     """Say where the host differs from the reference from power-up on; empty if nowhere."""
     host.erase()
     host.power_up()
     try:
-        difference = first_difference(host.run(inputs), wanted)
+        difference = first_difference(_run(host, inputs, tripped), wanted)
     except HostHangs as problem:
         return str(problem)
     if not difference and host.world.ticks != wanted.ticks:
@@ -82,15 +101,26 @@ def run_problem(host: Host, inputs: NDArray[Any], wanted: Expected) -> str:
     return difference
 
 
+def _run(host: Host, inputs: NDArray[Any], tripped: Sequence[int]) -> Run:
+    parts = []
+    for first, last in pairwise((0, *(each for each in tripped if each), len(inputs))):
+        if first in tripped:
+            host.library.fault_trip(TRIPPED_BY, TRIPPED_C)
+            host.library.fault_acknowledge()
+        parts.append(host.run(inputs[first:last]))
+    states, counts = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return Run(states, counts)
+
+
 def prepare_control(host: Host, name: str) -> None:
     """Let the reference take all courses, once for all that is compared with it."""
     _fixed(name, host.type)
 
 
-def control_problem(host: Host, name: str) -> str:
-    """The same over the fixed courses."""
-    for number, (inputs, wanted) in enumerate(_fixed(name, host.type)):
-        problem = run_problem(host, inputs, wanted)
+def control_problem(host: Host, name: str, most: int | None = None) -> str:
+    """The same over the fixed courses, or the first ones of them."""
+    for number, course in enumerate(_fixed(name, host.type)[:most]):
+        problem = run_problem(host, *course)
         if problem:
             return f"course {number}, {problem}"
     return ""

@@ -6,57 +6,55 @@ periods, the sensor for `stale_after`; a fault or a fan that stands still act at
 
 from collections.abc import Callable, Iterator
 
+from host_running import COLD_C, Running
+
 from heatwright.sim.host import Host
 
-TICK_S = 0.01
 MAIN_TICKS = 10
-LONG = 5000
-"""Ticks in which every permit runs out."""
-
+BEYOND_TICKS = 60
+"""Watched after every permit has run out."""
+WELL_TICKS = 15
+"""More than the main loop may be silent for, and too few for any rule to trip."""
 NO_SENSOR = 1
 
 
 def gate_problem(host: Host) -> str:
-    """Say what the gate does wrong; empty if nothing."""
-    return "; ".join(_Gate(host).problems())
+    """Say the first thing that the gate does wrong; empty if nothing."""
+    gate = _Gate(host)
+    found = next(gate.problems(), "")
+    host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
+    return found
 
 
-class _Gate:
-    def __init__(self, host: Host) -> None:
-        self._host = host
-        ((self._name, self._loop),) = host.build.controller.loops.items()
-        self._period_ticks = round(self._loop.period_s / TICK_S)
+class _Gate(Running):
+    """A loop whose output is asked for full power at every tick, whatever its algorithm wants."""
 
     def problems(self) -> Iterator[str]:
-        stale_ticks = round(self._loop.protection.stale_after_s / self._loop.period_s)
+        stale_steps = int(self.loop.protection.stale_after_s / self.loop.period_s + 1e-9)
+        stale_ticks, name = stale_steps * self.period_ticks, self.parts.loop
+        step_ticks = 2 * self.period_ticks
         yield from self._expect("before the first step", self._before_the_first_step(), 0)
-        yield from self._expect("all is well", self._after(lambda: None, 300), 300)
-        yield from self._expect("the main loop hangs", self._after(self._hang), MAIN_TICKS)
-        yield from self._expect(
-            "the control step never comes", self._after(self._no_steps), 2 * self._period_ticks
-        )
-        yield from self._expect(
-            "the control step decides without a reading",
-            self._after(self._no_steps, renew="gate_renew_air"),
-            stale_ticks * self._period_ticks + 1,
-        )
-        yield from self._expect(
-            "a reading is good, but no control step decides",
-            self._after(self._no_steps, renew="gate_renew_air_sensor"),
-            2 * self._period_ticks,
-        )
+        yield from self._expect("all is well", self._after(lambda: None, WELL_TICKS), WELL_TICKS)
+        hang = self._after(self._hang, MAIN_TICKS + BEYOND_TICKS)
+        yield from self._expect("the main loop hangs", hang, MAIN_TICKS)
+        never = self._after(self._no_steps, step_ticks + BEYOND_TICKS)
+        yield from self._expect("the control step never comes", never, step_ticks)
+        blind = self._after(self._no_steps, stale_ticks + BEYOND_TICKS, f"gate_renew_{name}")
+        yield from self._expect("steps without a reading", blind, stale_ticks + 1)
+        idle = self._after(self._no_steps, step_ticks + BEYOND_TICKS, f"gate_renew_{name}_sensor")
+        yield from self._expect("readings without a step", idle, step_ticks)
         yield from self._expect("a fault is latched", self._after(self._trip, 50), 0)
-        if self._loop.fan:
+        if self.loop.fan:
             yield from self._expect("the fan stands still", self._after(self._stop_fan, 50), 0)
-        self._start()
         yield from self._hang_mark()
 
     def _hang_mark(self) -> Iterator[str]:
         """A mark tells of a hang after the reset that ends it, and of nothing else."""
-        library, world = self._host.library, self._host.world
+        library, world = self.host.library, self.host.world
+        self.run_at(COLD_C)
         for ticks, hangs in ((50, 0), (MAIN_TICKS - 1, 1), (1, 1), (50, 1), (1, 0)):
             world.main_hangs = hangs
-            self._ticks(ticks)
+            self._full(ticks)
             wanted = library.RESET_HANG_MARK if hangs and ticks != MAIN_TICKS - 1 else 0
             if library.reset_hang_mark != wanted:
                 yield f"the hang mark is {library.reset_hang_mark:#x}, not {wanted:#x}"
@@ -65,43 +63,45 @@ class _Gate:
         if found != wanted:
             yield f"heater on for {found} ticks, not {wanted}, when {when}"
 
-    def _start(self) -> None:
-        world = self._host.world
-        world.main_hangs = world.loop_hangs = world.fan_stands_still = 0
-        self._host.erase()
-        self._host.power_up()
-        self._host.set_reading(0, 20 * 16)
-        self._host.set_setpoint(60.0)
-
     def _before_the_first_step(self) -> int:
-        self._start()
-        return self._ticks(self._period_ticks - 1)
+        self.host.erase()
+        self.host.power_up()
+        return self._full(self.period_ticks - 1)
 
-    def _after(self, event: Callable[[], None], ticks: int = LONG, renew: str = "") -> int:
+    def _after(self, event: Callable[[], None], ticks: int, renew: str = "") -> int:
         """Heat at full power, let something happen, and count the ticks that heat goes on."""
-        self._start()
-        for _ in range(3):
-            self._host.step()
+        self.run_at(COLD_C)
+        self._full(self.window_ticks)
+        while self._left_of_period():
+            self._full(1)
         event()
-        return self._ticks(ticks, renew)
+        return self._full(ticks, renew)
 
-    def _ticks(self, ticks: int, renew: str = "") -> int:
-        before = self._host.world.heater_counts
+    def _left_of_period(self) -> int:
+        return int(self.host.world.ticks) % self.period_ticks
+
+    def _full(self, ticks: int, renew: str = "") -> int:
+        """Return in how many of the next ticks it heats, with full power asked for."""
+        put = getattr(self.library, f"output_{self.parts.heater}_set")
+        on = 0
         for _ in range(ticks):
-            self._host.library.host_tick()
+            put(100.0)
+            before = self.host.world.heater_counts
+            self.library.host_tick()
+            on += self.host.world.heater_counts != before
             if renew:
-                getattr(self._host.library, renew)()
-        return int(self._host.world.heater_counts - before)
+                getattr(self.library, renew)()
+        return on
 
     def _hang(self) -> None:
-        self._host.world.main_hangs = 1
+        self.host.world.main_hangs = 1
 
     def _no_steps(self) -> None:
-        self._host.world.loop_hangs = 1
+        self.host.world.loop_hangs = 1
 
     def _stop_fan(self) -> None:
-        self._host.world.fan_stands_still = 1
+        self.host.world.fan_stands_still = 1
 
     def _trip(self) -> None:
-        self._host.library.fault_trip(NO_SENSOR, 20.0)
-        self._host.world.loop_hangs = 1  # the gate alone must see it
+        self.library.fault_trip(NO_SENSOR, COLD_C)
+        self.host.world.loop_hangs = 1  # the gate alone must see it

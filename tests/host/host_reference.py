@@ -1,5 +1,6 @@
 """The reference model's way through a course, and how the host's way is compared with it."""
 
+from collections.abc import Container
 from math import nan
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from heatwright.sim.reference.program_state import ProgramState
 from heatwright.spec import Controller, DigitalOutput
 
 TICK_US = 10_000
+TRIPPED_BY, TRIPPED_C = 6, 21.5
 SLACK = 0.001
 """Of counts: the reference has shares of a time, which do not add up to the last bit."""
 
@@ -49,9 +51,19 @@ def expected(
     inputs: NDArray[Any],
     kind: np.dtype[Any],
     restored: Restored | None = None,
+    tripped: Container[int] = (),
 ) -> Expected:
-    """What `Host.run` should give: the state after each step and the heater's counts before it."""
-    return Way(controller, restored).expected(inputs, kind)
+    """What `Host.run` should give: the state after each step and the heater's counts before it.
+
+    Args:
+        controller: the specification.
+        inputs: the rows of a course.
+        kind: of the states.
+        restored: what is there at its beginning.
+        tripped: numbers of the steps before which a fault is latched and acknowledged at once.
+
+    """
+    return Way(controller, restored).expected(inputs, kind, tripped)
 
 
 def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
@@ -114,10 +126,14 @@ class Way:
             taken = row["current_raw"] = taken if row["current_status"] else raw
             self._step(number, row)
 
-    def expected(self, inputs: NDArray[Any], kind: np.dtype[Any]) -> Expected:
+    def expected(
+        self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
+    ) -> Expected:
         rows: list[tuple[Any, ...]] = []
         counts, total = [], 0.0
         for number, row in enumerate(inputs):
+            if number in tripped:
+                self._trip_and_acknowledge(number)
             self._give(number, row)
             on_us = self._course.advance(number * self._period_us)
             if self._takes_turn:  # from the cooler: on a tick later
@@ -136,6 +152,15 @@ class Way:
     def _members(self) -> list[str]:
         told = [STATE if self._commands.switched else READY] * self._commands.commanded
         return [*(name for name, _ in self._reference.members), "fault.time_s", *told]
+
+    def _trip_and_acknowledge(self, number: int) -> None:
+        """Between two steps, faster than either sees it."""
+        if not self._reference.fault_code:
+            self._reference.restore(TRIPPED_BY, Single(TRIPPED_C))
+            self._time_s = number * self._period_us // 1_000_000
+        self._commands.acknowledge()
+        if self._commands.commanded:
+            self._course.apply(0)
 
     def _give(self, number: int, row: Any) -> None:
         """Acknowledge and command, at once after the last step; a stop does not wait for one."""

@@ -7,8 +7,11 @@ from typing import NamedTuple
 from heatwright.sim.host import HostBuild
 from heatwright.spec import digest
 from heatwright.spec.commands import tunable
+from heatwright.spec.max31856 import selectable_of
 
 BLANK = 0xFF
+TYPES = "BEJKNRST"
+"""Of thermocouples, by their codes."""
 
 
 class Stored(NamedTuple):
@@ -27,7 +30,13 @@ class Ring:
         ((name, self.loop),) = controller.loops.items()
         self.keeps_gains = tunable(controller, name)
         self.stores_setpoint = self.loop.setpoint.stored
+        adjustable = self.loop.protection.maximum_adjustable
+        sensor = controller.sensors[self.loop.sensor]
+        self._others: list[float] = [self.loop.protection.maximum_c] * adjustable
+        if selectable_of(sensor):
+            self._others.append(TYPES.index(sensor.thermocouple))
         self._format = "<BIHBBfI" + "f" * (self.stores_setpoint + 3 * self.keeps_gains)
+        self._format += "f" * adjustable + "B" * bool(selectable_of(sensor))
         self.size = 2 + struct.calcsize(self._format)
         self.stride = -(-self.size // 64) * 64
         self.bytes = controller.board.eeprom_bytes
@@ -41,12 +50,13 @@ class Ring:
         values += [stored.temperature_c, stored.time_s]
         values += [stored.setpoint_c] * self.stores_setpoint
         values += stored.gains * self.keeps_gains
+        values += self._others
         body = struct.pack(self._format, *values)
         return struct.pack("<H", self.crc(body)) + body
 
-    def foreign(self, slot: int, size: int) -> bytes:
-        """A sound record of another specification."""
-        other = struct.pack("<BI", size - 2, self.digest ^ 0x10000)
+    def foreign(self, slot: int, size: int, digest: int) -> bytes:
+        """A sound record of another specification, which has another digest."""
+        other = struct.pack("<BI", size - 2, digest)
         body = other + bytes((slot + each) & 0xFF for each in range(size - 7))
         return struct.pack("<H", self.crc(body)) + body
 

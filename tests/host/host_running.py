@@ -15,13 +15,15 @@ class Running:
         self.library = host.library
         self.parts = host.build.parts
         self.scale = scale_of(host.build.controller)
-        self.loop = host.build.controller.loops["air"]
+        self.loop = host.build.controller.loops[self.parts.loop]
         self.period_ticks = round(self.loop.period_s * 100)
+        output = host.build.controller.outputs[self.parts.heater]
+        self.window_ticks = round(100 * getattr(output, "window_s", 0))
 
     def run_at(self, celsius: float) -> None:
         """Power up, switch on, and do a few steps at a temperature."""
         host = self.host
-        host.world.main_hangs = host.world.loop_hangs = 0
+        host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
         host.erase()
         host.power_up()
         host.set_reading(0, self.scale.code(celsius))

@@ -186,8 +186,6 @@ WITH_AIR = tuple(name for name, text in TEXTS.items() if "loops:\n  air:" in tex
 AT_ONCE = tuple(
     name for name, text in TEXTS.items() if "kind: digital, pin: D3, minimum_" not in text
 )
-GATED = ("switch_lead", "switch", "switch_band")
-WITH_RING = tuple(name for name in NAMES if name not in host_programmed.texts())
 SWITCHING = tuple(host_switched.texts())
 BY_PEOPLE = (*PROGRAMMED, "touched")
 

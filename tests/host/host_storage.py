@@ -9,10 +9,10 @@ import numpy as np
 from host_ring import BLANK, Ring, Stored
 
 from heatwright.sim.host import Host
+from heatwright.spec import Controller
 from heatwright.spec.algorithms import Algorithm
 
 SETTINGS_CORRUPT = 16
-LAST_CODE, LAST_CODE_WITH_HOST, LAST_CODE_WITH_MASTER = 16, 19, 23
 DELAY_TICKS = 1000
 GAINS = ("kp", "ki", "kd")
 OLD_GAINS, NEW_GAINS = (2.0, 0.25, 8.5), (1e6, 0.0, 3.125)
@@ -32,9 +32,7 @@ class Storage:
         by_host = self.ring.keeps_gains
         parts = host.build.parts
         self._hosted = parts.commanded and not parts.switched
-        self._last_code = LAST_CODE_WITH_HOST if self._hosted else LAST_CODE
-        if parts.switched:
-            self._last_code = LAST_CODE_WITH_MASTER
+        self._last_code = _last_code(host.build.controller)
         self.old, self.new = (
             each._replace(gains=gains if by_host else ())
             for each, gains in ((OLD, OLD_GAINS), (NEW, NEW_GAINS))
@@ -210,10 +208,11 @@ class Storage:
 
     def foreign(self) -> Iterator[str]:
         """Sound records of another specification count for nothing, whatever their size."""
-        for size in (self.ring.size, 19, 23, 35, 64):
+        others = ((self.ring.digest + 0x10000) & 0xFFFFFFFF, self.ring.digest - 1)
+        for size, digest in product((self.ring.size, 19, 23, 35, 64), others):
             image = bytearray([BLANK]) * self.ring.bytes
             for slot in range(self.ring.slots):
-                record = self.ring.foreign(slot, size)
+                record = self.ring.foreign(slot, size, digest)
                 image[slot * self.ring.stride : slot * self.ring.stride + size] = record
             if self.boot(bytes(image)) != self.default:
                 yield f"another firmware's records of {size} bytes give {self.now()}"
@@ -223,11 +222,12 @@ class Storage:
 
     def other_layout(self) -> Iterator[str]:
         """A record of this specification, of another size, is of another version: not ours."""
-        record = self.ring.record(1, self.old) + b"\x00"
-        body = bytes([record[2] + 1]) + record[3:]
-        longer = struct.pack("<H", self.ring.crc(body)) + body
-        if self.boot(self.ring.image({0: longer, 1: longer})) != self.default:
-            yield f"a record of another size gives {self.now()}"
+        record = self.ring.record(1, self.old)
+        for body in (record[3:] + b"\x00", record[3:-1]):
+            checked = bytes([2 + len(body) - 1]) + body
+            other = struct.pack("<H", self.ring.crc(checked)) + checked
+            if self.boot(self.ring.image({0: other, 1: other})) != self.default:
+                yield f"a record of {len(other)} bytes gives {self.now()}"
 
     def later(self) -> Iterator[str]:
         """A setpoint is saved when it has rested for 10 s."""
@@ -235,17 +235,13 @@ class Storage:
             return
         library, world = self.host.library, self.host.world
         self.boot(bytes([BLANK]) * self.ring.bytes)
-        for rest in (500, DELAY_TICKS - 1):
+        for rest in (500, DELAY_TICKS, DELAY_TICKS + 1):
             library.settings_save_later()
             before = world.eeprom_writes
             for _ in range(rest):
                 library.settings_tick()
-            if world.eeprom_writes != before:
-                yield f"saved within {rest} ticks"
-        for _ in range(3):
-            library.settings_tick()
-        if world.eeprom_writes == before:
-            yield "not saved after 10 s"
+            if (world.eeprom_writes != before) != (rest > DELAY_TICKS):
+                yield f"after {rest} ticks {world.eeprom_writes - before} bytes are written"
 
     def wear(self) -> Iterator[str]:
         """Every cell is written once in a turn of the ring, one byte a tick."""
@@ -295,6 +291,21 @@ class Storage:
     def outside(self) -> Iterator[str]:
         if self.host.world.eeprom_outside:
             yield f"{self.host.world.eeprom_outside} accesses outside the EEPROM"
+
+
+def _last_code(controller: Controller) -> int:
+    """Return the last fault that a controller can have, by docs/control.md."""
+    kinds = {each.kind for each in controller.interfaces}
+    last = {
+        16: True,
+        18: any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()),
+        19: "gcode" in kinds,
+        22: len(controller.thermometers) < len(controller.sensors),
+        23: "modbus_rtu" in kinds,
+        24: bool(controller.programs),
+        26: bool(controller.safety.relay_feedback),
+    }
+    return max(code for code, there in last.items() if there)
 
 
 def _spec_gains(algorithm: Algorithm) -> tuple[float, ...]:

@@ -1,7 +1,7 @@
 """All arenas: who judges which mutant, what is known already, and what came of it.
 
-A mutant of a function that stands in several arenas, letter for letter, is judged in the first
-of them, and where it survives, in the next one: any of them may kill it.
+A statement that stands in several firmwares is a line of one template: its mutant is judged in the
+first arena that has it, and where it survives, in the next one; any of them may kill it.
 """
 
 import hashlib
@@ -81,11 +81,12 @@ def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
         sources = arena.sources()
         headers = getattr(arena, "headers", dict)()
         constants = constants_of({**headers, **sources})
+        loops = [name[len("guard_") : -len(".h")] for name in headers if name.startswith("guard_")]
         order = getattr(arena, "interrupted", False)
         for name in sorted(sources):
             if not name.endswith(".c") or (file and name != file):
                 continue
-            for mutant in mutants_of(name, sources[name], constants, order=order):
+            for mutant in mutants_of(name, sources[name], constants, loops, order=order):
                 case = cases.setdefault(mutant.identity, Case([]))
                 if not case.places or case.places[-1][0] != number:
                     case.places.append((number, mutant))

@@ -8,7 +8,7 @@ logical and bit operators replaced; a sign or a complement left out; constants +
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from functools import cache
 from types import MappingProxyType
@@ -43,7 +43,8 @@ class Mutant(NamedTuple):
     what: str
     """Statement or condition before and after it, on one line; unique in its function."""
     identity: str
-    """The same for the same change of the same function, wherever that stands."""
+    """The same for the same change of the same statement, in whatever variant of its function: it
+    is one line of one template."""
 
     def applied(self, text: str) -> str:
         data = text.encode()
@@ -109,16 +110,18 @@ def mutants_of(
         file: its name.
         text: its text.
         constants: names that stand for numbers.
+        loops: their names, which make a line no other one.
         order: with those that only an interrupted processor can tell.
 
     """
-    found = _File(file, text, constants).mutants()
+    found = _File(file, text, constants, loops).mutants()
     return found if order else [each for each in found if each.kind is not Kind.ORDER]
 
 
 class _File:
-    def __init__(self, file: str, text: str, constants: Constants) -> None:
+    def __init__(self, file: str, text: str, constants: Constants, loops: Sequence[str]) -> None:
         self._file, self._data, self._constants = file, text.encode(), constants
+        self._loops = loops
         self._seen: Counter[tuple[str, str]] = Counter()
         self._found: dict[tuple[int, int, str], tuple[Node, Kind]] = {}
 
@@ -139,14 +142,28 @@ class _File:
         start, end, new = place
         function = _ancestor(node, ("function_definition",))
         name, what = _name_of(function), self._words(node, start, end, new)
-        scope, first = self._data.decode(), 0
-        if function is not None:
-            scope, first = self._text(function), function.start_byte
         self._seen[name, what] += 1
         if self._seen[name, what] > 1:
             what += f" ({self._seen[name, what]})"
-        identity = hashlib.sha256(repr((scope, start - first, end - first, new)).encode())
-        return Mutant(self._file, name, start, end, new, kind, what, identity.hexdigest()[:24])
+        told = self._without_names(repr((self._file, name, self._way_to(node), what)))
+        identity = hashlib.sha256(told.encode()).hexdigest()[:24]
+        return Mutant(self._file, name, start, end, new, kind, what, identity)
+
+    def _without_names(self, text: str) -> str:
+        for loop in self._loops:
+            text = re.sub(rf"(?<![A-Za-z])(?:{loop}|{loop.upper()})(?![a-z])", "LOOP", text)
+        return text
+
+    def _way_to(self, node: Node) -> list[str]:
+        """The statements that a place is inside of, by what decides in each."""
+        way = []
+        for around in _upwards(node):
+            found = around.child_by_field_name("condition") or around.child_by_field_name("value")
+            if around.type.endswith("_statement") and found is not None:
+                way.append(f"{around.type} {_line(found.text or b'')}")
+            elif around.type == "else_clause":
+                way.append("else")
+        return way
 
     def _words(self, node: Node, start: int, end: int, new: str) -> str:
         around = node
@@ -331,11 +348,16 @@ def _parent_type(node: Node | None) -> str:
     return node.parent.type if node is not None and node.parent is not None else ""
 
 
-def _ancestor(node: Node, types: tuple[str, ...]) -> Node | None:
+def _upwards(node: Node) -> Iterator[Node]:
+    """The node and what it is in, from the inside."""
     found: Node | None = node
-    while found is not None and found.type not in types:
+    while found is not None:
+        yield found
         found = found.parent
-    return found
+
+
+def _ancestor(node: Node, types: tuple[str, ...]) -> Node | None:
+    return next((each for each in _upwards(node) if each.type in types), None)
 
 
 def _name_of(function: Node | None) -> str:
