@@ -58,7 +58,7 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
         ("verify --help", HEAVY | LANGUAGE),
         ("identify --help", HEAVY | LANGUAGE),
         ("tune --help", HEAVY | LANGUAGE),
-        ("check CHAMBER", HEAVY | {"jinja2"}),
+        ("check CHAMBER", HEAVY | {"jinja2", "difflib"}),
         ("generate CHAMBER -o out", HEAVY),
         ("generate CHAMBER -o out --check", HEAVY),
         ("init new.yaml", HEAVY),

@@ -1,17 +1,24 @@
 """The wheel holds what the tree holds, and works where there is no compiler."""
 
+import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("cli", "generator", "sim", "spec", "templates")
 NEEDED = ("pyproject.toml", "README.md", "LICENSE", "LICENSES")
+
+
+def ran(words: list[str | Path], **given: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(words, capture_output=True, text=True, check=False, **given)
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +30,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy(ROOT / name, copy)
-    built = subprocess.run(
-        [sys.executable, "-m", "build", "--no-isolation", "--outdir", copy / "dist", copy],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = ["-m", "build", "--no-isolation", "--outdir", copy / "dist", copy]
+    built = ran([sys.executable, *words])
     assert built.returncode == 0, built.stdout + built.stderr
     (found,) = (copy / "dist").glob("*.whl")
     return found
@@ -68,44 +71,33 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return home
 
 
-def run(home: Path, *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+@pytest.fixture
+def run(installed: Path, tmp_path: Path) -> Callable[[str], subprocess.CompletedProcess[str]]:
     """Run a command of the installed wheel with nothing on the PATH: no compiler, no PlatformIO."""
-    environment = {
-        "HEATWRIGHT_PLATFORMIO": "offline",
-        "HOME": str(cwd),
-        "LANG": "C.UTF-8",
-        "PATH": "/nonexistent",
-    }
-    return subprocess.run(
-        [home / "bin" / words[0], *words[1:]],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-        env=environment,
-    )
+    shutil.copy(ROOT / "spec" / "examples" / "chamber.yaml", tmp_path)
+    outside = {"HEATWRIGHT_PLATFORMIO": "offline", "HOME": str(tmp_path)}
+    outside |= {"LANG": "C.UTF-8", "PATH": "/nonexistent"}
+
+    def run(line: str) -> subprocess.CompletedProcess[str]:
+        program, *words = shlex.split(line)
+        return ran([installed / "bin" / program, *words], cwd=tmp_path, env=outside)
+
+    return run
 
 
-def test_it_is_the_wheel_that_is_tested(installed: Path, tmp_path: Path) -> None:
-    asked = run(
-        installed, "python", "-c", "import heatwright.spec as s; print(s.__file__)", cwd=tmp_path
-    )
+def test_it_is_the_wheel_that_is_tested(run: Any, installed: Path) -> None:
+    asked = run("python -c 'import heatwright.spec as s; print(s.__file__)'")
     assert asked.stdout.startswith(str(installed)), asked.stderr
 
 
-def test_check_and_generate_need_no_compiler(installed: Path, tmp_path: Path) -> None:
-    shutil.copy(ROOT / "spec" / "examples" / "chamber.yaml", tmp_path)
-    checked = run(installed, "heatwright", "check", "chamber.yaml", cwd=tmp_path)
-    assert checked.returncode == 0, checked.stdout + checked.stderr
-    made = run(installed, "heatwright", "generate", "chamber.yaml", "-o", "firmware", cwd=tmp_path)
-    assert made.returncode == 0, made.stdout + made.stderr
+def test_check_and_generate_need_no_compiler(run: Any, tmp_path: Path) -> None:
+    for line in ("check chamber.yaml", "generate chamber.yaml -o firmware"):
+        done = run(f"heatwright {line}")
+        assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "firmware" / "platformio.ini").is_file()
 
 
-def test_build_without_a_compiler_is_one_line_with_the_remedy(
-    installed: Path, tmp_path: Path
-) -> None:
-    shutil.copy(ROOT / "spec" / "examples" / "chamber.yaml", tmp_path)
-    built = run(installed, "heatwright", "build", "chamber.yaml", cwd=tmp_path)
+def test_build_without_a_compiler_is_one_line_with_the_remedy(run: Any) -> None:
+    built = run("heatwright build chamber.yaml")
     assert built.returncode == 3, built.stdout + built.stderr
     assert "sudo apt-get install gcc-avr" in built.stderr

@@ -15,15 +15,16 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 
 
 @cache
+def preprocessed(mcu: str, *words: str) -> str:
+    command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+@cache
 def macros(mcu: str) -> dict[str, str]:
     """All that avr-libc defines of a chip."""
-    found = subprocess.run(
-        ["avr-gcc", f"-mmcu={mcu}", "-E", "-dM", "-include", "avr/io.h", "-x", "c", "/dev/null"],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    lines = (line.split(maxsplit=2) for line in found.stdout.splitlines())
+    found = preprocessed(mcu, "-dM", "-include", "avr/io.h", "/dev/null")
+    lines = (line.split(maxsplit=2) for line in found.splitlines())
     return {words[1]: words[2] for words in lines if len(words) == 3}
 
 
@@ -68,34 +69,22 @@ def test_timers(mcu: str) -> None:
 
 
 @pytest.mark.parametrize("mcu", CHIPS)
-def test_compare_outputs_are_channels_of_a_timer(mcu: str) -> None:
-    board = board_of(mcu)
-    for pin in board.pins.values():
-        if pin.pwm is not None:
-            number, channel = pin.pwm
-            assert channel in board.timers[number].channels
-
-
-@pytest.mark.parametrize("mcu", CHIPS)
-def test_ports_and_serial_ports(mcu: str) -> None:
+def test_ports_compare_outputs_and_serial_ports(mcu: str) -> None:
     known = macros(mcu)
     board = board_of(mcu)
     for pin in board.pins.values():
         if pin.digital:
             assert f"PORT{pin.port}{pin.bit}" in known or f"P{pin.port}{pin.bit}" in known
+        if pin.pwm is not None:
+            number, channel = pin.pwm
+            assert channel in board.timers[number].channels
     suffixes = {uart.suffix for uart in board.uarts}
     assert suffixes == {end for end in ("", "0", "1", "2", "3") if f"UDR{end}" in known}
 
 
-@cache
-def preprocessed(variant: str, mcu: str) -> str:
-    header = VARIANTS / variant / "pins_arduino.h"
-    command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-DARDUINO_MAIN", "-x", "c", str(header)]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
 def array(variant: str, mcu: str, name: str) -> list[str]:
-    body = re.search(rf"{name}\[\]\s*=\s*\{{(.*?)\}};", preprocessed(variant, mcu), re.DOTALL)
+    text = preprocessed(mcu, "-DARDUINO_MAIN", str(VARIANTS / variant / "pins_arduino.h"))
+    body = re.search(rf"{name}\[\]\s*=\s*\{{(.*?)\}};", text, re.DOTALL)
     assert body is not None
     plain = re.sub(r"#.*", "", body[1])
     return [word.strip() for word in plain.split(",") if word.strip()]

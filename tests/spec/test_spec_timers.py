@@ -14,7 +14,6 @@ from heatwright.spec.pwm import (
     pwm_setting,
     settings_by_interrupts,
 )
-from heatwright.spec.pwm_timers import PwmChannel
 from heatwright.spec.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 
@@ -23,100 +22,112 @@ FINE = Timer(8, FINE_PRESCALERS, ("A", "B"))
 SIXTEEN = Timer(16, SLOW_PRESCALERS, ("A", "B"))
 
 
-def pwm(pin: str, frequency: str = "490 Hz") -> PwmOutput:
+def pwm(pin: str, frequency: str) -> PwmOutput:
     return PwmOutput.model_validate({"kind": "pwm", "pin": pin, "frequency": frequency})
 
 
-def varied(
-    chamber: Controller, *, sensors: int = 1, board: str = "uno", **outputs: PwmOutput | Stepper
-) -> Controller:
+def stepper(maximum: str) -> Stepper:
+    return Stepper.model_validate(
+        {
+            "kind": "stepper", "step": "D4", "direction": "D5", "enable": "D6",
+            "steps": 200, "microsteps": 16, "lead": "25 mm",
+            "maximum": maximum, "acceleration": "50 mm/s²",
+        }
+    )  # fmt: skip
+
+
+def asked(chamber: Controller, board: str, sensors: int, outputs: str) -> Controller:
+    """The chamber with so many 1-Wire lines, and outputs as `PIN FREQUENCY` or `SPEED`."""
     sensor = Ds18b20(kind="ds18b20", pin="A1")
+    made: dict[str, PwmOutput | Stepper] = {}
+    for each in outputs.split(", ") if outputs else ():
+        pin, _, frequency = each.partition(" ")
+        made[pin if frequency[0].isdecimal() else "feed"] = (
+            pwm(pin, frequency) if frequency[0].isdecimal() else stepper(each)
+        )
     return chamber.model_copy(
         update={
             "identity": chamber.identity.model_copy(update={"board": board}),
             "sensors": ReadOnlyDict({f"s{n}": sensor for n in range(sensors)}),
-            "outputs": ReadOnlyDict({**chamber.outputs, **outputs}),
+            "outputs": ReadOnlyDict({**chamber.outputs, **made}),
         }
     )
 
 
-def timers(use: TimerUse) -> dict[str, int]:
-    return {name: channel.timer for name, channel in use.pwm.items()}
-
-
-def test_the_chamber(chamber: Controller) -> None:
-    use = allocate(chamber)
-    assert use == TimerUse(1, {"air": 2}, {}, {})
-
-
-def test_pwm_comes_first(chamber: Controller) -> None:
-    use = allocate(varied(chamber, second=pwm("D9", "1 kHz")))
-    assert use.pwm == {"second": PwmChannel(1, "A", 1, 16000, 1000.0, False)}
-    assert use.tick == 2  # five interrupts a tick there as on timer 0, which ranks last
-    assert use.one_wire == {"s0": 0}
-    use = allocate(varied(chamber, second=pwm("D3")))
-    assert (use.tick, use.one_wire, timers(use)) == (1, {"s0": 0}, {"second": 2})
-
-
-def test_each_line_has_its_timer(chamber: Controller) -> None:
-    assert allocate(varied(chamber, sensors=2)).one_wire == {"s0": 2, "s1": 0}
-    use = allocate(varied(chamber, sensors=5, board="mega2560"))
-    assert use.tick == 1
-    assert sorted(use.one_wire.values()) == [0, 2, 3, 4, 5]
-
-
-def test_a_frequency_no_timer_makes_is_made_by_interrupts(chamber: Controller) -> None:
-    """RAMPS: 30 Hz for the hotend and 122 Hz for the fan, both pins of timer 2."""
-    use = allocate(
-        varied(chamber, board="mega2560", hot=pwm("D10", "30 Hz"), part=pwm("D9", "122 Hz"))
-    )
-    # One prescaler for both: 30 Hz would be 66667 counts of clock/8.
-    assert use.pwm == {
-        "hot": PwmChannel(5, "A", 64, 8333, 16e6 / 64 / 8333, True),
-        "part": PwmChannel(5, "B", 64, 2049, 16e6 / 64 / 2049, True),
+def told(use: TimerUse) -> str:
+    """Who has which timer; of PWM the channel, the prescaler, the counts, and who makes it."""
+    channels = {
+        name: f"{each.timer}{each.channel} {each.prescaler}*{each.counts}"
+        f"{' interrupts' if each.by_interrupts else ''}"
+        for name, each in use.pwm.items()
     }
-    assert (use.tick, use.one_wire) == (1, {"s0": 2})
-
-
-def test_any_pin_is_good_enough_for_interrupts(chamber: Controller) -> None:
-    use = allocate(varied(chamber, second=pwm("D4", "100 Hz")))
-    assert use.pwm["second"] == PwmChannel(1, "A", 8, 20000, 100.0, True)
-    assert (use.tick, use.one_wire) == (2, {"s0": 0})
-
-
-def test_of_two_frequencies_on_a_timer_the_faster_may_need_it(chamber: Controller) -> None:
-    slow, fast = pwm("D10", "61 Hz"), pwm("D9", "7812 Hz")
-    use = allocate(varied(chamber, board="mega2560", slow=slow, fast=fast))
-    assert use.pwm["fast"] == PwmChannel(2, "B", 8, 256, 7812.5, False)
-    assert use.pwm["slow"].by_interrupts
-    use = allocate(varied(chamber, board="mega2560", one=slow, other=pwm("D9", "61 Hz")))
-    assert timers(use) == {"one": 2, "other": 2}
-    assert not use.pwm["other"].by_interrupts
+    users = {"tick": use.tick, **use.one_wire, **channels, **use.steppers}
+    return ", ".join(f"{name}: {timer}" for name, timer in users.items())
 
 
 @pytest.mark.parametrize(
-    ("outputs", "reason"),
+    ("board", "sensors", "outputs", "expected"),
+    [
+        ("uno", 1, "", "tick: 1, s0: 2"),
+        ("uno", 2, "", "tick: 1, s0: 2, s1: 0"),
+        ("mega2560", 5, "", "tick: 1, s0: 2, s1: 0, s2: 5, s3: 4, s4: 3"),
+        # PWM comes first; there are five interrupts a tick on timer 2 as on timer 0, which is last.
+        ("uno", 1, "D9 1 kHz", "tick: 2, s0: 0, D9: 1A 1*16000"),
+        ("uno", 1, "D3 490 Hz", "tick: 1, s0: 0, D3: 2B 128*256"),
+        # RAMPS: 30 Hz for the hotend and 122 Hz for the fan, both pins of timer 2, which makes
+        # neither. One prescaler for both: 30 Hz would be 66667 counts of clock/8.
+        (
+            "mega2560", 1, "D10 30 Hz, D9 122 Hz",
+            "tick: 1, s0: 2, D10: 5A 64*8333 interrupts, D9: 5B 64*2049 interrupts",
+        ),
+        ("uno", 1, "D4 100 Hz", "tick: 2, s0: 0, D4: 1A 8*20000 interrupts"),
+        # Of two frequencies on a timer the faster may need it.
+        (
+            "mega2560", 1, "D10 61 Hz, D9 7812 Hz",
+            "tick: 1, s0: 0, D9: 2B 8*256, D10: 5A 64*4098 interrupts",
+        ),
+        ("mega2560", 1, "D10 61 Hz, D9 61 Hz", "tick: 1, s0: 0, D10: 2A 1024*256, D9: 2B 1024*256"),
+        ("uno", 1, "20 mm/s", "tick: 1, s0: 2, feed: 0"),
+        ("mega2560", 1, "20 mm/s", "tick: 1, s0: 2, feed: 3"),
+        ("uno", 1, "78.125 mm/s", "tick: 1, s0: 2, feed: 0"),
+    ],
+)  # fmt: skip
+def test_who_has_which_timer(
+    chamber: Controller, board: str, sensors: int, outputs: str, expected: str
+) -> None:
+    use = allocate(asked(chamber, board, sensors, outputs))
+    assert told(use) == expected
+    for channel in use.pwm.values():
+        assert channel.frequency_hz == 16e6 / channel.prescaler / channel.counts
+
+
+@pytest.mark.parametrize(
+    ("sensors", "outputs", "path", "reason"),
     [
         (
-            [("D9", "1 kHz"), ("D4", "50 Hz")],
+            1, "D9 1 kHz, D4 50 Hz", "D4.frequency",
             "no timer reaches D4 (PD4); it would be made by interrupts, and no channel",
         ),
         (
-            [("D4", "40 Hz"), ("D7", "50 Hz"), ("D8", "60 Hz")],
+            1, "D4 40 Hz, D7 50 Hz, D8 60 Hz", "D8.frequency",
             "no channel of a 16-bit timer of uno is left",
         ),
         # 1 Hz needs so slow a clock that 500 Hz gets 31 counts of it.
-        ([("D4", "1 Hz"), ("D7", "500 Hz")], "no channel of a 16-bit timer of uno is left"),
+        (
+            1, "D4 1 Hz, D7 500 Hz", "D7.frequency",
+            "no channel of a 16-bit timer of uno is left",
+        ),
+        (2, "20 mm/s", "feed", "left for this stepper"),
+        (1, "100 mm/s", "feed.maximum", "100 mm/s are 12800 steps a second"),
     ],
-)
-def test_what_interrupts_cannot_make(
-    chamber: Controller, outputs: list[tuple[str, str]], reason: str
+)  # fmt: skip
+def test_what_no_timer_is_left_for(
+    chamber: Controller, sensors: int, outputs: str, path: str, reason: str
 ) -> None:
-    made = {f"output_{pin}": pwm(pin, frequency) for pin, frequency in outputs}
     with pytest.raises(NoTimer) as caught:
-        allocate(varied(chamber, **made))
+        allocate(asked(chamber, "uno", sensors, outputs))
     (problem,) = caught.value.problems
-    assert problem.path == ("outputs", list(made)[-1], "frequency")
+    assert ".".join(map(str, problem.path)) == f"outputs.{path}"
     assert reason in problem.reason
     assert problem.remedy
 
@@ -189,7 +200,7 @@ def test_pwm(pin: str, frequency: str, prescaler: int, counts: int, kept: bool) 
 
 def test_a_pin_without_a_timer_has_no_setting() -> None:
     with pytest.raises(ValueError, match="D4 has no compare output"):
-        pwm_setting(BOARDS["uno"], pwm("D4"))
+        pwm_setting(BOARDS["uno"], pwm("D4", "490 Hz"))
 
 
 @pytest.mark.parametrize(
@@ -210,30 +221,6 @@ def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
     assert setting.divisor == divisor
     assert setting.baud == clock_hz / 8 / (divisor + 1)
     assert (abs(setting.error) <= BAUD_TOLERANCE) == borne
-
-
-def stepper(maximum: str = "20 mm/s") -> Stepper:
-    return Stepper.model_validate(
-        {
-            "kind": "stepper", "step": "D4", "direction": "D5", "enable": "D6",
-            "steps": 200, "microsteps": 16, "lead": "25 mm",
-            "maximum": maximum, "acceleration": "50 mm/s²",
-        }
-    )  # fmt: skip
-
-
-def test_a_stepper_takes_what_is_left(chamber: Controller) -> None:
-    assert allocate(varied(chamber, feed=stepper())).steppers == {"feed": 0}
-    assert allocate(varied(chamber, board="mega2560", feed=stepper())).steppers == {"feed": 3}
-    with pytest.raises(NoTimer, match="left for this stepper") as caught:
-        allocate(varied(chamber, sensors=2, feed=stepper()))
-    assert [problem.path for problem in caught.value.problems] == [("outputs", "feed")]
-
-
-def test_a_stepper_takes_an_interrupt_a_step(chamber: Controller) -> None:
-    assert allocate(varied(chamber, feed=stepper("78.125 mm/s")))
-    with pytest.raises(NoTimer, match="100 mm/s are 12800 steps a second"):
-        allocate(varied(chamber, feed=stepper("100 mm/s")))
 
 
 @pytest.mark.parametrize("baud", BUS_BAUDS)
