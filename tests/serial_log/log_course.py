@@ -1,16 +1,17 @@
 """What the log must say in any case, tried on a board: the whole one, and broken ones."""
 
-from collections.abc import Callable, Iterator
 from functools import cache
 
-from log_firmware import TICK_S, Broken, LogBoard
+from log_firmware import TICK_S, LogBoard, program
 
 from heatwright.sim.avr import RAM_FILL
+from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.serial_log import HEADING, LogRow
 from heatwright.spec.eeprom import layout
 
 RAM = "every: 2 s, entries: 20"
 SLOW_RAM = "every: 60 s, entries: 20"
+SLOW_LINE = "every: 1 s, entries: 20, baud: 600"
 EEPROM = "every: 64 s, entries: 50, keep: eeprom"
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
@@ -78,8 +79,8 @@ def shown_c(celsius: float) -> float:
     return -tenths / 10 if celsius < 0 else tenths / 10
 
 
-def course_problem(bench: LogBoard) -> str:
-    """Say what is wrong with notes, their reading and the other commands; empty if nothing."""
+def course_problem(bench: LogBoard, laps: int = 6) -> str:
+    """Say what is wrong with notes, so many laps of them, and their reading; empty if nothing."""
     notes, entries = Notes(bench), bench.interface.entries
     if problem := notes.problem("nothing noted"):
         return problem
@@ -90,9 +91,9 @@ def course_problem(bench: LogBoard) -> str:
         notes.go(celsius, setpoint_c)
     if problem := notes.problem("a few"):
         return problem
-    for number in range(6 * entries + 7):
+    for number in range(laps * entries + 7):
         notes.go(20.0 + number, 1000.0 - number)
-        if number in {entries - 10, entries - 9, entries - 8, entries, 6 * entries + 6}:
+        if number in {entries - 10, entries - 9, entries - 8, entries, laps * entries + 6}:
             problem = problem or notes.problem(f"{number} more")
     return problem or _cleared_problem(notes)
 
@@ -174,9 +175,9 @@ def _damaged_problem(bench: LogBoard, row: list[str]) -> str:
     return "" if set(behind) == {RAM_FILL} else "something is written behind all variables"
 
 
-def slow_problem(broken: Broken | None) -> str:
+def slow_problem(elf: Elf | None = None) -> str:
     """Say what is wrong with a line that is so slow that the ring goes on while it is read."""
-    bench = LogBoard("uno", "every: 1 s, entries: 20, baud: 600", broken)
+    bench = LogBoard(program(SLOW_LINE), elf)
     notes = Notes(bench)
     for number in range(25):
         notes.go(float(number))
@@ -192,30 +193,9 @@ def slow_problem(broken: Broken | None) -> str:
     return f"{wrong}" if wrong else ""
 
 
-Judge = Callable[[Broken | None], str]
-
-
-def ram_problem(broken: Broken | None) -> str:
-    """Say what is wrong with a log in RAM; empty if nothing."""
-    return "; ".join(_all_problems(RAM, broken)) or slow_problem(broken)
-
-
-def eeprom_problem(broken: Broken | None) -> str:
-    """Say what is wrong with a log in EEPROM; empty if nothing."""
-    return "; ".join(_all_problems(EEPROM, broken)) or busy_problem(broken) or kept_problem(broken)
-
-
-def _all_problems(said: str, broken: Broken | None) -> Iterator[str]:
-    for judge in (course_problem, no_reading_problem, commands_problem):
-        slow = judge is commands_problem and said == RAM  # so that none is noted meanwhile
-        if problem := judge(LogBoard("uno", SLOW_RAM if slow else said, broken)):
-            yield problem
-            return
-
-
-def kept_problem(broken: Broken | None) -> str:
-    """Cut the power at any moment of writing: the log goes on behind what it holds."""
-    bench = LogBoard("uno", EEPROM, broken)
+def kept_problem(elf: Elf | None = None, each: int = 1) -> str:
+    """Cut the power at each (or every so many) moments of writing: the log goes on behind it."""
+    bench = LogBoard(program(EEPROM), elf)
     notes = Notes(bench)
     for number in range(53):
         notes.go(float(number))
@@ -223,7 +203,7 @@ def kept_problem(broken: Broken | None) -> str:
     for cut in range(30):
         bench.reads(99.0, 98.0)
         bench.run(TICK_S / 2 if cut else TICK_S)
-        for undefined in (0x00, 0xFF, 0x35):
+        for undefined in (0x00, 0xFF, 0x35) if cut % each == 0 else ():
             if problem := _cut_problem(bench, notes.rows, undefined):
                 return f"cut {cut}, {undefined:#x}: {problem}"
     return _forgotten_problem(bench)
@@ -255,13 +235,13 @@ def _forgotten_problem(bench: LogBoard) -> str:
     if after.ask("log", SOON_S) != [HEADING, ""]:
         return "what was cleared has come back"
     image = bytearray(full())
-    other = LogBoard("uno", EEPROM.replace("64", "65"), bench.broken, bytes(image))
+    other = LogBoard(program(EEPROM.replace("64", "65")), None, bytes(image))
     if other.ask("log", SOON_S) != [HEADING, ""]:
         return "entries of another spec"
     start = layout(bench.controller).history.start
     for place in (start + 8 * 3, start + 8 * 3 + 7):
         image[place] -= 1
-    other = LogBoard("uno", EEPROM, bench.broken, bytes(image))
+    other = LogBoard(program(EEPROM), bench.elf, bytes(image))
     other.ask("log", SOON_S)
     return "" if len(other.computer.rows) == 49 else "an entry of another lap"
 
@@ -269,15 +249,15 @@ def _forgotten_problem(bench: LogBoard) -> str:
 @cache
 def full() -> bytes:
     """Return the EEPROM of a sound board, its log full."""
-    notes = Notes(LogBoard("uno", EEPROM))
+    notes = Notes(LogBoard(program(EEPROM)))
     for number in range(60):
         notes.go(float(number))
     return notes.bench.avr.eeprom.contents
 
 
-def busy_problem(broken: Broken | None) -> str:
+def busy_problem(elf: Elf | None = None) -> str:
     """Say whether the log waits for the EEPROM when ticks follow each other without a pause."""
-    bench = LogBoard("uno", EEPROM, broken, full())
+    bench = LogBoard(program(EEPROM), elf, full())
     profile = bench.avr.profile(bench.elf)
     bench.ask("log", SOON_S)
     usual = profile.functions["log_tick"].longest
@@ -288,6 +268,3 @@ def busy_problem(broken: Broken | None) -> str:
         bench.run(4 * TICK_S)
     wait_s = (profile.functions["log_tick"].longest - usual) / bench.avr.clock_hz
     return "" if wait_s <= LONGEST_WAIT_S else f"a wait of {wait_s * 1e6:.0f} us"
-
-
-__all__ = ["EEPROM", "RAM", "Judge", "eeprom_problem", "ram_problem"]

@@ -1,11 +1,11 @@
 """The log in the kilns' whole firmware: it tells what the loop did, and changes nothing of it."""
 
 import random
-from pathlib import Path
 
 import pytest
 from log_course import shown_c
-from whole_firmware import spec_of, whole
+from rig.avr import whole
+from rig.specs import EXAMPLES, example, spec_of
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
@@ -13,14 +13,13 @@ from heatwright.sim.interfaces.serial_log import LogRow
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Event, SerialLog
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
-KILNS = {name: (EXAMPLES / f"{name}.yaml").read_text("utf-8") for name in ("kiln", "kiln_uno")}
+KILNS = ("kiln", "kiln_uno")
 FLOOD_S = 60
 
 
 def fired(device: AvrDevice, name: str, duration: str) -> StepLog:
     """Start the first program, and let it go on for a time."""
-    controller = spec_of(KILNS[name]).controller
+    controller = example(name).controller
     events = [{"at": "5 s", "program": "start 1"}, {"for": duration}]
     trace = bench(controller, device, [Event.model_validate(event) for event in events])
     return trace.steps["chamber"]
@@ -28,14 +27,14 @@ def fired(device: AvrDevice, name: str, duration: str) -> StepLog:
 
 @pytest.mark.parametrize("name", KILNS)
 def test_it_tells_what_the_loop_did(name: str) -> None:
-    device = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
+    device = AvrDevice(example(name).controller, whole(name))
     steps = fired(device, name, "40 min")
     reader = device.log_reader
     reader.write("log")
     device.advance(device.time_s + 2)
     device.feed()
     assert reader.is_complete
-    (log,) = (each for each in spec_of(KILNS[name]).controller.interfaces
+    (log,) = (each for each in example(name).controller.interfaces
               if isinstance(each, SerialLog))  # fmt: skip
     assert [row.time_s for row in reader.rows] == [
         round(log.every_s) * (number + 1) for number in range(len(reader.rows))
@@ -49,7 +48,7 @@ def test_it_tells_what_the_loop_did(name: str) -> None:
     reader.write("saves")
     device.advance(device.time_s + 1)
     device.feed()
-    programs = spec_of(KILNS[name]).controller.programs
+    programs = example(name).controller.programs
     assert programs is not None
     assert reader.texts == [str(device.read("progress.c:newest.sequence"))]
     assert int(reader.texts[0]) >= 40 * 60 // programs.save_every_s
@@ -61,8 +60,8 @@ def test_it_tells_what_the_loop_did(name: str) -> None:
 
 @pytest.mark.parametrize("name", KILNS)
 def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
-    quiet = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
-    flooded = AvrDevice(spec_of(KILNS[name]).controller, whole(KILNS[name]))
+    quiet = AvrDevice(example(name).controller, whole(name))
+    flooded = AvrDevice(example(name).controller, whole(name))
     drawn = random.Random(1)  # noqa: S311 - no secret
     words = b"log\n clear\n help\n \r\n \0 \xff".split(b" ")
     noise = b"".join(drawn.choices([*words, *(bytes([n]) for n in range(256))], k=11_520 * FLOOD_S))
@@ -76,7 +75,7 @@ def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
 
 def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() -> None:
     kept = "every: 5 min, entries: 60, keep: eeprom}"
-    text = KILNS["kiln"].replace("every: 1 min, entries: 600}", kept)
+    text = (EXAMPLES / "kiln.yaml").read_text("utf-8").replace("every: 1 min, entries: 600}", kept)
     controller = spec_of(text).controller
     device = AvrDevice(controller, whole(text))
     events = [{"at": "5 s", "program": "start 1"}, {"for": "1 h"}]

@@ -1,0 +1,54 @@
+"""The log's C before the mutation engine: in RAM and in EEPROM."""
+
+from collections.abc import Callable
+from functools import partial
+
+from log_course import (
+    EEPROM,
+    RAM,
+    SLOW_LINE,
+    SLOW_RAM,
+    busy_problem,
+    commands_problem,
+    course_problem,
+    kept_problem,
+    no_reading_problem,
+    slow_problem,
+)
+from log_firmware import LogBoard, program
+from rig.avr import Firmware
+
+from heatwright.sim.elf import Elf
+
+TALK = ("log", "log_note", "log_talk", "log_port")
+
+
+class Logs(Firmware):
+    """A log, in the one memory or the other."""
+
+
+def on_board(said: str, problem: Callable[[LogBoard], str], elf: Elf) -> str:
+    """Power a board on with the binary, and judge it."""
+    return problem(LogBoard(program(said), elf))
+
+
+def arena(
+    name: str,
+    said: str,
+    broken: tuple[str, ...],
+    problems: tuple[Callable[[LogBoard], str], ...],
+    *others: Callable[[Elf], str],
+) -> Logs:
+    """Say what complains of a board with this log."""
+    bound = tuple(partial(on_board, said, problem) for problem in problems)
+    return Logs(f"serial_log/{name}", program(said), broken, (*bound, *others))
+
+
+short_course = partial(course_problem, laps=2)
+ARENAS = [
+    arena("ram", RAM, (*TALK, "log_ring"), (no_reading_problem, course_problem)),
+    arena("commands", SLOW_RAM, TALK, (commands_problem,)),
+    arena("slow line", SLOW_LINE, ("log_talk", "log_port", "log_ring"), (), slow_problem),
+    arena("eeprom", EEPROM, ("log_ring",), (no_reading_problem, short_course), busy_problem,
+          partial(kept_problem, each=3)),
+]  # fmt: skip
