@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from moved import moved
+from rig.specs import files_of, spec_of
 
 from heatwright.cli.main import cli
-from heatwright.generator import plan_firmware, render, write
+from heatwright.generator import write
 from heatwright.generator.toolchain import build
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay
-from heatwright.spec import load_text
 from heatwright.spec.timers import allocate
 
 TICK_TIMER = {
@@ -28,7 +28,7 @@ TICK_TIMER = {
 
 @pytest.mark.parametrize("name", TICK_TIMER)
 def test_the_timers(name: str) -> None:
-    assert allocate(load_text(moved(name, "atmega32"), name).controller).tick == TICK_TIMER[name]
+    assert allocate(spec_of(moved(name, "atmega32")).controller).tick == TICK_TIMER[name]
 
 
 @pytest.mark.parametrize(
@@ -58,12 +58,28 @@ def test_all_that_is_to_be_proven_is(name: str, board: str, tmp_path: Path) -> N
     ],
 )  # fmt: skip
 def test_every_step_is_the_models(name: str, board: str, tmp_path: Path) -> None:
-    spec = load_text(moved(name, board), f"{name}.yaml")
-    write(render(plan_firmware(spec)), tmp_path / name)
-    device = AvrDevice(spec.controller, build(tmp_path / name).elf)
-    for log in bench(spec.controller, device).steps.values():
-        result = replay(spec.controller, log)
+    text = moved(name, board)
+    controller = spec_of(text).controller
+    write(files_of(text), tmp_path / name)
+    device = AvrDevice(controller, build(tmp_path / name).elf)
+    for log in bench(controller, device).steps.values():
+        result = replay(controller, log)
         assert result.ticks == len(log)
         assert result.ticks > 1000
         assert (result.mismatches, result.restored) == (0, ())
         assert set(log["fault.code"]) == {0}
+
+
+OLD = ("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0 V")
+NEW = ("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3 V")
+
+
+@pytest.mark.parametrize(
+    ("board", "words"), [("atmega32", OLD), ("atmega16", OLD), ("atmega1284p", NEW), ("nano", ())]
+)
+def test_the_readme_of_a_bare_chip_tells_its_fuses(board: str, words: tuple[str, ...]) -> None:
+    """A board has them set."""
+    readme = files_of("hotplate" if board == "nano" else moved("hotplate", board))["README.md"]
+    _, found, section = readme.partition("## Fuses")
+    assert bool(found) is (board != "nano")
+    assert all(word in section.split("##")[0] for word in (*words, *(["16 MHz"] if words else [])))

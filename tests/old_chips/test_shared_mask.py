@@ -1,15 +1,11 @@
 """TIMSK belongs to all timers: who changes it must not undo what an interrupt did meanwhile."""
 
-import subprocess
-from pathlib import Path
-
 import pytest
+from rig.avr import Board, board_of, part
+from rig.specs import sources_of
 
-from heatwright.generator import plan_firmware, render
 from heatwright.sim.avr import Avr
-from heatwright.sim.elf import Elf
 from heatwright.sim.native.pins import pin_number
-from heatwright.spec import load_text
 
 SPEC = """
 heatwright: 1
@@ -63,25 +59,19 @@ GUARD = "ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* TIMSK belongs to all timers */"
 SECONDS = 10
 
 
-def simulated(folder: Path, texts: dict[str, str], sources: list[str]) -> Avr:
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    chip = ["-mmcu=atmega32", "-DF_CPU=16000000UL", "-Os", "-std=c11", "-gdwarf-2"]
-    command = ["avr-gcc", *chip, *sources, "-o", "masks.elf"]
-    subprocess.run(command, cwd=folder, check=True)
-    avr = Avr("atmega32", 16_000_000)
-    avr.load(Elf(folder / "masks.elf"))
-    return avr
+def running(main: str, names: list[str], guarded_file: str, *, guarded: bool) -> Avr:
+    """Return a processor with the tick and a main program, whose guard may be taken out."""
+    text = sources_of(SPEC)[guarded_file]
+    assert text.count(GUARD) == 1
+    changed = None if guarded else {guarded_file: text.replace(GUARD, "")}
+    return Board(part(SPEC, ["clock", *names], main, changed=changed), board_of(SPEC)).avr
 
 
-def pulses_behind_the_gate(folder: Path, *, guarded: bool) -> int:
-    files = render(plan_firmware(load_text(SPEC, "masks.yaml")))
-    texts = {path.removeprefix("src/"): text for path, text in files.items() if "src/" in path}
-    assert texts["one_wire_air.c"].count(GUARD) == 1
-    if not guarded:
-        texts["one_wire_air.c"] = texts["one_wire_air.c"].replace(GUARD, "")
-    sources = ["main.c", "clock.c", "one_wire_air.c", "output_heater.c"]
-    avr = simulated(folder, {**texts, "main.c": MAIN}, sources)
+@pytest.mark.parametrize("guarded", [True, False])
+def test_a_closed_gate_stays_closed(guarded: bool) -> None:
+    """Without the guard the heater's interrupt is now and then asked for again: seen to be so."""
+    names = ["one_wire_air", "output_heater"]
+    avr = running(MAIN, names, "one_wire_air.c", guarded=guarded)
     avr.pins.pull("PA1", "high")
     for pin in ("PC0", "PC7"):
         avr.pins.watch(pin)
@@ -95,13 +85,7 @@ def pulses_behind_the_gate(folder: Path, *, guarded: bool) -> int:
             pulses += 1
             behind += not is_open
     assert pulses > 0.9 * SECONDS * 500 / 2
-    return behind
-
-
-@pytest.mark.parametrize("guarded", [True, False])
-def test_a_closed_gate_stays_closed(guarded: bool, tmp_path: Path) -> None:
-    """Without the guard the heater's interrupt is now and then asked for again: seen to be so."""
-    assert (pulses_behind_the_gate(tmp_path, guarded=guarded) == 0) == guarded
+    assert (behind == 0) == guarded
 
 
 STARTER = """
@@ -149,21 +133,11 @@ int main(void)
 """
 
 
-def undone_by_the_clock(folder: Path, *, guarded: bool) -> int:
-    files = render(plan_firmware(load_text(SPEC, "masks.yaml")))
-    texts = {path.removeprefix("src/"): text for path, text in files.items() if "src/" in path}
-    assert texts["clock.c"].count(GUARD) == 1
-    if not guarded:
-        texts["clock.c"] = texts["clock.c"].replace(GUARD, "")
-    avr = simulated(folder, {**texts, "main.c": STARTER}, ["main.c", "clock.c"])
+@pytest.mark.parametrize("guarded", [True, False])
+def test_the_tick_begins_without_undoing_what_an_interrupt_asked_for(guarded: bool) -> None:
+    """Interrupts are on by then, and the line listens: a frame would have no end."""
+    avr = running(STARTER, [], "clock.c", guarded=guarded)
     avr.pins.watch("PC7")
     avr.run(1)
-    return sum(bool(event["state"] & 1) for event in avr.pins.take())
-
-
-@pytest.mark.parametrize("guarded", [True, False])
-def test_the_tick_begins_without_undoing_what_an_interrupt_asked_for(
-    guarded: bool, tmp_path: Path
-) -> None:
-    """Interrupts are on by then, and the line listens: a frame would have no end."""
-    assert (undone_by_the_clock(tmp_path, guarded=guarded) == 0) == guarded
+    undone = sum(bool(event["state"] & 1) for event in avr.pins.take())
+    assert (undone == 0) == guarded

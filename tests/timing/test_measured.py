@@ -1,42 +1,22 @@
 """The chamber's binary keeps its times, and one made worse does not pass."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from rig.avr import whole
+from rig.specs import EXAMPLES, sources_of, spec_of
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
 from heatwright.sim.timing import Timing, measure
-from heatwright.spec import Controller, load, load_text
+from heatwright.spec import Controller
 
-EXAMPLE = Path(__file__).parents[2] / "spec" / "examples" / "chamber.yaml"
+EXAMPLE = EXAMPLES / "chamber.yaml"
 KEYPAD = "  - {kind: lcd_keypad, loop: air, step: 10 K}\n"
 PRESSES = "    - {at: 10 s, press: up, times: 3}\n"
-
-Worse = Callable[..., Timing]
 
 
 @pytest.fixture(scope="module")
 def timing(chamber: Controller, chamber_elf: Path) -> Timing:
     return measure(chamber, chamber_elf, static_stack_bytes=1000)
-
-
-@pytest.fixture
-def worse(chamber: Controller, tmp_path: Path) -> Worse:
-    """Measures the chamber's firmware with texts of a file replaced."""
-
-    def measured(file: str, *changes: tuple[str, str]) -> Timing:
-        write(render(plan_firmware(load(EXAMPLE))), tmp_path)
-        path = tmp_path / "src" / file
-        text = path.read_text(encoding="utf-8")
-        for old, new in changes:
-            assert text.count(old) == 1, old
-            text = text.replace(old, new)
-        path.write_text(text, encoding="utf-8")
-        return measure(chamber, build(tmp_path).elf)
-
-    return measured
 
 
 def failed(timing: Timing) -> set[str]:
@@ -88,71 +68,66 @@ def test_more_stack_than_the_code_explains(chamber: Controller, chamber_elf: Pat
     assert failed(timing) == {"stack_used_bytes"}
 
 
-def test_a_busy_wait(worse: Worse) -> None:
-    timing = worse("lcd.c", ("EXECUTION_US = 40", "EXECUTION_US = 150"))
-    assert "longest_busy_wait_us" in failed(timing)
-    assert timing.figures["longest_busy_wait_us"].where in {"send_cell", "lcd_tick"}
-    assert timing.figures["longest_busy_wait_us"].worst == pytest.approx(150, abs=2)
-
-
-def test_interrupts_off(worse: Worse) -> None:
-    """Less than a 1-Wire slot may take, but it is none."""
-    headers = '#include "panel.h"\n#include <avr/interrupt.h>\n#include <util/delay.h>\n'
-    timing = worse(
+Change = tuple[str, str]
+HEADERS = '#include "panel.h"\n#include <avr/interrupt.h>\n#include <util/delay.h>\n'
+WORSE: dict[str, tuple[str, list[Change], str]] = {
+    "a busy wait": (
+        "lcd.c", [("EXECUTION_US = 40", "EXECUTION_US = 150")], "longest_busy_wait_us"),
+    # Less than a 1-Wire slot may take, but it is none.
+    "interrupts off": (
         "panel.c",
-        ('#include "panel.h"\n', headers),
-        (
-            "case KEY_UP:\n",
-            "case KEY_UP:\n        cli();\n        _delay_us(50);\n        sei();\n",
-        ),
-    )
-    assert failed(timing) == {"longest_interrupts_off_us"}
-    assert timing.figures["longest_interrupts_off_us"].where == "panel_tick"
-    assert timing.figures["longest_interrupts_off_us"].worst == pytest.approx(50, abs=2)
-
-
-def test_a_loop_that_loses_ticks(worse: Worse) -> None:
-    timing = worse(
+        [('#include "panel.h"\n', HEADERS),
+         ("case KEY_UP:\n", "case KEY_UP:\n cli();\n _delay_us(50);\n sei();\n")],
+        "longest_interrupts_off_us"),
+    "a loop that loses ticks": (
         "loop_air.c",
-        (
-            "    ticks_left = LOOP_AIR_PERIOD_TICKS;\n    step();",
-            "    ticks_left = (uint16_t)(LOOP_AIR_PERIOD_TICKS + ((loop_air.steps & 63u) == 0));\n"
-            "    step();",
-        ),
-    )
-    assert failed(timing) == {"step_jitter_us"}
-    assert timing.figures["step_jitter_us"].details["drift_per_hour"] > 500_000
-
-
-def test_a_display_that_sends_one_cell_a_tick_the_temperature_first(worse: Worse) -> None:
-    timing = worse(
+        [("    ticks_left = LOOP_AIR_PERIOD_TICKS;\n    step();",
+          "ticks_left = (uint16_t)(LOOP_AIR_PERIOD_TICKS + ((loop_air.steps & 63u) == 0)); step();"
+          )],
+        "step_jitter_us"),
+    "a display that sends one cell a tick, the temperature first": (
         "lcd.c",
-        ("position = LCD_COLUMNS - 1u;", "position = LCD_CELLS - 1u;"),
-        ("CELLS_A_TICK = 3", "CELLS_A_TICK = 1"),
-    )
-    assert failed(timing) == {"button_to_display_ms"}
-
-
-def test_a_display_that_is_set_up_again_slowly(worse: Worse) -> None:
-    timing = worse("lcd.c", ("LATER_A_TICK = sizeof START_UP", "LATER_A_TICK = 2"))
-    assert failed(timing) == {"button_to_display_ms"}
-
-
-def test_a_key_that_is_shown_with_the_next_step(worse: Worse) -> None:
-    timing = worse(
+        [("position = LCD_COLUMNS - 1u;", "position = LCD_CELLS - 1u;"),
+         ("CELLS_A_TICK = 3", "CELLS_A_TICK = 1")],
+        "button_to_display_ms"),
+    "a display that is set up again slowly": (
+        "lcd.c", [("LATER_A_TICK = sizeof START_UP", "LATER_A_TICK = 2")], "button_to_display_ms"),
+    "a key that is shown with the next step": (
         "panel.c",
-        ("        break;\n    }\n    show_setpoint_or_fault();\n}", "        break;\n    }\n}"),
-    )
-    assert failed(timing) == {"button_to_display_ms"}
-    assert timing.figures["button_to_display_ms"].worst is None
-    assert timing.figures["button_to_display_ms"].details["not_shown"] > 100
+        [("        break;\n    }\n    show_setpoint_or_fault();\n}", "        break;\n    }\n}")],
+        "button_to_display_ms"),
+}  # fmt: skip
 
 
-def test_a_controller_without_keys(tmp_path: Path) -> None:
+@pytest.mark.parametrize("what", WORSE)
+def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> None:
+    file, changes, figure = WORSE[what]
+    text = sources_of("chamber")[file]
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    timing = measure(chamber, whole("chamber", changed={file: text}))
+    assert figure in failed(timing)
+    found = timing.figures[figure]
+    if what == "a busy wait":
+        assert found.where in {"send_cell", "lcd_tick"}
+        assert found.worst == pytest.approx(150, abs=2)
+        return
+    assert failed(timing) == {figure}
+    if what == "interrupts off":
+        assert found.where == "panel_tick"
+        assert found.worst == pytest.approx(50, abs=2)
+    if what == "a loop that loses ticks":
+        assert found.details["drift_per_hour"] > 500_000
+    if what == "a key that is shown with the next step":
+        assert found.worst is None
+        assert found.details["not_shown"] > 100
+
+
+def test_a_controller_without_keys() -> None:
     text = EXAMPLE.read_text(encoding="utf-8").replace(KEYPAD, "").replace(PRESSES, "")
-    spec = load_text(text, "keyless.yaml")
-    assert not any(part.kind == "lcd_keypad" for part in spec.controller.interfaces)
-    write(render(plan_firmware(spec)), tmp_path)
-    timing = measure(spec.controller, build(tmp_path).elf)
+    controller = spec_of(text).controller
+    assert not any(part.kind == "lcd_keypad" for part in controller.interfaces)
+    timing = measure(controller, whole(text))
     assert "button_to_display_ms" not in timing.figures
     assert failed(timing) == set()
