@@ -14,6 +14,9 @@ from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.timers import tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
+MOST_PERMIT_TICKS = 65_535
+"""What the gate's counters of 16 bits hold, more than the longest period; where more is asked for,
+the heater is off earlier."""
 
 FAULT_COOLING_ABOVE_C = 50.0
 """Burn threshold of hot metal for a contact of one minute, 51 degC (ISO 13732-1), rounded down."""
@@ -170,12 +173,12 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     return [
         source.at("period").count(
             f"{prefix}_PERMIT_TICKS",
-            2 * ticks(loop.period_s),
+            min(2 * ticks(loop.period_s), MOST_PERMIT_TICKS),
             "two periods without a decision and the heater is off",
         ),
         source.at("protection", "stale_after").count(
             f"{prefix}_SENSOR_PERMIT_TICKS",
-            stale * ticks(loop.period_s) + 1,
+            min(stale * ticks(loop.period_s) + 1, MOST_PERMIT_TICKS),
             f"{quantity(loop.protection.stale_after_s, 's')} without a reading: heater off",
         ),
     ]

@@ -10,7 +10,7 @@ from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
 from heatwright.spec.matrices import Vector
 from heatwright.spec.network import Heated
-from heatwright.spec.outputs import DigitalOutput, Switch
+from heatwright.spec.outputs import DigitalOutput, Switch, TimeProportionalOutput
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
 
@@ -94,8 +94,13 @@ class Machine:
 
     @property
     def held_off_s(self) -> float:
-        """Time for which the heater may have to wait: for its own rest, and for the cooler's."""
+        """Time for which the heater may have to wait.
+
+        For its own rest, for the cooler's, or until its next window begins.
+        """
         own_s = self.output.minimum_off_s if isinstance(self.output, DigitalOutput) else 0.0
+        if isinstance(self.output, TimeProportionalOutput):
+            own_s = self.output.window_s
         return max(own_s, self.cooler_held_on_s)
 
     @property
