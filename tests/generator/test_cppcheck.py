@@ -5,10 +5,12 @@ import subprocess
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
+from random import Random
 
 import pytest
 from chip import lay_out
-from matrix import pairwise, spec_of
+from rig.controllers import drawings
+from suite import SEED, amount
 
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.assembly import MCU_MACROS
@@ -42,16 +44,9 @@ def test_nothing_is_found_in_other_examples(name: str, tmp_path: Path) -> None:
     check(render(plan_firmware(spec)), tmp_path, MCU_MACROS[board.mcu], board.clock_hz)
 
 
-def widest(algorithm: str, output: str) -> str:
-    """Return the spec of a row with most of its parts."""
-    rows = [row for row in pairwise() if row["algorithm"] == algorithm and row["output"] == output]
-    return spec_of(max(rows, key=lambda row: len(spec_of(row))))
-
-
-@pytest.mark.parametrize(
-    ("algorithm", "output"), [("pid", "pwm16"), ("pid", "time_proportional"), ("on_off", "pwm8a")]
-)
-def test_nothing_is_found_in_other_shapes(algorithm: str, output: str, tmp_path: Path) -> None:
-    spec = load_text(widest(algorithm, output))
+@pytest.mark.parametrize("number", range(amount("drawn_for_cppcheck")))
+def test_nothing_is_found_in_what_is_drawn(number: int, tmp_path: Path) -> None:
+    random = Random(f"cppcheck {SEED} {number}")  # noqa: S311 - no secret
+    spec = next(iter(drawings(random))).spec
     board = spec.controller.board
     check(render(plan_firmware(spec)), tmp_path, MCU_MACROS[board.mcu], board.clock_hz)

@@ -5,9 +5,8 @@ to three loops from what pins and timers are left, each with a plant and protect
 it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cache
-from itertools import count as count_up
 from itertools import islice
 from random import Random
 from typing import Any, NamedTuple
@@ -101,12 +100,19 @@ def attempt(between: Callable[[int, int], int], **limits: Any) -> Drawn | SpecEr
         return None
 
 
+def drawings(random: Random, **limits: Any) -> Iterator[Drawn]:
+    """Draw one after the other without hypothesis."""
+    while True:
+        found = attempt(random.randint, **limits)
+        if isinstance(found, Drawn):
+            yield found
+
+
 @cache
 def drawn(count: int, **limits: Any) -> tuple[Drawn, ...]:
-    """Draw a number of them without hypothesis, the same ones for the same SUITE_SEED."""
+    """Draw a number of them, the same ones for the same SUITE_SEED."""
     random = Random(f"controllers {SEED}")  # noqa: S311 - no secret
-    attempts = (attempt(random.randint, **limits) for _ in count_up())
-    return tuple(islice((each for each in attempts if isinstance(each, Drawn)), count))
+    return tuple(islice(drawings(random, **limits), count))
 
 
 class _Controller:

@@ -142,6 +142,7 @@ class LoopDraw:
             part["supply"] = "24 V"
             if not self.measured and draws.some():
                 part["rated"] = draws.one("24 V", "12 V")
+        self.window_s = 0.0
         part |= self._window() if kind == "time_proportional" else {}
         self.held_on_s, self.held_off_s = 0.0, 0.0
         if kind == "digital" and not self.measured and draws.seldom():
@@ -158,11 +159,11 @@ class LoopDraw:
         steps = draws.number(100, 2000, 100)
         part = {"window": text(steps * step_ms, "ms")}
         part |= {"resolution": text(step_ms, "ms")} if step_ms > 10 else {}
+        self.window_s = steps * step_ms / 1000
         if spread:
             return part | {"distribution": "spread"}
         for key in ("minimum_on", "minimum_off"):
             part |= draws.maybe({key: text(draws.number(1, steps // 2, 3) * step_ms, "ms")})
-        self.window_s = steps * step_ms / 1000
         return part
 
     def _rests(self, part: Part) -> tuple[float, float]:
@@ -268,8 +269,7 @@ class LoopDraw:
     def _pid(self) -> Part:
         draws = self.draws
         usual_kp = tidy(1000 / self.span_k)
-        window_s = getattr(self, "window_s", 2.0) if self.heater_kind != "pwm" else 0.0
-        swing_k = self.rate_k_per_s * self.power_w / self.full_w * window_s
+        swing_k = self.rate_k_per_s * self.power_w / self.full_w * self.window_s
         most_kp = min(1e6, 40 / (swing_k + 1e-4))
         kp = tidy(draws.one(1.0, 0.0, 0.1, 1e6) * usual_kp)
         part: Part = {"kp": min(kp, tidy(most_kp))}
@@ -367,7 +367,8 @@ class LoopDraw:
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
         rise_k = draws.one(2.0, 0.1, 10.0)
         slow = 4 * (rise_k + self.step_k) / slowest
-        held_s = self.delay_s + max(self.held_off_s, self.cooler_on_s) + 3 * self.lag_s
+        waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
+        held_s = self.delay_s + waits_s + 3 * self.lag_s
         within_s = slow + 2 * held_s + 2 * self.period_s
         self._rule(rules, "heating", {"rise": text(rise_k, "K"), "within": self._time(within_s)})
         if within_s > longest_s:
