@@ -1,12 +1,10 @@
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import pytest
+from rig.specs import files_of
 
 from heatwright.generator import plan_firmware, render
-from heatwright.spec import load, load_text
-
-ROOT = Path(__file__).parents[2]
+from heatwright.spec import load_text
 
 Generate = Callable[..., Mapping[str, str]]
 
@@ -23,4 +21,4 @@ def generate() -> Generate:
 
 @pytest.fixture(scope="session")
 def chamber_files() -> Mapping[str, str]:
-    return render(plan_firmware(load(ROOT / "spec" / "examples" / "chamber.yaml")))
+    return files_of("chamber")

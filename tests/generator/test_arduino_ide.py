@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from chip import lay_out
+
+from heatwright.generator import write
 
 IDE = Path("/usr/share/arduino/hardware/arduino/avr")
 """Where Debian's arduino-core-avr puts it."""
@@ -47,7 +48,8 @@ def core(folder: Path, lto: bool, where: list[str]) -> Path:
 def test_the_ide_builds_the_chamber(
     lto: bool, tmp_path: Path, chamber_files: Mapping[str, str]
 ) -> None:
-    sources = lay_out(chamber_files, tmp_path / "chamber")
+    write(chamber_files, tmp_path / "chamber")
+    sources = sorted((tmp_path / "chamber" / "src").glob("*.c"))
     where = [
         "-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO",
         "-DARDUINO_ARCH_AVR", f"-I{IDE}/cores/arduino", f"-I{IDE}/variants/standard",

@@ -1,18 +1,15 @@
 """What compiles whatever a spec says: any name, another crystal; and what must not."""
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 
 import pytest
-from chip import compile_and_link
 from jinja2 import UndefinedError
+from rig.avr import whole
+from rig.specs import files_of, spec_of
 
 from heatwright.generator import render
 from heatwright.generator.plan import File, Plan
-from heatwright.spec import BOARDS, load_text
 from heatwright.spec.names import LONGEST_NAME
-
-Generate = Callable[..., Mapping[str, str]]
 
 
 def test_an_undefined_name_is_an_error() -> None:
@@ -22,11 +19,9 @@ def test_an_undefined_name_is_an_error() -> None:
 
 
 @pytest.mark.parametrize("name", ["ticks", "fault", "i_2", "w" * LONGEST_NAME])
-def test_a_name_may_be_any_word_of_the_firmware(
-    name: str, generate: Generate, tmp_path: Path
-) -> None:
+def test_a_name_may_be_any_word_of_the_firmware(name: str) -> None:
     """One name for sensor, output and loop at once, and one the firmware uses itself."""
-    text = f"""
+    whole(f"""
 heatwright: 1
 controller: {{name: {name}, board: mega2560}}
 sensors: {{{name}: {{kind: ds18b20, pin: A1}}}}
@@ -39,8 +34,7 @@ loops:
     setpoint: {{initial: 20 °C, minimum: 10 °C, maximum: 70 °C, stored: true}}
     algorithm: {{kind: on_off, lead: 2 s}}
 interfaces: [{{kind: lcd_keypad, loop: {name}}}, {{kind: serial_plotter, loop: {name}}}]
-"""
-    compile_and_link(generate(text), tmp_path, BOARDS["mega2560"])
+""")
 
 
 CLOCKED = """
@@ -59,18 +53,17 @@ loops:
 
 
 @pytest.mark.parametrize("clock_mhz", [8, 14.7456, 20])
-def test_another_crystal(clock_mhz: float, generate: Generate, tmp_path: Path) -> None:
+def test_another_crystal(clock_mhz: float) -> None:
     """PlatformIO is told of it, and no other clock compiles: every time would be wrong."""
     text = CLOCKED.format(clock_mhz)
-    files = generate(text)
-    board = load_text(text).controller.board
-    assert board.clock_hz == round(clock_mhz * 1e6)
-    assert f"\nboard_build.f_cpu = {board.clock_hz}L\n" in files["platformio.ini"]
-    compile_and_link(files, tmp_path / "right", board)
+    clock_hz = spec_of(text).controller.board.clock_hz
+    assert clock_hz == round(clock_mhz * 1e6)
+    assert f"\nboard_build.f_cpu = {clock_hz}L\n" in files_of(text)["platformio.ini"]
+    whole(text)
     with pytest.raises(AssertionError, match=f"generated for a {clock_mhz:g} MHz clock"):
-        compile_and_link(files, tmp_path / "wrong", BOARDS["atmega328p"])
+        whole(text, "-UF_CPU", "-DF_CPU=16000000UL")
     with pytest.raises(AssertionError, match="choose that board"):
-        compile_and_link(files, tmp_path / "other", board._replace(mcu="atmega2560"))
+        whole(text, "-U__AVR_ATmega328P__")
 
 
 def test_the_boards_own_clock_is_left_to_platformio(chamber_files: Mapping[str, str]) -> None:

@@ -8,11 +8,10 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from chip import lay_out
 from rig.controllers import drawings
 from suite import SEED, amount
 
-from heatwright.generator import plan_firmware, render
+from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.plan.assembly import MCU_MACROS
 from heatwright.spec import load_text
 
@@ -23,7 +22,7 @@ CPPCHECK = [
 
 
 def check(texts: Mapping[str, str], folder: Path, macro: str, clock_hz: int) -> None:
-    lay_out(texts, folder)
+    write(texts, folder)
     assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
     done = subprocess.run(
         [*CPPCHECK, f"-D{macro}", f"-DF_CPU={clock_hz}UL", "src"],

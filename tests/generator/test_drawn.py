@@ -7,7 +7,6 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from chip import project_flags
 from noted import noting, shown
 from rig.avr import whole
 from rig.controllers import Drawn, attempt, drawings, drawn
@@ -158,6 +157,15 @@ def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Draw
             result = replay(controller, log, loop)
             assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
             assert result.restored == (), (loop, drawn)
+
+
+def project_flags(ini: str) -> list[str]:
+    """Return the build_flags of a platformio.ini."""
+    found = re.search(r"^build_flags =\n((?: +.*\n)+)", ini, re.MULTILINE)
+    assert found is not None
+    flags = found[1].split()
+    assert {"-Werror", "-Wpedantic", "-Wconversion", "-std=c11"} <= set(flags)
+    return flags
 
 
 def defined(config: str) -> list[str]:

@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
-from chip import compile_and_link
 from hypothesis import given
 from hypothesis import strategies as st
+from rig.avr import whole
 
 from heatwright.generator.plan.text import c_comment, markdown
-from heatwright.spec import BOARDS, SpecError
+from heatwright.spec import SpecError
 from heatwright.spec.base import LONGEST_TITLE
 
 Generate = Callable[..., Mapping[str, str]]
@@ -77,10 +77,10 @@ def digest_of(files: Mapping[str, str]) -> str:
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_hostile_titles_compile(number: int, generate: Generate, tmp_path: Path) -> None:
+def test_hostile_titles_compile(number: int) -> None:
     """Several at once, as far as a title goes: what escapes would not compile."""
     title = ("*\\ #error \\*/???/", "/*/*\\/ 日 ??/\\", "*/\"' ??/ //\\")[number]
-    compile_and_link(generate(quoted(title), "*\\ -->.yaml"), tmp_path, BOARDS["uno"])
+    whole(quoted(title))
 
 
 @pytest.mark.parametrize(
