@@ -5,10 +5,7 @@ import hal_session
 import pytest
 from hal_session import Hal
 from made_up_board import FABRICATOR, MadeUpBoard
-
-from heatwright.generator.plan import plan_firmware
-from heatwright.generator.render import render
-from heatwright.spec import load
+from many_loops import linuxcnc_files
 
 ALONE = """
 loadrt threads name1=servo-thread period1=1000000
@@ -28,12 +25,7 @@ def linuxcnc() -> None:
 @pytest.fixture(scope="session")
 def generated() -> dict[str, str]:
     """The LinuxCNC files of the fabricator by their names."""
-    files = render(plan_firmware(load(FABRICATOR)))
-    return {
-        path.removeprefix("linuxcnc/"): text
-        for path, text in files.items()
-        if path.startswith("linuxcnc/")
-    }
+    return linuxcnc_files(FABRICATOR)
 
 
 @pytest.fixture
@@ -51,7 +43,7 @@ def place(generated: dict[str, str]) -> Iterator[Path]:
 
 @pytest.fixture
 def board(place: Path) -> Iterator[MadeUpBoard]:
-    with MadeUpBoard(int(load(FABRICATOR).digest, 16)) as board:
+    with MadeUpBoard() as board:
         (place / "fabricator_port").symlink_to(board.port)
         yield board
 

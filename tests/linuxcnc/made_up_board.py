@@ -1,64 +1,57 @@
-"""A slave with the register map of the fabricator, made with pymodbus: no firmware, no machine.
+"""A slave with the register map of the fabricator behind a pseudo-terminal: no firmware, no plant.
 
-It keeps the rules that the master side leans on: a loop is switched on only after it was off, and
-never while a fault is latched; a fault is acknowledged by a change from 0 to 1.
+What it answers the Modbus tests' oracle says, which was written from the documents, and keeps the
+rules that the master side leans on: a loop is switched on only after it was off, and never while a
+fault is latched; a fault is acknowledged by a change from 0 to 1.
 """
 
-import asyncio
 import os
 import select
 import threading
 import time
 import tty
-from contextlib import suppress
-from pathlib import Path
 from types import TracebackType
 
-from pymodbus.constants import ExcCodes
-from pymodbus.framer import FramerType
-from pymodbus.server import ModbusSerialServer
-from pymodbus.simulator import DataType, SimData, SimDevice
+from rig.modbus_oracle import Oracle
+from rig.specs import controller_of
 
-FABRICATOR = Path(__file__).parents[2] / "spec" / "examples" / "fabricator.yaml"
-READ_DISCRETES, READ_INPUTS, WRITE_COIL, WRITE_HOLDING = 2, 4, 5, 6
-UPTIME_LOW = 8
-LOOP = 100
+from heatwright.sim.interfaces.modbus_frames import EXCEPTION, framed
+
+FABRICATOR = "fabricator"
+REQUEST_BYTES = 8
+"""Of everything that mb2hal sends: it reads, and writes one value at a time."""
+BUSY = 6
+WRITES = (5, 6)
+WORK, HEAT, COOL, WARM = 1, 2, 4, 8
+DEAD_BAND_K = 2
 
 
 class MadeUpBoard:
     """Answers at `port`; a context manager."""
 
-    def __init__(self, digest: int) -> None:
-        self.digest = digest
-        self.fault = 0
-        self.fault_celsius = 0.0
+    def __init__(self) -> None:
+        self.oracle = Oracle(controller_of(FABRICATOR))
+        self.nozzle = self.oracle.loops["nozzle"]
         self.celsius = 21.5
         self.duty_percent = 12.3
         self.amperes = 1.78
-        self.setpoint_celsius = 30.0
-        self.enabled = False
-        self.released = False
+        self.has_measured = True
         self.deaf = False
         self.slow_s = 0.0
         """How long after it was switched on it reports WORK."""
         self.refused: list[tuple[int, int, int]] = []
         """Writes that were answered with an exception: function, address, value."""
-        self.acknowledged = 0
-        self._reset = 0
-        self._start = self._enabled_at = time.monotonic()
-        self._board_end, board = _terminal()
-        self._master_end, self._master = _terminal()
-        self._board = board
+        self._end, self._master = os.openpty()
+        tty.setraw(self._master)
         self.port = os.ttyname(self._master)
         os.chmod(self.port, 0o666)  # noqa: PTH101, S103 - mb2hal runs as another user
-        self._loop = asyncio.new_event_loop()
-        self._served, self._over = threading.Event(), threading.Event()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._serve)
+        self.restart()
+        self._enabled_at = self._start
 
     def __enter__(self) -> "MadeUpBoard":
-        self._threads = [threading.Thread(target=target) for target in (self._carry, self._serve)]
-        for thread in self._threads:
-            thread.start()
-        assert self._served.wait(10)
+        self._thread.start()
         return self
 
     def __exit__(
@@ -67,125 +60,61 @@ class MadeUpBoard:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._loop).result(10)
         self._over.set()
-        for thread in self._threads:
-            thread.join(10)
-        for end in (self._board_end, self._board, self._master_end, self._master):
-            os.close(end)
+        self._thread.join(10)
+        os.close(self._end)
+        os.close(self._master)
+
+    @property
+    def enabled(self) -> bool:
+        return self.nozzle.enabled
+
+    @property
+    def setpoint_celsius(self) -> float:
+        return round(self.nozzle.setpoint, 4)
 
     def restart(self) -> None:
         """Lose the power for a moment."""
         self._start = time.monotonic()
-        self.enabled = self.released = False
+        self.nozzle.enabled = self.nozzle.released = False
 
     def trip(self, code: int, celsius: float) -> None:
-        self.fault, self.fault_celsius = code, celsius
-        self.enabled = self.released = False
+        self.oracle.fault, self.oracle.world["fault_temperature"] = code, celsius
+        self.nozzle.enabled = self.nozzle.released = False
 
-    async def _answer(  # noqa: PLR0917 - pymodbus's own
-        self, function: int, start: int, address: int, count: int,
-        registers: list[int], values: list[int] | list[bool] | None,
-    ) -> ExcCodes | None:  # fmt: skip
-        del start, count
-        if self.deaf:
-            return ExcCodes.DEVICE_BUSY
-        if values is not None:
-            return self._written(function, address, int(values[0]))
-        if function == READ_INPUTS:
-            self._show(registers)
-        elif function == READ_DISCRETES:
-            registers[0] = int(self.fault > 0)
-            registers[LOOP // 16] = sum(
-                bit << (LOOP % 16 + n) for n, bit in enumerate(self._bits())
-            )
-        return None
-
-    def _show(self, registers: list[int]) -> None:
-        uptime_s = int(time.monotonic() - self._start)
-        registers[: UPTIME_LOW + 1] = [
-            1, self.digest >> 16, self.digest & 0xFFFF,
-            self.fault, _tenths(self.fault_celsius), 0, 0, 0, uptime_s & 0xFFFF,
-        ]  # fmt: skip
-        registers[LOOP : LOOP + 6] = [
-            _tenths(self.celsius), round(10 * self.duty_percent), _tenths(self.setpoint_celsius),
-            0, 0, round(100 * self.amperes),
-        ]  # fmt: skip
-
-    def _bits(self) -> list[bool]:
-        works = self.enabled and time.monotonic() - self._enabled_at >= self.slow_s
-        near = abs(self.celsius - self.setpoint_celsius) <= 2
-        return [
-            works,
-            works and self.celsius < self.setpoint_celsius - 2,
-            works and self.celsius > self.setpoint_celsius + 2,
-            works and near,
-            True,
-        ]
-
-    def _written(self, function: int, address: int, value: int) -> ExcCodes | None:
-        if function == WRITE_HOLDING and address == LOOP:
-            celsius = (value - 0x10000 if value > 0x7FFF else value) / 10
-            good = 0 <= celsius <= 320
-            self.setpoint_celsius = celsius if good else self.setpoint_celsius
-        elif function == WRITE_COIL and address == LOOP:
-            good = not value or self.enabled or (self.released and not self.fault)
-            self.released = self.released or not value
-            if value and good and not self.enabled:
-                self._enabled_at = time.monotonic()
-            self.enabled = bool(value) and good
-        elif function == WRITE_COIL and address == 0:
-            good = True
-            if value > self._reset and self.fault:
-                self.fault, self.acknowledged = 0, self.acknowledged + 1
-            self._reset = value
-        else:
-            return ExcCodes.ILLEGAL_ADDRESS
-        if good:
-            return None
-        self.refused.append((function, address, value))
-        return ExcCodes.ILLEGAL_VALUE
-
-    def _carry(self) -> None:
-        """Move the bytes between the pseudo-terminals: pymodbus opens one, the master the other."""
-        across = {self._board_end: self._master_end, self._master_end: self._board_end}
-        while not self._over.is_set():
-            ready, _, _ = select.select(list(across), [], [], 0.1)
-            for end in ready:
-                os.write(across[end], os.read(end, 256))
+    def turn_digest(self, bits: int) -> None:
+        """Be the firmware of another spec: turn some bits of the digest."""
+        self.oracle.digest = f"{int(self.oracle.digest, 16) ^ bits:08x}"
 
     def _serve(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_until_complete(self._until_shut_down())
+        data = b""
+        while not self._over.is_set():
+            ready, _, _ = select.select([self._end], [], [], 0.1)
+            data = data + os.read(self._end, 256) if ready else b""
+            if len(data) >= REQUEST_BYTES:
+                os.write(self._end, self._answer(data))
+                data = b""
 
-    async def _until_shut_down(self) -> None:
-        bits, words = DataType.BITS, DataType.REGISTERS
-        device = SimDevice(
-            id=1,
-            simdata=(
-                [SimData(0, values=[False] * 128, datatype=bits)],
-                [SimData(0, values=[False] * 128, datatype=bits)],
-                [SimData(LOOP, values=[300], datatype=words)],
-                [
-                    SimData(0, values=[0] * 16, datatype=words),
-                    SimData(LOOP, values=[0] * 6, datatype=words),
-                ],
-            ),
-            action=self._answer,
-        )
-        self._server = ModbusSerialServer(
-            device, framer=FramerType.RTU, port=os.ttyname(self._board), baudrate=19_200
-        )
-        self._served.set()
-        with suppress(asyncio.CancelledError):
-            await self._server.serve_forever()
+    def _answer(self, request: bytes) -> bytes:
+        if self.deaf:
+            return framed(request[0], bytes([request[1] | EXCEPTION, BUSY]))
+        was_enabled = self.enabled
+        self.oracle.world |= self._world()
+        answer = self.oracle.hear(request)
+        if self.enabled and not was_enabled:
+            self._enabled_at = time.monotonic()
+        if request[1] in WRITES and answer[1:2] == bytes([request[1] | EXCEPTION]):
+            address, value = (int.from_bytes(request[at : at + 2], "big") for at in (2, 4))
+            self.refused.append((request[1], address, value))
+        return answer
 
-
-def _terminal() -> tuple[int, int]:
-    near, far = os.openpty()
-    tty.setraw(far)
-    return near, far
-
-
-def _tenths(celsius: float) -> int:
-    return round(10 * celsius) & 0xFFFF
+    def _world(self) -> dict[str, float]:
+        works = self.enabled and time.monotonic() - self._enabled_at >= self.slow_s
+        above_k = self.celsius - self.nozzle.setpoint
+        state = HEAT if above_k < -DEAD_BAND_K else COOL if above_k > DEAD_BAND_K else WARM
+        return {
+            "uptime": int(time.monotonic() - self._start),
+            "nozzle.has_reading": self.has_measured, "nozzle.temperature": self.celsius,
+            "nozzle.duty": self.duty_percent, "nozzle.setpoint_in_force": self.nozzle.setpoint,
+            "nozzle.current": self.amperes, "nozzle.states": (WORK | state) * works,
+        }  # fmt: skip

@@ -1,8 +1,8 @@
-"""A spec with several loops whose names are as long as names may be."""
+"""A spec with several loops whose names are as long as names may be, and what is made of it."""
 
-from pathlib import Path
+from collections.abc import Mapping
 
-from heatwright.spec import Spec, load
+from rig.specs import files_of
 
 LONGEST = 24
 MOST_LOOPS = 8
@@ -37,14 +37,23 @@ def loop_name(number: int) -> str:
 
 
 def many_loops(
-    folder: Path, loops: int = MOST_LOOPS, *, name: str = "c" * LONGEST, title: str = "Many",
-    baud: int = 19200, linuxcnc: bool = True, file: str = "many.yaml",
-) -> Spec:  # fmt: skip
+    loops: int = MOST_LOOPS, *, name: str = "c" * LONGEST, title: str = "Many", baud: int = 19200,
+    linuxcnc: bool = True,
+) -> str:  # fmt: skip
     numbers = range(loops)
     text = HEAD.format(name=name, title=title, baud=baud, linuxcnc=str(linuxcnc).lower())
     text += "sensors:\n" + "".join(SENSOR.format(n=n) for n in numbers)
     text += "outputs:\n" + "".join(OUTPUT.format(n=n, pin=22 + n) for n in numbers)
-    text += "loops:\n" + "".join(LOOP.format(n=n, name=loop_name(n)) for n in numbers)
-    path = folder / file
-    path.write_text(text, encoding="utf-8")
-    return load(path)
+    return text + "loops:\n" + "".join(LOOP.format(n=n, name=loop_name(n)) for n in numbers)
+
+
+def linuxcnc_files(spec: str) -> dict[str, str]:
+    """Return what is generated for LinuxCNC, by its name in a configuration's folder."""
+    return of_linuxcnc(files_of(spec))
+
+
+def of_linuxcnc(files: Mapping[str, str]) -> dict[str, str]:
+    folder = "linuxcnc/"
+    return {
+        path.removeprefix(folder): text for path, text in files.items() if path.startswith(folder)
+    }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from hal_session import Hal
-from made_up_board import FABRICATOR
+from rig.specs import EXAMPLES
 
 SPEED = 3
 """The board's seconds to one of ours. The master is lost after 5 s of the board; mb2hal's round
@@ -26,8 +26,8 @@ COOLS_S = 10 / SPEED
 def port(linuxcnc: None) -> Iterator[str]:
     """The serial port of the simulated board, as `heatwright simulate --serial` prints it."""
     command = [
-        sys.executable, "-m", "heatwright.cli.main", "simulate", str(FABRICATOR), "--serial",
-        "--speed", str(SPEED),
+        sys.executable, "-m", "heatwright.cli.main", "simulate", str(EXAMPLES / "fabricator.yaml"),
+        "--serial", "--speed", str(SPEED),
     ]  # fmt: skip
     with subprocess.Popen(command, stdout=subprocess.PIPE) as board:
         try:

@@ -20,17 +20,8 @@ def display(linuxcnc: None) -> Iterator[str]:
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed: make setup LINUXCNC=1")
     told, tell = os.pipe()
-    command = [
-        "Xvfb",
-        "-displayfd",
-        str(tell),
-        "-screen",
-        "0",
-        "800x600x24",
-        "-ac",
-        "-nolisten",
-        "tcp",
-    ]
+    screen = ("-screen", "0", "800x600x24", "-ac", "-nolisten", "tcp")
+    command = ["Xvfb", "-displayfd", str(tell), *screen]
     with subprocess.Popen(command, pass_fds=[tell], stderr=subprocess.DEVNULL) as server:
         os.close(tell)
         try:
@@ -96,7 +87,7 @@ def test_the_panel_heats_stops_and_acknowledges(hal: Hal, board: MadeUpBoard, pl
     hal.wait("fabricator-fault", 1, LATE_S)
     press(place, "ACKNOWLEDGE")
     hal.wait("fabricator-fault", 0, LATE_S)
-    assert board.acknowledged == 1
+    assert board.oracle.acknowledged == 1
 
 
 def test_a_setpoint_above_the_range_is_entered_as_its_end(hal: Hal, place: Path) -> None:

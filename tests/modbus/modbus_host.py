@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from modbus_oracle import GAINS, MODES, Oracle
 from modbus_requests import requests
 from rig.hosted import World, play, world_of
+from rig.modbus_oracle import GAINS, MODES, Oracle
 from rig.specs import sources_of, spec_of
 
 from heatwright.sim.interfaces.modbus_frames import framed

@@ -1,13 +1,11 @@
 """On every board the slave answers after its silence, and lets go of the line after its answer."""
 
-from pathlib import Path
-
 import pytest
+from rig.avr import whole
+from rig.specs import controller_of
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.toolchain import build
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import BOARDS, load_text
+from heatwright.spec import BOARDS
 
 SPEC = """
 heatwright: 1
@@ -44,15 +42,12 @@ RELEASED_S = 10e-6
 
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize(("baud", "parity"), [(1200, "odd"), (19_200, "none"), (115_200, "even")])
-def test_it_answers(board: str, baud: int, parity: str, tmp_path: Path) -> None:
+def test_it_answers(board: str, baud: int, parity: str) -> None:
     sensor, heater, driver = PINS[board]
-    spec = load_text(
-        SPEC.format(
-            board=board, sensor=sensor, heater=heater, driver=driver, baud=baud, parity=parity
-        )
+    spec = SPEC.format(
+        board=board, sensor=sensor, heater=heater, driver=driver, baud=baud, parity=parity
     )
-    write(render(plan_firmware(spec)), tmp_path)
-    device = AvrDevice(spec.controller, build(tmp_path).elf)
+    device = AvrDevice(controller_of(spec), whole(spec))
     device.sense("air", 30.0)
     device.advance(3.0)
     device.write("air.setpoint", 45.5)

@@ -10,14 +10,54 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from slave_port import SlavePort
-from slave_spec import ADDRESS, SLAVE
+from modbus_host import ADDRESS, SLAVE, frame, value
+from rig.specs import files_of, spec_of
 
-from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.registers import register_map
-from heatwright.spec import load_text
 
 CLIENT = "client/shape_client.py"
+
+
+class SlavePort:
+    """A port with the slave of this computer behind it: a write is a request, what is read its
+    answer, or nothing."""
+
+    def __init__(self, program: Path) -> None:
+        self._slave = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._answer = b""
+        self.asked: list[bytes] = []
+        self.damage = 0
+        """Flipped in the last byte of the answers to come."""
+
+    def write(self, data: bytes, /) -> int:
+        self.asked.append(data)
+        self._say(frame(data))
+        size = int.from_bytes(self._out(2), "little")
+        answer = bytearray(self._out(size))
+        if answer:
+            answer[-1] ^= self.damage
+        self._answer = bytes(answer)
+        return len(data)
+
+    def read(self, size: int, /) -> bytes:
+        data, self._answer = self._answer[:size], self._answer[size:]
+        return data
+
+    def set(self, what: str, number: float) -> None:
+        """Set a value of the slave's world."""
+        self._say(value(what, number))
+
+    def close(self) -> None:
+        self._slave.communicate()
+
+    def _say(self, data: bytes) -> None:
+        assert self._slave.stdin is not None
+        self._slave.stdin.write(data)
+        self._slave.stdin.flush()
+
+    def _out(self, size: int) -> bytes:
+        assert self._slave.stdout is not None
+        return self._slave.stdout.read(size)
 
 
 @pytest.fixture(scope="module")
@@ -71,21 +111,27 @@ def test_a_loop_is_switched(machine: Any, module: ModuleType) -> None:
         machine.air.enabled = True
 
 
+WORLD = {
+    "air.has_reading": 1, "air.temperature": -12.34, "air.states": 3, "bed.current": 3.456,
+    "uptime": 70000, "air.tuning": 2,
+}  # fmt: skip
+
+
 def test_the_world_is_seen(machine: Any, port: SlavePort) -> None:
     assert machine.air.temperature_c is None
-    for what, number in {"h": 1, "t": -12.34, "S": 3, "A": 3.456, "n": 70000, "a": 2}.items():
+    for what, number in WORLD.items():
         port.set(what, number)
     assert machine.air.temperature_c == -12.3
     assert machine.bed.temperature_c is None
     assert machine.bed.current_a == 3.46
     assert (machine.air.work, machine.air.heat, machine.air.cool) == (True, True, False)
     assert (machine.uptime_s, machine.air.tuning) == (70000, 2)
-    port.set("f", 6)
-    port.set("F", 285.44)
+    port.set("fault", 6)
+    port.set("fault_temperature", 285.44)
     assert (machine.fault, machine.fault_latched, machine.fault_temperature_c) == (6, True, 285.4)
     machine.acknowledge()
     assert (machine.fault, machine.acknowledgements) == (0, 1)
-    port.set("f", 6)
+    port.set("fault", 6)
     machine.acknowledge()
     assert (machine.fault, machine.acknowledgements) == (0, 2)
 
@@ -129,7 +175,7 @@ def test_silence_and_damage_are_told(machine: Any, module: ModuleType, port: Sla
 
 def test_every_register_has_an_attribute(module: ModuleType) -> None:
     classes = {"": module.ShapeClient, "air": module.AirLoop, "bed": module.BedLoop}
-    registers = register_map(load_text(SLAVE)).registers
+    registers = register_map(spec_of(SLAVE)).registers
     for loop, kind in classes.items():
         names = [each.name.rpartition(".")[2] for each in registers
                  if each.name.rpartition(".")[0] == loop]  # fmt: skip
@@ -149,7 +195,7 @@ NAMES = {
 @pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
 def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
     text = SLAVE.replace("  air:\n    sensor: air", f"  {name}:\n    sensor: air")
-    source = render(plan_firmware(load_text(text)))[CLIENT]
+    source = files_of(text)[CLIENT]
     ast.parse(source)
     path = tmp_path / "shape_client.py"
     path.write_text(source, encoding="utf-8")

@@ -4,10 +4,10 @@ import csv
 import re
 from collections.abc import Mapping
 
-from slave_spec import SLAVE
+from modbus_host import SLAVE
+from rig.specs import spec_of
 
 from heatwright.generator.plan.registers import Register, register_map
-from heatwright.spec import load_text
 
 TABLES = {
     "coils": "coil",
@@ -18,7 +18,7 @@ TABLES = {
 
 
 def registers() -> tuple[Register, ...]:
-    return register_map(load_text(SLAVE)).registers
+    return register_map(spec_of(SLAVE)).registers
 
 
 def test_no_two_registers_share_an_address() -> None:

@@ -3,12 +3,12 @@
 import re
 
 import pytest
-from slave_spec import SLAVE
+from modbus_host import SLAVE
+from rig.specs import sources_of, spec_of
 
-from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.text import c_string
 from heatwright.generator.plan.timers import round_interval
-from heatwright.spec import BOARDS, load_text
+from heatwright.spec import BOARDS
 from heatwright.spec.boards import Timer
 from heatwright.spec.interfaces import BUS_BAUDS
 from heatwright.spec.timers import allocate
@@ -20,7 +20,7 @@ FORMS = {"even": 11, "odd": 11, "none": 11, "none, stop_bits: 1": 10, "even, sto
 @pytest.mark.parametrize("form", FORMS)
 def test_it_is_three_and_a_half_characters_or_1750_us(baud: int, form: str) -> None:
     text = SLAVE.replace("baud: 1200, parity: odd", f"baud: {baud}, parity: {form}")
-    config = render(plan_firmware(load_text(text)))["src/config.h"]
+    config = sources_of(text)["config.h"]
     counts = re.search(r"clock / (\d+) \*/\n#define MODBUS_SILENCE_COUNTS (\d+)u", config)
     matches = re.search(r"#define MODBUS_SILENCE_MATCHES (\d+)u", config)
     assert counts is not None
@@ -44,12 +44,12 @@ def test_any_timer_measures_any_silence(bits: int, clock_hz: int) -> None:
 
 
 def test_it_has_a_timer_of_its_own() -> None:
-    use = allocate(load_text(SLAVE).controller)
+    use = allocate(spec_of(SLAVE).controller)
     others = {use.tick, *use.one_wire.values(), *use.steppers.values()}
     assert use.silence is not None
     assert use.silence not in others | {channel.timer for channel in use.pwm.values()}
     assert use.silence in BOARDS["mega2560"].timers
-    without = load_text(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {}", "")).controller
+    without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {}", "")).controller
     assert allocate(without).silence is None
 
 

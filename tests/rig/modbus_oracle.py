@@ -76,7 +76,7 @@ class Oracle:
         self.calls: Counter[str] = Counter()
         self.world: dict[str, float] = {}
         self._controller = controller
-        self._digest = digest(controller)
+        self.digest = digest(controller)
         self._tables: dict[str, dict[int, tuple[Register, int]]] = {
             table: {} for table in TABLES.values()
         }
@@ -177,7 +177,7 @@ class Oracle:
     def _of_controller(self, what: str) -> float:
         known = {
             **self._orders, **self.counters, "fault": self.fault, "map_version": 1,
-            "fault_latched": self.fault != 0, "digest": int(self._digest, 16),
+            "fault_latched": self.fault != 0, "digest": int(self.digest, 16),
             "acknowledgements": self.acknowledged & 0xFF,
         }  # fmt: skip
         return known[what] if what in known else self.world.get(what, 0)
@@ -361,7 +361,7 @@ class Oracle:
         identity = self._controller.identity
         title = identity.title or identity.name
         shown = "".join(each if " " <= each <= "~" else "?" for each in title)
-        texts = {0: "heatwright", 1: identity.name, 2: f"1 {self._digest}", 4: shown}
+        texts = {0: "heatwright", 1: identity.name, 2: f"1 {self.digest}", 4: shown}
         return {number: text.encode("ascii") for number, text in texts.items()}
 
     def _identify(self, data: bytes) -> bytes:
