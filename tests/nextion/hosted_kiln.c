@@ -4,7 +4,8 @@
  * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
  * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
  * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept; 'o', a count
- * (16 bits) and an order that is done at once, and whether it was taken is the next state's. Each '?'
+ * (16 bits) and an order that is done at once, and whether it was taken is the next state's; 'w',
+ * what the clock shows in seconds (32 bits), 's' the count of control steps (16 bits). Each '?'
  * writes `=`, the state as a line of words; each instruction that is sent is written as `>`, the
  * tick, itself, a new line.
  */
@@ -178,6 +179,7 @@ static void show_state(void)
         fault.acknowledgements, (double)settings.chamber_setpoint_c, (double)settings.chamber_kp,
         (double)settings.chamber_ki, (double)settings.chamber_kd, (double)settings.chamber_maximum_c,
         settings.chamber_thermocouple);
+    printf("form=%u divisor=%u ", UCSR0C, UBRR0);
     printf("taken=%d on=%d mode=%d percent=%.9g ", taken, loop_chamber_is_enabled(),
         loop_chamber_mode(), (double)loop_chamber_manual_percent());
     printf("page=%u state=%u number=%u segment=%u ended=%u shown=%u marked=%u name=%s points=",
@@ -233,6 +235,13 @@ static bool follow(int command)
         return true;
     case 'o':
         order_now(next_word());
+        return true;
+    case 'w':
+        now_ticks = next_word();
+        now_ticks = 100u * (now_ticks | (uint32_t)next_word() << 16);
+        return true;
+    case 's':
+        loop_chamber.steps = next_word();
         return true;
     case 'x':
         cut = next_byte() != 0;

@@ -99,7 +99,8 @@ def flooded(data: bytes, per_tick: int = 115) -> bytes:
 
 
 LOOK = b"?"
-NUMBERS = {"ticks": "t<H", "celsius": "c<h", "fault": "f<B", "answers": "n<B", "cut": "x<B"}
+NUMBERS = {"ticks": "t<H", "celsius": "c<h", "fault": "f<B", "answers": "n<B", "cut": "x<B",
+           "clock": "w<I", "steps": "s<H"}  # fmt: skip
 """Commands of the world, and the form of their number."""
 ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}
 """What the display says by itself."""
@@ -110,7 +111,7 @@ def script(text: str) -> bytes:
 
     `5 s` and `5 ticks` let time pass; `order 2 1` and `page main` come from the display, `started`
     and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor, `cut 1`
-    the line; `look`; `forget` the gains that are not kept.
+    the line; `clock` and `steps` count on from there; `look`; `forget` the gains that are not kept.
     """
     data = b""
     for words in text.split("; "):

@@ -6,7 +6,7 @@ ever written between the variables and the stack.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,7 @@ TICK = "clock.c:ticks_of_second"
 """Changes once a tick, in the main loop."""
 
 
-@dataclass(frozen=True)
-class Difference:
+class Difference(NamedTuple):
     """A byte that differs: after which tick, and which variable it belongs to."""
 
     tick: int

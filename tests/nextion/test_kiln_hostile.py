@@ -5,21 +5,21 @@ memory is compared; what only the display's own files may write is left out. The
 speed while a program runs.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import pytest
 from display_orders import Grammar, Malice
 from kiln_desk import DISPLAY_FILES, RUNNING, Built
 from memory_guard import Pair
+from suite import amount
 
 from heatwright.generator.stack import worst_stack
 from heatwright.sim.avr import RAM_FILL
 from heatwright.sim.device import AvrDevice
 
 BAUD = 115_200
-CHARACTER_S = 10 / BAUD
-RANDOM_BYTES = 1_000_000
-MALFORMED = 10_000
+RANDOM_BYTES = amount("display_bytes")
+MALFORMED = amount("display_orders")
 SEED = 7
 LONGEST = b"#7 8,10,100:9,10,200:10,10,100:;"
 """Makes the kiln's program as long as one may be: the next segment is beyond the array."""
@@ -85,45 +85,35 @@ def line(kiln: Built) -> Line:
     return Line(kiln)
 
 
-@pytest.fixture
-def malice(kiln: Built) -> Malice:
-    return Malice(Grammar.of(kiln.controller), SEED)
+def sent_to(line: Line, name: str) -> None:
+    """Send one of the things that a broken display sends, until its end."""
+    malice = Malice(Grammar.of(line.kiln.controller), SEED)
+    if name == "a line that is held low":
+        line.board.avr.uarts[0].send_break(5.0)
+        line.run(6.0)
+        return
+    baud = BAUD
+    if name == "random bytes":
+        data = malice.noise(RANDOM_BYTES)
+    elif name == "malformed orders":
+        data = b"".join(malice.orders(MALFORMED))
+    elif name == "false answers":
+        data = b"".join(malice.answers(MALFORMED))
+    else:
+        baud = int(name.removesuffix(" baud"))
+        data = malice.noise(baud // 4)
+    line.send((data[at : at + baud // 10] for at in range(0, len(data), baud // 10)), baud)
 
 
-def chunks(data: bytes, size: int = 11_520) -> Iterator[bytes]:
-    for at in range(0, len(data), size):
-        yield data[at : at + size]
-
-
-def test_a_million_random_bytes(line: Line, malice: Malice) -> None:
-    line.send(chunks(malice.noise(RANDOM_BYTES)))
+@pytest.mark.parametrize(
+    "name",
+    ["random bytes", "malformed orders", "false answers", "9600 baud", "57600 baud", "230400 baud",
+     "a line that is held low"],
+)  # fmt: skip
+def test_nothing_but_the_displays_own_changes(line: Line, name: str) -> None:
+    """False answers: pages that there are not, starts without end, errors."""
+    sent_to(line, name)
     line.finish()
-
-
-def test_ten_thousand_malformed_orders(line: Line, malice: Malice) -> None:
-    line.send(chunks(b"".join(malice.orders(MALFORMED))))
-    line.finish()
-
-
-def test_false_answers_of_the_display(line: Line, malice: Malice) -> None:
-    """Pages that there are not, starts without end, errors: what a broken display might send."""
-    line.send(chunks(b"".join(malice.answers(MALFORMED))))
-    line.finish()
-
-
-@pytest.mark.parametrize("baud", [9_600, 57_600, 230_400])
-def test_a_display_at_the_wrong_speed(line: Line, malice: Malice, baud: int) -> None:
-    line.send(chunks(malice.noise(baud // 4), baud // 10), baud)
-    line.finish()
-
-
-def test_a_line_that_is_held_low(line: Line) -> None:
-    line.board.avr.uarts[0].send_break(5.0)
-    line.run(6.0)
-    line.finish()
-
-
-# -- the guard itself ------------------------------------------------------------------------------
 
 
 def test_the_guard_sees_a_byte(line: Line) -> None:

@@ -27,6 +27,7 @@ def names(told: list[str]) -> set[str]:
 def test_a_change_is_said_and_nothing_else(hosted: Path) -> None:
     said = run(hosted, "5 s; celsius 300; 10 s")
     assert said.instructions[:2] == ["bkcmd=0", "sendme"]
+    assert (said.state["form"], said.state["divisor"]) == ("6", "16")  # 8N1, 117 647 baud
     assert after(said, 501) == ["main.temp.val=300"]
 
 
@@ -65,7 +66,8 @@ def test_the_display_answers_which_page_it_shows(hosted: Path) -> None:
 
 @pytest.mark.parametrize("answer", [b"\x66\xc8\xff\xff\xff", b"\x66\x03\xff\xff#", b"\xff" * 12,
                                     b"\x1a\xff\xff\xff", b"\0\xff\xff\xff",
-                                    b"\x66\x03ab\xff"])  # fmt: skip
+                                    b"\x05\0\0\xff\xff\xff", b"\0\x05\0\xff\xff\xff",
+                                    b"\0\0\x05\xff\xff\xff", b"\x66\x03ab\xff"])  # fmt: skip
 def test_other_answers_mean_nothing(hosted: Path, answer: bytes) -> None:
     said = run(hosted, "5 s", received(answer), "5 s")
     assert said.state["page"] == "0"
@@ -97,6 +99,10 @@ def rows(*shown: str) -> dict[str, str]:
     }
 
 
+GAINS = ["0", "0.5", "7.6", "9.5", "10", "0.000125", "123.4567", "999.5", "1000.25", "12345.68",
+         "99999", "123456", "1000000"]  # fmt: skip
+TIMES = {60: "0d 00:01", 599: "0d 00:09", 600: "0d 00:10", 35_999: "0d 09:59", 36_000: "0d 10:00",
+         86_399: "0d 23:59", 86_400: "1d 00:00", 863_999: "9d 23:59"}  # fmt: skip
 STATE, ALARM, ERROR = "main.state.txt", "main.alarm.txt", "main.ERROR.en"
 SEEN = "fault 6; 20 ticks; page fault06"
 SHOWN: dict[str, dict[str, str | int]] = {
@@ -119,10 +125,19 @@ SHOWN: dict[str, dict[str, str | int]] = {
     "celsius -30; 5 s": {"main.temp.val": "-30"},
     # A button is put right if its order was refused.
     "3 s; order 9 1; 3 s": {"main.bt1.val=0": 2},
-    # A page is ordered for who asks for it, and not for who is refused.
-    "3 s; order 13 2; 1 s": {"page points": 1},
+    "page settings; 3 s": {"settings.sp.txt": "20.0", "settings.crit.txt": "1150.0",
+                           "settings.type.txt": "K"},
+    "order 15 6; page thermo; 3 s": {"thermo.type.txt": "S"},
+    "page debug; 3 s": {"debug.kp.txt": "7.6", "debug.ki.txt": "0.026", "debug.kd.txt": "51"},
+    "page programs; 3 s": {"programs.name1.txt": "fuse", "programs.name2.txt": "slump",
+                           "programs.name3.txt": "-"},
+    # The count of control steps wraps, and the display goes on.
+    "page debug; 3 s; steps 65533; 5 s; order 3 77; 4 s": {"debug.sp.txt": "77.0"},
+    # A page is ordered for who asks for it, until he sees another, and not for who is refused.
+    "3 s; order 13 2; 20 ticks; page settings; 10 s": {"page points": 1},
     "3 s; order 13 9; 1 s": {"page points": 0},
     # That of a fault is not ordered again once it is seen, but when the display starts.
+    "3 s; fault 6; 20 ticks; page main; 10 s": {"page fault06": 3},
     f"3 s; {SEEN}; 10 s": {"page fault06": 1, "t.txt": "20.0"},
     f"3 s; {SEEN}; 3 s; page main; 3 s; started; 1 s": {"page fault06": 2},
     "3 s; fault 9; 9 ticks; page main; 2 s": {"page main": 1, ALARM: "E09 FROZEN", ERROR: "1"},
@@ -146,11 +161,29 @@ def test_it_shows(hosted: Path, what: str) -> None:
             assert said.shown[name] == expected, name
 
 
-def test_marks_are_shown(hosted: Path) -> None:
-    said = run(hosted, "1 s; order 8 1; 2 s; order 11 4; page points; 3 s")
-    colours = [said.shown[f"points.p{row}.bco"] for row in range(1, 6)]
-    assert len(set(colours)) == 3
-    assert colours[1] == colours[2] == colours[4]
+def test_gains_are_shown_as_short_as_they_can_be(hosted: Path) -> None:
+    said = run(hosted, "1 s; page debug; 2 s", *(f"order 5 {gain}; 2 s" for gain in GAINS))
+    told = [text.split('"')[1] for text in after(said, 301, "debug.kp.txt=")]
+    assert list(dict.fromkeys(told)) == GAINS
+
+
+def test_the_rows_that_run_and_are_marked_are_seen(hosted: Path) -> None:
+    shown = []
+    for before in ("1 s", "1 s; order 8 1; 2 s; order 11 4"):
+        said = run(hosted, f"{before}; page points; 3 s").shown
+        shown.append([said[f"points.p{row}.bco"] for row in range(1, 11)])
+    plain, colours = shown
+    assert len(set(plain)) == 1
+    assert [row for row in range(10) if colours[row] != plain[row]] == [0, 3]
+    assert colours[0] != colours[3]
+
+
+@pytest.mark.parametrize("page", [name for name in PAGE if name.startswith("fault0")])
+def test_each_fault_has_its_page(hosted: Path, page: str) -> None:
+    code = int(page.removeprefix("fault"))
+    said = run(hosted, f"1 s; fault {code}; 9 ticks; page {page}; 1 s; page main; 1 s")
+    assert after(said, 0, "page ") == [f"page {page}"]
+    assert said.shown[ALARM].startswith(f"E{code:02d} ")
 
 
 def test_clocks_and_energy(hosted: Path) -> None:
@@ -188,6 +221,10 @@ def test_the_list_of_faults(hosted: Path) -> None:
     listed = [said.shown[f"faults.l{row}.txt"] for row in range(1, 9)]
     assert listed[0] == "E24 KILN LAGS  20.0 C  0d 00:08"
     assert [line[:3] for line in listed] == ["E24"] * 7 + ["E06"]
+    trips = [f"clock {time_s}; fault 6; 9 ticks; order 16; 9 ticks" for time_s in TIMES]
+    said = run(hosted, "1 s", *trips, "page faults; 3 s")
+    listed = [said.shown[f"faults.l{row}.txt"] for row in range(8, 0, -1)]
+    assert listed == [f"E06 TOO HOT  20.0 C  {shown}" for shown in TIMES.values()]
 
 
 def test_the_same_fault_again_is_listed_again(hosted: Path) -> None:
