@@ -127,10 +127,10 @@ def test_threads_run_at_the_same_time() -> None:
 
     thread = threading.Thread(target=work)
     thread.start()
-    avr.run(4)
+    avr.run(1)
     done.set()
     thread.join()
-    assert count > 1000
+    assert count > 100
 
 
 def test_processors_are_freed() -> None:
