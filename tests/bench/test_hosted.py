@@ -9,7 +9,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.reference.line import parsed
 
 AUTOMATIC, MANUAL, TUNING = 0, 1, 2
-ASKED, STOPPED, TUNED_OFF = 200, 19, 4
+STOPPED, TUNED_OFF = 19, 4
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,6 @@ def gains(row):
 def test_what_it_is_told_it_does_and_nothing_else(device):
     for lines, wanted in (
         ("M104 S200", {"setpoint_c": 200}),
-        ("M109 S25", {"setpoint_c": 25}),  # where it is: a host that waits need not wait
         ("M104 S0", {"duty_percent": 0}),
         *((f"M104 S200|{refused}", {"setpoint_c": 200, "mode": AUTOMATIC})
           for refused in ("M104 S261", "M104 S-5", "M104", "M104 D101", "M303 S0", "M108")),
@@ -86,6 +85,11 @@ def test_what_it_is_told_it_does_and_nothing_else(device):
     ):  # fmt: skip
         found = told(device, *lines.split("|"))
         assert {name: found[name] for name in wanted} == wanted, lines
+
+
+def test_m109_sets_it_too():
+    """A host waits for the answer; tests/gcode shows how long the binary keeps it waiting."""
+    assert commanded("extruder", "M109 S210.5", {"for": "1 s"}).log["setpoint_c"][-1] == 210.5
 
 
 def test_by_hand_as_it_is(device):

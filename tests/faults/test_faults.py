@@ -6,7 +6,6 @@ from fault_machines import MACHINES, expected, faults_of, site_of, tried
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.spec.rules import RULES
 
-
 KNOWN = {rule.id for rule in RULES.values()}
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
