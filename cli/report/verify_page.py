@@ -26,10 +26,11 @@ def verify_page(evidence: Evidence) -> str:
     controller = evidence.spec.controller
     identity, run = controller.identity, evidence.loops.run
     timing = evidence.trials.timing
+    verified = f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}"
     return page(
         "verify.html.j2",
         identity.title or identity.name,
-        subtitle=f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}",
+        subtitle=". ".join([verified, *evidence.unusual]),
         failures=evidence.failures,
         count=evidence.count,
         mismatches=evidence.mismatches,

@@ -52,10 +52,9 @@ def test_a_timer_that_clears_on_compare(mcu: str, timer: str, code: int) -> None
     assert abs(cycles[-1] - cycles[0] - (len(cycles) - 1) * period) <= 3
 
 
-@OLD
-def test_three_timers_share_their_registers(mcu: str) -> None:
-    """Each interrupt comes as often as its timer says, whatever the others are told."""
-    program = Small(
+COUNTED = {
+    # Each interrupt comes as often as its timer says, whatever the others are told.
+    "three timers share their registers": (
         """volatile uint16_t n0, n1, n2;
         ISR(TIMER0_COMP_vect) { n0++; }
         ISR(TIMER1_COMPA_vect) { n1++; }
@@ -67,18 +66,10 @@ def test_three_timers_share_their_registers(mcu: str) -> None:
             TIMSK = _BV(OCIE0) | _BV(OCIE1A) | _BV(OCIE2); sei();
             for (;;) {}
         }""",
-        mcu=mcu,
-    )
-    program.avr.run_to(800_000)
-    assert program["n0"] == pytest.approx(1000, abs=1)
-    assert program["n1"] == pytest.approx(400, abs=1)
-    assert program["n2"] == pytest.approx(800, abs=1)
-
-
-@OLD
-def test_a_flag_is_cleared_alone(mcu: str) -> None:
-    """TIFR belongs to three timers; simavr forgets the flags of all when one is cleared."""
-    program = Small(
+        0.05, {"n0": 1000, "n1": 400, "n2": 800},
+    ),
+    # TIFR belongs to three timers; simavr forgets the flags of all when one is cleared.
+    "a flag is cleared alone": (
         """volatile uint8_t before, after, last;
         int main(void) {
             OCR0 = 10; OCR2 = 10; OCR1A = 10; OCR1B = 20; TCCR0 = 1; TCCR2 = 1; TCCR1B = 1;
@@ -87,18 +78,10 @@ def test_a_flag_is_cleared_alone(mcu: str) -> None:
             TIFR = 0xff; last = TIFR;
             for (;;) {}
         }""",
-        mcu=mcu,
-    )
-    program.avr.run(0.001)
-    assert program["before"] == 0b11011011
-    assert program["after"] == 0b11001011
-    assert program["last"] == 0
-
-
-@OLD
-def test_a_cleared_flag_is_no_interrupt(mcu: str) -> None:
-    """What waits while interrupts are off is forgotten; another timer's is not."""
-    program = Small(
+        0.001, {"before": 0b11011011, "after": 0b11001011, "last": 0},
+    ),
+    # What waits while interrupts are off is forgotten; another timer's is not.
+    "a cleared flag is no interrupt": (
         """volatile uint8_t n0, n2;
         ISR(TIMER0_COMP_vect) { n0++; }
         ISR(TIMER2_COMP_vect) { n2++; }
@@ -107,10 +90,29 @@ def test_a_cleared_flag_is_no_interrupt(mcu: str) -> None:
             _delay_us(8); TCCR0 = 0; TCCR2 = 0;
             TIFR = _BV(OCF0); sei(); for (;;) {}
         }""",
-        mcu=mcu,
-    )
-    program.avr.run(0.001)
-    assert (program["n0"], program["n2"]) == (0, 1)
+        0.001, {"n0": 0, "n2": 1},
+    ),
+    "sleep is idle and wakes by a timer": (
+        """volatile uint16_t ticks;
+        ISR(TIMER2_COMP_vect) { ticks++; }
+        int main(void) {
+            OCR2 = 249; TCCR2 = _BV(WGM21) | 4; TIMSK = _BV(OCIE2);
+            for (;;) { sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli(); }
+        }""",
+        1, {"ticks": 1000},
+    ),
+}  # fmt: skip
+
+
+@OLD
+@pytest.mark.parametrize("what", COUNTED)
+def test_timers_and_their_flags(mcu: str, what: str) -> None:
+    source, seconds, expected = COUNTED[what]
+    program = Small(source, mcu=mcu, seconds=seconds)
+    for name, value in expected.items():
+        assert program[name] == pytest.approx(value, abs=1 if value >= 400 else 0)
+    if "sleep" in what:
+        assert program.avr.sleep_cycles > 0.99 * program.avr.cycle
 
 
 @OLD
@@ -201,22 +203,6 @@ def test_writing_a_pin_register_does_nothing(mcu: str) -> None:
         avr.pins.watch(f"PC{bit}")
     avr.run(0.001)
     assert [avr.pins.level(f"PC{bit}") for bit in range(4)] == [False, True, False, False]
-
-
-@OLD
-def test_sleep_is_idle_and_wakes_by_a_timer(mcu: str) -> None:
-    program = Small(
-        """volatile uint16_t ticks;
-        ISR(TIMER2_COMP_vect) { ticks++; }
-        int main(void) {
-            OCR2 = 249; TCCR2 = _BV(WGM21) | 4; TIMSK = _BV(OCIE2);
-            for (;;) { sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli(); }
-        }""",
-        mcu=mcu,
-    )
-    program.avr.run(1)
-    assert program["ticks"] == pytest.approx(1000, abs=1)
-    assert program.avr.sleep_cycles > 0.99 * program.avr.cycle
 
 
 @OLD

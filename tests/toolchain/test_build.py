@@ -131,43 +131,39 @@ def test_the_compilers_errors_are_told(project: Project) -> None:
     assert "heatwright/builds" not in str(caught.value)
 
 
-def test_a_missing_function_is_told(project: Project) -> None:
-    with pytest.raises(BuildFailed, match="undefined reference to `absent'"):
-        build(project(main="void absent(void);\nint main(void) { absent(); for (;;); }\n"))
+REFUSED = {
+    "a missing function": (
+        {"main": "void absent(void);\nint main(void) { absent(); for (;;); }\n"},
+        "undefined reference to `absent'",
+    ),
+    "an unknown board": ({"board": "teapot"}, "Unknown board ID 'teapot'"),
+    "a board without a size": (
+        {"ini": "board_upload.maximum_ram_size = 0\n"}, "does not know how much flash and RAM",
+    ),
+    "too much flash": (
+        {"main": "#include <avr/pgmspace.h>\n"
+                 "__attribute__((used)) const char big[32600] PROGMEM = {1};\n"
+                 "int main(void) { for (int i = 0;; i++) if (pgm_read_byte(big + i)) i++; }\n"},
+        r"program size \(\d+ bytes\) is greater than maximum",
+    ),
+    "a stack that meets the variables": (
+        {"main": "#include <stdint.h>\nstatic volatile uint8_t big[2000];\nint main(void) {\n"
+                 "volatile uint8_t frame[60]; for (;;) frame[big[1]] = big[frame[9]]; }\n"},
+        r"2000 bytes of variables and 6\d bytes of stack",
+    ),
+    "an unknown stack": (
+        {"main": "int (*volatile f)(void);\nint main(void) { for (;;) f(); }\n"},
+        "main calls a function by pointer",
+    ),
+}  # fmt: skip
 
 
-def test_an_unknown_board_is_told(project: Project) -> None:
-    with pytest.raises(BuildFailed, match="Unknown board ID 'teapot'"):
-        build(project(board="teapot"))
-
-
-def test_a_board_without_a_size_is_told(project: Project) -> None:
-    with pytest.raises(BuildFailed, match="does not know how much flash and RAM"):
-        build(project(ini="board_upload.maximum_ram_size = 0\n"))
-
-
-def test_too_much_flash_is_told(project: Project) -> None:
-    main = (
-        "#include <avr/pgmspace.h>\n__attribute__((used)) const char big[32600] PROGMEM = {1};\n"
-        "int main(void) { for (unsigned i = 0;; i++) if (pgm_read_byte(big + i)) i++; }\n"
-    )
-    with pytest.raises(BuildFailed, match=r"program size \(\d+ bytes\) is greater than maximum"):
-        build(project(main=main))
-
-
-def test_a_stack_that_meets_the_variables_is_refused(project: Project) -> None:
-    main = (
-        "#include <stdint.h>\nstatic volatile uint8_t big[2000];\n"
-        "int main(void) { volatile uint8_t frame[60]; for (;;) frame[big[1]] = big[frame[9]]; }\n"
-    )
-    with pytest.raises(BuildFailed, match=r"2000 bytes of variables and 6\d bytes of stack"):
-        build(project(main=main))
-
-
-def test_an_unknown_stack_is_refused(project: Project) -> None:
-    main = "int (*volatile f)(void);\nint main(void) { for (;;) f(); }\n"
-    with pytest.raises(BuildFailed, match="main calls a function by pointer"):
-        build(project(main=main))
+@pytest.mark.parametrize(("changes", "reason"), REFUSED.values(), ids=REFUSED)
+def test_it_is_told_why_it_does_not_build(
+    changes: dict[str, str], reason: str, project: Project
+) -> None:
+    with pytest.raises(BuildFailed, match=reason):
+        build(project(**changes))
 
 
 def test_no_project_is_told(tmp_path: Path) -> None:
@@ -182,20 +178,21 @@ def test_several_environments_need_a_choice(project: Project) -> None:
     assert build(folder, environment="mega").ram_limit == 8192
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "remedy"),
+    [
+        ("PATH", "/nonexistent", "sudo apt-get install gcc-avr avr-libc"),
+        ("HEATWRIGHT_PLATFORMIO", "sideways", "HEATWRIGHT_PLATFORMIO=sideways"),
+    ],
+)
 def test_a_missing_compiler_is_one_line_with_the_remedy(
-    project: Project, monkeypatch: pytest.MonkeyPatch
+    name: str, value: str, remedy: str, project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PATH", "/nonexistent")
     monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "offline")
-    with pytest.raises(ToolMissing, match="sudo apt-get install gcc-avr avr-libc") as caught:
+    monkeypatch.setenv(name, value)
+    with pytest.raises(ToolMissing, match=remedy) as caught:
         build(project())
     assert "\n" not in str(caught.value)
-
-
-def test_an_unknown_way_is_refused(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "sideways")
-    with pytest.raises(ToolMissing, match="HEATWRIGHT_PLATFORMIO=sideways"):
-        build(project())
 
 
 def test_the_users_own_platformio_is_run_as_it_is(
