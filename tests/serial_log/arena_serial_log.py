@@ -5,12 +5,14 @@ from functools import partial
 
 from log_course import (
     EEPROM,
+    OTHER_SPEC,
     RAM,
     SLOW_LINE,
     SLOW_RAM,
     busy_problem,
     commands_problem,
     course_problem,
+    full,
     kept_problem,
     no_reading_problem,
     slow_problem,
@@ -25,6 +27,13 @@ TALK = ("log", "log_note", "log_talk", "log_port")
 
 class Logs(Firmware):
     """A log, in the one memory or the other."""
+
+    def prepare(self) -> None:
+        """Fill memories once for all trials."""
+        super().prepare()
+        if "log_ring_eeprom.h" in self.headers():
+            full(EEPROM)
+            full(OTHER_SPEC)
 
 
 def on_board(said: str, problem: Callable[[LogBoard], str], elf: Elf) -> str:

@@ -13,6 +13,7 @@ RAM = "every: 2 s, entries: 20"
 SLOW_RAM = "every: 60 s, entries: 20"
 SLOW_LINE = "every: 1 s, entries: 20, baud: 600"
 EEPROM = "every: 64 s, entries: 50, keep: eeprom"
+OTHER_SPEC = EEPROM.replace("64", "65")
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
 WRITTEN_S = 0.15
@@ -234,10 +235,10 @@ def _forgotten_problem(bench: LogBoard) -> str:
     after = bench.after_power_cut()
     if after.ask("log", SOON_S) != [HEADING, ""]:
         return "what was cleared has come back"
-    image = bytearray(full())
-    other = LogBoard(program(EEPROM.replace("64", "65")), None, bytes(image))
+    other = LogBoard(program(EEPROM), bench.elf, full(OTHER_SPEC))
     if other.ask("log", SOON_S) != [HEADING, ""]:
         return "entries of another spec"
+    image = bytearray(full(EEPROM))
     start = layout(bench.controller).history.start
     for place in (start + 8 * 3, start + 8 * 3 + 7):
         image[place] -= 1
@@ -247,9 +248,9 @@ def _forgotten_problem(bench: LogBoard) -> str:
 
 
 @cache
-def full() -> bytes:
+def full(said: str) -> bytes:
     """Return the EEPROM of a sound board, its log full."""
-    notes = Notes(LogBoard(program(EEPROM)))
+    notes = Notes(LogBoard(program(said)))
     for number in range(60):
         notes.go(float(number))
     return notes.bench.avr.eeprom.contents
@@ -257,7 +258,7 @@ def full() -> bytes:
 
 def busy_problem(elf: Elf | None = None) -> str:
     """Say whether the log waits for the EEPROM when ticks follow each other without a pause."""
-    bench = LogBoard(program(EEPROM), elf, full())
+    bench = LogBoard(program(EEPROM), elf, full(EEPROM))
     profile = bench.avr.profile(bench.elf)
     bench.ask("log", SOON_S)
     usual = profile.functions["log_tick"].longest
