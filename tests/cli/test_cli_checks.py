@@ -26,62 +26,60 @@ def loops(chamber: Controller) -> ClosedLoop:
     return ClosedLoop(run, {"air": replay(chamber, run.trace.steps["air"])})
 
 
-def expect(**limits: str) -> Expect:
-    return Expect.model_validate(limits)
+def failing(checks: Any) -> dict[str, str]:
+    return {check.what: check.found for check in checks if not check.passed}
 
 
-def failing(checks: Any) -> list[str]:
-    return [check.what for check in checks if not check.passed]
-
-
-def with_run(loops: ClosedLoop, **changes: Any) -> ClosedLoop:
-    return replace(loops, run=replace(loops.run, **changes))
-
-
-def with_replay(loops: ClosedLoop, **changes: Any) -> ClosedLoop:
-    return replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
-
-
-def test_a_good_run_holds(loops: ClosedLoop) -> None:
-    assert failing(run_checks(loops, expect(overshoot="0.5 K", steady="0.5 K"))) == []
-    assert failing(replay_checks(loops)) == []
-
-
-def test_a_limit_counts_as_kept(loops: ClosedLoop) -> None:
-    assert failing(run_checks(loops, expect(overshoot="0.49 K"))) == ["air: overshoot"]
-    assert failing(run_checks(loops, expect(steady="0.49 K"))) == ["air: steady error"]
-
-
-def test_a_tripped_protection_fails(loops: ClosedLoop) -> None:
-    (check,) = [
-        each
-        for each in run_checks(with_run(loops, faults={"air": ((12.5, 6),)}), None)
-        if not each.passed
-    ]
-    assert check.found == "E06 TOO HOT at 12.5 s"
-
-
-def test_a_complaint_of_a_chip_fails(loops: ClosedLoop) -> None:
-    worse = with_run(loops, complaints=("display: data_setup was below the data sheet 3 times",))
-    assert failing(run_checks(worse, None)) == ["chips keep to their data sheets"]
+TRIPPED = "E06 TOO HOT at 12.5 s"
+TIMES = "display: data_setup was below the data sheet 3 times"
 
 
 @pytest.mark.parametrize(
-    "change", [{"mismatches": 1}, {"restored": ("a fault",)}, {"unchecked": ("loop.secret",)}]
+    ("limits", "changes", "expected"),
+    [
+        ({"overshoot": "0.5 K", "steady": "0.5 K"}, {}, {}),  # a limit counts as kept
+        ({"overshoot": "0.49 K"}, {}, {"air: overshoot": "0.5 K"}),
+        ({"steady": "0.49 K"}, {}, {"air: steady error": "0.5 K"}),
+        (
+            None,
+            {"faults": {"air": ((12.5, 6),)}},
+            {"air: no protection trips": "E06 TOO HOT at 12.5 s"},
+        ),
+        (None, {"complaints": (TIMES,)}, {"chips keep to their data sheets": TIMES}),
+    ],
 )
-def test_what_differs_from_the_model_fails(loops: ClosedLoop, change: dict[str, Any]) -> None:
-    assert len(failing(replay_checks(with_replay(loops, **change)))) == 1
+def test_what_is_asked_of_a_run(
+    loops: ClosedLoop, limits: Any, changes: dict[str, Any], expected: dict[str, str]
+) -> None:
+    judged = replace(loops, run=replace(loops.run, **changes))
+    expect = Expect.model_validate(limits) if limits else None
+    assert failing(run_checks(judged, expect)) == expected
 
 
-def test_inputs_and_the_clock_are_not_compared(loops: ClosedLoop) -> None:
-    assert failing(replay_checks(with_replay(loops, unchecked=("fault.time_s",)))) == []
+@pytest.mark.parametrize(
+    ("changes", "failed"),
+    [
+        ({}, 0),
+        ({"mismatches": 1}, 1),
+        ({"restored": ("a fault",)}, 1),
+        ({"unchecked": ("loop.secret",)}, 1),
+        ({"unchecked": ("fault.time_s",)}, 0),  # inputs and the clock are not compared
+    ],
+)
+def test_what_differs_from_the_model_fails(
+    loops: ClosedLoop, changes: dict[str, Any], failed: int
+) -> None:
+    judged = replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
+    assert len(failing(replay_checks(judged))) == failed
 
 
 def test_a_binary_that_does_not_fit_fails() -> None:
     built = BuildResult(Path("a.elf"), 100, 50, 50, flash_limit=100, ram_limit=100, log="")
-    assert failing(build_checks(built)) == []
-    assert failing(build_checks(replace(built, flash_bytes=101))) == ["flash"]
-    assert failing(build_checks(replace(built, stack_bytes=51))) == ["static RAM and worst stack"]
+    assert list(failing(build_checks(built))) == []
+    assert list(failing(build_checks(replace(built, flash_bytes=101)))) == ["flash"]
+    assert list(failing(build_checks(replace(built, stack_bytes=51)))) == [
+        "static RAM and worst stack"
+    ]
 
 
 def test_a_short_scenario_is_drawn_out_and_a_long_one_stays(chamber: Controller) -> None:

@@ -226,30 +226,17 @@ def test_the_pins_of_a_part(name: str, part: str, pins: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"),
+    ("name", "pin", "path", "purpose"),
     [
-        (
-            "dryer",
-            {
-                "PD2": (("interfaces", 0, "driver_enable"), "the line's driver"),
-                "PD5": (("interfaces", 1, "leds", "PD5"), "the LED warm"),
-                "PD0": (("interfaces", 0), "the serial port"),
-            },
-        ),
-        (
-            "kiln",
-            {
-                "PH6": (("safety", "relay_feedback"), "the relay's feedback"),
-                "PH5": (("outputs", "safety_relay", "pin"), ""),
-                "PE0": (("interfaces", 0), "the serial port"),
-                "PE1": (("interfaces", 0), "the serial port"),
-                "PD2": (("interfaces", 1), "the serial port"),
-                "PD3": (("interfaces", 1), "the serial port"),
-            },
-        ),
+        ("dryer", "PD2", "interfaces.0.driver_enable", "the line's driver"),
+        ("dryer", "PD5", "interfaces.1.leds.PD5", "the LED warm"),
+        ("dryer", "PD0", "interfaces.0", "the serial port"),
+        ("kiln", "PH6", "safety.relay_feedback", "the relay's feedback"),
+        ("kiln", "PH5", "outputs.safety_relay.pin", ""),
+        *(("kiln", pin, "interfaces.0", "the serial port") for pin in ("PE0", "PE1")),
+        *(("kiln", pin, "interfaces.1", "the serial port") for pin in ("PD2", "PD3")),
     ],
 )
-def test_every_pin_in_use_is_known(name: str, expected: dict[str, object]) -> None:
-    uses = pin_uses(example(name).controller)
-    used = {use.pin.port_name: (use.path, use.purpose) for use in uses}
-    assert {pin: used[pin] for pin in expected} == expected
+def test_every_pin_in_use_is_known(name: str, pin: str, path: str, purpose: str) -> None:
+    uses = {use.pin.port_name: use for use in pin_uses(example(name).controller)}
+    assert (".".join(map(str, uses[pin].path)), uses[pin].purpose) == (path, purpose)
