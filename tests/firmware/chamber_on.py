@@ -18,14 +18,29 @@ HEATER, FAN = pin_number("PD3"), pin_number("PB3")
 RECORD_BYTES, STRIDE, SLOTS = 19, 64, 16
 
 
+def program() -> Elf:
+    """Return the firmware; an arena puts a broken one in its place."""
+    return whole("chamber")
+
+
 def power_on(
     eeprom: bytes = b"", temperature_c: float = ROOM_C, elf: Elf | None = None
 ) -> AvrDevice:
     """Return the chamber's controller at time 0, its sensor at a temperature."""
-    device = AvrDevice(CHAMBER, elf or whole("chamber"))
+    device = AvrDevice(CHAMBER, elf or program())
     device.avr.eeprom.contents = eeprom
     device.sense("air", temperature_c)
     return device
+
+
+def latched() -> AvrDevice:
+    """Power on with an EEPROM that holds an unacknowledged fault."""
+    device = power_on()
+    device.advance(2.5)
+    device.sensors["air"].unplug()  # type: ignore[attr-defined]
+    device.advance(12.0)
+    assert device.read("fault.code") == 1
+    return power_on(device.avr.eeprom.contents)
 
 
 def press(device: AvrDevice, key: str, for_s: float = 0.1) -> None:

@@ -4,24 +4,26 @@ import numpy as np
 import pytest
 from chamber_on import SETPOINT, power_on, press
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.native.analog import millivolts
+
+
+def started(phase_s: float = 0.0) -> AvrDevice:
+    """Return the chamber after its first control step."""
+    device = power_on()
+    device.advance(1.5 + phase_s)
+    return device
 
 
 @pytest.mark.parametrize(
     ("temperature_c", "shown"),
     [
-        (19.0, "T=19.0°C VT=1   "),
-        (20.0, "T=20.0°C VT=0   "),
-        (49.94, "T=49.9°C VT=0   "),
-        (0.0, "T=0.0°C VT=1    "),
-        (-0.03, "T=0.0°C VT=1    "),
-        (-0.0625, "T=-0.1°C VT=1   "),
-        (-9.9, "T=-9.9°C VT=1   "),
-        (-40.0, "T=-40.0°C VT=0  "),
-        (100.0, "T=100.0°C VT=0  "),
+        (19.0, "T=19.0°C VT=1   "), (20.0, "T=20.0°C VT=0   "), (49.94, "T=49.9°C VT=0   "),
+        (0.0, "T=0.0°C VT=1    "), (-0.03, "T=0.0°C VT=1    "), (-0.0625, "T=-0.1°C VT=1   "),
+        (-9.9, "T=-9.9°C VT=1   "), (-40.0, "T=-40.0°C VT=0  "), (100.0, "T=100.0°C VT=0  "),
         (125.0, "T=125.0°C VT=0  "),
     ],
-)
+)  # fmt: skip
 def test_temperature_and_heater(temperature_c: float, shown: str) -> None:
     device = power_on(temperature_c=temperature_c)
     device.advance(3.5)
@@ -35,8 +37,7 @@ def test_before_the_first_reading() -> None:
 
 
 def test_setpoints_stop_at_their_ends() -> None:
-    device = power_on()
-    device.advance(1.5)
+    device = started()
     for key, setpoints_c in (
         ("up", (30, 40, 50, 60, 70, 70)),
         ("down", (60, 50, 40, 30, 20, 10, 10)),
@@ -50,8 +51,7 @@ def test_setpoints_stop_at_their_ends() -> None:
 
 @pytest.mark.parametrize("key", ["right", "left", "select"])
 def test_other_keys_change_nothing(key: str) -> None:
-    device = power_on()
-    device.advance(1.5)
+    device = started()
     press(device, key)
     assert device.read(SETPOINT) == 20
     assert device.read("fault.code") == 0
@@ -63,8 +63,7 @@ def test_other_keys_change_nothing(key: str) -> None:
      (599, 20), (600, 20), (899, 20), (900, 20), (1023, 20)],
 )  # fmt: skip
 def test_thresholds_of_the_keys(code: int, setpoint_c: int) -> None:
-    device = power_on()
-    device.advance(1.5)
+    device = started()
     device.avr.adc.set(0, millivolts(code))
     device.advance(1.6)
     assert device.read(SETPOINT) == setpoint_c
@@ -72,8 +71,7 @@ def test_thresholds_of_the_keys(code: int, setpoint_c: int) -> None:
 
 @pytest.mark.parametrize("tolerance", [-0.1, 0.1])
 def test_cheap_resistors(tolerance: float) -> None:
-    device = power_on()
-    device.advance(1.5)
+    device = started()
     device.shield.keypad.tolerance = tolerance
     for key, setpoint_c in (("up", 30), ("right", 30), ("left", 30), ("select", 30), ("down", 20)):
         press(device, key)
@@ -83,8 +81,7 @@ def test_cheap_resistors(tolerance: float) -> None:
 @pytest.mark.parametrize("bounces", [1, 2, 3, 4])
 @pytest.mark.parametrize("phase_ms", range(0, 10, 3))
 def test_a_bouncing_contact_is_one_press(bounces: int, phase_ms: int) -> None:
-    device = power_on()
-    device.advance(1.5 + phase_ms / 1000)
+    device = started(phase_ms / 1000)
     device.shield.keypad.bounces = bounces
     for setpoint_c in (30, 40, 50):
         press(device, "up")
@@ -94,8 +91,7 @@ def test_a_bouncing_contact_is_one_press(bounces: int, phase_ms: int) -> None:
 @pytest.mark.parametrize("phase_ms", range(10))
 def test_a_short_press_counts_and_a_spike_does_not(phase_ms: int) -> None:
     """Two samples, 10 ms apart, have to agree: 30 ms always do, 9 ms never."""
-    device = power_on()
-    device.advance(1.5 + phase_ms / 1000)
+    device = started(phase_ms / 1000)
     press(device, "up", 0.030)
     assert device.read(SETPOINT) == 30
     press(device, "up", 0.009)
@@ -103,8 +99,7 @@ def test_a_short_press_counts_and_a_spike_does_not(phase_ms: int) -> None:
 
 
 def test_a_key_that_is_held_counts_once() -> None:
-    device = power_on()
-    device.advance(1.5)
+    device = started()
     press(device, "up", 20.0)
     assert device.read(SETPOINT) == 30
 

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chamber_on import FAN, HEATER, SETPOINT, power_on, press, put
+from chamber_on import FAN, HEATER, SETPOINT, latched, power_on, press, put
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 
 WDTCSR, WDE, WDIE = 0x60, 0x08, 0x40
@@ -76,33 +75,24 @@ def test_no_heat_before_the_first_reading() -> None:
 # -- a key that is down when the power comes on was not pressed by anyone who read the display
 
 
-@pytest.fixture
-def latched() -> AvrDevice:
-    """Powered on with an EEPROM that holds an unacknowledged fault."""
-    device = power_on()
-    device.advance(2.5)
-    device.sensors["air"].unplug()  # type: ignore[attr-defined]
-    device.advance(12.0)
+def test_select_held_from_the_start_acknowledges_nothing() -> None:
+    device = latched()
+    device.press("select")
+    device.advance(5.0)
     assert device.read("fault.code") == 1
-    return power_on(device.avr.eeprom.contents)
-
-
-def test_select_held_from_the_start_acknowledges_nothing(latched: AvrDevice) -> None:
-    latched.press("select")
-    latched.advance(5.0)
-    assert latched.read("fault.code") == 1
-    latched.press(None)
-    latched.advance(5.2)
-    press(latched, "select")
-    assert latched.read("fault.code") == 0
+    device.press(None)
+    device.advance(5.2)
+    press(device, "select")
+    assert device.read("fault.code") == 0
 
 
 @pytest.mark.parametrize("key", ["up", "down"])
-def test_the_setpoint_stands_while_a_fault_hides_it(latched: AvrDevice, key: str) -> None:
-    latched.advance(1.0)
-    press(latched, key)
-    latched.advance(1.4)
-    assert (latched.read(SETPOINT), latched.read("fault.code")) == (20, 1)
+def test_the_setpoint_stands_while_a_fault_hides_it(key: str) -> None:
+    device = latched()
+    device.advance(1.0)
+    press(device, key)
+    device.advance(1.4)
+    assert (device.read(SETPOINT), device.read("fault.code")) == (20, 1)
 
 
 def test_the_keys_pin_does_not_float_without_the_shield() -> None:

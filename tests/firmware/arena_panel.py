@@ -1,0 +1,17 @@
+"""The chamber's panel, broken, and what then has to complain: the tests of its keys and lines."""
+
+import chamber_on
+import test_panel
+import test_start
+from rig.judged import OnTheBinary, first_complaint
+
+from heatwright.sim.elf import Elf
+
+
+def problem(program: Elf) -> str:
+    """Work the keys of this program."""
+    chamber_on.program = lambda: program
+    return first_complaint([test_panel, test_start])
+
+
+ARENAS = [OnTheBinary("firmware/chamber", "chamber", r"panel\.c", problem)]
