@@ -72,17 +72,18 @@ EVIDENCE = exactly(
 Verified = tuple[dict[str, Any], str]
 
 
-class TestVerify:
-    @pytest.fixture(scope="class")
-    def verified(self, tmp_path_factory: pytest.TempPathFactory) -> Verified:
-        """The chamber, verified once: the JSON, and the page."""
-        page = tmp_path_factory.mktemp("verified") / "chamber.html"
-        spec, out = str(EXAMPLES / "chamber.yaml"), io.StringIO()
-        with contextlib.redirect_stdout(out):
-            status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
-        assert status in {0, 1}, out.getvalue()
-        return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def verified(tmp_path_factory: pytest.TempPathFactory) -> Verified:
+    """The chamber, verified once: the JSON, and the page."""
+    page = tmp_path_factory.mktemp("verified") / "chamber.html"
+    spec, out = str(EXAMPLES / "chamber.yaml"), io.StringIO()
+    with contextlib.redirect_stdout(out):
+        status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
+    assert status in {0, 1}, out.getvalue()
+    return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
 
+
+class TestVerify:
     def test_the_evidence_has_the_promised_form(self, verified: Verified) -> None:
         validate(verified[0], EVIDENCE)
 

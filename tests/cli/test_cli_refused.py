@@ -7,14 +7,15 @@ import pytest
 from conftest import EXAMPLES, Heatwright
 
 SCENARIOS = {
-    "none": "",
-    "number": "scenario: 1\n",
-    "list": "- {for: 1 h}\n",
-    "unit": "scenario:\n  - {for: 1}\n",
-    "endless": "scenario:\n  - {at: 1 s, press: up}\n",
-    "open": "scenario: [",
-    "other": "scenario: []\nother: 1\n",
+    "empty": ("", "empty:1:1: there is no scenario in this file. Write scenario: [ … ]."),
+    "number": ("scenario: 1\n", "number:1:1: scenario: a list is needed here"),
+    "list": ("- {for: 1 h}\n", "list:1:1: keys and values are needed here"),
+    "unit": ("scenario:\n  - {for: 1}\n", "unit:2:6: scenario[0].for: 1 has no unit"),
+    "endless": ("scenario:\n  - {at: 1 s, press: up}\n", "endless:1:1: scenario: "),
+    "open": ("scenario: [", "open:1:1"),
+    "other": ("scenario: []\nother: 1\n", "other:2:1: other: there is no such key"),
 }
+"""Files of scenarios, and what is said of them."""
 
 
 @pytest.mark.parametrize(
@@ -49,27 +50,9 @@ SCENARIOS = {
         ("compare oven.yaml --algorithm none", "no row is called none; there are"),
         ("simulate chamber.yaml --scenario no.yaml", "no.yaml: no such file"),
         ("simulate chamber.yaml --model --scenario no.yaml --csv step.csv", "no such file"),
-        (
-            "simulate chamber.yaml --model --scenario none",
-            "none:1:1: there is no scenario in this file. Write scenario: [ … ].",
-        ),
-        (
-            "simulate chamber.yaml --model --scenario number",
-            "number:1:1: scenario: a list is needed here",
-        ),
-        (
-            "simulate chamber.yaml --model --scenario list",
-            "list:1:1: keys and values are needed here",
-        ),
-        (
-            "simulate chamber.yaml --model --scenario unit",
-            "unit:2:6: scenario[0].for: 1 has no unit",
-        ),
-        ("simulate chamber.yaml --model --scenario endless", "endless:1:1: scenario: "),
-        ("simulate chamber.yaml --model --scenario open", "open:1:1"),
-        (
-            "simulate chamber.yaml --model --scenario other",
-            "other:2:1: other: there is no such key",
+        *(
+            (f"simulate chamber.yaml --model --scenario {name}", reason)
+            for name, (_, reason) in SCENARIOS.items()
         ),
         ("identify", "Missing argument 'LOG'"),
         ("identify no.csv", "no.csv: no such file"),
@@ -103,7 +86,7 @@ SCENARIOS = {
 def test_what_cannot_be_done(heatwright: Heatwright, words: str, reason: str) -> None:
     copyfile(EXAMPLES / "kiln.yaml", "kiln.yaml")
     text = Path("oven.yaml").read_text("utf-8")
-    given = {name: scenario for name, scenario in SCENARIOS.items() if name in words.split()}
+    given = {name: scenario for name, (scenario, _) in SCENARIOS.items()}
     given |= {"bare.yaml": text[: text.index("# The oven itself")], "empty.csv": ""}
     given["step.csv"] = "time [s],temperature [°C],duty [%]\n0,20,0\n1,20,100\n2,21,100\n"
     for name, content in given.items():
