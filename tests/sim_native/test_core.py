@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from judges import ERRORS, differences, on_ours
 from numpy.typing import NDArray
-from rig.avr import CLOCK_HZ, powered, running, shared
+from rig.avr import CLOCK_HZ, compiled, powered, running, shared
 from streams import CHIPS, Chip, image
 from suite import amount
 
@@ -115,18 +115,6 @@ def test_a_skip_over_adiw_and_sbiw_is_of_one_word(skip: str, over: str) -> None:
         assert changed == (0 if taken else k if over == "adiw" else -k & 0xFFFF)
 
 
-def test_a_program_with_interrupts_runs_alike() -> None:
-    program = shared("blink.c")
-    ours, simavrs = powered(program), powered(program)
-    simavrs.use_simavrs_core()
-    for avr in (ours, simavrs):
-        avr.pins.watch("PB5")
-        avr.run(10)
-    assert state(ours) == state(simavrs)
-    assert ours.sleep_cycles == simavrs.sleep_cycles
-    assert np.array_equal(ours.pins.take(), simavrs.pins.take())
-
-
 MASKED = """
 volatile uint8_t count, seen[8];
 ISR(TIMER0_COMPA_vect) { count++; }
@@ -151,36 +139,29 @@ int main(void) {
 """
 
 
-def test_masks_interrupts_and_table_jumps_run_alike() -> None:
-    """Interrupts every few instructions, one of them interruptible, while the program masks."""
-    ours, simavrs = running(MASKED), running(MASKED)
+PROGRAMS = {
+    "interrupts and sleep": (lambda: shared("blink.c"), 40_000_000),
+    # Interrupts every few instructions, one of them interruptible, while the program masks.
+    "masks": (lambda: compiled(MASKED), 200_000),
+    "computations": (lambda: shared("computed.c", "-lm"), 400_000),
+}
+
+
+@pytest.mark.parametrize("what", PROGRAMS)
+def test_programs_run_alike(what: str) -> None:
+    program, cycles = PROGRAMS[what]
+    ours, simavrs = (powered(program()) for _ in range(2))
     simavrs.use_simavrs_core()
     rng = np.random.default_rng(1)
-    for _ in range(2_000):
-        cycle = ours.cycle + int(rng.integers(1, 200))
+    for avr in (ours, simavrs):
+        avr.pins.watch("PB5")
+    while ours.cycle < cycles:
+        cycle = ours.cycle + int(rng.integers(1, cycles // 1000))
         for avr in (ours, simavrs):
             avr.run_to(cycle)
         assert state(ours) == state(simavrs)
-
-
-FLOATS = """
-volatile float out[4];
-int main(void) {
-    float a = 1.25f, b = -0.5f;
-    for (uint32_t i = 0;; i++) {
-        a = a * 1.0001f + b; b = a / 3.0f - b * 0.5f;
-        out[i & 3] = a; out[(i + 1) & 3] = b; if (a > 1e6f) a = (float)(int32_t)b;
-    }
-}
-"""
-
-
-def test_floating_point_runs_alike() -> None:
-    ours, simavrs = running(FLOATS), running(FLOATS)
-    simavrs.use_simavrs_core()
-    for avr in (ours, simavrs):
-        avr.run(0.3)
-    assert state(ours) == state(simavrs)
+    assert ours.sleep_cycles == simavrs.sleep_cycles
+    assert np.array_equal(ours.pins.take(), simavrs.pins.take())
 
 
 def test_sbi_on_a_pin_register_toggles_that_pin_alone() -> None:
