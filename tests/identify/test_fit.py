@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from known_machines import POWER_W, machine, recorded, steps
 from scipy.stats import binom
+from suite import amount
 
 from heatwright.sim.identify import Identified, Record, Structure, Unusable, fit
 
-RUNS = 25
+RUNS = amount("records_identified")
 TRUE = {"capacity_body": 16.7, "resistance_body": 14.7, "lag": 4.5, "delay": 1.3, "ambient": 20.0}
 
 
