@@ -4,13 +4,14 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import host_programmed
+import test_outputs_relay_hosted as hosted
 import test_outputs_stepper as stepper
 from held_course import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
 from pwm_course import PwmBoard, heater_problems, placed, restart_problem
 from relay_course import OPEN, RelayBoard, relayed
 from relay_course import whole_problem as relay_problem
 from rig.avr import Firmware, Program
-from rig.outputs import Wired, reset_problem
+from rig.outputs import Wired, cause_problem, reset_problem
 from rig.specs import spec_of
 from window_course import SHORT_LEFT_OUT, SPREAD, windows
 from window_course import whole_problem as window_problem
@@ -91,19 +92,29 @@ def loop_problem(elf: Elf) -> str:
     return "" if device.read("fault.code") == OPEN else "it is not found to be open"
 
 
+TWO_LOOPS = hosted.SPEC % ""
+
+
+def two_loops_problem(elf: Elf) -> None:
+    """Let a host switch the one loop, then the other."""
+    hosted.test_it_is_closed_while_a_loop_is_on(hosted.powered(TWO_LOOPS, elf))
+
+
 HEATER = ("output_heater",)
 BOTH = ("output_heater", "output_cooler", "gate")
 ARENAS = [
-    arena("relay", relayed(), ("relay", "gate", "reset"), relay_problem, relay_off_problem),
+    arena("relay", relayed(), ("relay", "gate", "reset"), relay_problem, relay_off_problem,
+          cause_problem),
     arena("relay without contact", relayed(feedback=False), ("relay", "gate"), relay_problem),
     arena("held", held(*VARIANTS["all"]), BOTH, any_orders_problem),
     arena("switched", held(), BOTH, any_orders_problem),
     arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
     arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
+    Outputs("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
     Outputs("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(
         arena(f"pwm by {by}", placed("uno", {"heater": f"{said}, power: 40 W"}),
-              ("output_heater", "reset"), pwm_problem, off_problem)
+              ("output_heater", "reset"), off_problem, cause_problem, pwm_problem)
         for by, said in (
             ("interrupts", "D4, frequency: 490 Hz"), ("timer", "D3, frequency: 976.5625 Hz"),
         )

@@ -1,5 +1,6 @@
 """Pulse width at the pins: what was seen of an output, and what is wrong with a heater's pulses."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from rig.outputs import OutputBoard, Outputs, Wired, wired
 
 from heatwright.sim.elf import Elf
+from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import PwmChannel
 from heatwright.spec.timers import allocate
 
@@ -101,11 +103,24 @@ def heater_problems(place: Wired, elf: Elf | None = None) -> Iterator[str]:
         yield bench.wrong("heater", percent, 0.1)
     yield gate_problem(bench)
     if bench.channels["heater"].by_interrupts:
-        for percent, share in ((2.0, 0.0), (98.0, 1.0)):
-            bench.ask("heater", percent)
-            if bench.seen("heater", 0.2).share != share:
-                yield f"{percent} % is not {share}"
+        yield from shortest_problems(bench)
         yield from late_problems(bench)
+
+
+def shortest_problems(bench: PwmBoard) -> Iterator[str]:
+    """Ask for the shortest pulse and pause by interrupts, and for one count less."""
+    channel = bench.channels["heater"]
+    least = math.ceil(LATEST_INTERRUPT_S * bench.avr.clock_hz / channel.prescaler)
+    percent = 100 / channel.counts
+    for counts, share in ((0, 0.0), (1, 0.0), (least - 1, 0.0), (least, None)):
+        for asked, due in ((counts, share), (channel.counts - counts, share)):
+            bench.ask("heater", asked * percent)
+            seen = bench.seen("heater", 0.1)
+            on = float(asked > least) if due is not None else None
+            if on is not None and seen.share != on:
+                yield f"{asked} counts are {seen.share}"
+            if on is None and not 0 < seen.share < 1:
+                yield f"{asked} counts, enough for an interrupt, are {seen.share}"
 
 
 def gate_problem(bench: PwmBoard) -> str:

@@ -17,7 +17,7 @@ from relay_course import (
     relayed,
     whole_problem,
 )
-from rig.outputs import reset_problem
+from rig.outputs import cause_problem, reset_problem
 
 from heatwright.sim.native.relay import Armature, Wire
 
@@ -123,3 +123,8 @@ def test_a_reset_opens_it_first_thing(board: str, active: str) -> None:
 @pytest.mark.parametrize("feedback", [True, False])
 def test_nothing_is_wrong_with_the_whole(*, feedback: bool) -> None:
     assert whole_problem(relayed(feedback=feedback)) == ""
+
+
+@pytest.mark.parametrize("board", PINS)
+def test_what_caused_a_reset_is_told_once(board: str) -> None:
+    assert cause_problem(relayed(board)) == ""

@@ -5,6 +5,7 @@ from rig.avr import whole
 from rig.specs import spec_of
 
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
 
 SPEC = """
 heatwright: 1
@@ -37,8 +38,12 @@ HEARD_S = 3.0
 
 @pytest.fixture(params=["", ", relay_feedback: D10"])
 def device(request: pytest.FixtureRequest) -> AvrDevice:
-    text = SPEC % request.param
-    made = AvrDevice(spec_of(text).controller, whole(text))
+    return powered(SPEC % request.param)
+
+
+def powered(text: str, elf: Elf | None = None) -> AvrDevice:
+    """Power the machine on; with another binary if there is one."""
+    made = AvrDevice(spec_of(text).controller, elf or whole(text))
     for sensor in ("left", "right"):
         made.sense(sensor, 20.0)
     made.advance(5.0)

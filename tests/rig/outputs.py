@@ -62,6 +62,7 @@ MAIN = """
 #include "gate.h"
 #include "loop_air.h"
 #include "pins.h"
+#include "reset.h"
 {includes}
 
 struct fault_state fault;
@@ -70,7 +71,7 @@ volatile uint8_t hangs;
 volatile uint8_t gate_closed; /* the real one, by order */
 volatile uint8_t relay_wanted;
 volatile uint8_t relay_judged;
-volatile uint8_t restart;
+volatile uint8_t restart; /* 1: at address 0; 2: by the watchdog */
 volatile uint8_t ready = 1;
 volatile uint16_t deaf_us;
 {variables}
@@ -101,6 +102,7 @@ static __attribute__((noinline)) void start_again(void)
 
 int main(void)
 {{
+    reset_report();
 {starts}
     clock_start();
     sei();
@@ -113,6 +115,11 @@ int main(void)
         cli();
         for (uint16_t left = deaf_us; left != 0; left--) {{
             __builtin_avr_delay_cycles(9); /* and the loop's own: 1 us at 16 MHz */
+        }}
+        if (restart == 2) {{
+            wdt_enable(WDTO_15MS);
+            for (;;) {{
+            }}
         }}
         if (restart != 0) {{
             restart = 0;
@@ -339,6 +346,43 @@ def reset_problem(bench: OutputBoard, name: str) -> str:
     if mine[-1].cycle - reset_at > FIRST:
         return f"off only {mine[-1].cycle - reset_at} cycles after the reset"
     return "on for a moment after a reset" if any(change.on for change in mine) else ""
+
+
+WATCHDOG_RESET, BROWN_OUT = 14, 15
+"""Faults."""
+
+
+def cause_problem(place: Wired, elf: Elf | None = None) -> str:
+    """Reset it in every way: what is tripped, and that it is not reset again."""
+    bench = OutputBoard(place, elf)
+    bench.avr.run(0.1)
+    if bench.get("fault.code"):
+        return "a power-up trips"
+    for number, (cause, due) in enumerate(
+        (("brown_out", BROWN_OUT), ("external", 0), ("watchdog", WATCHDOG_RESET), ("external", 0))
+    ):
+        bench.put("restart", 2 * (cause == "watchdog"))
+        if cause != "watchdog":
+            bench.avr.reset(cause)  # type: ignore[arg-type]
+        bench.avr.run(0.5)
+        if len(bench.avr.take_resets()) != 1:
+            return f"reset {number}: not one"
+        if (bench.get("fault.code"), bench.get("fault.temperature_c")) != (due, 0.0):
+            return f"reset {number} by {cause}: fault {bench.get('fault.code')}, not {due}"
+    return _hang_problem(OutputBoard(place, elf)) if place.gate else ""
+
+
+def _hang_problem(bench: OutputBoard) -> str:
+    """A boot loader may hide the watchdog: then a mark tells of the hang, once."""
+    bench.avr.run(0.1)
+    for hangs, due in ((0, 0), (1, WATCHDOG_RESET), (0, 0)):
+        bench.put("hangs", hangs)
+        bench.avr.run(0.2)
+        bench.avr.reset("external")
+        bench.avr.run(0.05)
+        if bench.get("fault.code") != due:
+            return f"behind a hang: fault {bench.get('fault.code')}, not {due}"
+    return ""
 
 
 def first_lines(place: Wired) -> list[str]:
