@@ -2,22 +2,19 @@ import csv
 
 import numpy as np
 import pytest
+from machines import events, modelled, noisy
 
 from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
 from heatwright.sim.trace import TraceEvent
-from heatwright.spec import Event, Pid, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Pid, PwmOutput, TimeProportionalOutput
 
 HEATER = {"pin": "D3", "power": "240 W"}
 WINDOWS = {"kind": "time_proportional", "window": "1 s"}
 
 
-def scenario(*lines):
-    return [Event.model_validate(line) for line in lines]
-
-
 @pytest.fixture(scope="module")
-def run(chamber):
-    return bench(chamber, ReferenceDevice(chamber))
+def run():
+    return modelled("chamber").trace
 
 
 def test_one_step_per_period_up_to_the_end(run):
@@ -28,26 +25,16 @@ def test_one_step_per_period_up_to_the_end(run):
 
 def test_the_keys_set_the_setpoint(run):
     log = run.steps["air"]
-    assert log["setpoint_c"][:11].tolist() == [20.0] * 9 + [
-        30.0,
-        50.0,
-    ]  # a press at 10 s comes first
+    assert log["setpoint_c"][8:11].tolist() == [20.0, 30.0, 50.0]  # a press at 10 s comes first
     assert run.events == tuple(TraceEvent(pytest.approx(t), "up") for t in (10.0, 10.2, 10.4))
 
 
 def test_the_setpoint_stays_in_its_range(chamber):
-    device = ReferenceDevice(chamber)
-    trace = bench(
-        chamber,
-        device,
-        scenario(
-            {"at": "1 s", "press": "up", "times": 9},
-            {"at": "5 s", "press": "down", "times": 9},
-            {"for": "10 s"},
-        ),
+    up, down = (
+        {"at": f"{at_s} s", "press": key, "times": 9} for at_s, key in ((1, "up"), (5, "down"))
     )
-    assert trace.steps["air"]["setpoint_c"].max() == 70
-    assert trace.steps["air"]["setpoint_c"][-1] == 10
+    setpoints_c = modelled(chamber, up, down, {"for": "10 s"}).log["setpoint_c"]
+    assert (setpoints_c.max(), setpoints_c[-1]) == (70, 10)
 
 
 def test_a_held_key_is_one_press(chamber):
@@ -58,12 +45,8 @@ def test_a_held_key_is_one_press(chamber):
     device.press(None)
     device.press("up")
     device.advance(5.0)
-    assert device.steps("air")["setpoint_c"].tolist() == [
-        30,
-        30,
-        40,
-        40,
-    ]  # the step at 3 s is done after it
+    # The step at 3 s is done after it.
+    assert device.steps("air")["setpoint_c"].tolist() == [30, 30, 40, 40]
 
 
 def test_select_acknowledges(chamber):
@@ -91,33 +74,27 @@ def test_the_heater_follows_the_step(run):
     assert (run.on_fraction["fan"][1:] == 1).all()
 
 
-def test_same_run_twice(chamber, run):
-    again = bench(chamber, ReferenceDevice(chamber))
+def test_same_run_twice(run):
+    again = modelled("chamber").trace
     assert again.steps["air"].tobytes() == run.steps["air"].tobytes()
     assert again.temperatures_c["air"].tobytes() == run.temperatures_c["air"].tobytes()
 
 
 def test_seed_changes_the_noise(chamber):
-    network = chamber.simulation.plant
-    sense = {"air": network.sense["air"].model_copy(update={"noise_k": 0.1})}
-    noisy = network.model_copy(update={"sense": sense})
-    short = scenario({"for": "20 s"})
-
-    def felt(seed):
-        trace = bench(chamber, ReferenceDevice(chamber), short, plant=noisy, seed=seed)
-        return trace.sensed_c["air"].tolist()
-
-    assert felt(1) == felt(1) != felt(2)
+    one, same, other = (
+        modelled(noisy(chamber, 0.1), {"for": "20 s"}, seed=seed).trace.sensed_c["air"].tolist()
+        for seed in (1, 1, 2)
+    )
+    assert one == same != other
 
 
 def test_progress_ends_at_the_end(chamber):
     told = []
-    bench(
-        chamber,
-        ReferenceDevice(chamber),
-        scenario({"for": "60 s"}),
-        progress=lambda now_s, end_s: told.append(now_s / end_s),
-    )
+
+    def tell(now_s, end_s):
+        told.append(now_s / end_s)
+
+    bench(chamber, ReferenceDevice(chamber), events({"for": "60 s"}), progress=tell)
     assert told == sorted(told)
     assert 0.99 < told[-1] <= 1
     assert len(told) <= 2 * PROGRESS_REPORTS
@@ -132,8 +109,8 @@ def test_progress_ends_at_the_end(chamber):
 )
 def test_the_heat_is_what_was_asked_for(vary, output, resolution):
     controller = vary(algorithm=Pid(kind="pid", kp=1), output=output)
-    keys = scenario({"at": "1.5 s", "press": "up", "times": 3}, {"for": "30 s"})
-    trace = bench(controller, ReferenceDevice(controller), keys)
+    keys = {"at": "1.5 s", "press": "up", "times": 3}
+    trace = modelled(controller, keys, {"for": "30 s"}).trace
     log = trace.steps["air"][:-1]  # what the last step asks for is still to come
     assert 25 < log["duty_percent"].max() < 100
     until = np.searchsorted(trace.times_s, 30.0 + 1e-9)
@@ -149,7 +126,7 @@ def test_a_bench_needs_a_machine(chamber):
 
 
 def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
-    trace = bench(chamber, ReferenceDevice(chamber), scenario({"for": "3 s"}), step_s=0.1)
+    trace = bench(chamber, ReferenceDevice(chamber), events({"for": "3 s"}), step_s=0.1)
     path = tmp_path / "run.csv"
     trace.write_csv(path)
     with path.open(encoding="utf-8", newline="") as file:

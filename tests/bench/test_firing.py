@@ -4,25 +4,20 @@ import csv
 
 import numpy as np
 import pytest
-from kilns import FAST, HOLD, IDLE, LOOP, OVER, PAUSED, RUNNING
-from machines import events, example
+from machines import at, example, modelled
 
-from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.firing import firing_of
 from heatwright.sim.metrics import metrics
+from heatwright.sim.reference.program_state import IDLE, PAUSED, RUNNING
 
+LOOP = "chamber"
+OVER, FAST, HOLD = 1, 3, 4
 FIELDS = [
-    ("temperature_c", "f4"),
-    ("setpoint_c", "f4"),
-    ("duty_percent", "f4"),
-    ("reading_status", "u1"),
-    ("program.state", "u1"),
-    ("program.segment", "u1"),
-    ("program.segment_clock", "u4"),
-    ("program.kind", "u1"),
-    ("program.from_c", "f4"),
-    ("program.to_c", "f4"),
-]
+    *((name, "f4") for name in ("temperature_c", "setpoint_c", "duty_percent")),
+    ("reading_status", "u1"), ("program.state", "u1"), ("program.segment", "u1"),
+    ("program.segment_clock", "u4"), ("program.kind", "u1"),
+    ("program.from_c", "f4"), ("program.to_c", "f4"),
+]  # fmt: skip
 
 
 def part(number, kind, errors_k, *, way=(0.0, 100.0), duty=50.0, status=0, state=RUNNING):
@@ -99,9 +94,7 @@ def test_without_a_program_there_is_no_firing(chamber):
 
 
 def test_a_run_of_the_kiln_has_its_figures_and_its_columns(tmp_path):
-    kiln = example("kiln")
-    lines = events({"at": "2 s", "program": "start 1"}, {"for": "3 min"})
-    trace = bench(kiln, ReferenceDevice(kiln), lines)
+    kiln, _, trace = modelled("kiln", *at({2: "start 1"}, "program"), {"for": "3 min"})
     found = metrics(trace, kiln)
     assert found.tracking_k is not None
     assert (found.rise_time_s, found.settling_s) == (None, None)

@@ -1,7 +1,7 @@
 """Model and binary hear a host alike: what may be, is done; else nothing."""
 
 import pytest
-from machines import commanded, example, modelled
+from machines import at, commanded, course, example, modelled
 from rig.avr import whole
 
 from heatwright.sim.bench import ReferenceDevice
@@ -9,7 +9,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.reference.line import parsed
 
 AUTOMATIC, MANUAL, TUNING = 0, 1, 2
-STOPPED, TUNED_OFF = 19, 4
+STOPPED = 19
 
 
 @pytest.mark.parametrize(
@@ -81,15 +81,16 @@ def test_what_it_is_told_it_does_and_nothing_else(device):
         ("M104 D10", {"mode": AUTOMATIC}),
         ("M999", {"fault.code": 0, "setpoint_c": 0, "duty_percent": 0}),
         ("M303 S200 C3", {"mode": TUNING}),
-        ("M108", {"autotune.result": TUNED_OFF, "mode": AUTOMATIC, "setpoint_c": 0}),
     ):  # fmt: skip
         found = told(device, *lines.split("|"))
         assert {name: found[name] for name in wanted} == wanted, lines
 
 
-def test_m109_sets_it_too():
-    """A host waits for the answer; tests/gcode shows how long the binary keeps it waiting."""
-    assert commanded("extruder", "M109 S210.5", {"for": "1 s"}).log["setpoint_c"][-1] == 210.5
+def test_what_lets_a_host_wait():
+    """The model keeps nobody waiting; tests/gcode shows how long the binary does."""
+    told = at({0.5: "M109 S210.5", 2: "M303 S200 C3", 4: "M108"})
+    found = course(modelled("extruder", *told, {"for": "6 s"}).log, "setpoint_c", "mode")
+    assert found == [(0, AUTOMATIC), (210.5, AUTOMATIC), (200, TUNING), (0, AUTOMATIC)]
 
 
 def test_by_hand_as_it_is(device):

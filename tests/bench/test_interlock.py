@@ -1,6 +1,6 @@
 """Heater and cooler at their pins: one cycle together is seen."""
 
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,64 +9,43 @@ from heatwright.sim.interlock import Interlock
 from heatwright.sim.native.pins import PIN_EVENT, pin_number
 
 CLOCK_HZ = 1_000_000
-HEATER, COOLER = "PD5", "PD6"
-
-
-@dataclass(frozen=True)
-class Pin:
-    pin: str
-    active: str = "high"
+H, C = "PD5", "PD6"
+CUT = [(10, H, 1), (15, H, 0), (20, C, 1), (25, H, 1), (26, C, 0)]
 
 
 def events(*changes):
     return np.array([(cycle, pin_number(pin), level) for cycle, pin, level in changes], PIN_EVENT)
 
 
-def watch(cooler_active="high"):
-    return Interlock(Pin(HEATER), Pin(COOLER, cooler_active), CLOCK_HZ)
+def watch(active="high"):
+    heater, cooler = SimpleNamespace(pin=H, active="high"), SimpleNamespace(pin=C, active=active)
+    return Interlock(heater, cooler, CLOCK_HZ)
 
 
-def fed(*batches, **active):
-    found = watch(**active)
+@pytest.mark.parametrize(
+    ("active", "batches", "together"),
+    [
+        ("high", [[(10, H, 1), (20, H, 0), (20, C, 1), (30, C, 0)]], None),
+        ("high", [[(10, H, 1), (20, C, 1), (21, H, 0), (30, C, 0)]], 20),  # a single cycle
+        ("high", [[(10, H, 1), (20, C, 1)]], 20),  # until the end
+        ("low", [[(5, C, 1), (10, H, 1)]], None),
+        ("low", [[(5, C, 1), (10, H, 1), (20, C, 0)]], 20),
+        ("high", [[(10, H, 1), (20, "PB0", 1), (30, H, 0)]], None),  # another pin
+        *(("high", [CUT[:at], CUT[at:]], 25) for at in range(5)),  # wherever the reading is cut
+    ],
+)
+def test_only_together_is_seen(active, batches, together):
+    found = watch(active)
     for batch in batches:
         found.feed(events(*batch), None)
-    return found.overlap_s
-
-
-def test_one_after_the_other_is_well():
-    assert fed([(10, HEATER, 1), (20, HEATER, 0), (20, COOLER, 1), (30, COOLER, 0)]) is None
-
-
-def test_a_single_cycle_is_seen():
-    found = fed([(10, HEATER, 1), (20, COOLER, 1), (21, HEATER, 0), (30, COOLER, 0)])
-    assert found == pytest.approx(20 / CLOCK_HZ)
-
-
-@pytest.mark.parametrize("cut", range(5))
-def test_it_is_seen_wherever_the_reading_is_cut(cut):
-    changes = [(10, HEATER, 1), (15, HEATER, 0), (20, COOLER, 1), (25, HEATER, 1), (26, COOLER, 0)]
-    assert fed(changes[:cut], changes[cut:]) == pytest.approx(25 / CLOCK_HZ)
-
-
-def test_together_until_the_end_is_seen():
-    assert fed([(10, HEATER, 1), (20, COOLER, 1)]) == pytest.approx(20 / CLOCK_HZ)
-
-
-def test_a_low_active_cooler_is_on_when_it_is_low():
-    assert fed([(5, COOLER, 1), (10, HEATER, 1)], cooler_active="low") is None
-    found = fed([(5, COOLER, 1), (10, HEATER, 1), (20, COOLER, 0)], cooler_active="low")
-    assert found == pytest.approx(20 / CLOCK_HZ)
-
-
-def test_other_pins_do_not_matter():
-    assert fed([(10, HEATER, 1), (20, "PB0", 1), (30, HEATER, 0)]) is None
+    assert found.overlap_s == (together and pytest.approx(together / CLOCK_HZ))
 
 
 def test_a_loss_of_power_is_off():
     found = watch()
-    found.feed(events((10, HEATER, 1)), None)
+    found.feed(events((10, H, 1)), None)
     found.power_on(1.0)
-    found.feed(events((5, COOLER, 1)), None)
+    found.feed(events((5, C, 1)), None)
     assert found.overlap_s is None
-    found.feed(events((50, HEATER, 1)), None)
+    found.feed(events((50, H, 1)), None)
     assert found.overlap_s == pytest.approx(1 + 50 / CLOCK_HZ)

@@ -1,9 +1,12 @@
 """Figures of merit on signals whose figures are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.lib.recfunctions import append_fields
 
+from heatwright.sim.disturbances import disturbances
 from heatwright.sim.metrics import (
     audible,
     metrics,
@@ -12,22 +15,14 @@ from heatwright.sim.metrics import (
     settling,
     switchings,
 )
-from heatwright.sim.trace import Trace
+from heatwright.sim.trace import Trace, TraceEvent
 from heatwright.spec import PwmOutput, TimeProportionalOutput
 
 
 def trace_of(readings_c, setpoints_c, duties, fractions=None):
     count = len(readings_c)
-    log = np.zeros(
-        count,
-        [
-            ("time_s", "f8"),
-            ("setpoint_c", "f4"),
-            ("temperature_c", "f4"),
-            ("duty_percent", "f4"),
-            ("has_reading", "u1"),
-        ],
-    )
+    singles = [(name, "f4") for name in ("setpoint_c", "temperature_c", "duty_percent")]
+    log = np.zeros(count, [("time_s", "f8"), *singles, ("has_reading", "u1")])
     log["time_s"] = np.arange(1, count + 1)
     log["setpoint_c"], log["temperature_c"] = setpoints_c, readings_c
     log["duty_percent"], log["has_reading"] = duties, 1
@@ -37,20 +32,15 @@ def trace_of(readings_c, setpoints_c, duties, fractions=None):
 
 def test_a_response_with_known_figures(chamber):
     readings = [20, 20, 23, 30, 45, 47, 52, 51, 50, 49.9375, 50, 50.0625]
-    found = metrics(
-        trace_of(readings, [20] + [50] * 11, [0, 100, 100, 100, 0, 100] + [0] * 6), chamber
-    )
-    assert found.setpoint_c == 50
-    assert found.maximum_c == 52
-    assert found.overshoot_k == 2
+    duties = [0, 100, 100, 100, 0, 100] + [0] * 6
+    found = metrics(trace_of(readings, [20] + [50] * 11, duties), chamber)
+    assert (found.setpoint_c, found.maximum_c, found.overshoot_k) == (50, 52, 2)
     assert found.rise_time_s == 3  # from 23 °C to 47 °C
     assert found.settling_s == 7  # at 50 °C, within 0.6 K from there on
     assert (found.steady_minimum_c, found.steady_maximum_c) == (49.9375, 50.0625)
     assert found.steady_error_k == 0.0625
     assert found.iae_ks == 30 + 27 + 20 + 5 + 3 + 2 + 1 + 0 + 0.0625 + 0 + 0.0625
-    assert found.switchings == 2
-    assert not found.audible
-    assert found.energy_j == 240 * 4
+    assert (found.switchings, found.audible, found.energy_j) == (2, False, 240 * 4)
 
 
 def test_only_the_last_response_counts(chamber):
@@ -65,21 +55,19 @@ def test_overshoot_is_in_the_direction_of_the_step():
     assert overshoot(np.array([20.0, 49.0]), 50.0) == 0
 
 
-def test_without_arrival_there_is_no_rise_or_settling_time():
-    times_s, readings_c = np.arange(4.0), np.array([20.0, 25.0, 30.0, 40.0])
-    assert rise_time(times_s, readings_c, 50.0) is None
-    assert settling(times_s, readings_c, 50.0, 0.0625) is None
-
-
-def test_settled_from_the_start():
-    times_s, readings_c = np.arange(3.0), np.array([50.0, 50.0625, 50.0])
-    assert rise_time(times_s, readings_c, 50.0) is None
-    assert settling(times_s, readings_c, 50.0, 0.0625) == 0
-
-
-def test_leaving_the_band_again_is_not_settled():
-    times_s, readings_c = np.arange(5.0), np.array([40.0, 50.0, 50.0, 50.0, 50.3])
-    assert settling(times_s, readings_c, 50.0, 0.0625) is None
+@pytest.mark.parametrize(
+    ("readings_c", "rise_s", "settled_s"),
+    [
+        ([20.0, 25.0, 30.0, 40.0], None, None),  # it never arrives
+        ([50.0, 50.0625, 50.0], None, 0),  # from the start
+        ([40.0, 50.0, 50.0, 50.0, 50.3], 0, None),  # it leaves the band again
+    ],
+)
+def test_rise_and_settling(readings_c, rise_s, settled_s):
+    readings_c = np.array(readings_c)
+    times_s = np.arange(float(len(readings_c)))
+    assert rise_time(times_s, readings_c, 50.0) == rise_s
+    assert settling(times_s, readings_c, 50.0, 0.0625) == settled_s
 
 
 @pytest.mark.parametrize(
@@ -108,12 +96,8 @@ def test_spread_over_a_window_it_switches_once_for_each_pulse(vary):
     # Full power begins once; 30 pulses and 20 pauses in windows of 2 s, a step of 1 s each.
     assert switchings(log, controller, "air") == 1 + 30 / 2 + 20 / 2
     assert not audible(log, controller, "air")
-    half = append_fields(
-        trace_of([20], [50], [50]).steps["air"],
-        "output.on_steps",
-        np.array([50], "u2"),
-        usemask=False,
-    )
+    half = trace_of([20], [50], [50]).steps["air"]
+    half = append_fields(half, "output.on_steps", np.array([50], "u2"), usemask=False)
     assert audible(half, controller, "air")  # 25 Hz
 
 
@@ -127,3 +111,58 @@ def test_a_run_without_a_reading_has_no_figures(chamber):
     trace.steps["air"]["has_reading"] = 0
     with pytest.raises(ValueError, match="no reading"):
         metrics(trace, chamber)
+
+
+# ---- what happens to a machine ----
+
+FEED, STOP = TraceEvent(4.5, "extrude 5 mm/s", True), TraceEvent(9.5, "extrude 0 mm/s", True)
+
+
+def disturbed(readings_c, *events, setpoints_c=None):
+    count = len(readings_c)
+    trace = trace_of(readings_c, setpoints_c or [50] * count, [0] * count)
+    return replace(trace, events=events)
+
+
+def test_each_lasts_until_the_next():
+    trace = disturbed(
+        [40, 50, 51, 50, 48, 49, 49.5, 49.5, 50, 50.75, 50.25, 50], FEED, TraceEvent(9, "S"), STOP
+    )
+    fed, stopped = disturbances(trace, trace.steps["air"])
+    assert (fed.at_s, fed.what, fed.dip_k, fed.rise_k) == (4.5, "extrude 5 mm/s", 2, 0)
+    assert fed.recovered_after_s == 2.5  # at 7 s, to stay
+    assert (stopped.dip_k, stopped.rise_k, stopped.recovered_after_s) == (0, 0.75, 1.5)
+
+
+def test_one_that_is_not_borne():
+    trace = disturbed([50, 50, 50, 50, 48, 50, 48], FEED)
+    (fed,) = disturbances(trace, trace.steps["air"])
+    assert fed.recovered_after_s is None
+
+
+def test_one_that_is_hardly_felt():
+    trace = disturbed([50, 50, 50, 50, 49.5, 50.5, 50], FEED)
+    (fed,) = disturbances(trace, trace.steps["air"])
+    assert fed.recovered_after_s == 0
+    (strictly,) = disturbances(trace, trace.steps["air"], within_k=0.25)
+    assert strictly.recovered_after_s == 2.5
+
+
+def test_one_after_the_last_step_is_left_out():
+    trace = disturbed([50, 50, 50], FEED)
+    assert disturbances(trace, trace.steps["air"]) == ()
+
+
+def test_the_response_ends_where_something_happens(chamber):
+    trace = disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED)
+    found = metrics(trace, chamber)
+    assert (found.maximum_c, found.overshoot_k) == (50.5, 0.5)
+    assert found.disturbances[0].dip_k == 6
+
+
+def test_only_what_happens_after_the_last_setpoint_counts(chamber):
+    setpoints_c = [50] * 6 + [30] * 4
+    trace = disturbed([50, 50, 50, 50, 45, 50, 50, 40, 30, 30], FEED, STOP, setpoints_c=setpoints_c)
+    (stopped,) = metrics(trace, chamber).disturbances
+    assert stopped.what == STOP.text
+    assert stopped.recovered_after_s == pytest.approx(0.0)

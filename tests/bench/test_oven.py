@@ -6,11 +6,10 @@ from pathlib import Path
 
 import fit_oven
 import pytest
+from machines import modelled, scaled
 
-from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.metrics import metrics
-from heatwright.spec import Event
 
 ROOT = Path(__file__).parents[2]
 EVIDENCE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
@@ -60,24 +59,10 @@ def ours(oven, setpoint_c):
     )
 
 
-def spread(plant, capacities, resistances):
-    return plant.model_copy(
-        update={
-            "nodes": {name: value * capacities for name, value in plant.nodes.items()},
-            "links": tuple(
-                link.model_copy(
-                    update={"resistance_k_per_w": link.resistance_k_per_w * resistances}
-                )
-                for link in plant.links
-            ),
-        }
-    )
-
-
 @pytest.mark.parametrize(("setpoint_c", "capacities", "resistances"), SPREAD)
 def test_our_row_holds_over_the_spread(oven, setpoint_c, capacities, resistances):
     row = ours(oven, setpoint_c)
-    plant = spread(oven.simulation.plant, capacities, resistances)
+    plant = scaled(oven, capacities, resistances).simulation.plant
     found = metrics(run_row(oven, row, plant=plant), row_controller(oven, row))
     assert found.overshoot_k <= SENSOR_STEP_K
     assert found.steady_error_k <= SENSOR_STEP_K
@@ -109,17 +94,8 @@ def test_our_controller_is_the_files_own(oven):
 
 def test_our_row_does_not_overshoot_a_new_setpoint(oven):
     row = ours(oven, 40)
-    controller = row_controller(oven, row)
-    scenario = [
-        Event.model_validate(line)
-        for line in (
-            {"at": "20 min", "press": "up"},
-            {"at": "40 min", "press": "up"},
-            {"at": "60 min", "press": "up"},
-            {"for": "80 min"},
-        )
-    ]
-    (log,) = bench(controller, ReferenceDevice(controller), scenario).steps.values()
+    keys = ({"at": f"{minutes} min", "press": "up"} for minutes in (20, 40, 60))
+    log = modelled(row_controller(oven, row), *keys, {"for": "80 min"}).log
     assert set(log["setpoint_c"]) == {40, 50, 60, 70}
     assert (log["temperature_c"] - log["setpoint_c"]).max() <= SENSOR_STEP_K
 
