@@ -2,9 +2,10 @@
 
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
+from elftools.elf.elffile import ELFFile
+from rig.avr import compiled
 
 from heatwright.generator.stack.instructions import Instruction, decode
 
@@ -30,8 +31,6 @@ LINE = re.compile(
 )
 
 PROGRAM = """
-#include <avr/io.h>
-#include <avr/pgmspace.h>
 #include <math.h>
 #include <stdio.h>
 volatile double x; volatile int64_t y; volatile char text[30]; void (*volatile f)(int, ...);
@@ -58,17 +57,13 @@ int main(void)
 """
 
 
-def listing(folder: Path, mcu: str) -> tuple[bytes, str]:
+def listing(mcu: str) -> tuple[bytes, str]:
     """Return the program's machine code, and what the disassembler says of it."""
-    (folder / "main.c").write_text(PROGRAM)
-
-    def run(command: str) -> str:
-        words = command.split()
-        return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True).stdout
-
-    run(f"avr-gcc -mmcu={mcu} -Os -o main.elf main.c -lm")
-    run("avr-objcopy -O binary -j .text main.elf main.bin")
-    return (folder / "main.bin").read_bytes(), run("avr-objdump -d main.elf")
+    elf = compiled(PROGRAM, "-lm", mcu=mcu).path
+    with elf.open("rb") as file:
+        code: bytes = ELFFile(file).get_section_by_name(".text").data()
+    words = ["avr-objdump", "-d", str(elf)]
+    return code, subprocess.run(words, capture_output=True, text=True, check=True).stdout
 
 
 def changed(mnemonic: str, operands: str) -> set[int]:
@@ -99,8 +94,8 @@ def check_operands(found: Instruction, mnemonic: str, operands: str, target: str
 
 
 @pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560"])
-def test_the_decoder_agrees_with_the_disassembler(tmp_path: Path, mcu: str) -> None:
-    code, text = listing(tmp_path, mcu)
+def test_the_decoder_agrees_with_the_disassembler(mcu: str) -> None:
+    code, text = listing(mcu)
     lines = LINE.findall(text)
     assert len(lines) > 2400
     seen = set()

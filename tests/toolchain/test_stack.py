@@ -5,46 +5,29 @@ chips and three on an ATmega2560. `main` is called from the start-up code: C.
 """
 
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from rig.avr import compiled
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
 
-Measure = Callable[..., WorstStack]
-
-HEAD = "#include <avr/io.h>\n#include <avr/interrupt.h>\n#include <stdint.h>\n"
 LOOP = "int main(void) { for (;;); }\n"
 C = {"atmega328p": 2, "atmega2560": 3, "atmega16": 2}
 
 
-def compiled(folder: Path, source: str, mcu: str, *flags: str) -> Path:
-    (folder / "main.c").write_text(HEAD + source)
-    subprocess.run(
-        ["avr-gcc", f"-mmcu={mcu}", "-Os", "-o", "main.elf", "main.c", "-lm", *flags],
-        cwd=folder,
-        check=True,
-    )
-    return folder / "main.elf"
-
-
-@pytest.fixture
-def measure(tmp_path: Path) -> Measure:
-    def measured(source: str, mcu: str = "atmega328p", *flags: str) -> WorstStack:
-        return worst_stack(compiled(tmp_path, source, mcu, *flags))
-
-    return measured
+def measure(source: str, mcu: str = "atmega328p", *flags: str) -> WorstStack:
+    return worst_stack(compiled(source, "-lm", *flags, mcu=mcu).path)
 
 
 @pytest.mark.parametrize("mcu", C)
-def test_main_alone_takes_the_call_to_it(measure: Measure, mcu: str) -> None:
+def test_main_alone_takes_the_call_to_it(mcu: str) -> None:
     stack = measure(LOOP, mcu)
     assert stack == WorstStack(C[mcu], 0, ("reset", "main"), ())
 
 
 @pytest.mark.parametrize("mcu", C)
-def test_calls_and_pushes_add_up_along_the_deepest_chain(measure: Measure, mcu: str) -> None:
+def test_calls_and_pushes_add_up_along_the_deepest_chain(mcu: str) -> None:
     source = r"""
     __attribute__((naked, used)) void leaf(void) { asm("push r2\n pop r2\n ret"); }
     __attribute__((naked, used)) void deep(void)
@@ -58,7 +41,7 @@ def test_calls_and_pushes_add_up_along_the_deepest_chain(measure: Measure, mcu: 
 
 @pytest.mark.parametrize(("room", "kept"), [(1, 2), (5, 2), (40, 2), (100, 2), (700, 2)])
 @pytest.mark.parametrize("mcu", C)
-def test_room_for_variables_counts(measure: Measure, mcu: str, room: int, kept: int) -> None:
+def test_room_for_variables_counts(mcu: str, room: int, kept: int) -> None:
     # The compiler makes room by `push`, `rcall .+0`, `sbiw` or `subi` and `sbci`, by its size.
     source = f"""
     __attribute__((noinline)) void fill(uint16_t i)
@@ -68,7 +51,7 @@ def test_room_for_variables_counts(measure: Measure, mcu: str, room: int, kept: 
     assert measure(source, mcu).program == 2 * C[mcu] + kept + room  # main, fill: Y and the frame
 
 
-def test_arguments_on_the_stack_count(measure: Measure) -> None:
+def test_arguments_on_the_stack_count() -> None:
     source = r"""
     __attribute__((noinline, noclone)) uint8_t sum(uint8_t n, ...) { asm volatile(""); return n; }
     int main(void) { for (;;) PORTB = sum(3, 1L, 2L); }
@@ -78,7 +61,7 @@ def test_arguments_on_the_stack_count(measure: Measure) -> None:
 
 
 @pytest.mark.parametrize("mcu", C)
-def test_the_deepest_interrupt_comes_on_top(measure: Measure, mcu: str) -> None:
+def test_the_deepest_interrupt_comes_on_top(mcu: str) -> None:
     source = r"""
     ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("push r2\n pop r2\n reti"); }
     ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
@@ -88,7 +71,7 @@ def test_the_deepest_interrupt_comes_on_top(measure: Measure, mcu: str) -> None:
     assert stack.total == 2 * C[mcu] + 2
 
 
-def test_an_interrupt_that_lets_others_in_adds_to_them(measure: Measure) -> None:
+def test_an_interrupt_that_lets_others_in_adds_to_them() -> None:
     source = r"""
     ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("sei\n push r2\n pop r2\n reti"); }
     ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
@@ -118,7 +101,7 @@ int main(void) { for (;;) PORTB = choose(PINB); }
 
 
 @pytest.mark.parametrize("mcu", C)
-def test_a_switch_by_table_is_followed_into_every_case(measure: Measure, mcu: str) -> None:
+def test_a_switch_by_table_is_followed_into_every_case(mcu: str) -> None:
     stack = measure(SWITCH, mcu)
     assert stack.program_chain == ("reset", "main", "choose", "leaf")
     assert stack.program == 3 * C[mcu] + 2 + 20
@@ -192,7 +175,7 @@ def test_a_table_between_a_switch_and_its_cases_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mcu", C)
-def test_shared_prologues_are_followed(measure: Measure, mcu: str) -> None:
+def test_shared_prologues_are_followed(mcu: str) -> None:
     source = """
     __attribute__((noinline)) void fill(uint16_t i)
     {
@@ -205,7 +188,7 @@ def test_shared_prologues_are_followed(measure: Measure, mcu: str) -> None:
     assert measure(source, mcu, "-mcall-prologues").program == 2 * C[mcu] + 10 + 2 + 40
 
 
-def test_library_routines_are_followed(measure: Measure) -> None:
+def test_library_routines_are_followed() -> None:
     stack = measure("int main(void) { volatile float x = 2; for (;;) x = x / 3 + x; }\n")
     assert stack.program_chain[:2] == ("reset", "main")
     assert any(name.startswith(("__divsf3", "__addsf3")) for name in stack.program_chain)
@@ -251,6 +234,6 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("source", "reason"), REFUSED.values(), ids=REFUSED)
-def test_what_the_code_does_not_tell_is_refused(measure: Measure, source: str, reason: str) -> None:
+def test_what_the_code_does_not_tell_is_refused(source: str, reason: str) -> None:
     with pytest.raises(StackUnknown, match=reason):
         measure(source)

@@ -3,20 +3,12 @@
 The program waits at its deepest place for its deepest interrupt, so the two must be equal.
 """
 
-import subprocess
-from pathlib import Path
-
 import pytest
+from rig.avr import compiled, powered
 
 from heatwright.generator.stack import worst_stack
-from heatwright.sim.avr import Avr
-from heatwright.sim.elf import Elf
 
 PROGRAM = """
-#include <avr/interrupt.h>
-#include <avr/io.h>
-#include <stdint.h>
-
 volatile uint8_t fired, sink;
 volatile float mean = 1;
 
@@ -78,13 +70,9 @@ int main(void)
 
 @pytest.mark.parametrize("flags", ["-Os", "-Os -flto", "-O2", "-O1 -mcall-prologues", "-O0"])
 @pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560", "atmega1284p", "atmega32"])
-def test_the_bound_is_reached(tmp_path: Path, mcu: str, flags: str) -> None:
-    (tmp_path / "main.c").write_text(PROGRAM)
-    command = ["avr-gcc", f"-mmcu={mcu}", *flags.split(), "-o", "main.elf", "main.c"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    program = Elf(tmp_path / "main.elf")
-    avr = Avr(mcu, 16e6)
-    avr.load(program)
+def test_the_bound_is_reached(mcu: str, flags: str) -> None:
+    program = compiled(PROGRAM, *flags.split(), mcu=mcu)
+    avr = powered(program, mcu)
     profile = avr.profile(program)
     avr.run(0.05)
-    assert profile.stack_used == worst_stack(tmp_path / "main.elf").total
+    assert profile.stack_used == worst_stack(program.path).total
