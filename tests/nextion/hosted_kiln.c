@@ -9,6 +9,7 @@
  * writes `=`, the state as a line of words; each instruction that is sent is written as `>`, the
  * tick, itself, a new line.
  */
+#undef _FORTIFY_SOURCE /* it is the firmware that is watched: a world restores all memory */
 #include "script.h"
 
 #include <avr/eeprom.h>

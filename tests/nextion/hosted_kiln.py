@@ -14,7 +14,8 @@ FOREIGN = {"main.c", "clock.c", "reset.c", "adc.c", "spi_chamber.c", "sensor_cha
 PACKED = ("-fpack-struct=1", "-Wno-address-of-packed-member", "-fno-common")
 """As the AVR has it: structures give pointers to members at odd addresses."""
 WATCHED = ("-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all",
-           "-fstack-protector-all", "-D_FORTIFY_SOURCE=2")  # fmt: skip
+           "-fstack-protector-all", "-D_FORTIFY_SOURCE=2", "-fno-toplevel-reorder")  # fmt: skip
+"""The last: what a library restores begins with what its world defines first (script.h)."""
 ANY_PLACE = "-fno-sanitize=alignment"
 
 SPEC = """
