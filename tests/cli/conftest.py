@@ -1,31 +1,9 @@
-import json
-import shlex
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
-from typing import Any
 
 import pytest
-
-from heatwright.cli.ends import ended
-from heatwright.cli.main import cli
-
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
-
-
-@dataclass
-class Outcome:
-    status: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-
-Heatwright = Callable[..., Outcome]
+from rig.commands import Heatwright, Outcome, run
+from rig.specs import EXAMPLES
 
 
 @pytest.fixture
@@ -40,20 +18,7 @@ def heatwright(
         copyfile(EXAMPLES / example, tmp_path / example)
     monkeypatch.chdir(tmp_path)
 
-    def run(words: str, status: int = 0) -> Outcome:
-        capfd.readouterr()
-        found = ended(cli, shlex.split(words))
-        out, err = capfd.readouterr()
-        assert "Traceback" not in out + err
-        assert found == status, err
-        return Outcome(found, out, err)
+    def line(words: str, status: int = 0) -> Outcome:
+        return run(capfd, words, status)
 
-    return run
-
-
-def changed(name: str, old: str, new: str, count: int = 1) -> str:
-    """Write changed.yaml, an example with some of its text replaced, and return its name."""
-    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
-    assert text.count(old) >= count
-    Path("changed.yaml").write_text(text.replace(old, new, count), encoding="utf-8")
-    return "changed.yaml"
+    return line

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import EXAMPLES, Heatwright
 from jsonschema import validate
+from rig.commands import Heatwright
+from rig.specs import EXAMPLES
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from conftest import Heatwright
+from rig.commands import Heatwright
 
 from heatwright.cli.running import run_model
 from heatwright.cli.talk import _PlainJob

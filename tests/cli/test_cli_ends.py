@@ -11,7 +11,7 @@ from typing import IO, Any
 
 import click
 import pytest
-from conftest import EXAMPLES
+from rig.specs import EXAMPLES
 
 from heatwright.cli.ends import Refused, ended
 from heatwright.generator.toolchain import BuildFailed, ToolMissing

@@ -4,7 +4,7 @@ import errno
 from pathlib import Path
 
 import pytest
-from conftest import Heatwright
+from rig.commands import Heatwright
 
 
 def test_good_specs_are_good(heatwright: Heatwright) -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 import pytest
-from conftest import EXAMPLES, Heatwright
+from rig.commands import Heatwright
+from rig.specs import EXAMPLES
 
 from heatwright.cli.main import COMMANDS, cli
 

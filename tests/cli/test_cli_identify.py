@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import EXAMPLES, Heatwright
+from rig.commands import Heatwright
+from rig.specs import EXAMPLES
 
 from heatwright.cli.identify.block import digits
 from heatwright.sim.identify import Found

@@ -4,7 +4,8 @@ from pathlib import Path
 from shutil import copyfile
 
 import pytest
-from conftest import EXAMPLES, Heatwright
+from rig.commands import Heatwright
+from rig.specs import EXAMPLES
 
 SCENARIOS = {
     "empty": ("", "empty:1:1: there is no scenario in this file. Write scenario: [ … ]."),

@@ -6,7 +6,8 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-from conftest import EXAMPLES, Heatwright, changed
+from rig.commands import Heatwright, changed
+from rig.specs import EXAMPLES
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

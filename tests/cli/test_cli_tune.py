@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 import yaml
-from conftest import EXAMPLES, Heatwright, changed
+from rig.commands import Heatwright, changed
+from rig.specs import EXAMPLES
 
 
 def row(found: Any, method: str) -> Any:
