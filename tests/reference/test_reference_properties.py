@@ -84,9 +84,7 @@ def test_what_holds_of_every_course(vary: Any, algorithm: OnOff | Pid, steps: An
         if isinstance(algorithm, Pid):
             limits_hold(algorithm, record)
         widths_hold(controller, record)
-    for before, record, (_, _, _, acknowledged) in zip(
-        records, records[1:], steps[1:], strict=False
-    ):
+    for (before, record), (*_, acknowledged) in zip(pairwise(records), steps[1:], strict=True):
         if before["fault.code"] and not acknowledged:
             for member in ("fault.code", "fault.temperature_c"):
                 assert record[member] == before[member]
