@@ -8,36 +8,36 @@ import pytest
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.processor import hang
-from heatwright.sim.faults.world import Site
+from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
 PHASES_S = (*np.arange(0.0, 1.0, 0.1), 0.2013, 0.2051, 0.9512, 0.9527, 0.9561, 0.9608, 0.9999)
 
 
-def unplug(chip: Ds18b20) -> None:
-    chip.unplug()
-
-
-def short(chip: Ds18b20) -> None:
-    chip.short("low")
-
-
-def lift(chip: Ds18b20) -> None:
-    chip.short("high")
-
-
-@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
-@pytest.mark.parametrize(("cause", "code"), [(unplug, 1), (short, 2), (lift, 1)])
-def test_whenever_it_comes(
-    site: Site, cause: Callable[[Ds18b20], None], code: int, phase_s: float
-) -> None:
+def at_phase(site: Site, phase_s: float) -> tuple[World, Ds18b20, float]:
+    """A machine that is heating, at this moment of a period."""
     world = starts.heating(site)
-    at_s = np.ceil(world.now_s) + phase_s
+    at_s = float(np.ceil(world.now_s) + phase_s)
     world.run(at_s - world.now_s)
     world.device.advance(at_s)
     chip = world.device.sensors["air"]
     assert isinstance(chip, Ds18b20)
-    cause(chip)
+    return world, chip, at_s
+
+
+CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
+    "unplugged": (lambda chip: chip.unplug(), 1),
+    "shorted": (lambda chip: chip.short("low"), 2),
+    "lifted": (lambda chip: chip.short("high"), 1),
+}
+
+
+@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
+@pytest.mark.parametrize("cause", CAUSES)
+def test_whenever_it_comes(site: Site, cause: str, phase_s: float) -> None:
+    world, chip, at_s = at_phase(site, phase_s)
+    act, code = CAUSES[cause]
+    act(chip)
     world.until(lambda now: now.fault != 0, 10.0)
     (trip,) = world.trips.since(0.0)
     assert trip.code == code
@@ -49,12 +49,7 @@ def test_whenever_it_comes(
 
 @pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
 def test_a_chip_that_browns_out_is_never_believed(site: Site, phase_s: float) -> None:
-    world = starts.heating(site)
-    at_s = np.ceil(world.now_s) + phase_s
-    world.run(at_s - world.now_s)
-    world.device.advance(at_s)
-    chip = world.device.sensors["air"]
-    assert isinstance(chip, Ds18b20)
+    world, chip, _ = at_phase(site, phase_s)
     chip.brown_out()
     world.run(10.0)
     assert world.fault == 0
