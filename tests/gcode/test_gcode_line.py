@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import celsius, numbered, received, run, talk, ticks
+from gcode_world import celsius, flagged, numbered, received, run, talk, ticks
 
 WARM = "ok T:0.0 /0.0 B:0.0 /0.0 @:0"
 
@@ -104,7 +104,8 @@ def test_a_lost_line_end_does_not_stop_a_print(world: Path) -> None:
     "line",
     [
         b"M112\n", b"m112\r", b"N5 M112*33\n", b"N-7M112\n", b"  M112 ;now\n", b"M112(now)\n",
-        b"M0112\n", b"M112 S1\n",
+        b"M0112\n", b"M112 S1\n", b"N0M112\n", b"N9M112\n", b"N10 \tM112*1\n", b"\tM112\t\n",
+        b"M112;\n", b"M9 M1\nM112\n", b"n5 m112\n",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("before", [b"", b"M109 S200\n", b"M109 S200\n" + 500 * b"M105\n"])
@@ -119,7 +120,9 @@ def test_m112_stops_at_once(world: Path, line: bytes, before: bytes) -> None:
     [
         b"M1120\n", b"M11\n", b"M12\n", b"XM112\n", b"; M112\n", b"M117 M112\n", b"M112.5\n",
         b"N5 N6 M112\n", b"GM112\n", b"M1 12\n", b"N5;M112\n", b"M65648\n", b"M112",
-        b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n",
+        b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n", b"X112\n", b"N5X112\n",
+        b"N5 X112\n", b"N/M112\n", b"N:M112\n", b"N5,M112\n", b"N5 5M112\n", b"M10<\n", b"M9F\n",
+        b"M13\x1e\n", b"M:2\n", b"M1M112\n", b"MM112\n",
     ],
 )  # fmt: skip
 def test_what_only_looks_like_m112_does_not(world: Path, line: bytes) -> None:
@@ -139,3 +142,44 @@ def test_what_did_not_fit_is_not_done_by_halves(world: Path) -> None:
         said = run(world, received(flood), ticks(40), received(b"\nM105\n"), ticks(20))
         assert said.state["setpoint"] in {"0", "200"}
         assert said.answers[-1].startswith("ok T:")
+
+
+@pytest.mark.parametrize(
+    "others", [b"M112\nM108\n", b"M108\nM112\n", b"M112\nM410\n", b"M410\nM112\n"]
+)
+def test_urgent_commands_do_not_displace_each_other(world: Path, others: bytes) -> None:
+    begin = (celsius(20), received(b"M109 S200\n"), ticks(20), received(300 * b";"))
+    said = run(world, *begin, received(b"\n" + others), ticks(1))
+    assert said.state["fault"] == "19"
+
+
+@pytest.mark.parametrize(
+    "line", [b"M109\n", b"M107\n", b"M11.\n", b"M10\n", b"M1080\n", b"M108.\n", b"M410\n"]
+)
+def test_what_is_not_m108_does_not_end_a_wait(world: Path, line: bytes) -> None:
+    script = (received(b"M109 S200\n"), ticks(50), received(line), ticks(50))
+    assert "ok" not in run(world, celsius(20), *script).answers
+
+
+def test_an_m999_sent_before_an_m112_does_not_undo_it(world: Path) -> None:
+    """Lines that wait behind an M109 are done after the M112 that ends it; a later one counts."""
+    begin = (celsius(20), received(b"M109 S200\nM999\n"), ticks(20), received(b"M112\n"), ticks(30))
+    said = run(world, *begin)
+    assert "Error:M999 refused: M112 came after it" in said.answers
+    assert said.state["fault"] == "19"
+    assert run(world, *begin, received(b"M999\n"), ticks(20)).state["fault"] == "0"
+
+
+@pytest.mark.parametrize("flag", [1 << 4, 1 << 3], ids=["framing", "overrun"])
+def test_a_damaged_byte_is_never_taken_for_another(world: Path, flag: int) -> None:
+    for at in range(4):
+        damaged = flagged(flag, b"M112"[at])
+        script = (received(b"M112"[:at]), damaged, received(b"M112"[at + 1 :] + b"\n"), ticks(20))
+        said = run(world, *script)
+        assert said.state["fault"] == "0"
+        assert said.answers == ["echo:Unreadable line ignored", "ok"]
+
+
+def test_the_line_is_set_up(world: Path) -> None:
+    """115200 baud of 16 MHz with U2X (16 + 1 eighths); both ways, with interrupts; 8N1."""
+    assert run(world, ticks(1)).state["line"] == "16 2 152 6"
