@@ -134,11 +134,74 @@ def test_who_waits_for_the_operator_gets_him_on_the_first_screen(desk: MenuDesk)
     assert desk.program("segment") == 4
 
 
-def test_times_are_shown_in_days_hours_and_minutes(desk: MenuDesk) -> None:
+@pytest.mark.parametrize(
+    ("seconds", "shown"),
+    [(93_784, "1d02h03m"), (45_300, "0d12h35m"), (86_340, "0d23h59m"), (86_400, "1d00h00m")],
+)
+def test_times_are_shown_in_days_hours_and_minutes(
+    desk: MenuDesk, seconds: int, shown: str
+) -> None:
     started(desk)
-    desk.put("program.clock", 93_784)
-    desk.run(1.0)
-    desk.walk(("left", "All  1d02h03m", "Seg. 0d00h00m"))
+    for name, line in (("clock", "All "), ("segment_clock", "Seg.")):
+        desk.put("program.segment_clock", 0)
+        desk.put(f"program.{name}", seconds)
+        desk.run(1.0)
+        desk.press("left")
+        assert f"{line} {shown}" in desk.lines
+        desk.press("right")
+
+
+def test_what_cannot_be_done_is_refused_until_another_is_chosen(desk: MenuDesk) -> None:
+    started(desk)
+    desk.press("select")
+    desk.run()
+    desk.walk(
+        ("up", "Program:", "skip segment"),
+        ("select select", "not possible", "skip segment"),
+        ("up", "Program:", "stop"),
+    )
+    assert desk.program("state") == PAUSED
+
+
+def test_a_name_is_of_any_letters_but_those_that_would_end_a_text(desk: MenuDesk) -> None:
+    """The display shows an arrow for the last of them."""
+    letters = [chr(code) for code in range(0x20, 0x7F) if chr(code) not in '"\\']
+    place = letters.index("a")
+    desk.press(*EDIT.split(), "select")
+    for key, step in (("down", -1), ("up", 1)):
+        found = [desk.press(key)[1][1] for _ in letters]
+        wanted = [
+            letters[(place + step * turn) % len(letters)] for turn in range(1, len(letters) + 1)
+        ]
+        assert "".join(found) == "".join(wanted).replace("~", "→")
+
+
+def test_each_kind_begins_with_something_that_works(desk: MenuDesk) -> None:
+    kinds = ["ramp in a time", "ramp at a rate", "fast as it can", "hold a time",
+             "hold for SELECT", "end"]  # fmt: skip
+    desk.press(*EDIT.split(), "up", "select", "select")
+    assert [desk.press("up") for _ in kinds] == [("Segment 1", kind) for kind in kinds]
+    desk.walk(
+        ("up up right", "Segment 1", "to 0°C"),
+        ("right", "Segment 1", "100 K/h"),
+        ("left left up up right", "Segment 1", "60 min"),
+        ("up up down", "Segment 1", "61 min"),
+    )
+    # A step each tenth of a second after half a second, and ten times as much from the twentieth.
+    assert desk.press("up", for_s=4.56)[1] == f"{61 + 1 + 19 + 10 * 22} min"
+
+
+def test_a_program_has_as_many_segments_as_there_is_room_for(desk: MenuDesk) -> None:
+    """From the last place there is no way on; what saves is SELECT and nothing else."""
+    desk.press(*EDIT.split(), "up", "select", "select")
+    for number in range(1, 9):
+        desk.walk(("up", f"Segment {number}", "ramp in a time"))
+        last = desk.press("right", "right", "right")
+    assert last == ("Segment 8", "60 min")
+    save = ("SELECT: save", "LEFT: back")
+    desk.walk(("select", *save), ("up right", *save), ("select", "saving", "2 new"))
+    desk.run(5.0)
+    desk.walk(("up", "Edit program?", "1 anneal"), ("down", "Edit program?", "2 new"))
 
 
 def test_a_changed_program_is_kept_through_a_loss_of_power(desk: MenuDesk) -> None:

@@ -3,6 +3,8 @@
 import pytest
 from menu_desk import RUNNING, MenuDesk
 
+from heatwright.sim.native.analog import millivolts
+
 OVER_TEMPERATURE = 6
 TYPE_S = 6
 """The converter's code of the type (MAX31856 data sheet, CR1)."""
@@ -42,9 +44,34 @@ def test_a_key_that_is_held_on_select_acts_once(desk: MenuDesk) -> None:
     assert desk.press("select", for_s=5.0) == ("SELECT: start", "1 anneal")
 
 
+def test_only_up_and_down_repeat(desk: MenuDesk) -> None:
+    desk.walk(("select", "20°C >20°C", "off"))
+    assert desk.press("right", for_s=3.0) == ("All  0d00h00m", "Seg. 0d00h00m")
+
+
+@pytest.mark.parametrize(
+    ("codes", "shown"),
+    [((0, 59), ("20°C >20°C", "off")), ((60, 199), ("Setpoint", "21°C")),
+     ((200, 399), ("Setpoint", "19°C")), ((400, 599), ("Edit program?", "1 anneal")),
+     ((600, 899), ("Hold setpoint?", "off")), ((900, 1023), ("Setpoint", "20°C"))],
+)  # fmt: skip
+def test_thresholds_of_the_keys(
+    desk: MenuDesk, codes: tuple[int, int], shown: tuple[str, str]
+) -> None:
+    """Right, up, down, left, select, none; each from its lowest code to its highest."""
+    for code in codes:
+        desk.press("right", "left", "left", "right", "left")
+        desk.device.avr.adc.set(0, millivolts(code))
+        desk.run(0.3)
+        assert desk.lines == shown, code
+        desk.power_cycle()
+
+
 def test_the_loop_is_switched_on_when_asked_twice_and_off_at_once(desk: MenuDesk) -> None:
     assert desk.go_to("Hold setpoint?") == ("Hold setpoint?", "off")
     for key, shown, enabled in (
+        ("up", ("SELECT: keep", "on"), 0),
+        ("down", ("Hold setpoint?", "off"), 0),
         ("up", ("SELECT: keep", "on"), 0),
         ("select", ("Hold setpoint?", "on"), 1),
         ("down", ("Hold setpoint?", "off"), 0),
@@ -69,14 +96,28 @@ def test_a_program_takes_setpoint_and_switch_away(desk: MenuDesk) -> None:
 def test_gains_are_kept_through_a_loss_of_power(desk: MenuDesk, title: str, name: str) -> None:
     gain = f"settings.chamber_{name}"
     before = desk.read(gain)
-    desk.go_to(title)
-    assert desk.press("up", "up")[0] == "SELECT: keep"
+    assert desk.go_to(title) == (title, f"{before:.3f}")
+    desk.walk(("down", "SELECT: keep", f"{before / 1.05:.3f}"),
+              ("up up up", "SELECT: keep", f"{before * 1.05**2:.3f}"))  # fmt: skip
     assert desk.read(gain) == before
     desk.press("select")
     kept = desk.read(gain)
     assert kept == pytest.approx(before * 1.05**2, rel=1e-6)
     desk.power_cycle()
     assert desk.read(gain) == kept
+
+
+def test_a_gain_is_nothing_below_the_least(desk: MenuDesk) -> None:
+    desk.put("settings.chamber_ki", 0.0008)
+    desk.go_to("Ki %/(Ks)")
+    for keys, kept in (("up", 0.001), ("down", 0.0), ("up", 0.001), ("up", 0.00105)):
+        desk.press(keys, "select")
+        assert desk.read("settings.chamber_ki") == pytest.approx(kept, rel=1e-6)
+
+
+def test_what_is_only_shown(desk: MenuDesk) -> None:
+    assert desk.go_to("Energy") == ("Energy", "0.00 kWh")
+    desk.walk(("select", "EEPROM saves", "0"), ("up down", "EEPROM saves", "0"))
 
 
 def test_a_lowered_maximum_trips_and_is_kept(desk: MenuDesk) -> None:
@@ -95,7 +136,9 @@ def test_a_lowered_maximum_trips_and_is_kept(desk: MenuDesk) -> None:
 
 def test_the_thermocouple_is_chosen_and_kept(desk: MenuDesk) -> None:
     assert desk.go_to("Thermocouple") == ("Thermocouple", "K")
-    desk.walk(("up", "SELECT: keep", "S"), ("select", "Thermocouple", "S"))
+    for key, letter in (("up", "S"), ("up", "K"), ("down", "S")):
+        assert desk.press(key) == ("SELECT: keep", letter)
+    assert desk.press("select") == ("Thermocouple", "S")
     desk.run(11.0)
     desk.power_cycle()
     assert desk.read("settings.chamber_thermocouple") == TYPE_S
