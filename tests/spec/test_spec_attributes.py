@@ -118,7 +118,10 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         "programs.stored.0": {"name": "fuse"},
         "programs.stored.0.segments.0": {"kind": "over", "to_c": 540.0, "over_s": 3600.0},
         "programs.stored.0.segments.1": {"kind": "hold", "to_c": None, "hold_s": 1800.0},
-        "programs.stored.0.segments.6": {"kind": "over"},
+        **{
+            f"programs.stored.0.segments.{number}": {"kind": "hold" if number % 2 else "over"}
+            for number in range(2, 7)
+        },
         "safety": {"relay": "safety_relay", "relay_feedback": "D9"},
         "interfaces.0": {"kind": "nextion", "loop": "chamber", "baud": 115_200, "port": 0},
         "interfaces.1": {"kind": "serial_log", "port": 1, "every_s": 60.0, "keep": "ram"},
