@@ -36,7 +36,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 LARGE_FLASH = 100_000
 """Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
 TOO_LARGE = re.compile(r"will not fit in region `text'|is not within region `data'")
-FEW = 6
+FEW = 4
 ONE_WAY = {
     ("algorithms/autotune.c.j2", "must_release", False): "a G-code host's loop is not switched",
     ("src/loop_switched.c.j2", "must_release", False): "of what is switched a master alone tunes",
@@ -116,7 +116,7 @@ def test_a_few_that_take_most_ways_compile_and_run() -> None:
     pool = {each: shown(each.spec) for each in drawn(amount("drawn_pool"))}
     chosen = fewest(pool, FEW)
     covered = set().union(*(pool[each] for each in chosen))
-    assert len(covered) > 0.8 * len(set().union(*pool.values()))
+    assert len(covered) > 0.75 * len(set().union(*pool.values()))
     for each in chosen:
         assert_it_compiles_and_runs(each)
 

@@ -108,3 +108,11 @@ class Kiln:
         )
         self.operator.after_step()
         return self.record
+
+
+def begun(followed: int = 0, controller: Controller | None = None) -> Kiln:
+    """Return a kiln whose program has begun at 20 °C and been followed for so many steps."""
+    kiln = Kiln(controller)
+    kiln.start()
+    kiln.follow(followed)
+    return kiln

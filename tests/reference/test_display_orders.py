@@ -1,7 +1,7 @@
 """What a touch display orders of the model, and the segments it sends."""
 
 import pytest
-from programmed_kiln import Kiln, controller_of
+from programmed_kiln import controller_of
 
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
 from heatwright.sim.reference.display import Display
@@ -9,11 +9,6 @@ from heatwright.sim.reference.points import Editor
 from heatwright.sim.reference.program_state import IDLE, PAUSED, RETURNING, RUNNING
 
 THREE = (Part(OVER, 6000, 1200), Part(OVER, 3000, 2400), Part(HOLD, 0, 3600))
-
-
-@pytest.fixture
-def kiln():
-    return Kiln()
 
 
 @pytest.fixture

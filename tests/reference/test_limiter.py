@@ -40,8 +40,7 @@ def test_without_a_limit_it_does_not():
     assert duties(Nozzle(controller_of("{sensor: current, trip: 3 A}"))) == [100] * 6
 
 
-def test_a_wire_of_less_resistance_is_held_to_the_limit():
-    nozzle = Nozzle()
+def test_a_wire_of_less_resistance_is_held_to_the_limit(nozzle):
     nozzle.ohm = TWO_AMPERES / 3
     found = duties(nozzle, 20)
     assert found[0] == 25
@@ -50,8 +49,7 @@ def test_a_wire_of_less_resistance_is_held_to_the_limit():
     assert max(found) * 6 / 100 < 1.25 * 2.5
 
 
-def test_off_it_begins_anew():
-    nozzle = Nozzle()
+def test_off_it_begins_anew(nozzle):
     duties(nozzle)
     nozzle.feed(WARM_C)
     assert float(nozzle.feed(WARM_C)["current.limit_percent"]) == 25
@@ -63,23 +61,20 @@ def test_what_was_asked_is_kept_apart_from_what_is_given():
     assert (record["asked_percent"], record["duty_percent"]) == (100, 25)
 
 
-def test_over_current_trips_at_once():
-    nozzle = Nozzle()
+def test_over_current_trips_at_once(nozzle):
     duties(nozzle)
     nozzle.ohm = TWO_AMPERES / 2
     assert nozzle.feed(COLD_C)["fault.code"] == 20
 
 
-def test_a_leak_trips_after_five_steps():
-    nozzle = Nozzle()
+def test_a_leak_trips_after_five_steps(nozzle):
     nozzle.feed(WARM_C)
     nozzle.amperes = 0.3
     number, record = nozzle.until_fault(WARM_C)
     assert (number, record["fault.code"], record["current.leak_steps"]) == (5, 21, 5)
 
 
-def test_five_per_cent_of_the_limit_is_no_current():
-    nozzle = Nozzle()
+def test_five_per_cent_of_the_limit_is_no_current(nozzle):
     nozzle.amperes = 0.05 * 2.5 - STEP_A
     for _ in range(20):
         assert nozzle.feed(WARM_C)["current.leak_steps"] == 0
@@ -87,38 +82,33 @@ def test_five_per_cent_of_the_limit_is_no_current():
     assert nozzle.feed(WARM_C)["current.leak_steps"] == 1
 
 
-def test_a_gap_in_a_leak_begins_the_count_anew():
-    nozzle = Nozzle()
+def test_a_gap_in_a_leak_begins_the_count_anew(nozzle):
     for amperes in (0.3, 0.3, 0.3, 0.3, 0.0, 0.3):
         nozzle.amperes = amperes
         record = nozzle.feed(WARM_C)
     assert (record["fault.code"], record["current.leak_steps"]) == (0, 1)
 
 
-def test_a_broken_wire_trips_after_five_steps():
-    nozzle = Nozzle()
+def test_a_broken_wire_trips_after_five_steps(nozzle):
     duties(nozzle)
     nozzle.amperes = 0.9
     number, record = nozzle.until_fault(COLD_C)
     assert (number, record["fault.code"], record["current.none_steps"]) == (5, 22, 5)
 
 
-def test_more_than_half_of_what_is_due_is_a_current():
-    nozzle = Nozzle()
+def test_more_than_half_of_what_is_due_is_a_current(nozzle):
     duties(nozzle)
     nozzle.amperes = 1.1
     assert nozzle.feed(COLD_C)["current.none_steps"] == 0
 
 
-def test_a_current_is_watched_without_a_reading_too():
-    nozzle = Nozzle()
+def test_a_current_is_watched_without_a_reading_too(nozzle):
     nozzle.feed(WARM_C)
     nozzle.amperes = 4.0
     assert nozzle.feed(WARM_C, 1)["fault.code"] == 20
 
 
-def test_while_a_fault_is_latched_the_current_goes_on_and_the_counts_rest():
-    nozzle = Nozzle()
+def test_while_a_fault_is_latched_the_current_goes_on_and_the_counts_rest(nozzle):
     nozzle.feed(WARM_C)
     nozzle.amperes = 0.3
     nozzle.until_fault(WARM_C)
@@ -128,8 +118,7 @@ def test_while_a_fault_is_latched_the_current_goes_on_and_the_counts_rest():
     assert float(record["current.amperes"]) == pytest.approx(0.7, abs=STEP_A)
 
 
-def test_the_step_that_trips_leaves_the_rest_as_it_was():
-    nozzle = Nozzle()
+def test_the_step_that_trips_leaves_the_rest_as_it_was(nozzle):
     duties(nozzle)
     nozzle.amperes = 0.9
     nozzle.feed(COLD_C)

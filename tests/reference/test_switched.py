@@ -1,7 +1,7 @@
 """A loop that is switched, its cooler, and its master."""
 
 import pytest
-from switched_loops import Nozzle, controller_of
+from switched_loops import controller_of
 
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.master import Master
@@ -11,8 +11,7 @@ from heatwright.sim.reference.switched import SwitchedOperator
 COLD_C, WARM_C, HOT_C = 20.0, 50.0, 80.0
 
 
-def test_off_is_off_at_every_setpoint():
-    nozzle = Nozzle()
+def test_off_is_off_at_every_setpoint(nozzle):
     nozzle.enabled = 0
     for setpoint_c in (0.0, 50.0, 100.0):
         nozzle.setpoint_c = setpoint_c
@@ -20,22 +19,19 @@ def test_off_is_off_at_every_setpoint():
         assert (record["duty_percent"], record["cooling"]) == (0, 0)
 
 
-def test_nought_degrees_is_a_setpoint():
-    nozzle = Nozzle()
+def test_nought_degrees_is_a_setpoint(nozzle):
     nozzle.setpoint_c = 0.0
     record = nozzle.feed(COLD_C)
     assert (record["duty_percent"], record["cooling"]) == (0, 1)
 
 
-def test_switching_off_resets_the_algorithm():
-    nozzle = Nozzle()
+def test_switching_off_resets_the_algorithm(nozzle):
     assert nozzle.feed(COLD_C)["algorithm.heating"] == 1
     nozzle.enabled = 0
     assert nozzle.feed(COLD_C)["algorithm.heating"] == 0
 
 
-def test_a_cooler_goes_on_without_a_reading_until_the_loop_is_off():
-    nozzle = Nozzle()
+def test_a_cooler_goes_on_without_a_reading_until_the_loop_is_off(nozzle):
     assert nozzle.feed(HOT_C)["cooling"] == 1
     assert nozzle.feed(HOT_C, 1)["cooling"] == 1
     nozzle.enabled = 0
@@ -47,29 +43,25 @@ def test_a_cooler_goes_on_without_a_reading_until_the_loop_is_off():
     [(80.0, 0, 1), (50.0, 0, 1), (49.9375, 0, 0), (49.9375, 1, 1), (80.0, 1, 1)],
 )
 @pytest.mark.parametrize("enabled", [0, 1])
-def test_a_latched_fault_cools_what_is_hot(temperature_c, status, cooling, enabled):
-    nozzle = Nozzle()
+def test_a_latched_fault_cools_what_is_hot(nozzle, temperature_c, status, cooling, enabled):
     nozzle.enabled = enabled
     nozzle.feed(WARM_C)
     nozzle.reference.stop()
     assert nozzle.feed(temperature_c, status)["cooling"] == cooling
 
 
-def test_a_lost_master_is_a_fault_while_the_loop_is_on():
-    nozzle = Nozzle()
+def test_a_lost_master_is_a_fault_while_the_loop_is_on(nozzle):
     record = nozzle.feed(HOT_C, master_lost=True)
     assert (record["fault.code"], record["fault.temperature_c"]) == (23, 80)
     assert record["cooling"] == 1
 
 
-def test_a_lost_master_is_none_while_the_loop_is_off():
-    nozzle = Nozzle()
+def test_a_lost_master_is_none_while_the_loop_is_off(nozzle):
     nozzle.enabled = 0
     assert nozzle.feed(HOT_C, master_lost=True)["fault.code"] == 0
 
 
-def test_the_master_is_asked_after_first():
-    nozzle = Nozzle()
+def test_the_master_is_asked_after_first(nozzle):
     nozzle.feed(WARM_C)
     nozzle.amperes = 10.0
     record = nozzle.feed(119.0, master_lost=True)
