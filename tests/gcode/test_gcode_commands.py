@@ -3,7 +3,17 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import Said, celsius, fault, received, run, talk, ticks, tuning_ends
+from gcode_world import (
+    Said,
+    celsius,
+    fault,
+    received,
+    run,
+    switched,
+    talk,
+    ticks,
+    tuning_ends,
+)
 
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
 
@@ -78,6 +88,16 @@ def test_other_tools_and_fans_are_not_there(world: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "line",
+    ["M109 T1 S100", "M109 T1 R100", "M104 E1 S100", "M301 T1 P7", "M303 T1 S100", "M104 T1 D9"],
+)
+def test_what_is_for_another_tool_changes_nothing(world: Path, line: str) -> None:
+    said = talk(world, line, "M105")
+    assert said.answers == [f"echo:{line[:4]} Invalid extruder 1", "ok", f"ok {COLD}"]
+    assert said.state == talk(world, "M105").state
+
+
+@pytest.mark.parametrize(
     ("line", "percent"), [("M106", 100), ("M106 S51", 20), ("M106 P0 S1000", 100), ("M107", 0)]
 )
 def test_fans(world: Path, line: str, percent: float) -> None:
@@ -111,6 +131,12 @@ def test_gains(world: Path) -> None:
     assert said.state["gains"] == "12345.6699 4.99999987e-05 31.3999996"
 
 
+@pytest.mark.parametrize("gain", ["0", "1000000"])
+def test_gains_at_their_limits(world: Path, gain: str) -> None:
+    said = talk(world, f"M301 P{gain} I{gain} D{gain}")
+    assert [float(each) for each in said.state["gains"].split()] == 3 * [float(gain)]
+
+
 def test_settings(world: Path) -> None:
     said = talk(world, "M500", "M501", "M501", "M502", "M502", "M502")
     assert said.state["stored"] == "1 2 3"
@@ -125,6 +151,15 @@ def test_by_hand(world: Path) -> None:
 def test_reports_without_asking(world: Path) -> None:
     assert run(world, received(b"M155 S2\n"), ticks(650)).answers.count(COLD) == 3
     assert run(world, received(b"M155 S2\nM155 S0\n"), ticks(650)).answers == ["ok", "ok"]
+
+
+@pytest.mark.parametrize(("line", "every_s"), [("M155", 1), ("M155 S60", 60), ("M155 S200", 60)])
+def test_reports_come_each_second_at_most_and_each_minute_at_least(
+    world: Path, line: str, every_s: int
+) -> None:
+    begin = (received(f"{line}\n".encode()),)
+    assert run(world, *begin, ticks(300 * every_s - 50)).answers == ["ok", COLD, COLD]
+    assert run(world, *begin, ticks(300 * every_s + 50)).answers == ["ok", COLD, COLD, COLD]
 
 
 def heated(said: Said) -> bool:
@@ -182,11 +217,28 @@ def test_a_latched_fault_refuses_heat_until_acknowledged(world: Path) -> None:
     assert said.state["setpoint"] == "100"
 
 
+def test_a_fault_that_trips_again_at_once_is_told_again(world: Path) -> None:
+    script = (fault(6), ticks(20), received(b"M999\n"), ticks(1), fault(6), ticks(20))
+    told = run(world, *script).answers
+    assert len([answer for answer in told if answer.startswith("Error:E06")]) == 2
+
+
+def test_m303_tells_of_its_swings(world: Path) -> None:
+    """From the second time that the relay switches on: the lowest and highest since the first."""
+    begin = (celsius(190), received(b"M303 E0 S200 C5\n"), ticks(20), switched(1), ticks(5))
+    swing = (celsius(205), ticks(5), celsius(195), ticks(5), switched(2), ticks(20))
+    said = run(world, *begin, celsius(200), ticks(5), *swing)
+    shown = [answer for answer in said.answers if answer.startswith("bias: ")]
+    assert shown == ["bias: 64 d: 64 min: 190.00 max: 205.00"]
+
+
 def test_m303_tells_how_it_goes(world: Path) -> None:
     begin = [received(b"M303 E0 S200 C5\n"), ticks(250)]
     running = run(world, *begin)
     assert running.answers[0] == "PID Autotune start"
     assert running.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
+    assert "ok" not in running.answers
+    assert running.state["tuning"] == "5"
     done = run(world, *begin, tuning_ends(2), ticks(10)).answers
     assert done[-3:] == [
         "Kp: 0.00000 Ki: 0.00000 Kd: 0.00000",
