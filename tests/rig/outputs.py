@@ -350,11 +350,14 @@ def reset_problem(bench: OutputBoard, name: str) -> str:
 
 WATCHDOG_RESET, BROWN_OUT = 14, 15
 """Faults."""
+MCUSR, POWER_ON, BROWNED_OUT = 0x54, 1, 4
+HANG_MARK = 0x5AC3
 
 
 def cause_problem(place: Wired, elf: Elf | None = None) -> str:
     """Reset it in every way: what is tripped, and that it is not reset again."""
     bench = OutputBoard(place, elf)
+    bench.avr.write_ram(MCUSR, bytes([POWER_ON | BROWNED_OUT]))  # as at a normal power-up
     bench.avr.run(0.1)
     if bench.get("fault.code"):
         return "a power-up trips"
@@ -379,9 +382,19 @@ def _hang_problem(bench: OutputBoard) -> str:
         bench.put("hangs", hangs)
         bench.avr.run(0.2)
         bench.avr.reset("external")
-        bench.avr.run(0.05)
+        bench.avr.run(0.005)  # the main loop has not run yet
         if bench.get("fault.code") != due:
             return f"behind a hang: fault {bench.get('fault.code')}, not {due}"
+        bench.avr.reset("external")
+        bench.avr.run(0.05)
+        if bench.get("fault.code"):
+            return "a hang is told twice"
+    for random in (HANG_MARK - 1, HANG_MARK + 1):
+        bench.put("reset_hang_mark", random)
+        bench.avr.reset("external")
+        bench.avr.run(0.005)
+        if bench.get("fault.code"):
+            return "what memory has by chance is taken for a hang"
     return ""
 
 
