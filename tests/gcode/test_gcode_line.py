@@ -40,10 +40,11 @@ def test_what_is_wrong_is_asked_for_again(world: Path, line: bytes, problem: str
     assert said.state["setpoint"] == "50"
 
 
-def test_what_follows_a_gap_is_forgotten(world: Path) -> None:
-    """To the end of the line that is coming in."""
+@pytest.mark.parametrize("half", [1, 8, 14, 15])
+def test_what_follows_a_gap_is_forgotten(world: Path, half: int) -> None:
+    """To the end of the line that is coming in, if there is one."""
     bad, late = numbered(5, "M104 S50"), numbered(6, "M104 S60")
-    half = len(late) // 2
+    assert len(late) == 15
     said = run(
         world, received(numbered(4, "M110")), ticks(9),
         received(bad.replace(b"5", b"6", 1) + late[:half]), ticks(9), received(late[half:]),
@@ -105,7 +106,7 @@ def test_a_lost_line_end_does_not_stop_a_print(world: Path) -> None:
     [
         b"M112\n", b"m112\r", b"N5 M112*33\n", b"N-7M112\n", b"  M112 ;now\n", b"M112(now)\n",
         b"M0112\n", b"M112 S1\n", b"N0M112\n", b"N9M112\n", b"N10 \tM112*1\n", b"\tM112\t\n",
-        b"M112;\n", b"M9 M1\nM112\n", b"n5 m112\n",
+        b"M112;\n", b"M9 M1\nM112\n", b"n5 m112\n", b"M105\rM112\r",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("before", [b"", b"M109 S200\n", b"M109 S200\n" + 500 * b"M105\n"])
@@ -183,3 +184,36 @@ def test_a_damaged_byte_is_never_taken_for_another(world: Path, flag: int) -> No
 def test_the_line_is_set_up(world: Path) -> None:
     """115200 baud of 16 MHz with U2X (16 + 1 eighths); both ways, with interrupts; 8N1."""
     assert run(world, ticks(1)).state["line"] == "16 2 152 6"
+
+
+@pytest.mark.parametrize("behind", [b" ", b" 7", b"x7", b"\t;9"])
+def test_what_stands_behind_a_checksum_is_no_part_of_it(world: Path, behind: bytes) -> None:
+    line = numbered(1, "M105 *8").removesuffix(b"\n") + behind + b"\n"
+    assert talk(world, numbered(0, "M110"), line).answers == ["ok", WARM]
+
+
+@pytest.mark.parametrize("byte", [0, 1, 8, 11, 31, 127])
+def test_what_no_line_has_makes_it_unreadable(world: Path, byte: int) -> None:
+    said = talk(world, b"M105" + bytes([byte]) + b"\n", "M105")
+    assert said.answers == ["echo:Unreadable line ignored", "ok", WARM]
+
+
+@pytest.mark.parametrize("byte", [9, 32, 126, 128, 255])
+def test_what_a_line_may_have(world: Path, byte: int) -> None:
+    assert talk(world, b"M105 ;" + bytes([byte]) + b"\n").answers == [WARM]
+
+
+def test_how_long_a_line_may_be(world: Path) -> None:
+    assert talk(world, b"M105" + 92 * b" " + b"\n").answers == [WARM]
+    too_long = ["echo:Line too long, ignored", "ok"]
+    assert talk(world, b"M105" + 93 * b" " + b"\n").answers == too_long
+
+
+def test_a_second_wait_is_like_the_first(world: Path) -> None:
+    """Neither M108 nor the ticks at the temperature count for the next wait."""
+    first = (celsius(200), received(b"M109 S200\n"), ticks(990), received(b"M108\n"), ticks(20))
+    said = run(world, *first, received(b"M109 S200\n"), ticks(900))
+    assert said.answers[-1] != "ok"
+    said = run(world, *first, received(b"M109 S200\n"), ticks(1040))
+    assert said.answers[-1] == "ok"
+    assert run(world, received(b"M108\nM109 S200\n"), ticks(50)).answers == ["ok"]
