@@ -1,13 +1,17 @@
 """Whether the progress of a program survives what an EEPROM goes through: a ring of records."""
 
 from collections.abc import Iterator
+from itertools import product
+from typing import Any
 
 from storage_format import PROGRESS_BYTES, Progress
 from storage_host import Kept
 
-from heatwright.sim.host import HostBuild
+from heatwright.sim.host import Host, HostBuild
+from heatwright.sim.host.layout import declarations
 
-IDLE = 0
+IDLE, RUNNING, PAUSED, RETURNING = range(4)
+STOPPED = 2
 OLD = Progress(IDLE, 1, 2, 3, 0, 20.5, 30.25, 40.125, -1.5, 11, 2**31, 33, 2**32 - 1)
 NEW = Progress(IDLE, 2, 3, 1, 0, -3.5, 1.5e-3, 88.0, 1100.25, 2**24 - 1, 5, 6, 7)
 """Idle, so that a start does not go on with them; the CRC is that of no program."""
@@ -15,8 +19,8 @@ NEW = Progress(IDLE, 2, 3, 1, 0, -3.5, 1.5e-3, 88.0, 1100.25, 2**24 - 1, 5, 6, 7
 
 class Progresses(Kept):
     checks = (
-        "blank", "half", "foreign", "behind", "twins", "wishes", "wear", "noise", "damaged",
-        "newest", "cuts", "first_cuts", "torn", "beyond",
+        "blank", "ordered", "half", "foreign", "behind", "twins", "wishes", "wear", "noise",
+        "damaged", "newest", "cuts", "first_cuts", "torn", "beyond",
     )  # fmt: skip
     size = PROGRESS_BYTES
 
@@ -85,6 +89,9 @@ class Progresses(Kept):
         if self.settle():
             yield "something is written although nobody wants it"
 
+    def ordered(self) -> Iterator[str]:
+        yield from ordered_wrongly(self.host)
+
     def wishes(self) -> Iterator[str]:
         """A wish while one is written is fulfilled behind it, with what is then; many are one."""
         self.boot(self.memory.blank)
@@ -109,3 +116,26 @@ class Progresses(Kept):
             found = self.memory.progress_in(self.image, number % self.slots)
             if found != (number, self.old._replace(clock=number)):
                 yield f"save {number} has left {found}"
+
+
+def ordered_wrongly(host: Host) -> Iterator[str]:
+    """An order to stop or to pause is noted as it will be obeyed: the power may go before that."""
+    library: Any = host.library
+    ffi = declarations(host.build.project, host.build.parts)
+    for state, order in (*product(range(5), ("", "stop", "pause")), (IDLE, "start and pause")):
+        host.erase()
+        host.power_up()
+        library.program.state, library.program.ended = state, 1
+        if order == "start and pause":  # nothing has begun that could be paused
+            assert library.program_start(1)
+        given = order.rpartition(" ")[2]
+        taken = bool(getattr(library, f"program_{given}")()) if given else False
+        record = ffi.new("struct progress_record *")
+        library.program_note(record)
+        may = {"stop": state != IDLE, "pause": state in {RUNNING, RETURNING}}.get(order, False)
+        wanted = {"stop": (IDLE, STOPPED), "pause": (PAUSED, 1)}.get(
+            order if may else "", (state, 1)
+        )
+        may |= given != order
+        if (taken, record.state, record.ended) != (may, *wanted):
+            yield f"{order or 'nothing'} in state {state} is noted as {record.state}, not {wanted}"
