@@ -11,7 +11,7 @@ ROUND_S = 1 / 3.6
 OBEYED_S = 3 * ROUND_S + 2 * 0.2
 """Three rounds and two control steps: until then ON waits for WORK."""
 HEARD_S = 5.0
-LATE_S = 3.0
+LATE_S = 10.0
 """What a busy machine may take on top."""
 
 ENABLED, WORK = "fabricator-nozzle-enabled", "fabricator-nozzle-work"
