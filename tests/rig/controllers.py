@@ -55,35 +55,9 @@ class Drawn(NamedTuple):
         return f"the spec\n{self.text}"
 
 
-def controllers(
-    *,
-    loops: Sequence[int] = (1, 2, 3),
-    boards: Collection[str] = tuple(BOARDS),
-    interfaces: Collection[str] = KINDS,
-    longest_period_s: float = 600.0,
-    length_s: float = 60.0,
-    simulated: bool | None = None,
-) -> st.SearchStrategy[Drawn]:
-    """Draw controllers that the checks accept.
-
-    Args:
-        loops: how many there may be; the host build and the reference device take 1.
-        boards: which boards, by name.
-        interfaces: which kinds of interfaces there may be.
-        longest_period_s: the longest time between control steps, unless its sensor takes longer.
-        length_s: how long the scenario lasts.
-        simulated: whether there is a machine; None leaves that open.
-
-    """
-    limits = {
-        "loops": loops, "boards": boards, "interfaces": interfaces, "length_s": length_s,
-        "longest_period_s": longest_period_s, "simulated": simulated,
-    }  # fmt: skip
-    return _controllers(limits)
-
-
 @st.composite
-def _controllers(draw: Any, limits: dict[str, Any]) -> Drawn:
+def controllers(draw: Any, **limits: Any) -> Drawn:
+    """Draw controllers that the checks accept, within the limits that `_Controller` knows."""
     found = attempt(lambda low, high: draw(st.integers(low, high)), **limits)
     assume(isinstance(found, Drawn))
     return found
@@ -116,7 +90,12 @@ def drawn(count: int, **limits: Any) -> tuple[Drawn, ...]:
 
 
 class _Controller:
-    """Draws one controller, section by section."""
+    """Draws one controller, section by section.
+
+    loops -- how many there may be: the host build and the reference device take 1; boards, by
+    name; interfaces, by kind; longest_period_s -- between control steps, unless a sensor takes
+    longer; length_s -- of the scenario; simulated -- whether there is a machine, or None.
+    """
 
     def __init__(
         self,
