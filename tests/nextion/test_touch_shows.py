@@ -118,6 +118,7 @@ SHOWN: dict[str, dict[str, str | int]] = {
     "order 2 1; 3 s": {STATE: "on"},
     "order 2 1; 1 s; order 4 5; 3 s": {STATE: "by hand"},
     "order 8 1; 3 s": {STATE: "runs"},
+    "order 8 1; 200 s": {"main.set.val": "49", "main.duty.val": "100"},
     "order 8 1; 2 s; order 9 0; 3 s": {STATE: "paused"},
     "order 8 1; 2 s; order 10 3; 3 s": {STATE: "returns to its setpoint"},
     "order 8 1; 2 s; order 17; 3 s": {STATE: "stopped"},
