@@ -55,24 +55,36 @@ class HostArena:
 
     def problem(self, built: Path) -> str:
         host = Host(replace(build_of(self.spec, sanitized=False), library=built))
-        return next((problem for judge in self._judges() if (problem := judge(host))), "")
+        judges = [*judges_of(self.spec, FIRST_COURSES).values(), *judges_of(self.spec).values()]
+        return next((problem for judge in judges if (problem := judge(host))), "")
 
-    def _judges(self) -> list[Judge]:
-        name = self.spec
-        judges: list[Judge] = [
-            lambda host: control_problem(host, name, FIRST_COURSES), gate_problem, all_text_problems,
-            storage_problem, kept_problem,
-        ]  # fmt: skip
-        if name in host_specs.HOSTED and name in host_specs.WITH_AIR:
-            judges.append(ready_problem)
-        if name in host_specs.SWITCHING:
-            judges.append(switching_problem)
-        judges.append(lambda host: control_problem(host, name))
-        if name in host_specs.AT_ONCE:
-            judges.append(output_problem)
-        if name in host_specs.BY_PEOPLE:
-            judges += [orders_problem, lambda host: power_problem(host, name)]
-        return judges
+
+def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
+    """Return what judges a host build, the quick ones first.
+
+    Args:
+        name: of its specification.
+        courses: how many the reference is compared over; else all.
+
+    """
+    judges: dict[str, Judge] = {
+        "control": lambda host: control_problem(host, name, courses),
+        "gate": gate_problem,
+        "text": all_text_problems,
+        "storage": storage_problem,
+        "kept": kept_problem,
+    }
+    if name in host_specs.HOSTED and name in host_specs.WITH_AIR:
+        judges["ready"] = ready_problem
+    if name in host_specs.SWITCHING:
+        judges["switching"] = switching_problem
+    if name in host_specs.AT_ONCE:
+        judges["output"] = output_problem
+    if name in host_specs.BY_PEOPLE:
+        judges["orders"] = orders_problem
+    if name in host_specs.PROGRAMMED:
+        judges["power"] = lambda host: power_problem(host, name)
+    return judges
 
 
 ARENAS = [HostArena(name) for name in host_specs.NAMES]

@@ -49,32 +49,38 @@ class _Course(NamedTuple):
 
 
 @cache
-def _fixed(name: str, kind: np.dtype[Any]) -> list[_Course]:
+def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
+    """What is done, and whether a fault comes and goes between the steps.
+
+    A reference that has to be told of a release looks for faults after its steps only.
+    """
     controller = host_specs.spec_of(name).controller
-    found = []
-    kinds = kinds_of(controller)
-    programmed = name in host_specs.PROGRAMMED
-    courses = COURSES // 4 if programmed else COURSES
-    drawn = (random_course(Random(seed), STRETCHES, kinds) for seed in range(courses))  # noqa: S311
-    tunings = [
-        *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
-        *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
-        *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
-    ]
-    firings = (_firing(Random(-seed)) for seed in range(FIRINGS))  # noqa: S311
-    given = (LONG_SILENCE, LOWERED, *(tunings if name in host_specs.COMMANDED else ()))
-    critical = [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
-    given += tuple(critical) * host_specs.is_adjustable(name)
-    for course in (*given, *drawn, *((*ARRIVALS, *firings) if programmed else ())):
-        inputs = inputs_of(controller, course)
-        found.append(_Course(inputs, expected(controller, inputs, kind)))
-    # A reference that has to be told of a release looks for faults after its steps only.
-    again = [] if must_release(controller) else found[-TRIPPED_COURSES:]
-    for inputs, _, _ in again:
-        tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY)
-        wanted = expected(controller, inputs, kind, tripped=tripped)
-        found.append(_Course(inputs, wanted, tripped))
-    return found
+    kinds, programmed = kinds_of(controller), name in host_specs.PROGRAMMED
+    courses = [LONG_SILENCE, LOWERED]
+    if name in host_specs.COMMANDED:
+        courses += [
+            *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
+            *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
+            *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
+        ]
+    if host_specs.is_adjustable(name):
+        courses += [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
+    drawn = range(COURSES // 4 if programmed else COURSES)
+    courses += [random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
+    if programmed:
+        courses += [*ARRIVALS, *(_firing(Random(-seed)) for seed in range(FIRINGS))]  # noqa: S311
+    tripped = [] if must_release(controller) else courses[-TRIPPED_COURSES:]
+    return [*((course, False) for course in courses), *((course, True) for course in tripped)]
+
+
+@cache
+def _fixed(name: str, number: int, kind: np.dtype[Any]) -> _Course:
+    """One of the courses as the reference takes it."""
+    controller = host_specs.spec_of(name).controller
+    course, trips = _courses(name)[number]
+    inputs = inputs_of(controller, course)
+    tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY) if trips else ()
+    return _Course(inputs, expected(controller, inputs, kind, tripped=tripped), tripped)
 
 
 def _firing(random: Random) -> list[Stretch]:
@@ -114,13 +120,15 @@ def _run(host: Host, inputs: NDArray[Any], tripped: Sequence[int]) -> Run:
 
 def prepare_control(host: Host, name: str) -> None:
     """Let the reference take all courses, once for all that is compared with it."""
-    _fixed(name, host.type)
+    for number in range(len(_courses(name))):
+        _fixed(name, number, host.type)
 
 
 def control_problem(host: Host, name: str, most: int | None = None) -> str:
-    """The same over the fixed courses, or the first ones of them."""
-    for number, course in enumerate(_fixed(name, host.type)[:most]):
-        problem = run_problem(host, *course)
+    """The same over the fixed courses, or over as many of them, from the last one on."""
+    numbers = range(len(_courses(name)))[::-1][:most]
+    for number in numbers:
+        problem = run_problem(host, *_fixed(name, number, host.type))
         if problem:
             return f"course {number}, {problem}"
     return ""

@@ -10,7 +10,7 @@ from heatwright.spec import Controller, Current
 from heatwright.spec.commands import switched
 
 CODES_PER_AMPERE = 4096 / 25
-"""Of the sum of four codes at 0.2 V/A and 5 V, as host_switched has it; 0 A is at -2 codes."""
+"""Of the sum of four codes at 0.2 V/A and 5 V, as host_specs has it; 0 A is at -2 codes."""
 IDLE_CODES = 10
 """The sum that is just three steps of the ADC."""
 
@@ -21,7 +21,7 @@ SWITCHED_ORDERS: tuple[tuple[Any, ...], ...] = (
     *((Command.PERCENT, value, NO_GAINS) for value in (0.0, 100.0, 100.5, -0.5, float("nan"))),
 )
 CRITICAL_C = (5.0, 4.9375, 85.0, 85.0625, float("nan"), 40.0, 33.0)
-"""About the lowest setpoint and the machine's own limit, as host_programmed has them."""
+"""About the lowest setpoint and the machine's own limit, as host_specs has them."""
 SHARES = (300, 150, 75, 60, 50, 49, 30, 10, 0, 1000)
 """Of the current that is due, %."""
 SCAN_LOST = 4

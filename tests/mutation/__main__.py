@@ -68,8 +68,10 @@ def main(words: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m mutation", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )  # fmt: skip
+        prog="python -m mutation",
+        description=__doc__,
+        formatter_class=argparse.RawTextHelpFormatter,
+    )
     parser.add_argument("arenas", nargs="*", help="beginnings of arenas' names")
     parser.add_argument("--file", default="", help="break this file only")
     parser.add_argument("--sample", type=int, default=0, help="so many mutants, not all")

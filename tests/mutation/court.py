@@ -1,4 +1,4 @@
-"""An arena at work, in a process of its own: prepared once, it judges one mutant after the other."""
+"""An arena at work, in a process of its own: prepared once, it judges mutant after mutant."""
 
 import multiprocessing
 import tempfile

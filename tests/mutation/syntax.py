@@ -102,7 +102,12 @@ def _parser() -> Parser:
 
 
 def mutants_of(
-    file: str, text: str, constants: Constants = MappingProxyType({}), *, order: bool = False
+    file: str,
+    text: str,
+    constants: Constants = MappingProxyType({}),
+    loops: Sequence[str] = (),
+    *,
+    order: bool = False,
 ) -> list[Mutant]:
     """Return the mutants of a file.
 
@@ -228,7 +233,7 @@ class _File:
             self._add(node, "", Kind.ALONE, node.start_byte, colon.end_byte)
         elif node.type == "type_qualifier" and self._text(node) == "volatile":
             self._add(node, "", Kind.ORDER)
-        elif _may_go(node) and not self._text(node).startswith("(void)"):
+        elif _may_go(node) and not re.fullmatch(r"\(void\)\w+;", self._text(node)):
             self._add(node, ";" if _parent_type(node) != "compound_statement" else "",
                       Kind.STATEMENT)  # fmt: skip
 

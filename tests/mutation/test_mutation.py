@@ -1,104 +1,238 @@
-"""Break the generated C in many ways, one at a time: the tests of the host build must notice."""
+"""The engine makes the mutants it says and finds what nobody notices; of a sample nothing lives."""
 
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-import host_specs
-import host_switched
-import mutants_algorithms
-import mutants_autotune
-import mutants_commanded
-import mutants_current
-import mutants_guard
-import mutants_loop
-import mutants_outputs
-import mutants_programs
-import mutants_storage
-import mutants_switched
 import pytest
-from host_builds import plain_build_of
-from host_control import control_problem
-from host_gate import gate_problem
-from host_kept import kept_problem
-from host_orders import orders_problem
-from host_output import output_problem
-from host_power import power_problem
-from host_ready import ready_problem
-from host_storage import storage_problem
-from host_switching import switching_problem
-from host_text import all_text_problems
-from mutant import Mutant
+from mutation import engine
+from mutation.engine import Case, Engine, cases_of, found_arenas, sampled
+from mutation.equivalent import entries
+from mutation.machine_code import same_machine_code
+from mutation.report import Report
+from mutation.schema import TOGETHER, VARIABLE, schema
+from mutation.syntax import Kind, constants_of, mutants_of
+from suite import amount
 
-from heatwright.sim.host import Host
+SMALL = """\
+#include "small.h"
+enum { FIRST = 1, SECOND };
+static volatile int kept = 3;
+int number(int a, int b)
+{
+    int sum = 0;
 
-MUTANTS = [
-    *mutants_guard.ALL,
-    *mutants_loop.ALL,
-    *mutants_algorithms.ALL,
-    *mutants_outputs.ALL,
-    *mutants_storage.ALL,
-    *mutants_commanded.ALL,
-    *mutants_autotune.ALL,
-    *mutants_switched.ALL,
-    *mutants_current.ALL,
-    *mutants_programs.ALL,
-]
-
-
-SWITCHED = tuple(host_switched.texts())
-BY_PEOPLE = (*host_specs.PROGRAMMED, "touched")
-
-
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("mutation")
-
-
-def problem_of(host: Host, mutant: Mutant) -> str:
-    if mutant.build in BY_PEOPLE:
-        problem = control_problem(host, mutant.build) or orders_problem(host)
-        return problem or power_problem(host, mutant.build)
-    if mutant.build in SWITCHED:
-        return control_problem(host, mutant.build) or switching_problem(host)
-    if mutant.file == "settings.c":
-        return storage_problem(host) or kept_problem(host)
-    if mutant.file == "text.c":
-        return all_text_problems(host)
-    if mutant.file == "gate.c":
-        return gate_problem(host)
-    problem = control_problem(host, mutant.build)
-    if mutant.file == "fault.c":
-        problem = problem or storage_problem(host)
-    if mutant.file == "output_heater.c":
-        problem = problem or output_problem(host)
-    if mutant.file == "loop_air.c":
-        problem = problem or kept_problem(host) or ready_problem(host)
-    return problem
+    if (a < b && b != 7) {
+        sum = a + b * 2;
+    } else {
+        sum -= ~a;
+    }
+    for (int i = 0; i < b; i++) {
+        sum <<= 1;
+        if (i > 3) {
+            break;
+        }
+    }
+    switch (a) {
+    case FIRST:
+        return sum & 12;
+    default:
+        kept++;
+    }
+    return a == 5 ? sum : -kept;
+}
+"""
+HEADER = "#define LIMIT 4\nint number(int a, int b);\n"
+DRIVER = """\
+#include <stdio.h>
+#include "small.h"
+int main(void)
+{
+    for (int a = -9; a < 9; a++) {
+        for (int b = -9; b < 9; b++) {
+            printf("%d ", number(a, b));
+        }
+    }
+    return 0;
+}
+"""
 
 
-def broken(mutant: Mutant, folder: Path, number: int) -> Host:
-    build = plain_build_of(mutant.build, folder)
-    text = (build.project / "src" / mutant.file).read_text(encoding="utf-8")
-    found = text.count(mutant.old)
-    assert found == 1, f"{mutant.old!r} stands there {found} times"
-    changed = text.replace(mutant.old, mutant.new)
-    return Host(build.with_changed(mutant.file, changed, folder / f"mutant{number}"))
+def said_by(text: str, folder: Path, number: int = 0) -> str:
+    """Compile the small file with its driver and return what it prints."""
+    for name, content in (("small.c", text), ("small.h", HEADER), ("driver.c", DRIVER)):
+        (folder / name).write_text(content, encoding="utf-8")
+    command = ["gcc", "-w", "small.c", "driver.c", "-o", "small"]
+    subprocess.run(command, cwd=folder, check=True)
+    shown = subprocess.run(
+        ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    return f"{shown.returncode} {shown.stdout}"
 
 
-@pytest.mark.parametrize("number", range(len(MUTANTS)), ids=[each.name for each in MUTANTS])
-def test_is_noticed(number: int, folder: Path) -> None:
-    mutant = MUTANTS[number]
-    host = broken(mutant, folder, number)
-    problem = problem_of(host, mutant)
-    host.close()
-    assert problem, "nothing notices it"
+def small_mutants(*, order: bool = False):
+    return mutants_of("small.c", SMALL, constants_of({"small.c": SMALL}), order=order)
 
 
-@pytest.mark.parametrize("build", sorted({mutant.build for mutant in MUTANTS}))
-def test_unbroken_nothing_is_wrong(build: str, folder: Path) -> None:
-    host = Host(plain_build_of(build, folder))
-    for file in sorted({each.file for each in MUTANTS if each.build == build}):
-        assert problem_of(host, Mutant(build, file, "", "")) == ""
+@pytest.mark.parametrize(
+    ("kind", "what"),
+    [
+        (Kind.STATEMENT, "sum = a + b * 2; -> nothing"),
+        (Kind.STATEMENT, "break; -> nothing"),
+        (Kind.STATEMENT, "return sum & 12; -> nothing"),
+        (Kind.CONDITION, "if (a < b && b != 7) -> if (!(a < b && b != 7))"),
+        (Kind.CONDITION, "if (a < b && b != 7) -> if (1)"),
+        (Kind.CONDITION, "if (a < b && b != 7) -> if (0)"),
+        (Kind.CONDITION, "i < b -> 0"),
+        (Kind.CONDITION, "return a == 5 ? sum : -kept; -> return 1 ? sum : -kept;"),
+        (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a <= b && b != 7)"),
+        (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a < b || b != 7)"),
+        (Kind.EXPRESSION, "if (a < b && b != 7) -> if (b != 7)"),
+        (Kind.EXPRESSION, "sum = a + b * 2; -> sum = a - b * 2;"),
+        (Kind.EXPRESSION, "sum = a + b * 2; -> sum = a + b / 2;"),
+        (Kind.EXPRESSION, "sum = a + b * 2; -> sum = a + b * 3;"),
+        (Kind.EXPRESSION, "sum = a + b * 2; -> sum = a + b * 0;"),
+        (Kind.EXPRESSION, "int sum = 0; -> int sum = (-1);"),
+        (Kind.EXPRESSION, "sum -= ~a; -> sum += ~a;"),
+        (Kind.EXPRESSION, "sum -= ~a; -> sum -= (a);"),
+        (Kind.EXPRESSION, "sum <<= 1; -> sum >>= 1;"),
+        (Kind.EXPRESSION, "return sum & 12; -> return sum | 12;"),
+        (Kind.EXPRESSION, "kept++; -> kept--;"),
+        (Kind.ALONE, "case FIRST: -> nothing"),
+        (Kind.ALONE, "FIRST = 1 -> FIRST = 2"),
+        (Kind.ALONE, "static volatile int kept = 3; -> static volatile int kept = 4;"),
+        (Kind.ORDER, "static volatile int kept = 3; -> static int kept = 3;"),
+    ],
+)
+def test_every_operator_makes_its_mutants(kind, what):
+    found = {mutant.what: mutant for mutant in small_mutants(order=True)}
+    assert what in found, "\n".join(sorted(found))
+    assert found[what].kind is kind
+    assert found[what].applied(SMALL) != SMALL
 
 
-def test_every_mutant_is_another_one() -> None:
-    assert len(set(MUTANTS)) == len(MUTANTS) >= 60
+def test_no_two_mutants_are_the_same():
+    mutants = small_mutants(order=True)
+    assert len({mutant.identity for mutant in mutants}) == len(mutants)
+    assert len({mutant.applied(SMALL) for mutant in mutants}) == len(mutants)
+
+
+def test_an_atomic_block_can_go_and_is_no_trouble():
+    text = (
+        "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}\n"
+    )
+    (found,) = [each for each in mutants_of("f.c", text, order=True) if each.kind is Kind.ORDER]
+    assert found.applied(text) == text.replace("ATOMIC_BLOCK(ATOMIC_RESTORESTATE)", "")
+    assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text))
+
+
+def test_together_each_is_what_it_is_alone(tmp_path):
+    together = dict(enumerate((each for each in small_mutants() if each.kind in TOGETHER), 1))
+    text = schema(SMALL, together, defines=True)
+    original = said_by(SMALL, tmp_path)
+    assert said_by(text, tmp_path) == original
+    differing = 0
+    for number in list(together)[:: max(1, len(together) // amount("schema_mutants"))]:
+        (tmp_path / "alone").mkdir(exist_ok=True)
+        alone = said_by(together[number].applied(SMALL), tmp_path / "alone")
+        assert said_by(text, tmp_path, number) == alone, together[number]
+        differing += alone != original
+    assert differing
+
+
+def test_the_same_machine_code_is_told_from_other():
+    texts = {"f.c": "int f(int a)\n{\n    return a * 2;\n}\n"}
+    assert same_machine_code("f.c", texts, texts["f.c"].replace("a * 2", "a + a"))
+    assert not same_machine_code("f.c", texts, texts["f.c"].replace("a * 2", "a * 3"))
+
+
+@dataclass
+class Small:
+    """An arena whose judge looks at the first numbers only."""
+
+    compares: bool = True
+    name: str = "small/only"
+    together: bool = True
+
+    def sources(self) -> Mapping[str, str]:
+        return {"small.c": SMALL}
+
+    def headers(self) -> Mapping[str, str]:
+        return {"small.h": HEADER}
+
+    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
+        said_by(changed.get("small.c", SMALL), folder)
+        return folder / "small"
+
+    def prepare(self) -> None:
+        pass
+
+    def problem(self, built: Path) -> str:
+        command = ["prlimit", "--cpu=1", built]
+        shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        same = not self.compares or shown == self.expected()
+        return "" if same else "it says something else"
+
+    @staticmethod
+    def expected() -> str:
+        return EXPECTED[0]
+
+
+EXPECTED: list[str] = []
+
+
+@pytest.mark.parametrize("compares", [True, False])
+def test_a_judge_that_looks_kills_and_one_that_does_not_is_told(tmp_path, monkeypatch, compares):
+    monkeypatch.setattr(engine, "MEMORY", tmp_path / "memory")
+    EXPECTED[:] = [said_by(SMALL, tmp_path).removeprefix("0 ")]
+    arena = Small(compares)
+    cases = [case for case in cases_of([arena]) if "sum" in case.mutant.what]
+    Engine([arena], cases).run()
+    fates = Counter(case.fate for case in cases)
+    if compares:
+        assert fates["killed"] > 0.8 * len(cases)
+    else:
+        assert fates["survived"] > 0.8 * len(cases)
+    monkeypatch.setattr(Small, "problem", None)  # what is known is not judged again
+    again = [case for case in cases_of([arena]) if "sum" in case.mutant.what]
+    Engine([arena], again).run()
+    assert Counter(case.fate for case in again) == fates
+
+
+def test_a_judge_that_complains_of_the_sound_one_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "MEMORY", tmp_path)
+    EXPECTED[:] = ["something else"]
+    with pytest.raises(AssertionError, match="the sound firmware has a problem"):
+        Engine([Small()], cases_of([Small()])[:5]).run()
+
+
+def test_an_entry_without_a_reason_is_an_error():
+    assert [entry.reason for entry in entries("# head\na.c f: x -> y : it is so\n")] == ["it is so"]
+    with pytest.raises(ValueError, match="no reason"):
+        entries("a.c f: x -> y\n")
+
+
+@pytest.fixture(scope="module")
+def all_cases() -> tuple[list, list[Case]]:
+    arenas = found_arenas()
+    return arenas, cases_of(arenas)
+
+
+def test_every_entry_of_the_list_fits_a_mutant(all_cases):
+    arenas, cases = all_cases
+    assert Report([arena.name for arena in arenas], cases).unused_entries() == []
+
+
+def test_nothing_of_a_sample_lives(all_cases):
+    arenas, cases = all_cases
+    chosen = sampled(cases, amount("mutants"))
+    Engine(arenas, chosen).run()
+    report = Report([arena.name for arena in arenas], chosen)
+    sys.stdout.write(f"{Counter(map(report.fate, chosen))}; {report.verdict()}\n")
+    assert report.survivors() == []
+    assert report.wrong_entries() == []

@@ -1,28 +1,26 @@
-"""The generated C, on the host, and the reference model: equal to the last bit, whatever comes."""
+"""The generated C, on the host: what each judge of the mutants holds of it, and the reference."""
 
 import host_specs
 import numpy as np
 import pytest
+from arena_host import judges_of
 from host_control import run_problem
 from host_courses import inputs_of, kinds_of
 from host_reference import expected
 from host_stretches import Stretch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from suite import amount
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
 
+JUDGED = [(name, judge) for name in host_specs.NAMES for judge in judges_of(name)]
 
-def stretch(kinds):
-    return st.builds(
-        Stretch,
-        st.sampled_from(kinds),
-        st.integers(1, 14),
-        st.integers(-200, 200),
-        st.integers(-1, 1),
-        st.booleans(),
-    )
+
+@pytest.mark.parametrize(("name", "judge"), JUDGED)
+def test_nothing_is_wrong(hosts, name, judge):
+    assert judges_of(name, amount("host_courses"))[judge](hosts(name)) == ""
 
 
 @pytest.mark.parametrize("name", host_specs.NAMES)
@@ -39,9 +37,20 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
     assert found == members
 
 
+def stretch(kinds):
+    return st.builds(
+        Stretch,
+        st.sampled_from(kinds),
+        st.integers(1, 14),
+        st.integers(-200, 200),
+        st.integers(-1, 1),
+        st.booleans(),
+    )
+
+
 @pytest.mark.parametrize("name", host_specs.NAMES)
 @given(data=st.data())
-@settings(max_examples=150)
+@settings(max_examples=amount("host_drawn_courses"))
 def test_equal_to_the_reference_bit_for_bit(hosts, name, data):
     controller = host_specs.spec_of(name).controller
     course = data.draw(st.lists(stretch(kinds_of(controller)), min_size=1, max_size=14))
