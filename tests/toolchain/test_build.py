@@ -16,8 +16,6 @@ from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
 from heatwright.spec.boards import BOARDS, Board
 
-BLINK = Path(__file__).parent / "blink"
-
 Project = Callable[..., Path]
 
 BUILD = (
@@ -43,8 +41,8 @@ def section_sizes(elf: Path) -> dict[str, int]:
     return {name: int(size) for name, size in sizes}
 
 
-def test_the_figures_are_those_of_avr_size() -> None:
-    result = build(BLINK)
+def test_the_figures_are_those_of_avr_size(blink: Path) -> None:
+    result = build(blink)
     size = section_sizes(result.elf)
     assert result.flash_bytes == size[".text"] + size[".data"]
     assert result.ram_bytes == size[".data"] + size[".bss"] == 6
@@ -83,10 +81,10 @@ def test_the_project_is_left_as_it_was(project: Project, fresh_cache: Path) -> N
     assert result.elf.is_relative_to(fresh_cache)
 
 
-def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> None:
+def test_the_same_project_is_built_once(blink: Path, project: Project, fresh_cache: Path) -> None:
     first = build(project())
     lines: list[str] = []
-    again = build(BLINK, progress=lines.append)
+    again = build(blink, progress=lines.append)
     assert not first.cached
     assert again.cached
     assert lines == []
@@ -94,10 +92,10 @@ def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> 
 
 
 def test_another_place_gives_the_same_image(
-    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     images = []
-    for elf in (build(project()).elf, build(BLINK).elf):
+    for elf in (build(project()).elf, build(blink).elf):
         image = fresh_cache / "image.hex"
         subprocess.run(["avr-objcopy", "-O", "ihex", elf, image], check=True)
         images.append(image.read_bytes())
@@ -196,22 +194,22 @@ def test_a_missing_compiler_is_one_line_with_the_remedy(
 
 
 def test_the_users_own_platformio_is_run_as_it_is(
-    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A core directory with all that is needed stands for one that PlatformIO has filled online.
     monkeypatch.setenv("PLATFORMIO_CORE_DIR", str(core_dir()))
     monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "online")
-    assert build(project()).flash_bytes == build(BLINK).flash_bytes
+    assert build(project()).flash_bytes == build(blink).flash_bytes
 
 
 def test_settings_of_the_users_shell_do_not_change_the_binary(
-    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLATFORMIO_BUILD_FLAGS", "-DNONSENSE -O0")
     monkeypatch.setenv("PLATFORMIO_BUILD_DIR", str(fresh_cache / "elsewhere"))
     flash = build(project()).flash_bytes
     monkeypatch.undo()
-    assert flash == build(BLINK).flash_bytes
+    assert flash == build(blink).flash_bytes
 
 
 def test_two_at_once_share_one_build(project: Project, fresh_cache: Path) -> None:

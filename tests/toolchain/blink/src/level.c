@@ -1,8 +1,0 @@
-#include "level.h"
-
-#include <avr/io.h>
-
-float level(float last)
-{
-    return last + 0.25f * ((float)PINB - last);
-}
