@@ -26,7 +26,7 @@ def dryer() -> Controller:
 
 @pytest.fixture
 def slave() -> Iterator[LiveBoard]:
-    with live_board("dryer", Cable(38_400, Format(8, "even"))) as live:
+    with live_board("dryer", Cable(38_400, Format(8, "odd"))) as live:
         live.run(1.0)
         yield live
         assert live.ask("resets") == 0
