@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import host_specs
-import numpy as np
 import test_outputs_relay_hosted as hosted
 import test_outputs_stepper as stepper
 from held_course import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
@@ -68,28 +67,6 @@ def feed_problems() -> Iterator[Check]:
         yield lambda place, elf, test=test: test(stepper.Feed(place, elf))
 
 
-TWO_HEATERS = (
-    hosted.SPEC.replace(
-        "kind: digital, pin: D3", "kind: pwm, pin: D3, frequency: 490 Hz, active: low"
-    )
-    % ""
-)
-"""On one timer, and on where they are low."""
-
-
-def two_heaters_problem(elf: Elf) -> str:
-    """Reset it: to switch the one heater off must not connect the other one to the timer."""
-    device = AvrDevice(spec_of(TWO_HEATERS).controller, elf)
-    device.avr.run(0.1)
-    device.avr.pins.take()
-    device.avr.reset()
-    device.avr.run(0.05)
-    events = device.avr.pins.take()
-    heaters = [device.outputs[name].number for name in ("left", "right")]
-    low = events["state"][np.isin(events["pin"], heaters)] & 1 == 0
-    return "a heater is on for a moment" if low.any() else ""
-
-
 TOUCHED = host_specs.TEXTS["touched"]
 """A loop that a display switches, with a relay: what the host's judges cannot see of it."""
 
@@ -134,7 +111,6 @@ ARENAS = [
     arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
     arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
     Outputs("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
-    Outputs("outputs/two heaters", Program(TWO_HEATERS), ("reset",), (two_heaters_problem,)),
     Outputs("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(
         arena(f"pwm by {by}", placed("uno", {"heater": f"{said}, power: 40 W"}),

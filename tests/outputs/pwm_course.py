@@ -15,6 +15,7 @@ from heatwright.spec.timers import allocate
 
 CLOCK_HZ = 16_000_000
 TICK_S = 0.01
+TCCR2A, TIMSK1 = 0xB0, 0x6F
 LATENCY = 200
 """Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
 INSTRUCTION = 12
@@ -79,6 +80,9 @@ class PwmBoard(OutputBoard):
         # No drift: what one edge is late the next period is short of.
         if abs(pulses.periods - self.cycles_of(name)).max() > late:
             return f"periods of {pulses.periods}, not {self.cycles_of(name)}"
+        drift = pulses.periods.sum() - len(pulses.periods) * self.cycles_of(name)
+        if abs(drift) > late:
+            return f"a drift of {drift} cycles"
         channel = self.channels[name]
         due = int(percent * channel.counts / 100 + 0.5) * channel.prescaler
         if abs(pulses.widths - due).max() > late:
@@ -101,10 +105,20 @@ def heater_problems(place: Wired, elf: Elf | None = None) -> Iterator[str]:
     bench = PwmBoard(place, elf)
     for percent in (50.0, 5.0, 95.0, 0.0, 30.0, 100.0, 40.0, 0.0, 60.0):
         yield bench.wrong("heater", percent, 0.1)
+        if percent in {0.0, 100.0} and runs(bench):
+            yield f"at {percent} % the timer's pulses are left running"
+    if not bench.channels["heater"].by_interrupts:
+        yield bench.wrong("heater", 99.6, 0.1)  # a count less than all
     yield gate_problem(bench)
     if bench.channels["heater"].by_interrupts:
         yield from shortest_problems(bench)
         yield from late_problems(bench)
+
+
+def runs(bench: PwmBoard) -> bool:
+    """Say whether, on an uno, timer 2 sets its pin or timer 1 interrupts."""
+    place, mask = (TIMSK1, 2) if bench.channels["heater"].by_interrupts else (TCCR2A, 0x30)
+    return bool(bench.avr.read_ram(place, 1)[0] & mask)
 
 
 def shortest_problems(bench: PwmBoard) -> Iterator[str]:

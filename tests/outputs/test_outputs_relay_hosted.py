@@ -1,5 +1,6 @@
 """A safety relay under a G-code host, for two loops: closed while one of them is on."""
 
+import numpy as np
 import pytest
 from rig.avr import whole
 from rig.specs import spec_of
@@ -75,3 +76,17 @@ def test_it_is_closed_while_a_loop_is_on(device: AvrDevice) -> None:
     device.sense("left", 21.0)
     device.power_cycle()
     assert after(device, "M105") == (False, False, False)
+
+
+def test_a_reset_connects_no_heater_to_the_timer() -> None:
+    """To switch the one heater off must not connect the other: on one timer, and on where low."""
+    other = "kind: pwm, pin: D3, frequency: 490 Hz, active: low"
+    device = powered(SPEC.replace("kind: digital, pin: D3", other) % "")
+    device.avr.pins.take()
+    device.avr.reset()
+    device.avr.run(0.05)
+    events = device.avr.pins.take()
+    heaters = [device.outputs[name].number for name in ("left", "right")]
+    mine = events[np.isin(events["pin"], heaters)]
+    assert len(mine)
+    assert (mine["state"] & 1).all()

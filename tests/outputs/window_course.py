@@ -138,7 +138,10 @@ def whole_problem(place: Wired, elf: Elf | None = None) -> str:
         late.tick()  # the first window begins with the first duty, whenever that comes
     first = WindowBoard(place, elf)
     ticks = round(first.output.window_s / TICK_S)
-    behind = [(30.0, ticks + 1), *((each, ticks) for each in (50.0, 2.0, 99.0, 40.0))]
+    behind = [
+        (30.0, ticks + 1),
+        *((each, ticks) for each in (50.0, 2.0, 99.0, 4.0, 5.0, 6.0, 89.0, 90.0, 91.0, 40.0)),
+    ]
     return (
         problem(first, iter(behind))  # each duty comes behind the first tick of a window
         or problem(late, duties(2, 400, 25))
