@@ -13,6 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +61,16 @@ class Variable:
         return Variable(f"{self.name}[{index}]", self.address + index * dtype.itemsize, dtype)
 
 
+@lru_cache(maxsize=8)
+def _described(program: bytes) -> Mapping[str, list[Variable]]:
+    """Read what a program's file says of its variables; once, for it takes a tenth of a second."""
+    found: dict[str, list[Variable]] = {}
+    file = ELFFile(BytesIO(program))
+    if file.has_dwarf_info():
+        _Reader(found).read(file.get_dwarf_info())
+    return found
+
+
 class Variables(Mapping[str, Variable]):
     """All variables in RAM with a fixed address, by name.
 
@@ -68,11 +80,7 @@ class Variables(Mapping[str, Variable]):
 
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
-        self._all: dict[str, list[Variable]] = {}
-        with elf.path.open("rb") as stream:
-            file = ELFFile(stream)
-            if file.has_dwarf_info():
-                _Reader(self._all).read(file.get_dwarf_info())
+        self._all = _described(elf.path.read_bytes())
 
     def __getitem__(self, name: str) -> Variable:
         file, _, path = name.rpartition(":")
