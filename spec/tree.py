@@ -55,7 +55,7 @@ def parse(text: str, file: str) -> Tree:
         _Parser(text, tree).document()
     except yaml.MarkedYAMLError as error:
         raise Unreadable(_grammar_problem(error, text, file)) from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, UnicodeEncodeError) as error:  # the C half encodes the text again
         reason = f"this is not YAML: {error}".splitlines()[0]
         raise Unreadable(Problem(file, 1, 1, "", reason, "Correct it")) from None
     return tree

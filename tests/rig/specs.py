@@ -39,3 +39,12 @@ def sources_of(spec: str) -> dict[str, str]:
     """Return what is in the project's `src/`, by its name there."""
     files = files_of(spec)
     return {path.removeprefix("src/"): files[path] for path in files if path.startswith("src/")}
+
+
+def changed(spec: str, *changes: tuple[str, str]) -> str:
+    """Return a spec's text, or that of the example of that name, with parts of it replaced."""
+    text = spec if "\n" in spec else (EXAMPLES / f"{spec}.yaml").read_text("utf-8")
+    for old, new in changes:
+        assert text.count(old) == 1, f"it stands there {text.count(old)} times: {old}"
+        text = text.replace(old, new)
+    return text

@@ -1,10 +1,10 @@
 """Who sets a loop, switches it and tunes it, and whether it runs after the start."""
 
-import re
 from collections.abc import Callable
 
 import pytest
-from rig.specs import EXAMPLES, example, spec_of
+from rig.bad_specs import bases
+from rig.specs import changed, controller_of, example
 
 from heatwright.spec import (
     ComparisonRow,
@@ -29,48 +29,26 @@ from heatwright.spec.commands import zero_is_off
 from heatwright.spec.uses import uart_of
 from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
-TEXTS = {name: (EXAMPLES / f"{name}.yaml").read_text("utf-8") for name in ("dryer", "extruder")}
-KILN = (EXAMPLES / "kiln.yaml").read_text("utf-8")
+ON_OFF = "{kind: on_off}"
 OF_A_LOOP: tuple[Callable[[Controller, str], object], ...] = (
     commanded, switched, tunable, zero_is_off, starts_enabled, programmed
 )  # fmt: skip
 OF_ALL: tuple[Callable[[Controller], object], ...] = (must_release, gcode_of, modbus_of, nextion_of)
 
 
-def changed(text: str, *pairs: tuple[str, str]) -> str:
-    for old, new in pairs:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return text
-
-
-def beside_a_master() -> str:
-    """The kiln without programs; the master has all loops, and people switch it at the display."""
-    text = re.sub(r"(?ms)^programs:.*?(?=^safety:)", "", KILN)
-    return changed(
-        text,
-        ("      feed_forward", "      # feed_forward"),
-        ("  - {kind: serial_log, loop: chamber, port: 1", "  - {kind: modbus_rtu}\n  # -"),
-        ("115200, loop: chamber}", "115200, loop: chamber, port: 2}"),
-        (", tracking: 1 K", ""),
-    )
-
-
-def without_gains() -> str:
-    return re.sub(
-        r"(?ms)^    algorithm:.*?(?=^    protection:)",
-        "    algorithm: {kind: on_off}\n",
-        TEXTS["extruder"],
-    )
-
-
 CHANGED = {
-    "the extruder, on or off": without_gains,
-    "the kiln, on after the start": lambda: changed(
-        KILN, ("    period: 1 s", "    starts: enabled\n    period: 1 s")
+    "the extruder, on or off": changed(
+        bases()["extruder"],
+        ("{kind: pid, kp: 9, ki: 0.3, kd: 31, derivative_filter: 1 s, band: 10 K}", ON_OFF),
     ),
-    "the kiln beside a master": beside_a_master,
+    "the kiln, on after the start": changed(
+        bases()["programmed_kiln"], ("    period: 1 s", "    starts: enabled\n    period: 1 s")
+    ),
+    "the kiln beside a master": changed(
+        bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
+    ),
 }
+"""The master has all loops, and people switch them at the display."""
 
 
 @pytest.mark.parametrize(
@@ -96,10 +74,10 @@ CHANGED = {
     ],
 )
 def test_who_has_a_loop(name: str, expected: str) -> None:
-    spec = spec_of(CHANGED[name]()) if name in CHANGED else example(name)
-    loop = next(iter(spec.controller.loops))
-    held = [holds.__name__ for holds in OF_A_LOOP if holds(spec.controller, loop)]
-    held += [holds.__name__ for holds in OF_ALL if holds(spec.controller)]
+    controller = controller_of(CHANGED.get(name, name))
+    loop = next(iter(controller.loops))
+    held = [holds.__name__ for holds in OF_A_LOOP if holds(controller, loop)]
+    held += [holds.__name__ for holds in OF_ALL if holds(controller)]
     assert held == expected.split()
 
 
@@ -125,13 +103,11 @@ def test_a_row_of_a_comparison_needs_nobody(name: str, loop: str, algorithm: obj
 
 def test_zero_is_a_hosts_word_for_off() -> None:
     """A commanded loop may begin at 0 °C although it cannot be set so low."""
-    narrow = changed(
-        TEXTS["extruder"], ("initial: 0 °C, minimum: 0 °C", "initial: 0 °C, minimum: 170 °C")
-    )
+    narrow = changed(bases()["extruder"], ("minimum: 0 °C,", "minimum: 170 °C,"))
     assert load_text(narrow).controller.loops["nozzle"].setpoint.initial_c == 0.0
-    alone = narrow.replace("kind: gcode, baud: 115200, loops: {T0: nozzle}", "kind: serial_plotter")
+    host = "kind: gcode, loops: {T0: nozzle}, fans: {P0: fan}"
     with pytest.raises(SpecError):
-        load_text(alone)
+        load_text(changed(narrow, (host, "kind: serial_plotter")))
 
 
 @pytest.mark.parametrize("what", [*AMOUNTS, *GAINS, *SWITCHES, *COMMANDS])
@@ -141,7 +117,7 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     )
     name = what if what in COMMANDS else f"air.{what}"
     new = f"write: {{{name}: {written}}}"
-    text = changed(TEXTS["dryer"], ("write: {air.setpoint: 70 °C, air.enabled: true}", new))
+    text = changed("dryer", ("write: {air.setpoint: 70 °C, air.enabled: true}", new))
     simulation = load_text(text).controller.simulation
     assert simulation is not None
     assert simulation.scenario[0].write == (Write(name, value),)

@@ -4,41 +4,29 @@ import re
 from itertools import pairwise
 
 import pytest
-from rig.specs import EXAMPLES
+from rig.bad_specs import bases
+from rig.specs import EXAMPLES, changed, controller_of
 
 from heatwright.spec import (
     Controller,
     DigitalOutput,
     PwmOutput,
     SpecError,
-    ThermalNetwork,
     TimeProportionalOutput,
-    load_text,
 )
 from heatwright.spec.checks import firing
 from heatwright.spec.checks.firing import Ramp
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.measured import measured
-from heatwright.spec.network import Heated
 
-FABRICATOR = (EXAMPLES / "fabricator.yaml").read_text("utf-8")
 KILN = (EXAMPLES / "kiln.yaml").read_text("utf-8")
 FIRST = "{to: 540 °C, over: 60 min}"
-SWITCHED = [
-    ("heater: {kind: pwm, pin: PD5, frequency: 1 kHz,", "heater: {kind: digital, pin: PD5,"),
-    (", current: {sensor: current, limit: 3 A}", ""),
-    ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
-    (", current: {of: heater}", ""),
-]
-"""A heater that is on or off, without a sensor of its current."""
 
 
-def changed(text: str, *pairs: tuple[str, str]) -> Controller:
-    """Another spec with some of its text replaced."""
-    for old, new in pairs:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return load_text(text).controller
+def fabricator(*changes: tuple[str, str], switched: bool = False) -> Controller:
+    """The fabricator; switched, its heater is on or off, and its current is not measured."""
+    name = "simulated_switched_fabricator" if switched else "simulated_fabricator"
+    return controller_of(changed(bases()[name], *changes))
 
 
 def machine_of(controller: Controller) -> Machine:
@@ -51,7 +39,7 @@ def machine_of(controller: Controller) -> Machine:
 
 def test_what_the_current_is_judged_by() -> None:
     """5 V / 1024 steps at 0.2 V/A; a code stands for the middle of its step."""
-    (found,) = measured(changed(FABRICATOR))
+    (found,) = measured(fabricator())
     assert found.step_a == pytest.approx(5 / 1024 / 0.2)
     assert found.highest_a == pytest.approx(5 / 0.2 * 1023.5 / 1024)
     assert found.idle_a == pytest.approx(max(0.05 * 3, 3 * found.step_a))
@@ -59,8 +47,8 @@ def test_what_the_current_is_judged_by() -> None:
 
 
 def test_a_limit_takes_power_away() -> None:
-    assert machine_of(changed(FABRICATOR)).full_power_w == 76.6
-    less = changed(FABRICATOR, ("limit: 3 A", "limit: 1.7 A"))
+    assert machine_of(fabricator()).full_power_w == 76.6
+    less = fabricator(("limit: 3 A", "limit: 1.7 A"))
     assert machine_of(less).full_power_w == pytest.approx(1.7 * 43)
 
 
@@ -72,22 +60,19 @@ def test_a_cooler_cools_faster() -> None:
     alone_k_per_s = 300 / (8 * 27)
     steepest = max(
         (before - after) / (after_s - before_s)
-        for (before_s, before), (after_s, after) in pairwise(
-            machine_of(changed(FABRICATOR)).cooling()
-        )
+        for (before_s, before), (after_s, after) in pairwise(machine_of(fabricator()).cooling())
     )
     assert alone_k_per_s < steepest < 4 * alone_k_per_s
 
 
 def test_held_times_count_where_they_matter() -> None:
-    free = machine_of(changed(FABRICATOR, *SWITCHED))
+    free = machine_of(fabricator(switched=True))
     assert (free.held_on_s, free.held_off_s, free.cooler_held_on_s) == (0, 0, 0)
     held = machine_of(
-        changed(
-            FABRICATOR,
-            *SWITCHED,
+        fabricator(
             ("power: 76.6 W", "power: 76.6 W, minimum_on: 300 ms, minimum_off: 2 s"),
             ("{kind: digital, pin: PD6}", "{kind: digital, pin: PD6, minimum_on: 400 ms}"),
+            switched=True,
         )
     )
     assert (held.held_on_s, held.held_off_s, held.cooler_held_on_s) == (0.3, 2.0, 0.4)
@@ -95,7 +80,7 @@ def test_held_times_count_where_they_matter() -> None:
 
 
 def kiln(first: str = FIRST, power: str = "484 W") -> Controller:
-    return load_text(KILN.replace(FIRST, first).replace("484 W", power)).controller
+    return controller_of(changed(KILN, (FIRST, first), ("484 W", power)))
 
 
 @pytest.fixture(scope="module")
@@ -105,23 +90,6 @@ def machine() -> Machine:
 
 def ramp(to_k: float, seconds: float) -> Ramp:
     return Ramp((), "over", 0.0, to_k, seconds)
-
-
-def test_a_ramp_warms_all_and_makes_up_for_losses() -> None:
-    """One node, 100 J/K behind 0.5 K/W; a sensor that lags by 10 s is behind by rate · 10 s."""
-    plant = ThermalNetwork.model_validate(
-        {
-            "kind": "thermal_network",
-            "nodes": {"body": "100 J/K"},
-            "links": ({"between": ("body", "ambient"), "resistance": "0.5 K/W"},),
-            "heat": {"heater": "body"},
-            "sense": {"probe": {"node": "body", "lag": "10 s"}},
-        }
-    )
-    heated = Heated(plant, "heater", "probe", 20.0)
-    assert heated.ramp_power_w(300.0, 0.2) == pytest.approx(100 * 0.2 + (300 + 2) / 0.5)
-    assert heated.ramp_power_w(300.0, 0.0) == pytest.approx(heated.power_w(300.0))
-    assert heated.answer_s() == pytest.approx(50 + 10)
 
 
 def test_at_rest_nothing_moves(machine: Machine) -> None:

@@ -32,58 +32,64 @@ def network(**changes: object) -> ThermalNetwork:
     )
 
 
+def heated(*running: str, **changes: object) -> Heated:
+    return Heated(network(**changes), "heater", "probe", 20.0, running)
+
+
 def test_the_end_is_ohms_law() -> None:
-    heated = Heated(network(), "heater", "probe", 20.0)
-    assert heated.steady_k(100) == pytest.approx(50, rel=4 * EPSILON)
-    assert heated.power_w(50) == pytest.approx(100, rel=4 * EPSILON)
+    assert heated().steady_k(100) == pytest.approx(50, rel=4 * EPSILON)
+    assert heated().power_w(50) == pytest.approx(100, rel=4 * EPSILON)
 
 
 def test_a_fan_multiplies_the_conductance() -> None:
     fans = {"fan": {"link": ("ambient", "body"), "factor": 4}}
-    still, moved = (
-        Heated(network(fans=fans), "heater", "probe", 20.0, running).steady_k(100)
-        for running in ((), ("fan",))
-    )
-    assert still == pytest.approx(4 * moved, rel=4 * EPSILON)
+    still, moved = heated(fans=fans), heated("fan", fans=fans)
+    assert still.steady_k(100) == pytest.approx(4 * moved.steady_k(100), rel=4 * EPSILON)
+
+
+def test_a_ramp_warms_all_and_makes_up_for_losses() -> None:
+    """A sensor that lags by 10 s is behind by rate · 10 s."""
+    assert heated().ramp_power_w(300.0, 0.2) == pytest.approx(100 * 0.2 + (300 + 2) / 0.5)
+    assert heated().ramp_power_w(300.0, 0.0) == pytest.approx(heated().power_w(300.0))
+    assert heated().answer_s() == pytest.approx(50 + 10)
 
 
 def test_the_rise_is_that_of_two_lags() -> None:
-    heated = Heated(network(), "heater", "probe", 20.0)
-    end, slow, quick = 50.0, 50.0, 10.0
-    for time_s, state in islice(heated.course(heated.start(0), 100, 0.5, 8), 400):
+    found, end, slow, quick = heated(), 50.0, 50.0, 10.0
+    for time_s, state in islice(found.course(found.start(0), 100, 0.5, 8), 400):
         expected = end * (
             1
             - slow / (slow - quick) * math.exp(-time_s / slow)
             + quick / (slow - quick) * math.exp(-time_s / quick)
         )
         # Every step rounds a few times; 400 of them, and squared matrices.
-        assert heated.sensed_k(state) == pytest.approx(expected, abs=end * 1e4 * EPSILON)
+        assert found.sensed_k(state) == pytest.approx(expected, abs=end * 1e4 * EPSILON)
 
 
 def test_steps_grow_to_the_longest() -> None:
-    heated = Heated(network(), "heater", "probe", 20.0)
-    times = [time for time, _ in islice(heated.course(heated.start(0), 1, 0.5, 2.5), 300)]
+    course = heated().course(heated().start(0), 1, 0.5, 2.5)
+    times = [time for time, _ in islice(course, 300)]
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 
 def test_cooling_starts_where_it_is() -> None:
-    heated = Heated(network(), "heater", "probe", 20.0)
-    after = heated.advance(heated.start(30), 0, 50)
+    after = heated().advance(heated().start(30), 0, 50)
     assert after[0] == pytest.approx(30 / math.e, rel=1e3 * EPSILON)
 
 
 def test_a_swing_is_the_frequency_response() -> None:
     omega = 2 * math.pi / 20
     gain = 0.5 / math.hypot(1, omega * 50) / math.hypot(1, omega * 10)
-    swing = Heated(network(), "heater", "probe", 20.0).swing_k(100, 20)
-    assert swing == pytest.approx(2 * 2 * 100 / math.pi * gain, rel=16 * EPSILON)
+    assert heated().swing_k(100, 20) == pytest.approx(
+        2 * 2 * 100 / math.pi * gain, rel=16 * EPSILON
+    )
 
 
 def test_the_chambers_losses(chamber: Controller) -> None:
     """The published wall is 0.281 K/W from air to ambient, here 0.303 with what is around it."""
     assert chamber.simulation is not None
-    heated = Heated(chamber.simulation.plant, "heater", "air", 20.0)
-    assert heated.steady_k(240) == pytest.approx(240 * (0.173 + 0.130), rel=16 * EPSILON)
+    found = Heated(chamber.simulation.plant, "heater", "air", 20.0)
+    assert found.steady_k(240) == pytest.approx(240 * (0.173 + 0.130), rel=16 * EPSILON)
 
 
 GLOWING = {"between": ("body", "ambient"), "area": "0.02 m²", "emissivity": 0.8}
@@ -92,26 +98,28 @@ FACTOR = 5.670374419e-8 * 0.02 * 0.8
 
 def test_what_radiates_ends_lower() -> None:
     """P = θ/R + σ·ε·A·(T⁴ − T₀⁴)."""
-    heated = Heated(network(radiation=(GLOWING,)), "heater", "probe", 20.0)
-    end_k = heated.steady_k(1500)
+    found = heated(radiation=(GLOWING,))
+    end_k = found.steady_k(1500)
     kelvin = end_k + 293.15
     assert end_k / 0.5 + FACTOR * (kelvin**4 - 293.15**4) == pytest.approx(1500, rel=1e-9)
-    assert heated.power_w(end_k) == pytest.approx(1500, rel=1e-9)
+    assert found.power_w(end_k) == pytest.approx(1500, rel=1e-9)
     assert end_k < 1500 * 0.5
 
 
 def test_two_surfaces_radiate_to_each_other() -> None:
     """Without a link, all of the heat has to be radiated."""
     between = {"between": ("wire", "body"), "area": "0.02 m²", "emissivity": 0.8}
-    plant = network(
-        nodes={"wire": "10 J/K", "body": "100 J/K"}, heat={"heater": "wire"}, radiation=(between,)
-    )
-    body_k = Heated(plant, "heater", "probe", 20.0).steady_k(200)
+
+    def end_k(node: str) -> float:
+        return heated(
+            nodes={"wire": "10 J/K", "body": "100 J/K"},
+            heat={"heater": "wire"},
+            sense={"probe": {"node": node}},
+            radiation=(between,),
+        ).steady_k(200)
+
+    wire_k, body_k = end_k("wire"), end_k("body")
     assert body_k == pytest.approx(100, rel=1e-9)
-    seen = plant.model_copy(
-        update={"sense": {"probe": plant.sense["probe"].model_copy(update={"node": "wire"})}}
-    )
-    wire_k = Heated(seen, "heater", "probe", 20.0).steady_k(200)
     flow_w = FACTOR * ((wire_k + 293.15) ** 4 - (body_k + 293.15) ** 4)
     assert flow_w == pytest.approx(200, rel=1e-9)
 
@@ -119,10 +127,9 @@ def test_two_surfaces_radiate_to_each_other() -> None:
 @pytest.mark.parametrize("power_w", [0.0, 1500.0])
 def test_a_course_with_radiation_is_that_of_its_equation(power_w: float) -> None:
     """Against scipy. The tangents miss up to 6·0.01² of T⁴ and less, all through 0.5 K/W."""
-    plant = network(radiation=(GLOWING,), sense={"probe": {"node": "body"}})
-    heated = Heated(plant, "heater", "probe", 20.0)
+    found = heated(radiation=(GLOWING,), sense={"probe": {"node": "body"}})
     begin_k = 600.0 - power_w / 3
-    course = list(islice(heated.course(heated.start(begin_k), power_w, 0.5, 4), 300))
+    course = list(islice(found.course(found.start(begin_k), power_w, 0.5, 4), 300))
     times = [time_s for time_s, _ in course]
 
     def slope(_: float, theta: np.ndarray) -> np.ndarray:
@@ -134,18 +141,18 @@ def test_a_course_with_radiation_is_that_of_its_equation(power_w: float) -> None
     )
     hottest = max(exact.y[0]) + 293.15
     allowed_k = 6 * BEND**2 * FACTOR * hottest**4 * 0.5
-    off_k = [heated.sensed_k(state) - y for (_, state), y in zip(course, exact.y[0], strict=True)]
+    off_k = [found.sensed_k(state) - y for (_, state), y in zip(course, exact.y[0], strict=True)]
     assert max(map(abs, off_k)) <= allowed_k
 
 
 def test_a_long_step_is_taken_in_parts() -> None:
-    heated = Heated(network(radiation=(GLOWING,)), "heater", "probe", 20.0)
-    at_once = heated.advance(heated.start(600.0), 0.0, 100.0)
-    state = heated.start(600.0)
+    found = heated(radiation=(GLOWING,))
+    at_once = found.advance(found.start(600.0), 0.0, 100.0)
+    state = found.start(600.0)
     for _ in range(400):
-        state = heated.advance(state, 0.0, 0.25)
+        state = found.advance(state, 0.0, 0.25)
     allowed_k = 6 * BEND**2 * FACTOR * 893.15**4 * 0.5
-    assert heated.sensed_k(at_once) == pytest.approx(heated.sensed_k(state), abs=allowed_k)
+    assert found.sensed_k(at_once) == pytest.approx(found.sensed_k(state), abs=allowed_k)
 
 
 matrices = st.integers(1, 6).flatmap(
