@@ -109,7 +109,7 @@ class _Controller:
         simulated: bool | None = None,
     ) -> None:
         self.draws, self._kinds = draws, frozenset(interfaces)
-        self._simulated = not draws.seldom() if simulated is None else simulated
+        self._simulated = draws.one(True, True, False) if simulated is None else simulated
         self._longest_period_s, self._length_s = longest_period_s, length_s
         self.identity: Part = {"name": "drawn", "board": draws.one(*boards)}
         self.board = self._clocked(BOARDS[self.identity["board"]])
@@ -504,7 +504,7 @@ class _Controller:
             **({"interfaces": self.interfaces} if self.interfaces else {}),
             **({"simulation": self._simulation()} if self._simulated else {}),
         }
-        if not self._simulated and self.draws.some():
+        if not self._simulated and self.draws.one(True, True, False):
             for output in whole["outputs"].values():
                 if "current" not in output:
                     output.pop("power", None)
