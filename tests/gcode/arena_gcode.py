@@ -65,5 +65,5 @@ class _Tools(_Host):
 ARENAS = [
     _Extruder("extruder", "extruder"),
     _Feeder("feeder", "feeder"),
-    _Tools("tools", test_gcode_tools.SPEC, test_gcode_tools.BARE),
+    _Tools("tools", test_gcode_tools.SPEC),
 ]

@@ -37,8 +37,6 @@ interfaces:
 
 
 Board = HostBoard | BinaryBoard
-BARE = "-Wno-unused-const-variable"
-"""Without a fan the constants of the fans are there for nobody."""
 
 
 @pytest.fixture(params=["host", "binary"])
@@ -46,7 +44,7 @@ def board(request: pytest.FixtureRequest) -> Board:
     """These files on this computer, and the binary."""
     if request.param == "binary":
         return BinaryBoard(SPEC, nozzle=30.0, bed=20.0)
-    return HostBoard(gcode_world(SPEC, BARE).sanitized().program(), celsius(30), celsius(20, "bed"))
+    return HostBoard(gcode_world(SPEC).sanitized().program(), celsius(30), celsius(20, "bed"))
 
 
 def told(board: Board, *lines: str) -> list[str]:
