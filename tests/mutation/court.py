@@ -1,5 +1,6 @@
 """An arena at work, in a process of its own: prepared once, it judges mutant after mutant."""
 
+import contextlib
 import multiprocessing
 import tempfile
 import traceback
@@ -41,7 +42,8 @@ class Court:
         self.connection.send((mutants, at_once))
 
     def close(self) -> None:
-        self.connection.send(None)
+        with contextlib.suppress(OSError):  # it may have ended
+            self.connection.send(None)
         self._process.join()
         self.connection.close()
 

@@ -66,6 +66,7 @@ OPERATORS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Those of a comparison are, with true and false, what every test of it has to tell apart."""
 RELATIONAL, LOGICAL = ("<", ">", "<=", ">=", "==", "!="), {"&&": "1", "||": "0"}
+BLOCKS = ("compound_statement", "case_statement")
 LONG_TABLE = 8
 """Constants of an initialiser: of a longer one the first, the middle and the last are changed."""
 SKIPPED = ("comment", "string_literal", "sizeof_expression", "type_descriptor", "ERROR",
@@ -73,6 +74,7 @@ SKIPPED = ("comment", "string_literal", "sizeof_expression", "type_descriptor", 
 _HIDDEN = re.compile(rb"\bPROGMEM\b|__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)|__extension__")
 _ATOMIC = re.compile(rb"ATOMIC_BLOCK\(\w+\)")
 _INTEGER = re.compile(r"(0[xX][0-9a-fA-F]+|\d+)([uUlL]*)")
+_UNUSED = re.compile(r"\(void\)\w+;")
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _DEFINED = re.compile(
     r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]*)[ \t]+([-(]*(?:\d|[A-Z][A-Z0-9_]*\b(?!\()).*)$",
@@ -179,7 +181,7 @@ class _File:
         ):  # fmt: skip
             around = around.parent
         first, last = min(around.start_byte, start), max(around.end_byte, end)
-        if around.type in ("compound_statement", "function_definition"):
+        if around.type in (*BLOCKS, "function_definition"):
             first, last = start, end
         before = self._data[first:start], self._data[start:end], self._data[end:last]
         word = (around.parent.children[0].text or b"") + b" " if (
@@ -234,7 +236,7 @@ class _File:
         elif node.type == "type_qualifier" and self._text(node) == "volatile":
             self._add(node, "", Kind.ORDER)
         elif _may_go(node) and not re.fullmatch(r"\(void\)\w+;", self._text(node)):
-            self._add(node, ";" if _parent_type(node) != "compound_statement" else "",
+            self._add(node, ";" if _parent_type(node) not in BLOCKS else "",
                       Kind.STATEMENT)  # fmt: skip
 
     def _replacements(self, node: Node) -> Iterator[str]:
