@@ -58,3 +58,20 @@ def test_a_heater_may_wait_for_its_window_before_it_heats() -> None:
     spec_of(text(protection=heating))
     with pytest.raises(SpecError, match=r"heating\.within: this plant, healthy"):
         spec_of(text(protection=heating, output=WINDOW))
+
+
+def test_two_converters_with_registers_share_no_name() -> None:
+    one = text().partition("simulation:")[0].replace("uno", "mega2560")
+    wires = "kind: max31856, chip_select: D{}, clock: D{}, data_in: D{}, data_out: D{}"
+    tips = ", ".join(
+        f"{name}: {{{wires.format(*range(first, first + 4))}}}"
+        for name, first in (("air", 22), ("wall", 30))
+    )
+    both = one.replace("{air: {kind: ds18b20, pin: A1}}", f"{{{tips}}}").replace(
+        "pin: D2", "pin: D3"
+    )
+    loop = both[both.index("  air:\n    sensor") : both.index("interfaces:")]
+    wall = loop.replace("air:", "wall:").replace("sensor: air", "sensor: wall")
+    wall = wall.replace("heater: heater", "heater: other")
+    both = both.replace(loop, loop + wall)
+    whole(both.replace("{heater: {", "{other: {kind: digital, pin: D40, power: 9 W}, heater: {"))

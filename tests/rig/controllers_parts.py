@@ -183,8 +183,6 @@ class Sensors:
         self._draws, self._mcu, self._left = draws, board.mcu, left
         self.reference = reference
         """Of the ADC: one for all."""
-        self._has_max31856 = False
-        """Two do not compile: `spi_*.h` of both define SPI_WRITE."""
 
     def draw(self, spare_pins: int, *, chosen: bool, cold: bool) -> tuple[Part, Any]:
         """Draw one; return its part of the file and its model.
@@ -194,7 +192,7 @@ class Sensors:
         """
         kinds = ["analog", "thermistor", "rtd"] * self._left.has_analog()
         kinds += ["max6675", "max31855"] * (spare_pins >= 3)
-        wide = spare_pins >= 4 and not self._has_max31856
+        wide = spare_pins >= 4
         kinds += ["max31856"] * wide
         kinds += ["max31856"] * 5 * chosen * wide
         if len(self._left.timers) > 1:
@@ -223,7 +221,6 @@ class Sensors:
         return self._wires("chip_select", "clock", "data_out") | {"thermocouple": kind}
 
     def _max31856(self, chosen: bool, cold: bool) -> Part:
-        self._has_max31856 = True
         kinds = [kind for kind in ("K", *RANGE_C) if RANGE_C[kind][0] < 0 or not cold]
         part = self._wires("chip_select", "clock", "data_in", "data_out")
         part["thermocouple"] = kind = self._draws.one(*kinds)

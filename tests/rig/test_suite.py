@@ -14,7 +14,7 @@ def test_a_share_is_of_a_test_that_is_there_and_grows_to_all(entry: str) -> None
     file = TESTS.parent / path
     assert file.exists()
     text = file.read_text("utf-8") if names else ""
-    assert all(f"{name}(" in text or f"{name}:" in text for name in names)
+    assert all(f"def {name}" in text or f"class {name}" in text for name in names)
     test, evidence, full = TABLE["shares"][entry]
     assert 0 <= test <= evidence <= full == 1
     assert evidence > 0, "the test would be in neither of the two commands"

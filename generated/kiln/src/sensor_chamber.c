@@ -21,6 +21,7 @@
 /* Registers (data sheet, "Internal Registers"). */
 enum { CR0, CR1, MASK, CJHF, CJLF, LTHFTH, LTHFTL, LTLFTH, LTLFTL, CJTO, CJTH, CJTL, LTCBH, LTCBM, LTCBL, SR, REGISTERS };
 enum { SETTINGS = CJTH }; /* the first so many are written */
+enum { WRITE = 0x80 };    /* added to the address of a register that is to be written */
 enum { AUTOMATIC = 0x80 }; /* CR0: it converts all the time */
 enum { STATUS_CJ_RANGE = 0x80, STATUS_TC_RANGE = 0x40, STATUS_OVUV = 0x02, STATUS_OPEN = 0x01 };
 enum { CR0_AT_POWER_UP = 0x00, CR1_AT_POWER_UP = 0x03 }; /* the other settings: see `setting` */
@@ -83,7 +84,7 @@ static uint8_t setting(uint8_t of)
 static void choose(void)
 {
     if (place == 0) {
-        spi_chamber_begin(SPI_WRITE | CR0);
+        spi_chamber_begin(WRITE | CR0);
         spi_chamber_send(SENSOR_CHAMBER_SETTINGS);
         place++;
         return;
@@ -101,7 +102,7 @@ static void choose(void)
 /* The mains filter is written once more, for it may be changed only while nothing converts. */
 static void start(void)
 {
-    spi_chamber_begin(SPI_WRITE | CR0);
+    spi_chamber_begin(WRITE | CR0);
     spi_chamber_send(setting(CR0));
     spi_chamber_end();
     settling_ticks = SENSOR_CHAMBER_FIRST_TICKS;

@@ -6,8 +6,6 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
 
-enum { SPI_WRITE = 0x80 }; /* added to the address of a register that is to be written */
-
 void spi_chamber_start(void);
 
 /* Whether the line of its answers is high while nobody drives it, as our pull-up makes it. */
