@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from rig.bad_specs import bases
-from rig.specs import controller_of, example
+from rig.specs import controller_of
 
 from heatwright.spec import (
     AfterPowerLoss,
@@ -26,7 +26,6 @@ from heatwright.spec import (
     Runaway,
     Write,
 )
-from heatwright.spec.uses import pin_uses, pins_of
 
 LEAST = bases()["oven"].replace(", power: 240 W", "")
 """The least that is a spec."""
@@ -142,31 +141,3 @@ def test_limits_that_are_not_given() -> None:
 
 def test_the_default_clock_waits_before_the_default_runaway() -> None:
     assert HoldBack.model_validate({}).within_k < Runaway.model_validate({}).above_k
-
-
-@pytest.mark.parametrize(
-    ("name", "part", "pins"),
-    [
-        ("extruder", "sensors.nozzle", {"pin": "A13"}),
-        ("feeder", "outputs.feed", {"step": "D4", "direction": "D5", "enable": "D6"}),
-    ],
-)
-def test_the_pins_of_a_part(name: str, part: str, pins: dict[str, str]) -> None:
-    assert pins_of(at(example(name).controller, part)) == pins
-
-
-@pytest.mark.parametrize(
-    ("name", "pin", "path", "purpose"),
-    [
-        ("dryer", "PD2", "interfaces.0.driver_enable", "the line's driver"),
-        ("dryer", "PD5", "interfaces.1.leds.PD5", "the LED warm"),
-        ("dryer", "PD0", "interfaces.0", "the serial port"),
-        ("kiln", "PH6", "safety.relay_feedback", "the relay's feedback"),
-        ("kiln", "PH5", "outputs.safety_relay.pin", ""),
-        *(("kiln", pin, "interfaces.0", "the serial port") for pin in ("PE0", "PE1")),
-        *(("kiln", pin, "interfaces.1", "the serial port") for pin in ("PD2", "PD3")),
-    ],
-)
-def test_every_pin_in_use_is_known(name: str, pin: str, path: str, purpose: str) -> None:
-    uses = {use.pin.port_name: use for use in pin_uses(example(name).controller)}
-    assert (".".join(map(str, uses[pin].path)), uses[pin].purpose) == (path, purpose)

@@ -26,7 +26,7 @@ from heatwright.spec import (
 )
 from heatwright.spec.checks.master import exchange_s
 from heatwright.spec.commands import zero_is_off
-from heatwright.spec.uses import uart_of
+from heatwright.spec.uses import pin_uses, uart_of
 from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
 ON_OFF = "{kind: on_off}"
@@ -137,3 +137,5 @@ def test_interfaces_have_their_ports() -> None:
     kiln = example("kiln").controller
     ports = [uart_of(kiln.board, interface) for interface in kiln.interfaces]
     assert [port and port.number for port in ports] == [0, 1]
+    pins = {use.pin.port_name: use.path[1] for use in pin_uses(kiln) if "port" in use.purpose}
+    assert pins == {"PE0": 0, "PE1": 0, "PD2": 1, "PD3": 1}

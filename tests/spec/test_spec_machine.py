@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from rig.bad_specs import bases
-from rig.specs import EXAMPLES, changed, controller_of
+from rig.specs import changed, controller_of, example
 
 from heatwright.spec import (
     Controller,
@@ -19,7 +19,6 @@ from heatwright.spec.checks.firing import Ramp
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.measured import measured
 
-KILN = (EXAMPLES / "kiln.yaml").read_text("utf-8")
 FIRST = "{to: 540 °C, over: 60 min}"
 
 
@@ -79,8 +78,8 @@ def test_held_times_count_where_they_matter() -> None:
     assert max(k for _, k in held.coasting()) > max(k for _, k in free.coasting())
 
 
-def kiln(first: str = FIRST, power: str = "484 W") -> Controller:
-    return controller_of(changed(KILN, (FIRST, first), ("484 W", power)))
+def kiln(first: str = FIRST) -> Controller:
+    return controller_of(changed(bases()["simulated_kiln"], (FIRST, first)))
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +108,7 @@ def test_the_best_of_controls_keeps_up_where_it_can(machine: Machine) -> None:
 
 
 def test_ramps_up_are_looked_at_and_no_others(machine: Machine) -> None:
-    programs = kiln().programs
+    programs = example("kiln").controller.programs
     assert programs is not None
     ways = [(way.from_k, way.to_k) for way in firing._ramps(machine, programs)]
     assert ways == [(0.0, 520.0), (520.0, 780.0)]
@@ -126,10 +125,6 @@ def test_the_advice_is_good(steep: str, form: str) -> None:
     advised = re.search(r"Use at (?:least|most) ([0-9.]+) ", problem.remedy)
     assert advised is not None
     assert kiln(f"{{to: 540 °C, {form.format(advised[1])}}}")
-
-
-def test_more_power_follows() -> None:
-    assert kiln("{to: 540 °C, over: 12 min}", "700 W")
 
 
 def test_no_power_is_enough_for_the_last_degree(machine: Machine) -> None:

@@ -72,11 +72,6 @@ def test_steps_grow_to_the_longest() -> None:
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 
-def test_cooling_starts_where_it_is() -> None:
-    after = heated().advance(heated().start(30), 0, 50)
-    assert after[0] == pytest.approx(30 / math.e, rel=1e3 * EPSILON)
-
-
 def test_a_swing_is_the_frequency_response() -> None:
     omega = 2 * math.pi / 20
     gain = 0.5 / math.hypot(1, omega * 50) / math.hypot(1, omega * 10)

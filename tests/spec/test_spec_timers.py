@@ -118,7 +118,6 @@ def test_who_has_which_timer(
             "no channel of a 16-bit timer of uno is left",
         ),
         (2, "20 mm/s", "feed", "left for this stepper"),
-        (1, "100 mm/s", "feed.maximum", "100 mm/s are 12800 steps a second"),
     ],
 )  # fmt: skip
 def test_what_no_timer_is_left_for(
