@@ -34,8 +34,11 @@ class HostArena:
         return f"host/{self.spec}"
 
     def sources(self) -> Mapping[str, str]:
-        files = sources_of(build_of(self.spec, sanitized=False))
-        return {name: text for name, text in files.items() if name.endswith(".c")}
+        build = build_of(self.spec, sanitized=False)
+        files = {name: text for name, text in sources_of(build).items() if name.endswith(".c")}
+        if build.controller.outputs[build.parts.heater].kind == "pwm":
+            del files[f"output_{build.parts.heater}.c"]  # of timers, which this computer has not
+        return files
 
     def headers(self) -> Mapping[str, str]:
         return sources_of(build_of(self.spec, sanitized=False))

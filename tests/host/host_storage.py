@@ -14,6 +14,8 @@ from heatwright.spec.algorithms import Algorithm
 
 SETTINGS_CORRUPT = 16
 DELAY_TICKS = 1000
+LONG_TICKS = 66_000
+"""More than sixteen bits count."""
 GAINS = ("kp", "ki", "kd")
 OLD_GAINS, NEW_GAINS = (2.0, 0.25, 8.5), (1e6, 0.0, 3.125)
 OLD = Stored(9, 21.5, 12345, 35.0)
@@ -229,6 +231,14 @@ class Storage:
             if self.boot(self.ring.image({0: other, 1: other})) != self.default:
                 yield f"a record of {len(other)} bytes gives {self.now()}"
 
+    def oversized(self) -> Iterator[str]:
+        """A size by which a record ends one byte behind its slot is damage, whatever is there."""
+        body = bytes([self.ring.stride - 1]) + bytes(self.ring.stride - 3)
+        for behind in range(256):
+            record = struct.pack("<H", self.ring.crc(body + bytes([behind]))) + body
+            if self.boot(self.ring.image({0: record, 1: record})).code != SETTINGS_CORRUPT:
+                yield f"records that go on behind their slots with {behind} give {self.now()}"
+
     def later(self) -> Iterator[str]:
         """A setpoint is saved when it has rested for 10 s."""
         if not self.ring.stores_setpoint:
@@ -242,6 +252,12 @@ class Storage:
                 library.settings_tick()
             if (world.eeprom_writes != before) != (rest > DELAY_TICKS):
                 yield f"after {rest} ticks {world.eeprom_writes - before} bytes are written"
+        library.host_settle()
+        before = world.eeprom_writes
+        for _ in range(LONG_TICKS):
+            library.settings_tick()
+        if world.eeprom_writes != before:
+            yield "it saves again, long after"
 
     def wear(self) -> Iterator[str]:
         """Every cell is written once in a turn of the ring, one byte a tick."""
@@ -318,8 +334,8 @@ def storage_problem(host: Host) -> str:
     checks = [
         storage.blank(), storage.newest(), storage.cuts(range(1, storage.ring.slots, 36)),
         storage.first_cuts(), storage.few_damaged(), storage.codes(), storage.setpoints(),
-        storage.foreign(), storage.other_layout(), storage.later(), storage.wear(),
-        storage.late_change(), storage.latch(),
+        storage.foreign(), storage.other_layout(), storage.oversized(), storage.later(),
+        storage.wear(), storage.late_change(), storage.latch(),
         *(storage.damaged(seed) for seed in range(12)), storage.noise(1), storage.outside(),
     ]  # fmt: skip
     for check in checks:

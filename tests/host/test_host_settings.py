@@ -24,7 +24,7 @@ def storage(request, hosts):
     "check",
     [
         "blank", "newest", "first_cuts", "few_damaged", "codes", "setpoints", "foreign",
-        "other_layout", "later", "wear", "late_change", "latch",
+        "other_layout", "oversized", "later", "wear", "late_change", "latch",
     ],
 )  # fmt: skip
 def test_holds(storage, check):
