@@ -52,7 +52,8 @@ class _Course(NamedTuple):
 def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     """What is done, and whether a fault comes and goes between the steps.
 
-    A reference that has to be told of a release looks for faults after its steps only.
+    Not where the reference has to be told of a release, for it looks for faults after its steps
+    only; nor where a window outlasts the period, for a closed gate does not end it.
     """
     controller = host_specs.spec_of(name).controller
     kinds, programmed = kinds_of(controller), name in host_specs.PROGRAMMED
@@ -69,7 +70,10 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     courses += [random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
     if programmed:
         courses += [*ARRIVALS, *(_firing(Random(-seed)) for seed in range(FIRINGS))]  # noqa: S311
-    tripped = [] if must_release(controller) else courses[-TRIPPED_COURSES:]
+    ((_, loop),) = controller.loops.items()
+    outlasts = getattr(controller.outputs[loop.heater], "window_s", 0) > loop.period_s
+    left_out = must_release(controller) or (outlasts and name in host_specs.COMMANDED)
+    tripped = [] if left_out else courses[-TRIPPED_COURSES:]
     return [*((course, False) for course in courses), *((course, True) for course in tripped)]
 
 
