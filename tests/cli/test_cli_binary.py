@@ -5,10 +5,10 @@ import io
 import json
 import re
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import pytest
-from jsonschema import validate
 from rig.commands import Heatwright
 from rig.specs import EXAMPLES
 
@@ -16,58 +16,33 @@ from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
 from heatwright.spec import load
 
-NUMBER = {"type": "number"}
-WHOLE = {"type": "integer", "minimum": 0}
+NUMBER = int | float
+BUILD = dict.fromkeys(("flash", "ram", "stack", "flash_limit", "ram_limit"), int)
+CLOSED_LOOP = {
+    "maximum": NUMBER, "overshoot": NUMBER, "tracking": NoneType, "settling_s": NUMBER | None,
+    "steady_min": NUMBER, "steady_max": NUMBER, "switchings": int, "energy_J": NUMBER,
+    "loads": [None],
+}  # fmt: skip
+FAULT = {
+    "fault": str, "rule": str | None, "expected": [str], "tripped_after_s": NUMBER | None,
+    "allowed_s": NUMBER | None, "heater_off_after_s": NUMBER | None, "peak": NUMBER,
+    "passed": bool, "detail": str,
+}  # fmt: skip
+EVIDENCE = {
+    "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
+    "replay": {"ticks": int, "mismatches": int}, "closed_loop": CLOSED_LOOP, "faults": [FAULT],
+    "timing": dict, "speed": {"simulated_s": NUMBER, "wall_s": NUMBER}, "passed": bool,
+}  # fmt: skip
+"""The promised keys and types. No program ran, no load was applied, its thermometer is digital."""
 
 
-def exactly(**properties: Any) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": list(properties),
-        "additionalProperties": False,
-    }
-
-
-BUILD = exactly(flash=WHOLE, ram=WHOLE, stack=WHOLE, flash_limit=WHOLE, ram_limit=WHOLE)
-REPLAY = exactly(ticks=WHOLE, mismatches=WHOLE)
-CLOSED_LOOP = exactly(
-    maximum=NUMBER,
-    overshoot=NUMBER,
-    tracking={"type": "null"},  # no program ran
-    settling_s={"type": ["number", "null"]},
-    steady_min=NUMBER,
-    steady_max=NUMBER,
-    switchings=WHOLE,
-    energy_J=NUMBER,
-    loads={"type": "array", "maxItems": 0},
-)
-SECONDS = {"type": ["number", "null"]}
-FAULT = exactly(
-    fault={"type": "string"},
-    rule={"type": ["string", "null"]},
-    expected={"type": "array", "items": {"type": "string"}},
-    tripped_after_s=SECONDS,
-    allowed_s=SECONDS,
-    heater_off_after_s=SECONDS,
-    peak=NUMBER,
-    passed={"type": "boolean"},
-    detail={"type": "string"},
-)
-EVIDENCE = exactly(
-    spec={"type": "string"},
-    digest={"type": "string", "pattern": "^[0-9a-f]{8}$"},
-    core={"const": "own"},
-    elf={"type": "null"},
-    build=BUILD,
-    sensors={"type": "array", "maxItems": 0},  # its thermometer is digital
-    replay=REPLAY,
-    closed_loop=CLOSED_LOOP,
-    faults={"type": "array", "items": FAULT},
-    timing={"type": "object"},
-    speed=exactly(simulated_s=NUMBER, wall_s=NUMBER),
-    passed={"type": "boolean"},
-)
+def fits(found: Any, form: Any) -> bool:
+    """Whether JSON has these keys and types; in a list, None stands for no item at all."""
+    if isinstance(form, dict):
+        return set(found) == set(form) and all(fits(found[key], form[key]) for key in form)
+    if isinstance(form, list):
+        return found == [] if form == [None] else all(fits(each, form[0]) for each in found)
+    return isinstance(found, form)
 
 
 Verified = tuple[dict[str, Any], str]
@@ -86,7 +61,7 @@ def verified(tmp_path_factory: pytest.TempPathFactory) -> Verified:
 
 class TestVerify:
     def test_the_evidence_has_the_promised_form(self, verified: Verified) -> None:
-        validate(verified[0], EVIDENCE)
+        assert fits(verified[0], EVIDENCE)
 
     def test_the_chamber_passes(self, verified: Verified) -> None:
         evidence = verified[0]
@@ -114,15 +89,10 @@ class TestVerify:
 
 def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
     found = heatwright("build chamber.yaml -o firmware --json").json
-    validate(found["build"], BUILD)
+    assert fits(found["build"], BUILD)
     assert found["files"] == ["firmware/chamber.elf", "firmware/chamber.hex"]
+    assert sorted(map(str, Path("firmware").iterdir())) == found["files"]
     assert Path("firmware/chamber.hex").read_text(encoding="ascii").startswith(":")
-    assert sorted(path.name for path in Path("firmware").iterdir()) == [
-        "chamber.elf", "chamber.hex",
-    ]  # fmt: skip
-
-
-def test_build_for_people(heatwright: Heatwright) -> None:
     told = heatwright("build chamber.yaml").out
     assert re.match(r"flash +\d+ of 32256 bytes\nRAM +\d+ of 2048 bytes, static\n", told)
     assert Path(told.splitlines()[-1]).is_file()
@@ -139,7 +109,7 @@ def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None
 
 
 def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
-    words = f"simulate {EXAMPLES}/fabricator.yaml --for 8s"
+    words = f"simulate {EXAMPLES}/fabricator.yaml --for 4s"
     assert heatwright(f"{words} --json").json["lights"] == {
         "nozzle": {"enabled": "lit", "heating": "lit", "cooling": "dark", "communicating": "lit"}
     }
@@ -151,4 +121,4 @@ def test_rows_of_a_comparison_equal_the_model_on_their_binaries(heatwright: Heat
     (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
     assert row["replay"]["mismatches"] == 0
     assert row["replay"]["ticks"] >= 3599
-    validate(row["build"], BUILD)
+    assert fits(row["build"], BUILD)

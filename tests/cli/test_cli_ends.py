@@ -22,6 +22,16 @@ PROGRAM = [sys.executable, "-m", "heatwright.cli.main"]
 CHAMBER = str(EXAMPLES / "chamber.yaml")
 
 
+def failing(error: BaseException) -> click.Command:
+    """A command that fails in this way."""
+
+    @click.command()
+    def command() -> None:
+        raise error
+
+    return command
+
+
 @pytest.mark.parametrize(
     ("error", "status", "expected"),
     [
@@ -45,16 +55,6 @@ def test_errors_become_statuses(
     told = capfd.readouterr().err
     assert expected in told if expected else told == ""
     assert "Traceback" not in told
-
-
-def failing(error: BaseException) -> click.Command:
-    """A command that fails in this way."""
-
-    @click.command()
-    def command() -> None:
-        raise error
-
-    return command
 
 
 def test_a_bug_shows_its_place_where_asked_for(
@@ -86,12 +86,8 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
 
 
 def test_a_full_disk_is_told_in_a_line() -> None:
-    with (
-        Path("/dev/full").open("w", encoding="utf-8") as full,
-        started("schema", stdout=full) as process,
-    ):
-        told = said(process).read()
-    assert told == "The output cannot be written: no space left on device.\n"
+    with Path("/dev/full").open("w") as full, started("schema", stdout=full) as process:
+        assert said(process).read() == "The output cannot be written: no space left on device.\n"
     assert process.returncode == 2
 
 

@@ -23,11 +23,7 @@ def test_every_command_has_help_with_an_example(heatwright: Heatwright, command:
     told = heatwright(f"{command} --help").out
     assert "Example" in told
     assert f"  heatwright {command or 'init'} " in told
-
-
-def test_the_list_of_commands_is_not_cut_short(heatwright: Heatwright) -> None:
-    _, listed = heatwright("--help").out.split("Commands:")
-    assert "..." not in listed
+    assert "..." not in told.partition("Commands:")[2], "the list is cut short"
 
 
 def test_version(heatwright: Heatwright) -> None:

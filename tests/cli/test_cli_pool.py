@@ -2,7 +2,6 @@
 
 import os
 import signal
-from collections.abc import Callable
 
 import pytest
 
@@ -42,14 +41,9 @@ def die(piece: int, _: Job) -> int:
     return piece
 
 
-def run(work: Callable[[int, Job], int], pieces: list[int]) -> tuple[list[int], list[Listener]]:
-    jobs = [Listener() for _ in pieces]
-    return spread(work, pieces, jobs), jobs
-
-
 def test_results_come_in_order_and_progress_goes_to_its_job() -> None:
-    results, jobs = run(double, [3, 1, 2])
-    assert results == [6, 2, 4]
+    jobs = [Listener() for _ in range(3)]
+    assert spread(double, [3, 1, 2], jobs) == [6, 2, 4]
     for piece, job in zip([3, 1, 2], jobs, strict=True):
         assert job.heard[-1] == "end"
         assert set(job.heard) <= {f"doubling {piece}", (piece, 10), "end"}
@@ -57,9 +51,9 @@ def test_results_come_in_order_and_progress_goes_to_its_job() -> None:
 
 def test_an_error_comes_through_as_it_is() -> None:
     with pytest.raises(Refused, match="not two"):
-        run(refuse, [1, 2, 3])
+        spread(refuse, [1, 2], [Listener(), Listener()])
 
 
 def test_a_worker_that_dies_is_noticed() -> None:
     with pytest.raises(WorkerDied):
-        run(die, [1])
+        spread(die, [1], [Listener()])

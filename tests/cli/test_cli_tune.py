@@ -53,19 +53,14 @@ def test_slower_is_more_robust(heatwright: Heatwright) -> None:
     assert tight["margins"]["phase_deg"] < loose["margins"]["phase_deg"]
 
 
-@pytest.mark.parametrize(
-    ("name", "at", "phase_deg"),
-    [("extruder", 200.0, 45), ("dryer", 70.0, 45)],  # what the scenario, or the master in it, asks
-)
-def test_the_firmwares_own_experiment(
-    heatwright: Heatwright, name: str, at: float, phase_deg: float
-) -> None:
-    """What the project promises of its autotune."""
+@pytest.mark.parametrize(("name", "at"), [("extruder", 200.0), ("dryer", 70.0)])
+def test_the_firmwares_own_experiment(heatwright: Heatwright, name: str, at: float) -> None:
+    """What the project promises of its autotune, where the scenario or a master in it heats to."""
     found = heatwright(f"tune {EXAMPLES / name}.yaml --method relay --json").json
     relay = row(found, "relay")
     assert (found["at"], relay["failed"], relay["faults"]) == (at, None, [])
     assert relay["margins"]["gain"] >= 2
-    assert relay["margins"]["phase_deg"] >= phase_deg
+    assert relay["margins"]["phase_deg"] >= 45
     assert relay["closed_loop"]["overshoot"] <= 1
 
 

@@ -32,11 +32,8 @@ def test_it_is_kept_in_one_file(tmp_path: Path, kept: Path) -> None:
     before = file.stat().st_mtime_ns
     assert rendered(tmp_path, "a{{ x }}") == "a1"
     assert file.stat().st_mtime_ns == before
-
-
-def test_another_text_or_other_options_are_compiled_anew(tmp_path: Path) -> None:
+    # Another text, or other options, are compiled anew.
     source = "{% if x %}\n1{% endif %}"
-    assert rendered(tmp_path, "a{{ x }}") == "a1"
     assert rendered(tmp_path, source) == "\n1"
     assert rendered(tmp_path, source, "trim_blocks", trim_blocks=True) == "1"
     assert rendered(tmp_path, source) == "\n1"
