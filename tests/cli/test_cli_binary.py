@@ -117,8 +117,11 @@ def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
     assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in told
 
 
-def test_rows_of_a_comparison_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
-    (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
-    assert row["replay"]["mismatches"] == 0
-    assert row["replay"]["ticks"] >= 3599
-    assert fits(row["build"], BUILD)
+class TestCompare:
+    def test_rows_of_a_comparison_equal_the_model_on_their_binaries(
+        self, heatwright: Heatwright
+    ) -> None:
+        (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
+        assert row["replay"]["mismatches"] == 0
+        assert row["replay"]["ticks"] >= 3599
+        assert fits(row["build"], BUILD)

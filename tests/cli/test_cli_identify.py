@@ -88,7 +88,7 @@ def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) 
     assert list(yaml.safe_load(found["yaml"])["simulation"]["plant"]["sense"]) == ["air"]
 
 
-def test_a_record_that_tells_too_little_warns_in_the_block(heatwright: Heatwright) -> None:
+def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright) -> None:
     record = recorded(machine(noise=0.3), steps(40, (20, 1.0)))
     Path("short.csv").write_text(as_csv(record), encoding="utf-8")
     told = heatwright("identify short.csv --power 40W").out
