@@ -11,20 +11,14 @@ from heatwright.spec import (
     AfterPowerLoss,
     Autotune,
     Current,
-    Frozen,
     Gcode,
-    Heating,
     HoldBack,
     Max6675,
     Max31855,
     ModbusRtu,
-    OnOff,
     Pid,
     Programs,
-    Radiation,
-    RisingWhileOff,
     Runaway,
-    Write,
 )
 
 LEAST = bases()["oven"].replace(", power: 240 W", "")
@@ -33,14 +27,15 @@ LEAST = bases()["oven"].replace(", power: 240 W", "")
 READ: dict[str, dict[str, dict[str, object]]] = {
     LEAST: {
         "identity": {"title": None},
-        "loops.air": {"fan": None, "period_s": 1.0, "algorithm": OnOff(kind="on_off")},
+        "loops.air": {"fan": None, "period_s": 1.0},
+        "loops.air.algorithm": {"hysteresis_k": 0.0, "lead_s": 0.0, "lead_filter_s": 0.0},
         "loops.air.protection": {
             "maximum_c": 85.0, "minimum_c": -10.0, "rise_rate_k_per_s": 5.0, "stale_after_s": 5.0,
-            "heating": Heating.model_validate({"rise": "2 K", "within": "120 s"}),
-            "runaway": Runaway.model_validate({"above": "10 K", "for": "60 s"}),
-            "frozen": Frozen.model_validate({"for": "10 min"}),
-            "rising_while_off": RisingWhileOff.model_validate({"rise": "10 K", "settle": "120 s"}),
         },
+        "loops.air.protection.heating": {"rise_k": 2.0, "within_s": 120.0},
+        "loops.air.protection.runaway": {"above_k": 10.0, "below_k": None, "for_s": 60.0},
+        "loops.air.protection.frozen": {"for_s": 600.0},
+        "loops.air.protection.rising_while_off": {"rise_k": 10.0, "settle_s": 120.0},
         "safety": {"watchdog_s": 2.0},
         "": {"interfaces": (), "simulation": None, "comparison": ()},
     },
@@ -56,21 +51,15 @@ READ: dict[str, dict[str, dict[str, object]]] = {
     },
     "fabricator": {
         "outputs.heater.current": {"limit_a": 3, "over_a": 3.75, "nominal_a": 3},
-        "simulation.scenario.0": {
-            "write": (Write("nozzle.setpoint", 300.0), Write("nozzle.enabled", True)),
-        },
-        "simulation.scenario.0.write.0": {"loop": "nozzle", "what": "setpoint"},
+        "simulation.scenario.0.write.0": {"loop": "nozzle", "what": "setpoint", "value": 300.0},
+        "simulation.scenario.0.write.1": {"loop": "nozzle", "what": "enabled", "value": True},
     },
     "dryer": {"interfaces.0": {"parity": "odd", "driver_enable": "PD2", "linuxcnc": False}},
     "kiln": {
         "sensors.chamber": {"mains_filter_hz": 50.0, "moving_average": 5, "step_k": 1 / 128},
         "programs": {"places": 3},
-        "simulation.plant": {
-            "radiation": (
-                Radiation.model_validate(
-                    {"between": ("brick", "ambient"), "area": "50 cm²", "emissivity": 0.3}
-                ),
-            )
+        "simulation.plant.radiation.0": {
+            "between": ("brick", "ambient"), "area_m2": 0.005, "emissivity": 0.3,
         },
     },
 }  # fmt: skip

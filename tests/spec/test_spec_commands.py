@@ -1,41 +1,25 @@
 """Who sets a loop, switches it and tunes it, and whether it runs after the start."""
 
-from collections.abc import Callable
-
 import pytest
 from rig.bad_specs import bases
 from rig.specs import changed, controller_of, example
 
 from heatwright.spec import (
     ComparisonRow,
-    Controller,
     ModbusRtu,
     SpecError,
     Write,
-    commanded,
-    gcode_of,
+    commands,
     load_text,
-    modbus_of,
-    must_release,
-    nextion_of,
-    programmed,
     row_controller,
-    starts_enabled,
-    switched,
-    tunable,
 )
 from heatwright.spec.checks.master import exchange_s
-from heatwright.spec.commands import zero_is_off
 from heatwright.spec.uses import pin_uses, uart_of
 from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
 ON_OFF = "{kind: on_off}"
-OF_A_LOOP: tuple[Callable[[Controller, str], object], ...] = (
-    commanded, switched, tunable, zero_is_off, starts_enabled, programmed
-)  # fmt: skip
-OF_ALL: tuple[Callable[[Controller], object], ...] = (must_release, gcode_of, modbus_of, nextion_of)
-
-
+OF_A_LOOP = ("commanded", "switched", "tunable", "zero_is_off", "starts_enabled", "programmed")
+OF_ALL = ("must_release", "gcode_of", "modbus_of", "nextion_of")
 CHANGED = {
     "the extruder, on or off": changed(
         bases()["extruder"],
@@ -76,15 +60,15 @@ CHANGED = {
 def test_who_has_a_loop(name: str, expected: str) -> None:
     controller = controller_of(CHANGED.get(name, name))
     loop = next(iter(controller.loops))
-    held = [holds.__name__ for holds in OF_A_LOOP if holds(controller, loop)]
-    held += [holds.__name__ for holds in OF_ALL if holds(controller)]
+    held = [name for name in OF_A_LOOP if getattr(commands, name)(controller, loop)]
+    held += [name for name in OF_ALL if getattr(commands, name)(controller)]
     assert held == expected.split()
 
 
 def test_what_is_no_loop_is_nobodys() -> None:
     kiln = example("kiln").controller
-    assert not programmed(kiln, "lid")
-    assert not switched(kiln, "lid")
+    assert not commands.programmed(kiln, "lid")
+    assert not commands.switched(kiln, "lid")
 
 
 @pytest.mark.parametrize(
@@ -98,7 +82,7 @@ def test_a_row_of_a_comparison_needs_nobody(name: str, loop: str, algorithm: obj
     row = ComparisonRow.model_validate(
         {"name": "row", "setpoint": "200 °C", "algorithm": algorithm}
     )
-    assert starts_enabled(row_controller(example(name).controller, row), loop)
+    assert commands.starts_enabled(row_controller(example(name).controller, row), loop)
 
 
 def test_zero_is_a_hosts_word_for_off() -> None:

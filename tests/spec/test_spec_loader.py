@@ -100,12 +100,6 @@ def test_huge_and_endless_files_are_refused() -> None:
         load("/dev/zero")
 
 
-def test_without_libyaml(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
-    """PyYAML may have been installed without its C half; the slower half reads the same."""
-    monkeypatch.setattr("heatwright.spec.tree._Loader", yaml.BaseLoader)
-    assert load_text(text, "chamber.yaml").controller == load(CHAMBER).controller
-
-
 ABUSE = {
     "a key again": "k: 1\n" * 60_000,
     "many keys": "".join(f"key{number}: 1\n" for number in range(20_000)),
@@ -126,6 +120,8 @@ def test_abuse_ends_briefly(way: str) -> None:
         load_text(ABUSE[way])
     assert 1 <= len(caught.value.problems) <= MOST_PROBLEMS + 1
     assert len(str(caught.value)) < 50_000
+    if way == "many keys":
+        assert "more problems from here on" in caught.value.problems[-1].reason
     gc.collect()
 
 
@@ -137,9 +133,3 @@ def test_any_text_that_is_no_yaml_is_unreadable(
     monkeypatch.setattr("heatwright.spec.tree._Loader", loader)
     with pytest.raises(Unreadable, match="this is not YAML: "):
         parse(text, "spec.yaml")
-
-
-def test_more_problems_than_help_are_counted() -> None:
-    with pytest.raises(SpecError) as caught:
-        load_text("".join(f"key{number}: 1\n" for number in range(MOST_PROBLEMS + 50)))
-    assert "more problems from here on" in caught.value.problems[-1].reason
