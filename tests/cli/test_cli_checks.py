@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 from rig.commands import Heatwright
+from rig.specs import example
 
 from heatwright.cli.running import run_model
+from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
@@ -78,18 +80,13 @@ def test_a_binary_that_does_not_fit_fails() -> None:
     ]
 
 
-def test_a_short_scenario_is_drawn_out_and_a_long_one_stays(chamber: Controller) -> None:
-    simulation = chamber.simulation
-    assert simulation is not None
-    end = simulation.scenario[-1]
-    for length_s, expected_s in ((60.0, 1800.0), (7200.0, 7200.0)):
-        scenario = (*simulation.scenario[:-1], end.model_copy(update={"for_s": length_s}))
-        changed = chamber.model_copy(
-            update={"simulation": simulation.model_copy(update={"scenario": scenario})}
-        )
-        found = long_enough(changed).simulation
-        assert found is not None
-        assert found.scenario[-1].for_s == expected_s
+@pytest.mark.parametrize(("length_s", "expected_s"), [(60.0, 1800.0), (7200.0, 7200.0)])
+def test_a_short_scenario_is_drawn_out_and_a_long_one_stays(
+    length_s: float, expected_s: float
+) -> None:
+    found = long_enough(with_scenario(example("chamber"), None, length_s)).simulation
+    assert found is not None
+    assert found.scenario[-1].for_s == expected_s
 
 
 GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")

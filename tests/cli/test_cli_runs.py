@@ -27,7 +27,6 @@ def test_a_run_is_told_in_figures(heatwright: Heatwright) -> None:
 @pytest.mark.parametrize(
     ("words", "length_s", "figures"),
     [
-        ("", 1800, {"maximum": 50.5}),
         ("--for 40min", 2400, {}),
         ("--for '5 s'", 5, {"maximum": 20}),  # the key is pressed after the end
         ("--scenario cold.yaml", 120, {"energy_J": 0}),

@@ -16,7 +16,6 @@ from heatwright.spec import (
     Max6675,
     Max31855,
     ModbusRtu,
-    Pid,
     Programs,
     Runaway,
 )
@@ -120,12 +119,6 @@ WIRES = {"chip_select": "D2", "clock": "D3", "data_out": "D4"}
 def test_what_is_not_given(model: Any, given: object, expected: dict[str, object]) -> None:
     """What the models' own defaults do not say; those stand in docs/language.md."""
     assert chosen(model.model_validate(given), expected) == expected
-
-
-def test_limits_that_are_not_given() -> None:
-    pid = Pid.model_validate({"kind": "pid", "kp": 5, "ki": 0.1})
-    assert (pid.integral.minimum_percent, pid.integral.maximum_percent) == (0.0, 100.0)
-    assert (pid.output.minimum_percent, pid.output.maximum_percent) == (0.0, 100.0)
 
 
 def test_the_default_clock_waits_before_the_default_runaway() -> None:

@@ -107,10 +107,6 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     assert simulation.scenario[0].write == (Write(name, value),)
 
 
-def test_a_command_is_of_no_loop() -> None:
-    assert (Write("store", True).loop, Write("store", True).what) == ("", "store")
-
-
 def test_an_exchange_takes_its_time() -> None:
     """Two frames of 256 characters of 11 bits."""
     bus = ModbusRtu.model_validate({"kind": "modbus_rtu", "baud": 1200})

@@ -14,7 +14,6 @@ from heatwright.spec import (
     Sensor,
     SpecError,
     SteinhartHartCurve,
-    full_a,
     load_text,
 )
 from heatwright.spec.checks.reading import shortest_period_s
@@ -94,9 +93,7 @@ def test_steps_of_the_adc(name: str) -> None:
 
 
 def test_a_current_is_no_temperature() -> None:
-    fabricator = example("fabricator").controller
-    assert set(fabricator.thermometers) == {"nozzle"}
-    assert full_a(fabricator.outputs["heater"]) == pytest.approx(76.6 / 43)  # type: ignore[arg-type]
+    assert set(example("fabricator").controller.thermometers) == {"nozzle"}
 
 
 @pytest.mark.parametrize(

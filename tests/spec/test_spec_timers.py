@@ -191,11 +191,6 @@ def test_pwm(pin: str, frequency: str, prescaler: int, counts: int, kept: bool) 
     assert keeps_frequency(setting, output.frequency_hz) == kept
 
 
-def test_a_pin_without_a_timer_has_no_setting() -> None:
-    with pytest.raises(ValueError, match="D4 has no compare output"):
-        pwm_setting(BOARDS["uno"], pwm("D4", "490 Hz"))
-
-
 @pytest.mark.parametrize(
     ("clock_hz", "baud", "divisor", "borne"),
     [
