@@ -163,8 +163,8 @@ def test_every_usual_crystal_ticks_exactly(clock_mhz: float, timer: Timer) -> No
     assert tick_interval(100 * cycles, timer) == expected
 
 
-def test_ticks_of_two_clocks() -> None:
-    assert tick_interval(16_000_000, EIGHT) == Interval(256, 125, 5)
+def test_ticks_of_odd_clocks() -> None:
+    assert tick_interval(26_214_400, EIGHT) == Interval(1024, 256, 1)
     assert tick_interval(8_388_608, SIXTEEN) is None
 
 
