@@ -1,6 +1,8 @@
 """The specifications of the host build take every branch of the templates, both ways."""
 
 import re
+from collections import defaultdict
+from functools import cache
 from importlib.resources import files
 
 import host_specs
@@ -36,12 +38,15 @@ INCLUDED_BY = {
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
 
-def contexts(template):
+@cache
+def planned():
+    """Every file of every build, by its template; planned once."""
+    found = defaultdict(list)
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:
-            if file.template == INCLUDED_BY.get(template, template):
-                loops = file.context.get("loops") or [{}]
-                yield {**file.context, "control": loops[0]}
+            loops = file.context.get("loops") or [{}]
+            found[file.template].append({**file.context, "control": loops[0]})
+    return found
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -49,5 +54,6 @@ def test_every_condition_is_true_once_and_false_once(template):
     text = files("heatwright.templates").joinpath(template).read_text(encoding="utf-8")
     for condition in set(CONDITION.findall(text)):
         evaluate = Environment(autoescape=True).compile_expression(condition)
-        found = {bool(evaluate(**context)) for context in contexts(template)}
+        contexts = planned()[INCLUDED_BY.get(template, template)]
+        found = {bool(evaluate(**context)) for context in contexts}
         assert found == {True, False}, condition
