@@ -18,6 +18,8 @@ from pathlib import Path
 
 from mutation.arena import Arena
 from mutation.court import Court, Verdict
+from mutation.equivalent import entry_of
+from mutation.machine_code import same_machine_code
 from mutation.syntax import Mutant, constants_of, mutants_of
 
 TESTS = Path(__file__).parents[1]
@@ -53,11 +55,16 @@ class Case:
 
     @property
     def next(self) -> tuple[int, Mutant] | None:
-        """Who judges it next; nobody, if it is dead or no one is left."""
-        if self.verdicts and self.verdicts[-1].fate == "killed":
+        """Who judges it next; nobody, if it is dead, or listed and alive, or no one is left."""
+        if self.verdicts and (self.verdicts[-1].fate == "killed" or self._is_listed):
             return None
         left = self.places[len(self.verdicts) :]
         return left[0] if left else None
+
+    @property
+    def _is_listed(self) -> bool:
+        alive = any(verdict.fate == "survived" for verdict in self.verdicts)
+        return alive and entry_of(mutant for _, mutant in self.places) is not None
 
     @property
     def fate(self) -> str:
@@ -187,7 +194,7 @@ class Engine:
         """Put it before the next arena that does not know it."""
         while case.next is not None:
             number, mutant = case.next
-            known = self._memories[number].get(mutant)
+            known = self._memories[number].get(mutant) or self._equal_again(case)
             if known is None:
                 self._waiting[number].append(case)
                 return
@@ -196,6 +203,19 @@ class Engine:
         for number, _ in case.places[len(case.verdicts) :]:
             self._ahead[number] -= 1
         self._progress(case)
+
+    def _equal_again(self, case: Case) -> Verdict | None:
+        """What was the same program where it was tried is looked at by the compiler first."""
+        if case.next is None or {verdict.fate for verdict in case.verdicts} != {"equal"}:
+            return None
+        number, mutant = case.next
+        arena = self._arenas[number]
+        texts = {**getattr(arena, "headers", dict)(), **arena.sources()}
+        if not same_machine_code(mutant.file, texts, mutant.applied(texts[mutant.file])):
+            return None
+        found = Verdict("equal", "")
+        self._memories[number].put(mutant, found)
+        return found
 
     def _send(self, at_once: int) -> None:
         working = {number for number, _ in self._busy.values()}

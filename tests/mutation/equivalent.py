@@ -16,8 +16,9 @@ class Entry(NamedTuple):
     pattern: str
     reason: str
 
-    def fits(self, mutant: Mutant) -> bool:
-        return _compiled(self.pattern).fullmatch(str(mutant)) is not None
+    def fits(self, words: str) -> bool:
+        """Whether it is about a mutant that the report prints so."""
+        return _compiled(self.pattern).fullmatch(words) is not None
 
 
 @cache
@@ -51,4 +52,9 @@ def listed() -> tuple[Entry, ...]:
 
 def entry_of(mutants: Iterable[Mutant]) -> Entry | None:
     """Return the entry that one of these fits, which are the same one in several arenas."""
-    return next((each for mutant in mutants for each in listed() if each.fits(mutant)), None)
+    return next((entry for words in {str(each) for each in mutants} if (entry := _of(words))), None)
+
+
+@cache
+def _of(words: str) -> Entry | None:
+    return next((each for each in listed() if each.fits(words)), None)

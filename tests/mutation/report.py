@@ -59,7 +59,7 @@ class Report:
 
     def unused_entries(self) -> list[str]:
         """Entries that fit no mutant; of any use where all mutants are at hand."""
-        mutants = [mutant for case in self.cases for _, mutant in case.places]
+        mutants = {str(mutant) for case in self.cases for _, mutant in case.places}
         return [
             f"equivalent.txt:{entry.line}: fits no mutant: {entry.pattern}"
             for entry in listed() if not any(entry.fits(mutant) for mutant in mutants)
