@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation mutation lint types pytest bench format clean
+.PHONY: help setup demo test evidence mutation lint types pytest bench format clean
 
 BIN := .venv/bin
 READY := .venv/ready
