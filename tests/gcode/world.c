@@ -1,10 +1,10 @@
 /* The world around the generated G-code files, on this computer: a serial line, tools, a fan, a feed.
  *
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
- * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of nozzle and bed in degrees (16 bits,
- * signed); 'd', the nozzle's duty (8 bits); 'f', a fault's code, 'a', a tuning's result, and 'w', how
- * often its relay has switched (8 bits each). What is sent goes to standard output; `=` lines show
- * the state at the end.
+ * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of
+ * nozzle and bed in degrees (16 bits, signed); 'd', the nozzle's duty (8 bits); 'f', a fault's code,
+ * 'a', a tuning's result, and 'w', how often its relay has switched (8 bits each). What is sent goes
+ * to standard output; `=` lines show the state at the end.
  */
 #include <math.h>
 
@@ -110,18 +110,12 @@ void loop_nozzle_stop_tuning(void)
 
 #if __has_include("output_part_fan.h")
 #include "output_part_fan.h"
-void output_part_fan_set(float percent)
-{
-    fan_percent = percent;
-}
+void output_part_fan_set(float percent) { fan_percent = percent; }
 #endif
 
 #if __has_include("output_fan.h")
 #include "output_fan.h"
-void output_fan_set(float percent)
-{
-    fan_percent = percent;
-}
+void output_fan_set(float percent) { fan_percent = percent; }
 #endif
 
 /* ---- the feed: it runs while the nozzle is ready, and brakes for a few steps ---- */
@@ -154,15 +148,9 @@ void output_feed_move(int32_t steps, float mm_per_s)
     steps_per_tick = mm_per_s * OUTPUT_FEED_STEPS_PER_MM / 100.0f;
 }
 
-bool output_feed_is_busy(void)
-{
-    return feed_is_at != feed_ends_at;
-}
+bool output_feed_is_busy(void) { return feed_is_at != feed_ends_at; }
 
-int32_t output_feed_position(void)
-{
-    return feed_is_at;
-}
+int32_t output_feed_position(void) { return feed_is_at; }
 
 void output_feed_stop(void)
 {
@@ -199,25 +187,12 @@ static void feed_tick(void)
     feed_is_at += left < 0 ? (left < -most ? -most : left) : (left > most ? most : left);
 }
 #else
-static void feed_tick(void)
-{
-}
+static void feed_tick(void) { }
 #endif
 
-void settings_keep(void)
-{
-    kept++;
-}
-
-void settings_reload(void)
-{
-    reloaded++;
-}
-
-void settings_defaults(void)
-{
-    defaulted++;
-}
+void settings_keep(void) { kept++; }
+void settings_reload(void) { reloaded++; }
+void settings_defaults(void) { defaulted++; }
 
 /* ---- the line ---- */
 
@@ -261,37 +236,20 @@ int main(void)
     gcode_start();
     for (int command; (command = getchar()) >= 0;) {
         switch (command) {
-        case 'r':
-            receive_all(next_word());
-            break;
+        case 'r': receive_all(next_word()); break;
+        case 't': ticks(next_word()); break;
+        case 'c': loop_nozzle.temperature_c = (float)(int16_t)next_word(); break;
+        case 'b': BED_C = (float)(int16_t)next_word(); break;
+        case 'd': loop_nozzle.duty_percent = (float)next_byte(); break;
+        case 'w': autotune_nozzle.switches = next_byte(); break;
+        case 'a': autotune_nozzle.result = next_byte(); break;
+        case 'f': fault_trip(next_byte(), 20.0f); break;
         case 'x': {
             const uint8_t flags = next_byte();
             receive(flags, next_byte());
             break;
         }
-        case 't':
-            ticks(next_word());
-            break;
-        case 'c':
-            loop_nozzle.temperature_c = (float)(int16_t)next_word();
-            break;
-        case 'b':
-            BED_C = (float)(int16_t)next_word();
-            break;
-        case 'd':
-            loop_nozzle.duty_percent = (float)next_byte();
-            break;
-        case 'w':
-            autotune_nozzle.switches = next_byte();
-            break;
-        case 'a':
-            autotune_nozzle.result = next_byte();
-            break;
-        case 'f':
-            fault_trip(next_byte(), 20.0f);
-            break;
-        default:
-            wrong("a letter that is no command");
+        default: wrong("a letter that is no command");
         }
     }
     printf("=setpoint %.9g\n=fan %.9g\n=mode %d\n=manual %.9g\n", (double)settings.nozzle_setpoint_c,

@@ -37,25 +37,57 @@ void TIMER2_COMPA_vect(void);
 
 struct fault_state fault;
 struct settings settings;
-struct loop_air_state loop_air;
-struct loop_bed_state loop_bed;
 struct autotune_air_state autotune_air;
 struct current_hot_bed_state current_hot_bed;
 
-static struct {
-    bool enabled, released;
-} air, bed;
-static uint8_t mode;
-static float percent;
-static uint8_t air_state, bed_state, cycles_asked;
+static uint8_t cycles_asked;
 static unsigned kept, defaulted;
 static uint32_t now_s;
 
+/* What is alike for both loops; bed stays automatic. */
+#define LOOP(name, NAME)                                                                       \
+    static struct {                                                                            \
+        bool enabled, released;                                                                \
+        uint8_t mode, state;                                                                   \
+        float percent;                                                                         \
+    } name;                                                                                    \
+    struct loop_##name##_state loop_##name;                                                    \
+    uint8_t loop_##name##_state(void) { return name.state; }                                   \
+    bool loop_##name##_may_set(float setpoint_c)                                               \
+    {                                                                                          \
+        return !(name.mode == MODE_TUNING && setpoint_c != settings.name##_setpoint_c)         \
+            && setpoint_c >= LOOP_##NAME##_SETPOINT_MINIMUM_C                                  \
+            && setpoint_c <= LOOP_##NAME##_SETPOINT_MAXIMUM_C;                                 \
+    }                                                                                          \
+    bool loop_##name##_set(float setpoint_c)                                                   \
+    {                                                                                          \
+        const bool may = loop_##name##_may_set(setpoint_c);                                    \
+        settings.name##_setpoint_c = may ? setpoint_c : settings.name##_setpoint_c;            \
+        return may;                                                                            \
+    }                                                                                          \
+    bool loop_##name##_may_enable(void)                                                        \
+    {                                                                                          \
+        return fault.code == FAULT_NONE && (name.released || name.enabled);                    \
+    }                                                                                          \
+    bool loop_##name##_enable(void)                                                            \
+    {                                                                                          \
+        const bool may = loop_##name##_may_enable();                                           \
+        name.enabled |= may;                                                                   \
+        return may;                                                                            \
+    }                                                                                          \
+    void loop_##name##_disable(void)                                                           \
+    {                                                                                          \
+        name.enabled = false;                                                                  \
+        name.released = true;                                                                  \
+        name.mode = MODE_AUTOMATIC;                                                            \
+    }                                                                                          \
+    bool loop_##name##_is_enabled(void) { return name.enabled; }
+
+LOOP(air, AIR)
+LOOP(bed, BED)
+
 uint32_t clock_seconds(void);
-uint32_t clock_seconds(void)
-{
-    return now_s;
-}
+uint32_t clock_seconds(void) { return now_s; }
 
 void fault_acknowledge(void)
 {
@@ -63,14 +95,11 @@ void fault_acknowledge(void)
         fault.code = FAULT_NONE;
         fault.acknowledgements++;
         air.enabled = bed.enabled = false;
-        mode = MODE_AUTOMATIC;
+        air.mode = MODE_AUTOMATIC;
     }
 }
 
-void settings_keep(void)
-{
-    kept++;
-}
+void settings_keep(void) { kept++; }
 
 void settings_defaults(void)
 {
@@ -80,92 +109,12 @@ void settings_defaults(void)
     settings.air_kd = LOOP_AIR_KD;
 }
 
-uint8_t loop_air_state(void)
-{
-    return air_state;
-}
-
-uint8_t loop_bed_state(void)
-{
-    return bed_state;
-}
-
-bool loop_air_may_set(float setpoint_c)
-{
-    return !(mode == MODE_TUNING && setpoint_c != settings.air_setpoint_c)
-        && setpoint_c >= LOOP_AIR_SETPOINT_MINIMUM_C && setpoint_c <= LOOP_AIR_SETPOINT_MAXIMUM_C;
-}
-
-bool loop_air_set(float setpoint_c)
-{
-    if (!loop_air_may_set(setpoint_c)) {
-        return false;
-    }
-    settings.air_setpoint_c = setpoint_c;
-    return true;
-}
-
-bool loop_bed_set(float setpoint_c)
-{
-    if (!(setpoint_c >= LOOP_BED_SETPOINT_MINIMUM_C && setpoint_c <= LOOP_BED_SETPOINT_MAXIMUM_C)) {
-        return false;
-    }
-    settings.bed_setpoint_c = setpoint_c;
-    return true;
-}
-
-bool loop_air_may_enable(void)
-{
-    return fault.code == FAULT_NONE && (air.released || air.enabled);
-}
-
-bool loop_air_enable(void)
-{
-    if (!loop_air_may_enable()) {
-        return false;
-    }
-    air.enabled = true;
-    return true;
-}
-
-void loop_air_disable(void)
-{
-    air.enabled = false;
-    air.released = true;
-    mode = MODE_AUTOMATIC;
-}
-
-bool loop_bed_enable(void)
-{
-    if (fault.code != FAULT_NONE || !(bed.released || bed.enabled)) {
-        return false;
-    }
-    bed.enabled = true;
-    return true;
-}
-
-void loop_bed_disable(void)
-{
-    bed.enabled = false;
-    bed.released = true;
-}
-
-bool loop_air_is_enabled(void)
-{
-    return air.enabled;
-}
-
-bool loop_bed_is_enabled(void)
-{
-    return bed.enabled;
-}
-
 bool loop_air_set_manual_percent(float value)
 {
     if (!(value >= 0.0f && value <= 100.0f)) {
         wrong("a duty that was not looked at");
     }
-    percent = value;
+    air.percent = value;
     return true;
 }
 
@@ -174,42 +123,36 @@ bool loop_air_set_manual(float value)
     if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set_manual_percent(value)) {
         wrong("manual that was not looked at");
     }
-    mode = MODE_MANUAL;
+    air.mode = MODE_MANUAL;
     return true;
 }
 
 void loop_air_set_automatic(void)
 {
-    if (mode == MODE_MANUAL) {
-        mode = MODE_AUTOMATIC;
+    if (air.mode == MODE_MANUAL) {
+        air.mode = MODE_AUTOMATIC;
     }
 }
 
-float loop_air_manual_percent(void)
-{
-    return percent;
-}
+float loop_air_manual_percent(void) { return air.percent; }
 
-uint8_t loop_air_mode(void)
-{
-    return mode;
-}
+uint8_t loop_air_mode(void) { return air.mode; }
 
 bool loop_air_tune(float target_c, uint8_t cycles)
 {
     if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set(target_c)) {
         wrong("a tuning that was not looked at");
     }
-    mode = MODE_TUNING;
+    air.mode = MODE_TUNING;
     cycles_asked = (uint8_t)(cycles_asked + cycles);
     return true;
 }
 
 void loop_air_stop_tuning(void)
 {
-    if (mode == MODE_TUNING) {
+    if (air.mode == MODE_TUNING) {
         air.enabled = air.released = false;
-        mode = MODE_AUTOMATIC;
+        air.mode = MODE_AUTOMATIC;
     }
 }
 
@@ -327,8 +270,8 @@ static void set(uint8_t what, float value)
     case 'r': loop_air.reading_status = (uint8_t)value; break;
     case 'd': loop_air.duty_percent = value; break;
     case 'c': loop_air.setpoint_c = value; break;
-    case 'S': air_state = (uint8_t)value; break;
-    case 'B': bed_state = (uint8_t)value; break;
+    case 'S': air.state = (uint8_t)value; break;
+    case 'B': bed.state = (uint8_t)value; break;
     case 'a': autotune_air.result = (uint8_t)value; break;
     case 'A': current_hot_bed.amperes = value; break;
     default: wrong("what is that?");
@@ -341,7 +284,7 @@ static void show(void)
     const int size = snprintf(text, sizeof text,
         "%d %d %.9g %d %d %d %.9g %.9g %.9g %.9g %.9g %d %d %u %u %d %u %u %u %u %u %u %u %d",
         fault.code, fault.acknowledgements, (double)settings.air_setpoint_c, air.enabled,
-        air.released, mode, (double)percent, (double)settings.air_kp, (double)settings.air_ki,
+        air.released, air.mode, (double)air.percent, (double)settings.air_kp, (double)settings.air_ki,
         (double)settings.air_kd, (double)settings.bed_setpoint_c, bed.enabled, bed.released, kept,
         defaulted, cycles_asked, modbus_counters.messages, modbus_counters.errors,
         modbus_counters.exceptions, modbus_counters.requests, modbus_counters.unanswered,
@@ -353,31 +296,18 @@ static void show(void)
 static void do_one(int command)
 {
     switch (command) {
-    case 'f':
-        receive_all(next_word());
-        silence();
-        run_to_end();
-        break;
-    case 'r':
-        receive_all(next_word());
-        break;
+    case 'f': receive_all(next_word()); silence(); run_to_end(); break;
+    case 'r': receive_all(next_word()); break;
+    case 'q': silence(); break;
+    case 'm': run_to_end(); break;
+    case 'M': run_main(); break;
+    case 'p': leave(next_byte()); break;
+    case 's': show(); break;
     case 'x': {
         const uint8_t flags = next_byte();
         receive(flags, next_byte());
         break;
     }
-    case 'q':
-        silence();
-        break;
-    case 'm':
-        run_to_end();
-        break;
-    case 'M':
-        run_main();
-        break;
-    case 'p':
-        leave(next_byte());
-        break;
     case 't':
         for (unsigned count = next_word(); count != 0; count--) {
             modbus_tick();
@@ -388,17 +318,13 @@ static void do_one(int command)
         set(what, next_float());
         break;
     }
-    case 's':
-        show();
-        break;
     case 'l': {
         const uint8_t set[] = { UBRR0 & 0xFF, (uint8_t)(UBRR0 >> 8), UCSR0A, UCSR0C, TCCR2A, TCCR2B,
             PORTE & 1u, DDRE & 1u };
         put(set, sizeof set);
         break;
     }
-    default:
-        wrong("what is that?");
+    default: wrong("what is that?");
     }
 }
 
