@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 from rig.specs import example
 
 from heatwright.sim.device import AvrDevice
@@ -10,8 +11,8 @@ from heatwright.sim.scenario import PRESS_S
 
 CONTROLLER = example("kiln_uno").controller
 ROOM_C = 20.0
-IDLE, RUNNING, PAUSED, RETURNING = range(4)
-"""States of a program."""
+STATES = {"idle": 0, "running": 1, "paused": 2, "returning": 3}
+"""Of a program."""
 STEP_S = 1.2
 """After it the next control step has done what was asked for."""
 
@@ -56,10 +57,36 @@ class MenuDesk:
             self.run(min(for_s, PRESS_S))
         return self.lines
 
-    def walk(self, *steps: tuple[str, str, str]) -> None:
-        """Press the keys of each step, and see both lines after them."""
-        for keys, *lines in steps:
-            assert list(self.press(*keys.split())) == lines, keys
+    def play(self, script: str) -> None:
+        """Do what each line says, and see what stands behind its arrow.
+
+        Before it are keys, `up:5` for one that is held so many seconds, `wait:5`, `step` until the
+        next control step is done, `power` cut and given back. Behind it are both lines that are
+        shown, `title | text`, of which one may be left out, or variables, `state=idle`.
+        """
+        for line in filter(None, map(str.strip, script.splitlines())):
+            words, _, seen = line.partition("->")
+            for word in words.split():
+                self._do(*word.split(":"))
+            if "|" in seen:
+                wanted = [each.strip() for each in seen.split("|")]
+                found = [now if each else "" for now, each in zip(self.lines, wanted, strict=True)]
+                assert found == wanted, line
+            else:
+                for name, value in (each.split("=") for each in seen.split()):
+                    known = self.read(name) if "." in name else self.program(name)
+                    assert known == pytest.approx(float(STATES.get(value, value))), line
+
+    def _do(self, word: str, seconds: str = "") -> None:
+        match word:
+            case "wait":
+                self.run(float(seconds))
+            case "step":
+                self.run()
+            case "power":
+                self.power_cycle()
+            case key:
+                self.press(key, for_s=float(seconds or PRESS_S))
 
     @property
     def lines(self) -> tuple[str, str]:
@@ -79,12 +106,3 @@ class MenuDesk:
     def program(self, member: str) -> Any:
         """Read a member of the program's state."""
         return self.read(f"program.{member}")
-
-    def go_to(self, title: str) -> tuple[str, str]:
-        """Go to one of the values, from the first screen."""
-        self.press("left")
-        for _ in range(20):
-            if self.lines[0] == title:
-                break
-            self.press("select")
-        return self.lines

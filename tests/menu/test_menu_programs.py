@@ -1,26 +1,19 @@
 """Programs by keys: started, paused, skipped, ended, changed, kept."""
 
 import pytest
-from menu_desk import IDLE, PAUSED, RETURNING, RUNNING, MenuDesk
+from menu_desk import STATES, MenuDesk
 
-STOPPED = 2
-SEGMENTS = 6
 SECOND_TARGET_C = 260.0
-"""Of the example's program."""
+"""Of the example's program, which has 6 segments."""
 NAME = "right " * 12
 """From the first letter of a name to the first segment."""
-ASKED = ("Start program?", "1 anneal")
 EDIT = "right right right"
 """To the screen that changes programs."""
+STARTED = "right right select select step -> state=running"
+NEW = f"{EDIT} up select select"
+"""To the first segment of a new program."""
 
-
-def started(desk: MenuDesk) -> None:
-    desk.press("right", "right", "select", "select")
-    desk.run()
-    assert desk.program("state") == RUNNING
-
-
-STATES = [
+TOLD = [
     ((0, 0, 0), "off"), ((0, 0, 1), "finished"), ((0, 0, 2), "stopped"),
     ((0, 0, 3), "ended by fault"), ((0, 0, 4), "power cut: cold"), ((0, 0, 5), "power cut: lost"),
     ((1, 0, 0), "1/6 runs"), ((1, 1, 0), "1/6 held back"), ((1, 2, 0), "1/6 to target"),
@@ -30,7 +23,7 @@ STATES = [
 """State, what it waits for, and how the last one ended; and what the first screen says of it."""
 
 
-@pytest.mark.parametrize(("state", "shown"), STATES)
+@pytest.mark.parametrize(("state", "shown"), TOLD)
 def test_the_first_screen_tells_temperature_setpoint_and_state(
     desk: MenuDesk, state: tuple[int, int, int], shown: str
 ) -> None:
@@ -41,97 +34,170 @@ def test_the_first_screen_tells_temperature_setpoint_and_state(
     for member, value in zip(("state", "waiting", "ended"), state, strict=True):
         desk.put(f"program.{member}", value)
     setpoint = 321 if state[0] else 20
-    desk.walk(("up", f"20°C >{setpoint}°C", shown))  # a key without a use: shown anew
+    desk.play(f"up -> 20°C >{setpoint}°C | {shown}")  # a key without a use: shown anew
 
 
-def test_a_program_is_started_by_two_selects(desk: MenuDesk) -> None:
-    desk.walk(("right right", *ASKED), ("select", "SELECT: start", "1 anneal"))
-    desk.run()
-    assert desk.program("state") == IDLE
-    desk.press("select")
-    desk.run()
-    assert (desk.program("state"), desk.program("number")) == (RUNNING, 1)
-    desk.walk(("left left", "20°C >20°C", "1/6 runs"))
-
-
-@pytest.mark.parametrize("keys", ["left right", "right left", "up down", "down up"])
-def test_any_other_key_takes_the_first_select_back(desk: MenuDesk, keys: str) -> None:
-    desk.walk(("right right select", "SELECT: start", "1 anneal"), (keys, *ASKED))
-    desk.press("select")
-    desk.run()
-    assert desk.program("state") == IDLE
-
-
-def test_an_empty_place_cannot_be_started(desk: MenuDesk) -> None:
-    desk.walk(
-        ("right right up", "Start program?", "2 (empty)"),
-        ("select select", "not possible", "2 (empty)"),
-        ("up", *ASKED),
+SCRIPTS = {
+    "a program is started by two selects": """
+        right right -> Start program? | 1 anneal
+        select      -> SELECT: start  | 1 anneal
+        step        -> state=idle
+        select step -> state=running number=1
+        left left   -> 20°C >20°C     | 1/6 runs
+    """,
+    **{
+        f"{keys}: any other key takes the first select back": f"""
+        right right select -> SELECT: start  | 1 anneal
+        {keys}             -> Start program? | 1 anneal
+        select step        -> state=idle
+        """
+        for keys in ("left right", "right left", "up down", "down up")
+    },
+    "an empty place cannot be started": """
+        right right up -> Start program? | 2 (empty)
+        select select  -> not possible   | 2 (empty)
+        up             -> Start program? | 1 anneal
+        step           -> state=idle
+    """,
+    "a pause is one select away, and so is the way back": f"""
+        {STARTED}
+                                    -> Program:   | pause
+        select step                 -> state=paused
+                                    -> Program:   | resume
+        left left                   -> 20°C >20°C | 1/6 paused
+        right right select wait:1.5 -> state=running
+    """,
+    "skip, stop and go to are asked for twice": f"""
+        {STARTED}
+        up                 -> Program:       | skip segment
+        select             -> SELECT does it | skip segment
+        step               -> segment=1
+        select step        -> segment=2
+        up up up up up     -> Program:       | go to 4
+        select select step -> segment=4
+        left right up up   -> Program:       | stop
+        select select step -> state=idle ended=2
+        left left          ->                | stopped
+    """,
+    "choices end with the last segment": f"""
+        {STARTED}
+        down -> Program: | go to 6
+        up   -> Program: | pause
+    """,
+    "what cannot be done is refused until another is chosen": f"""
+        {STARTED}
+        select step
+        up            -> Program:     | skip segment
+        select select -> not possible | skip segment
+        up            -> Program:     | stop
+                      -> state=paused
+    """,
+    # From the last place there is no way on; what saves is SELECT and nothing else.
+    "a program has as many segments as there is room for": NEW
+    + "".join(
+        f"""
+        up                -> Segment {number} | ramp in a time
+        right right right"""
+        for number in range(1, 9)
     )
-    desk.run()
-    assert desk.program("state") == IDLE
+    + """
+                      -> Segment 8     | 60 min
+        select        -> SELECT: save  | LEFT: back
+        up right      -> SELECT: save  | LEFT: back
+        select        -> saving        | 2 new
+        wait:5 up     -> Edit program? | 1 anneal
+        down          -> Edit program? | 2 new
+    """,
+    "a changed program is kept through a loss of power": f"""
+        {EDIT}     -> Edit program?  | 1 anneal
+        select     -> Name, letter 1 | [anneal      ]
+        up         -> Name, letter 1 | [bnneal      ]
+        {NAME}     -> Segment 1      | ramp at a rate
+        right      -> Segment 1      | to 200°C
+        up up down -> Segment 1      | to 201°C
+        right      -> Segment 1      | 300 K/h
+        down       -> Segment 1      | 299 K/h
+        right      -> Segment 2      | fast as it can
+        up         -> Segment 2      | hold a time
+        right      -> Segment 2      | 60 min
+        select     -> SELECT: save   | LEFT: back
+        select     ->                | 1 bnneal
+        power {EDIT} select select -> Segment 1 | ramp at a rate
+        right      -> Segment 1      | to 201°C
+        right      -> Segment 1      | 299 K/h
+        right      -> Segment 2      | hold a time
+        right      -> Segment 2      | 60 min
+    """,
+    "what is not saved is not kept": f"""
+        {EDIT} select up left         -> Edit program? | 1 anneal
+        select select right up select -> SELECT: save  | LEFT: back
+        left                          -> Segment 1     | to 201°C
+    """,
+    "a new program is written from nothing and runs": f"""
+        {EDIT} up select -> Name, letter 1 | [new         ]
+        select           -> Segment 1 | end
+        up               -> Segment 1 | ramp in a time
+        right            -> Segment 1 | to 0°C
+        up:5             -> Segment 1 | to {1 + 19 + 10 * 26}°C
+        right            -> Segment 1 | 60 min
+        right            -> Segment 2 | end
+        down             -> Segment 2 | hold for SELECT
+        select select wait:2         -> Edit program? | 2 new
+        left up select select step   -> state=running number=2 segments=2
+    """,
+    "end in the middle cuts off what follows": f"""
+        {EDIT} select select right right right -> Segment 2 | fast as it can
+        down down down                         -> Segment 2 | end
+        right                                  -> Segment 2 | end
+        select select wait:2 left select select step -> segments=1
+    """,
+    "a program is not started as it was before it is saved": f"""
+        {EDIT} select select right up select
+        select:0.03 left:0.03 select:0.03 select:0.03
+        wait:0.1                   -> not possible |
+        wait:2                     -> state=idle
+        up down select select step -> state=running to_dc=2010
+    """,
+    "a running program is not changed by what is saved": f"""
+        {STARTED} to_dc=2000
+        right select select right up select select wait:2 -> to_dc=2000
+    """,
+    # A step each tenth of a second after half a second, and ten times as much from the twentieth.
+    "each kind begins with something that works": f"""
+        {NEW}
+        up -> Segment 1 | ramp in a time
+        up -> Segment 1 | ramp at a rate
+        up -> Segment 1 | fast as it can
+        up -> Segment 1 | hold a time
+        up -> Segment 1 | hold for SELECT
+        up -> Segment 1 | end
+        up up right            -> Segment 1 | to 0°C
+        right                  -> Segment 1 | 100 K/h
+        left left up up right  -> Segment 1 | 60 min
+        up up down             -> Segment 1 | 61 min
+        up:4.56                ->           | {61 + 1 + 19 + 10 * 22} min
+    """,
+}
 
 
-def test_a_pause_is_one_select_away_and_so_is_the_way_back(desk: MenuDesk) -> None:
-    started(desk)
-    assert desk.lines == ("Program:", "pause")
-    desk.press("select")
-    desk.run()
-    assert desk.program("state") == PAUSED
-    assert desk.lines == ("Program:", "resume")
-    desk.walk(("left left", "20°C >20°C", "1/6 paused"))
-    desk.press("right", "right", "select")
-    desk.run(1.5)
-    assert desk.program("state") in (RUNNING, RETURNING)
-
-
-def test_skip_stop_and_go_to_are_asked_for_twice(desk: MenuDesk) -> None:
-    started(desk)
-    desk.walk(("up", "Program:", "skip segment"), ("select", "SELECT does it", "skip segment"))
-    desk.run()
-    assert desk.program("segment") == 1
-    desk.press("select")
-    desk.run()
-    assert desk.program("segment") == 2
-    desk.walk(("up up up up up", "Program:", "go to 4"))
-    desk.press("select", "select")
-    desk.run()
-    assert desk.program("segment") == 4
-    desk.press("left")
-    desk.walk(("right up up", "Program:", "stop"))
-    desk.press("select", "select")
-    desk.run()
-    assert (desk.program("state"), desk.program("ended")) == (IDLE, STOPPED)
-    assert desk.press("left", "left")[1] == "stopped"
-
-
-def test_choices_end_with_the_last_segment(desk: MenuDesk) -> None:
-    started(desk)
-    desk.walk(("down", "Program:", f"go to {SEGMENTS}"), ("up", "Program:", "pause"))
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_by_keys(desk: MenuDesk, name: str) -> None:
+    desk.play(SCRIPTS[name])
 
 
 def test_a_program_that_has_ended_in_between_is_not_started_by_who_meant_another(
     desk: MenuDesk,
 ) -> None:
     """The second SELECT of "skip" meets a machine that is idle by then."""
-    started(desk)
-    desk.press("up", "select")
-    desk.put("program.state", IDLE)
-    desk.walk(("select", "SELECT: start", "1 anneal"))
-    desk.run()
-    assert desk.program("state") == IDLE
+    desk.play(f"{STARTED}\nup select")
+    desk.put("program.state", STATES["idle"])
+    desk.play("select -> SELECT: start | 1 anneal\nstep -> state=idle")
 
 
 def test_who_waits_for_the_operator_gets_him_on_the_first_screen(desk: MenuDesk) -> None:
-    started(desk)
-    desk.press("up", "up", "up", "up", "up", "select", "select")  # go to segment 3
+    desk.play(f"{STARTED}\nup up up up up select select")  # go to segment 3
     desk.warm_to(SECOND_TARGET_C)
-    desk.run(10.0)
-    desk.press("left")
-    assert desk.press("left")[1] == "3/6 SELECT: on"
-    desk.press("select")
-    desk.run()
-    assert desk.program("segment") == 4
+    desk.play("wait:10 left left -> | 3/6 SELECT: on\nselect step -> segment=4")
 
 
 @pytest.mark.parametrize(
@@ -141,26 +207,13 @@ def test_who_waits_for_the_operator_gets_him_on_the_first_screen(desk: MenuDesk)
 def test_times_are_shown_in_days_hours_and_minutes(
     desk: MenuDesk, seconds: int, shown: str
 ) -> None:
-    started(desk)
+    desk.play(STARTED)
     for name, line in (("clock", "All "), ("segment_clock", "Seg.")):
         desk.put("program.segment_clock", 0)
         desk.put(f"program.{name}", seconds)
-        desk.run(1.0)
-        desk.press("left")
+        desk.play("wait:1 left")
         assert f"{line} {shown}" in desk.lines
         desk.press("right")
-
-
-def test_what_cannot_be_done_is_refused_until_another_is_chosen(desk: MenuDesk) -> None:
-    started(desk)
-    desk.press("select")
-    desk.run()
-    desk.walk(
-        ("up", "Program:", "skip segment"),
-        ("select select", "not possible", "skip segment"),
-        ("up", "Program:", "stop"),
-    )
-    assert desk.program("state") == PAUSED
 
 
 def test_a_name_is_of_any_letters_but_those_that_would_end_a_text(desk: MenuDesk) -> None:
@@ -174,120 +227,3 @@ def test_a_name_is_of_any_letters_but_those_that_would_end_a_text(desk: MenuDesk
             letters[(place + step * turn) % len(letters)] for turn in range(1, len(letters) + 1)
         ]
         assert "".join(found) == "".join(wanted).replace("~", "→")
-
-
-def test_each_kind_begins_with_something_that_works(desk: MenuDesk) -> None:
-    kinds = ["ramp in a time", "ramp at a rate", "fast as it can", "hold a time",
-             "hold for SELECT", "end"]  # fmt: skip
-    desk.press(*EDIT.split(), "up", "select", "select")
-    assert [desk.press("up") for _ in kinds] == [("Segment 1", kind) for kind in kinds]
-    desk.walk(
-        ("up up right", "Segment 1", "to 0°C"),
-        ("right", "Segment 1", "100 K/h"),
-        ("left left up up right", "Segment 1", "60 min"),
-        ("up up down", "Segment 1", "61 min"),
-    )
-    # A step each tenth of a second after half a second, and ten times as much from the twentieth.
-    assert desk.press("up", for_s=4.56)[1] == f"{61 + 1 + 19 + 10 * 22} min"
-
-
-def test_a_program_has_as_many_segments_as_there_is_room_for(desk: MenuDesk) -> None:
-    """From the last place there is no way on; what saves is SELECT and nothing else."""
-    desk.press(*EDIT.split(), "up", "select", "select")
-    for number in range(1, 9):
-        desk.walk(("up", f"Segment {number}", "ramp in a time"))
-        last = desk.press("right", "right", "right")
-    assert last == ("Segment 8", "60 min")
-    save = ("SELECT: save", "LEFT: back")
-    desk.walk(("select", *save), ("up right", *save), ("select", "saving", "2 new"))
-    desk.run(5.0)
-    desk.walk(("up", "Edit program?", "1 anneal"), ("down", "Edit program?", "2 new"))
-
-
-def test_a_changed_program_is_kept_through_a_loss_of_power(desk: MenuDesk) -> None:
-    desk.walk(
-        (EDIT, "Edit program?", "1 anneal"),
-        ("select", "Name, letter 1", "[anneal      ]"),
-        ("up", "Name, letter 1", "[bnneal      ]"),
-        (NAME, "Segment 1", "ramp at a rate"),
-        ("right", "Segment 1", "to 200°C"),
-        ("up up down", "Segment 1", "to 201°C"),
-        ("right", "Segment 1", "300 K/h"),
-        ("down", "Segment 1", "299 K/h"),
-        ("right", "Segment 2", "fast as it can"),
-        ("up", "Segment 2", "hold a time"),
-        ("right", "Segment 2", "60 min"),
-        ("select", "SELECT: save", "LEFT: back"),
-    )
-    assert desk.press("select")[1] == "1 bnneal"
-    desk.power_cycle()
-    desk.walk(
-        (f"{EDIT} select select", "Segment 1", "ramp at a rate"),
-        ("right", "Segment 1", "to 201°C"),
-        ("right", "Segment 1", "299 K/h"),
-        ("right", "Segment 2", "hold a time"),
-        ("right", "Segment 2", "60 min"),
-    )
-
-
-def test_what_is_not_saved_is_not_kept(desk: MenuDesk) -> None:
-    desk.walk(
-        (f"{EDIT} select up left", "Edit program?", "1 anneal"),
-        ("select select right up select", "SELECT: save", "LEFT: back"),
-        ("left", "Segment 1", "to 201°C"),
-    )
-
-
-def test_a_new_program_is_written_from_nothing_and_runs(desk: MenuDesk) -> None:
-    desk.walk(
-        (f"{EDIT} up select", "Name, letter 1", "[new         ]"),
-        ("select", "Segment 1", "end"),
-        ("up", "Segment 1", "ramp in a time"),
-        ("right", "Segment 1", "to 0°C"),
-    )
-    assert desk.press("up", for_s=5.0)[1].startswith("to ")
-    desk.walk(
-        ("right", "Segment 1", "60 min"),
-        ("right", "Segment 2", "end"),
-        ("down", "Segment 2", "hold for SELECT"),
-    )
-    desk.press("select", "select")
-    desk.run(2.0)
-    assert desk.lines == ("Edit program?", "2 new")
-    desk.press("left", "up", "select", "select")
-    desk.run()
-    found = [desk.program(member) for member in ("state", "number", "segments")]
-    assert found == [RUNNING, 2, 2]
-
-
-def test_a_program_is_not_started_as_it_was_before_it_is_saved(desk: MenuDesk) -> None:
-    desk.press(*EDIT.split(), "select", "select", "right", "up", "select")
-    desk.press("select", "left", "select", "select", for_s=0.03)
-    desk.run(0.1)
-    assert desk.lines[0] == "not possible"
-    desk.run(2.0)
-    assert desk.program("state") == IDLE
-    desk.press("up", "down", "select", "select")
-    desk.run()
-    assert (desk.program("state"), desk.program("to_dc")) == (RUNNING, 2010)
-
-
-def test_end_in_the_middle_cuts_what_follows_off(desk: MenuDesk) -> None:
-    desk.walk(
-        (f"{EDIT} select select right right right", "Segment 2", "fast as it can"),
-        ("down down down", "Segment 2", "end"),
-        ("right", "Segment 2", "end"),
-    )
-    desk.press("select", "select")
-    desk.run(2.0)
-    desk.press("left", "select", "select")
-    desk.run()
-    assert desk.program("segments") == 1
-
-
-def test_a_running_program_is_not_changed_by_what_is_saved(desk: MenuDesk) -> None:
-    started(desk)
-    to_dc = desk.program("to_dc")
-    desk.press("right", "select", "select", "right", "up", "select", "select")
-    desk.run(2.0)
-    assert desk.program("to_dc") == to_dc

@@ -1,7 +1,7 @@
 """Single values by keys, faults on every screen, keys that repeat."""
 
 import pytest
-from menu_desk import RUNNING, MenuDesk
+from menu_desk import MenuDesk
 
 from heatwright.sim.native.analog import millivolts
 
@@ -16,37 +16,18 @@ SETPOINT = "settings.chamber_setpoint_c"
 ENABLED = "loop_chamber.enabled"
 
 
+def to(title: str) -> str:
+    """Return the keys that lead to a value, from the first screen."""
+    return "left" + " select" * TITLES.index(title)
+
+
+HOLD, THERMOCOUPLE, TRIPS_AT = map(to, ("Hold setpoint?", "Thermocouple", "Trips at"))
+
+
 def test_select_leads_from_value_to_value_and_round(desk: MenuDesk) -> None:
     found = [desk.press("left")[0]]
     found += [desk.press("select")[0] for _ in TITLES]
     assert found == [*TITLES, "Setpoint"]
-
-
-def test_up_and_down_move_the_setpoint_and_stop_at_its_ends(desk: MenuDesk) -> None:
-    desk.walk(("left up up down", "Setpoint", "21°C"))
-    assert desk.press("down", for_s=6.0) == ("Setpoint", "0°C")
-    assert desk.read(SETPOINT) == 0.0
-    assert desk.press("up", for_s=30.0) == ("Setpoint", "1100°C")
-
-
-def test_a_key_that_is_held_repeats_and_then_in_coarse_steps(desk: MenuDesk) -> None:
-    desk.press("left")
-    desk.press("up", for_s=0.4)
-    assert desk.read(SETPOINT) == 21.0
-    desk.press("up", for_s=1.56)
-    assert desk.read(SETPOINT) == 21.0 + 1 + 11
-    desk.press("up", for_s=3.56)
-    assert desk.read(SETPOINT) >= 33.0 + 20 + 50
-
-
-def test_a_key_that_is_held_on_select_acts_once(desk: MenuDesk) -> None:
-    desk.press("right", "right")
-    assert desk.press("select", for_s=5.0) == ("SELECT: start", "1 anneal")
-
-
-def test_only_up_and_down_repeat(desk: MenuDesk) -> None:
-    desk.walk(("select", "20°C >20°C", "off"))
-    assert desk.press("right", for_s=3.0) == ("All  0d00h00m", "Seg. 0d00h00m")
 
 
 @pytest.mark.parametrize(
@@ -67,27 +48,72 @@ def test_thresholds_of_the_keys(
         desk.power_cycle()
 
 
-def test_the_loop_is_switched_on_when_asked_twice_and_off_at_once(desk: MenuDesk) -> None:
-    assert desk.go_to("Hold setpoint?") == ("Hold setpoint?", "off")
-    for key, shown, enabled in (
-        ("up", ("SELECT: keep", "on"), 0),
-        ("down", ("Hold setpoint?", "off"), 0),
-        ("up", ("SELECT: keep", "on"), 0),
-        ("select", ("Hold setpoint?", "on"), 1),
-        ("down", ("Hold setpoint?", "off"), 0),
-    ):
-        assert desk.press(key) == shown
-        desk.run()
-        assert desk.read(ENABLED) == enabled
+SCRIPTS = {
+    "up and down move the setpoint and stop at its ends": f"""
+        left up up down -> Setpoint | 21°C
+        down:6          -> Setpoint | 0°C
+                        -> {SETPOINT}=0
+        up:30           -> Setpoint | 1100°C
+    """,
+    "a key that is held repeats, and then in coarse steps": f"""
+        left up:0.4 -> {SETPOINT}=21
+        up:1.56     -> {SETPOINT}={21 + 1 + 11}
+        up:3.56     -> {SETPOINT}={33 + 1 + 19 + 10 * 12}
+    """,
+    "a key that is held on select acts once": """
+        right right select:5 -> SELECT: start | 1 anneal
+    """,
+    "only up and down repeat": """
+        select  -> 20°C >20°C     | off
+        right:3 -> All  0d00h00m  | Seg. 0d00h00m
+    """,
+    "the loop is switched on when asked twice, and off at once": f"""
+        {HOLD} -> Hold setpoint? | off
+        up     -> SELECT: keep   | on
+        step   -> {ENABLED}=0
+        down   -> Hold setpoint? | off
+        step   -> {ENABLED}=0
+        up     -> SELECT: keep   | on
+        step   -> {ENABLED}=0
+        select -> Hold setpoint? | on
+        step   -> {ENABLED}=1
+        down   -> Hold setpoint? | off
+        step   -> {ENABLED}=0
+    """,
+    "a program takes setpoint and switch away": """
+        right right select select left left step
+        left up     -> not possible | 20°C
+        select      -> Setpoint     | 20°C
+        select down -> not possible | off
+        step        -> state=running
+    """,
+    "the thermocouple is chosen and kept": f"""
+        {THERMOCOUPLE} -> Thermocouple | K
+        up     -> SELECT: keep | S
+        up     -> SELECT: keep | K
+        down   -> SELECT: keep | S
+        select -> Thermocouple | S
+        wait:11 power -> settings.chamber_thermocouple={TYPE_S}
+    """,
+    "the thermocouple is not changed while the loop is on": f"""
+        {HOLD} up select right
+        {THERMOCOUPLE} up select -> not possible | K
+    """,
+    "what is left without select is not changed": f"""
+        {TRIPS_AT} down right
+        {TRIPS_AT} -> Trips at | 1150°C
+    """,
+    "what is only shown": f"""
+        {to("Energy")} -> Energy       | 0.00 kWh
+        select         -> EEPROM saves | 0
+        up down        -> EEPROM saves | 0
+    """,
+}
 
 
-def test_a_program_takes_setpoint_and_switch_away(desk: MenuDesk) -> None:
-    desk.press("right", "right", "select", "select", "left", "left")
-    desk.run()
-    desk.walk(("left up", "not possible", "20°C"), ("select", "Setpoint", "20°C"),
-              ("select down", "not possible", "off"))  # fmt: skip
-    desk.run()
-    assert desk.program("state") == RUNNING
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_by_keys(desk: MenuDesk, name: str) -> None:
+    desk.play(SCRIPTS[name])
 
 
 @pytest.mark.parametrize(
@@ -96,9 +122,11 @@ def test_a_program_takes_setpoint_and_switch_away(desk: MenuDesk) -> None:
 def test_gains_are_kept_through_a_loss_of_power(desk: MenuDesk, title: str, name: str) -> None:
     gain = f"settings.chamber_{name}"
     before = desk.read(gain)
-    assert desk.go_to(title) == (title, f"{before:.3f}")
-    desk.walk(("down", "SELECT: keep", f"{before / 1.05:.3f}"),
-              ("up up up", "SELECT: keep", f"{before * 1.05**2:.3f}"))  # fmt: skip
+    desk.play(f"""
+        {to(title)} -> {title}      | {before:.3f}
+        down        -> SELECT: keep | {before / 1.05:.3f}
+        up up up    -> SELECT: keep | {before * 1.05**2:.3f}
+    """)
     assert desk.read(gain) == before
     desk.press("select")
     kept = desk.read(gain)
@@ -109,19 +137,14 @@ def test_gains_are_kept_through_a_loss_of_power(desk: MenuDesk, title: str, name
 
 def test_a_gain_is_nothing_below_the_least(desk: MenuDesk) -> None:
     desk.put("settings.chamber_ki", 0.0008)
-    desk.go_to("Ki %/(Ks)")
+    desk.press(*to("Ki %/(Ks)").split())
     for keys, kept in (("up", 0.001), ("down", 0.0), ("up", 0.001), ("up", 0.00105)):
         desk.press(keys, "select")
         assert desk.read("settings.chamber_ki") == pytest.approx(kept, rel=1e-6)
 
 
-def test_what_is_only_shown(desk: MenuDesk) -> None:
-    assert desk.go_to("Energy") == ("Energy", "0.00 kWh")
-    desk.walk(("select", "EEPROM saves", "0"), ("up down", "EEPROM saves", "0"))
-
-
 def test_a_lowered_maximum_trips_and_is_kept(desk: MenuDesk) -> None:
-    desk.go_to("Trips at")
+    desk.press(*to("Trips at").split())
     desk.press("down", for_s=11.8)
     desk.press("select")
     lowered_c = desk.read("settings.chamber_maximum_c")
@@ -132,29 +155,6 @@ def test_a_lowered_maximum_trips_and_is_kept(desk: MenuDesk) -> None:
     desk.warm_to(lowered_c + 20)
     assert desk.read("fault.code") == OVER_TEMPERATURE
     assert desk.lines[1] == "E06 TOO HOT"
-
-
-def test_the_thermocouple_is_chosen_and_kept(desk: MenuDesk) -> None:
-    assert desk.go_to("Thermocouple") == ("Thermocouple", "K")
-    for key, letter in (("up", "S"), ("up", "K"), ("down", "S")):
-        assert desk.press(key) == ("SELECT: keep", letter)
-    assert desk.press("select") == ("Thermocouple", "S")
-    desk.run(11.0)
-    desk.power_cycle()
-    assert desk.read("settings.chamber_thermocouple") == TYPE_S
-
-
-def test_the_thermocouple_is_not_changed_while_the_loop_is_on(desk: MenuDesk) -> None:
-    desk.go_to("Hold setpoint?")
-    desk.press("up", "select", "right")
-    desk.go_to("Thermocouple")
-    desk.walk(("up select", "not possible", "K"))
-
-
-def test_what_is_left_without_select_is_not_changed(desk: MenuDesk) -> None:
-    desk.go_to("Trips at")
-    desk.press("down", "right")
-    assert desk.go_to("Trips at") == ("Trips at", "1150°C")
 
 
 @pytest.mark.parametrize("way", ["", "right", "right right", "right right right", "left"])
@@ -179,5 +179,5 @@ def test_faults_are_listed_the_newest_first(desk: MenuDesk) -> None:
         getattr(desk.device.sensors["chamber"], act)()
         desk.run(7.0)
     desk.press("select")
-    assert desk.go_to("Faults so far")[1].startswith("E1 ")
+    assert desk.press(*to("Faults so far").split())[1].startswith("E1 ")
     assert desk.press("up")[1] == "none"
