@@ -18,6 +18,16 @@ from heatwright.sim.sensors.max6675 import LONGEST_S, TIMING, Max6675
 TOO_LONG_NS = 1e6
 
 
+@pytest.fixture
+def reader() -> Reader:
+    return Reader()
+
+
+@pytest.fixture
+def max6675(reader: Reader) -> Max6675:
+    return Max6675(reader.avr, WIRES)
+
+
 @pytest.mark.parametrize("phase", [*PHASES[:4], "hold", "idle"])
 def test_a_phase_that_is_too_short_is_counted(reader: Reader, max6675: Max6675, phase: str) -> None:
     reader.read(16)

@@ -75,9 +75,9 @@ class RegisterReader(_Reader):
         self.go(late=late, bits_short=bits_short, hold_ms=hold_ms)
         return self.get("bytes")[: len(sent)]
 
-    def read(self, address: int, count: int, *, mode: int = 1) -> bytes:
+    def read(self, address: int, count: int, *, mode: int = 1, hold_ms: int = 0) -> bytes:
         """Read registers."""
-        return self.exchange(bytes([address, *[0] * count]), mode=mode)[1:]
+        return self.exchange(bytes([address, *[0] * count]), mode=mode, hold_ms=hold_ms)[1:]
 
     def write(self, address: int, *values: int, mode: int = 1) -> None:
         """Write registers."""

@@ -1,0 +1,75 @@
+"""A converter on its wires, and a processor that reads it when it is told to."""
+
+from typing import Any
+
+from rig.chips import THREE_WIRES, WIRES, Reader, RegisterReader
+
+from heatwright.sim.sensors.max6675 import Max6675
+from heatwright.sim.sensors.max31855 import Max31855
+from heatwright.sim.sensors.max31856 import Max31856
+
+KINDS = {"max6675": Max6675, "max31855": Max31855, "max31856": Max31856}
+BITS = {"max6675": 16, "max31855": 32}
+REGISTERS = (
+    "CR0", "CR1", "MASK", "CJHF", "CJLF", "LTHFTH", "LTHFTL", "LTLFTH", "LTLFTL", "CJTO",
+    "CJTH", "CJTL", "LTCBH", "LTCBM", "LTCBL", "SR",
+)  # fmt: skip
+POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
+TYPES = "BEJKNRST"
+"""By their codes."""
+AUTO, FIFTY = 0x80, 1
+FIRST_S, NEXT_S = 0.185, 0.110
+
+
+class Bench:
+    """The chip and its reader."""
+
+    def __init__(self, kind: str, **more: Any) -> None:
+        self.kind = kind
+        by_registers = kind == "max31856"
+        self.reader: Any = RegisterReader() if by_registers else Reader()
+        self.run = self.reader.avr.run
+        self.chip: Any = KINDS[kind](
+            self.reader.avr, WIRES if by_registers else THREE_WIRES, **more
+        )
+
+    def word(self, **how: int) -> int:
+        """Return an answer of a chip without registers."""
+        word: int = self.reader.read(BITS[self.kind], **how)
+        return word
+
+    def read(self, register: str, count: int, **how: int) -> bytes:
+        """Return registers from this one on."""
+        found: bytes = self.reader.read(REGISTERS.index(register), count, **how)
+        return found
+
+    def write(self, register: str, *values: int, **how: int) -> None:
+        """Write registers from this one on."""
+        self.reader.write(REGISTERS.index(register), *values, **how)
+
+    def begin(self, letter: str = "", *, cr0: int = AUTO | FIFTY) -> None:
+        """Let it convert, and wait for the first one."""
+        if letter:
+            self.write("CR1", TYPES.index(letter))
+        self.write("CR0", cr0)
+        self.run(FIRST_S + 0.002)
+
+    def celsius(self) -> float:
+        """Return the tip's temperature, as the data sheet's memory maps have it."""
+        if self.kind == "max31856":
+            return (_signed(self.read("LTCBH", 3)) >> 5) / 128
+        word = self.word()
+        return (word >> 3 & 0xFFF) / 4 if self.kind == "max6675" else code_of(word) / 4
+
+    def junction(self) -> float:
+        """Return the cold junction's temperature, of a chip that measures it."""
+        return (_signed(self.read("CJTH", 2)) >> 2) / 64
+
+
+def code_of(word: int) -> int:
+    """Return the code of the tip's temperature in a MAX31855's answer."""
+    return _signed(word.to_bytes(4, "big")) >> 18
+
+
+def _signed(found: bytes) -> int:
+    return int.from_bytes(found, "big", signed=True)

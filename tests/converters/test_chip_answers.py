@@ -1,0 +1,271 @@
+"""The converters against their data sheets, where that takes more than chips.yaml's orders."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from chip_bench import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, TYPES, Bench, code_of
+from rig.chips import THREE_WIRES, WRITE
+
+from heatwright.sim.sensors import max6675, max31855
+from heatwright.sim.sensors.max31856 import TIMING
+from heatwright.sim.sensors.max31856 import code_of as code_31856
+
+FAULT, ALWAYS_ZERO = 1 << 16, 1 << 17 | 1 << 3
+ALWAYS_ZERO_6675 = 0x8002
+CR1 = 1
+TOO_LONG_NS = 1e6
+
+
+@pytest.fixture
+def old() -> Bench:
+    return Bench("max6675")
+
+
+@pytest.fixture
+def small() -> Bench:
+    """A MAX31855 after its first conversion, which was of 20 °C."""
+    made = Bench("max31855")
+    made.run(max31855.POWER_UP_S + max31855.LONGEST_S)
+    return made
+
+
+@pytest.fixture
+def chip() -> Bench:
+    return Bench("max31856")
+
+
+CODES: dict[str, tuple[Callable[[float], int], int, dict[float, int]]] = {
+    "max6675": (max6675.raw_code, 0xFFF, {
+        -40: 0, 0: 0, 0.12: 0, 0.13: 1, 25: 100, 1023.75: 4095, 1200: 4095,
+    }),
+    "max31855": (max31855.raw_code, 0x3FFF, {
+        1600.00: 0b0110_0100_0000_00, 1000.00: 0b0011_1110_1000_00, 100.75: 0b0000_0110_0100_11,
+        25.00: 0b0000_0001_1001_00, 0.00: 0, -0.25: 0b1111_1111_1111_11,
+        -1.00: 0b1111_1111_1111_00, -250.00: 0b1111_0000_0110_00,
+    }),
+    "max31855 itself": (max31855.internal_code, 0xFFF, {
+        127.0: 0b0111_1111_0000, 100.5625: 0b0110_0100_1001, 25.0: 0b0001_1001_0000, 0.0: 0,
+        -0.0625: 0b1111_1111_1111, -1.0: 0b1111_1111_0000, -20.0: 0b1110_1100_0000,
+        -55.0: 0b1100_1001_0000,
+    }),
+    "max31856": (lambda celsius: code_31856(celsius, 2.0**-7), 0x7FFFF, {
+        1600.0: 0b0110_0100_0000_0000_000, 1000.0: 0b0011_1110_1000_0000_000,
+        100.9375: 0b0000_0110_0100_1111_000, 25.0: 0b0000_0001_1001_0000_000,
+        0.0625: 0b0000_0000_0000_0001_000, 0.0: 0, -0.0625: 0b1111_1111_1111_1111_000,
+        -0.25: 0b1111_1111_1111_1100_000, -1.0: 0b1111_1111_1111_0000_000,
+        -250.0: 0b1111_0000_0110_0000_000,
+    }),
+}  # fmt: skip
+"""What gives the codes, the bits of one, and codes by temperature: the data sheets' tables."""
+
+
+@pytest.mark.parametrize("kind", CODES)
+def test_codes_of_the_data_sheet(kind: str) -> None:
+    code, mask, due = CODES[kind]
+    for celsius, bits in due.items():
+        found = code(celsius) if kind == "max6675" else code(celsius) & mask
+        assert found == bits, celsius
+
+
+def test_a_max6675_answers(old: Bench) -> None:
+    old.chip.sense(700.0)
+    old.run(max6675.LONGEST_S)
+    assert old.word() == 2800 << 3 | 1  # D0 is three-state: our pull-up
+    old.run(max6675.LONGEST_S)
+    assert old.word(pull_up=False) & ~1 == 2800 << 3
+    assert (old.chip.port.violations, old.chip.reads) == (0, 2)
+
+
+def test_more_clocks_than_bits_bring_nothing(old: Bench) -> None:
+    old.chip.sense(10.0)
+    old.run(max6675.LONGEST_S)
+    assert old.reader.read(24) == (40 << 3) << 8 | 0x1FF
+
+
+def test_plugged_in_and_pulled_out_while_selected(old: Bench) -> None:
+    """What is left of the wires' levels does not matter: it starts with the next answer."""
+    old.chip.unplug()
+    old.chip.unplug()
+    old.reader.avr.pins.drive("PB2", "low")
+    old.chip.plug()
+    assert old.chip.reads == 1
+    old.chip.unplug()
+    old.reader.avr.pins.drive("PB2", None)
+    old.chip.plug()
+    old.chip.sense(50.0)
+    old.run(2 * max6675.LONGEST_S)
+    assert old.celsius() == 50.0
+
+
+def test_corrupted_answers(old: Bench) -> None:
+    old.chip.sense(100.0)
+    old.run(max6675.LONGEST_S)
+    old.chip.faults.corrupt_next = 2
+    wrong = [bool(old.word() & ALWAYS_ZERO_6675) for _ in range(3)]
+    assert wrong == [True, True, False]
+    old.chip.faults.corrupt_rate = 0.5
+    assert 10 < sum(bool(old.word() & ALWAYS_ZERO_6675) for _ in range(40)) < 30
+
+
+def test_it_remembers_no_more_than_it_needs(old: Bench) -> None:
+    for turn in range(100):
+        old.chip.sense(float(turn))
+        old.run(0.1)
+    assert len(old.chip._past) < 25
+
+
+def test_two_chips_share_clock_and_data(old: Bench) -> None:
+    other = max6675.Max6675(old.reader.avr, replace(THREE_WIRES, select="PB1"))
+    old.reader.avr.pins.pull("PB1", "high")
+    old.chip.sense(100.0)
+    other.sense(900.0)
+    old.run(max6675.LONGEST_S)
+    assert (old.celsius(), other.reads) == (100.0, 0)
+
+
+@pytest.mark.parametrize("celsius", [-270.0, -0.25, 0.0, 1350.0, 1800.0])
+def test_a_max31855_answers(celsius: float) -> None:
+    made = Bench("max31855")
+    made.chip.sense(celsius)
+    made.chip.internal_c = 31.5
+    made.run(max31855.POWER_UP_S + max31855.LONGEST_S)
+    word = made.word()
+    assert code_of(word) == 4 * celsius
+    assert word >> 4 & 0xFFF == 31.5 * 16
+    assert word & (FAULT | ALWAYS_ZERO | 7) == 0
+    assert made.chip.port.violations == 0
+
+
+def test_it_converts_in_the_background(small: Bench) -> None:
+    """Answers do not disturb it."""
+    small.chip.sense(100.0)
+    seen = []
+    for _ in range(21):
+        seen.append(small.celsius())
+        small.run(0.01)
+    changes = sum(one != other for one, other in pairwise(seen))
+    assert (seen[0], seen[-1], changes) == (20.0, 100.0, 1)
+
+
+def test_what_can_be_corrupted_can_be_noticed(small: Bench) -> None:
+    """Always one of the bits that are zero, or a fault without its reason, or the reverse."""
+    small.chip.faults.corrupt_rate = 1.0
+    seen = {small.word() & (FAULT | ALWAYS_ZERO | 7) for _ in range(80)}
+    assert seen == {FAULT, 1 << 17, 1 << 3, 1, 2, 4}
+
+
+@pytest.mark.parametrize("mode", [1, 3])
+def test_registers_are_read_and_written(chip: Bench, mode: int) -> None:
+    """The clock's level at select is that of its rest: both modes will do."""
+    assert chip.read("CR0", 16, mode=mode) == POWER_ON
+    assert chip.read("LTHFTH", 3, mode=mode) == POWER_ON[5:8]
+    chip.write("CR1", 0x47, 0xA5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, mode=mode)
+    settings = [0, 0x47, 0xA5, 1, 2, 3, 4, 5, 6, 7]  # what is measured is not written
+    assert chip.read("CR0", 16, mode=mode) == bytes([*settings, 0, 0, 0, 0, 0, 0])
+    assert (chip.chip.orders, chip.chip.port.violations) == (1, 0)
+    assert {"told", "kept"} <= set(chip.chip.port.phases)
+
+
+@pytest.mark.parametrize("wrong", [{"bits_short": 1}, {"late": 1}])
+def test_a_part_of_a_byte_and_one_that_is_late_are_not_understood(
+    chip: Bench, wrong: dict[str, int]
+) -> None:
+    chip.reader.exchange(bytes([CR1 | WRITE, 0x55]), **wrong)
+    assert chip.read("CR1", 1) == POWER_ON[CR1 : CR1 + 1]
+
+
+@pytest.mark.parametrize("phase", ["told", "kept"])
+def test_what_it_is_told_must_stand(chip: Bench, phase: str) -> None:
+    chip.write("CJTH", 0x55)
+    assert chip.chip.port.violations == 0
+    chip.chip.port.retime(replace(TIMING, **{phase: TOO_LONG_NS}))
+    chip.write("CJTH", 0x55)
+    phases = chip.chip.port.phases
+    assert {name for name, seen in phases.items() if seen.violations} == {phase}
+
+
+def test_the_first_conversion_and_those_that_follow(chip: Bench) -> None:
+    chip.chip.sense(300.0)
+    chip.write("CR0", AUTO | FIFTY)
+    chip.run(FIRST_S - 0.002)
+    assert chip.celsius() == 0.0
+    chip.run(0.002)
+    assert chip.celsius() == 300.0
+    seen = []
+    for times in range(60):
+        chip.chip.sense(300.0 + times)
+        seen.append(chip.celsius())
+        chip.run(0.01)
+    changes = sum(one != other for one, other in pairwise(seen))
+    assert 5 <= changes <= 6  # every 110 ms
+
+
+@pytest.mark.parametrize(
+    ("filter_bit", "average", "first_s", "next_s"),
+    [
+        (FIFTY, 0, 0.185, 0.110), (FIFTY, 1, 0.225, 0.130), (FIFTY, 2, 0.305, 0.170),
+        (FIFTY, 4, 0.785, 0.410), (FIFTY, 7, 0.785, 0.410), (0, 0, 0.155, 0.090),
+        (0, 3, 0.155 + 7 / 30, 0.090 + 7 / 60),
+    ],
+)  # fmt: skip
+def test_times(chip: Bench, filter_bit: int, average: int, first_s: float, next_s: float) -> None:
+    chip.write("CR1", average << 4 | TYPES.index("K"))
+    chip.write("CR0", AUTO | filter_bit)
+    chip.chip.sense(100.0)
+    chip.run(first_s - 0.004)
+    assert chip.celsius() == 0.0
+    chip.run(0.004)
+    assert chip.celsius() != 0.0
+    chip.chip.sense(200.0)
+    chip.run(next_s - 0.004)
+    before = chip.celsius()
+    chip.run(0.004)
+    assert chip.celsius() > before
+
+
+RANGES_C = {
+    "B": (250, 1820), "E": (-200, 1000), "J": (-210, 1200), "K": (-200, 1372), "N": (-200, 1300),
+    "R": (-50, 1768), "S": (-50, 1768), "T": (-200, 400),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("letter", RANGES_C)
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+@pytest.mark.parametrize("junction_c", [0.0, 25.0, 61.015625])
+def test_every_type_over_its_range(letter: str, share: float, junction_c: float) -> None:
+    chip = Bench("max31856", wire=letter)
+    low_c, high_c = RANGES_C[letter]
+    temperature_c = low_c + share * (high_c - low_c)
+    # At its ends a rounding error may count as outside; so does type B's, which hardly rises there.
+    temperature_c = min(max(temperature_c, low_c + 0.05), high_c - 0.05)
+    if letter == "B":
+        temperature_c = max(temperature_c, 260.0)
+    chip.chip.internal_c = junction_c
+    chip.chip.sense(temperature_c)
+    chip.begin(letter)
+    assert chip.celsius() == pytest.approx(temperature_c, abs=1 / 256 + 1e-6)
+    assert chip.read("SR", 1) == b"\x00"
+    assert chip.junction() == junction_c
+
+
+def test_a_burst_is_of_one_moment(chip: Bench) -> None:
+    """What it measures while it is selected shows with the next answer."""
+    chip.begin("K")
+    chip.chip.sense(500.0)
+    chip.run(NEXT_S - 0.02)
+    first = chip.read("LTCBH", 6, hold_ms=40)
+    assert first[:3] == bytes([1, 0x40, 0x1F])  # 20 °C
+    assert first[4:] == bytes([0x81, 3])  # behind the last register: the first
+    assert chip.celsius() == 500.0
+
+
+def test_damage_shows_in_the_settings(chip: Bench) -> None:
+    chip.begin("K")
+    sound = chip.read("CR0", 10)
+    assert sound == bytes([0x81, 0x03, 0xFF, 0x7F, 0xC0, 0x7F, 0xFF, 0x80, 0, 0])
+    chip.chip.faults.corrupt_next = 2
+    answers = [chip.read("CR0", 16)[:10] for _ in range(3)]
+    turned = [int.from_bytes(each, "big") ^ int.from_bytes(sound, "big") for each in answers]
+    assert [each.bit_count() for each in turned] == [1, 1, 0]
