@@ -92,8 +92,8 @@ class KilnDesk:
     def do(self, deeds: str) -> None:
         """Do what stands there between semicolons, with time for what comes of it.
 
-        `enter 12.5`, `order 2 1`, `wait 30` (seconds), `power` (cut and given back); all other
-        words are touched.
+        `enter 12.5`, `order 2 1`, `wait 30` (seconds), `power` (cut and given back); `wire S`,
+        `break` and `mend` the thermocouple; all other words are touched.
         """
         for deed in deeds.split("; "):
             verb, _, rest = deed.partition(" ")
@@ -106,6 +106,10 @@ class KilnDesk:
                     self.run(float(rest))
                 case "power":
                     self.power_cycle()
+                case "wire":
+                    self.device.sensors["chamber"].wire = rest
+                case "break" | "mend":
+                    self.device.sensors["chamber"].faults.open = verb == "break"
                 case _:
                     self.tap(*deed.split())
         self.run(2.0)
@@ -116,7 +120,7 @@ class KilnDesk:
             return self.display.page
         if name.startswith("row"):
             return " ".join(str(self.shows(f"{column}{name[3:]}.txt")) for column in "kmt").strip()
-        return self.shows(name) if name.endswith((".txt", ".val")) else self.read(name)
+        return self.shows(name) if name.endswith((".txt", ".val", ".en")) else self.read(name)
 
     def enter(self, text: str) -> None:
         """Key a number into the pages that ask for one, in place of what they show."""

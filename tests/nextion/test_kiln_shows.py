@@ -65,24 +65,6 @@ def test_one_instruction_at_a_time(desk: KilnDesk) -> None:
     assert desk.display.shortest_gap_s > EVERY_S - TICK_S / 2
 
 
-def test_a_page_gets_everything_when_it_is_shown(desk: KilnDesk) -> None:
-    desk.do("bprog")
-    assert (desk.display.page, desk.shows("programs.name1.txt")) == ("programs", "fuse")
-    desk.do("b1")
-    rows = [desk.look(f"row{row}") for row in (1, 7, 8)]
-    assert (desk.display.page, rows) == ("points", ["min 60 540", "min 240 50", ""])
-    assert [desk.shows(f"{column}2.txt") for column in "km"] == ["hold", "30"]
-    desk.do("back bset")
-    assert [float(desk.shows(name)) for name in ("sp.txt", "crit.txt")] == [20, 1150]
-    assert desk.shows("type.txt") == "K"
-    desk.do("back bdebug")
-    algorithm = desk.controller.loops["chamber"].algorithm
-    for gain in ("kp", "ki", "kd"):
-        told = float(desk.shows(f"{gain}.txt"))
-        assert told == pytest.approx(getattr(algorithm, gain), rel=1e-6)
-    assert desk.display.errors == []
-
-
 def test_a_running_program_and_its_charts(desk: KilnDesk) -> None:
     """A pixel a minute on the first page, a pixel a second on the other; in pixels of height."""
     desk.display.send("#8 1;")

@@ -13,6 +13,7 @@ SAVED = "wait 30"
 """Settings are kept within this time after they were changed."""
 SETPOINT, MAXIMUM = "settings.chamber_setpoint_c", "settings.chamber_maximum_c"
 TYPE, ENABLED = "settings.chamber_thermocouple", "loop_chamber.enabled"
+DUTY, MODE = "loop_chamber.duty_percent", "loop_chamber.mode"
 STATE, START = "program.state", "bprog s1"
 
 TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
@@ -20,8 +21,9 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         (START, {"page": "main", STATE: RUNNING, "program.number": 1, ENABLED: 1}),
     ],
     "8 an empty place is not": [("bprog s2", {STATE: IDLE})],
-    "9 it is paused": [
+    "9 it is paused, and goes on": [
         (f"{START}; wait 10; bt1", {STATE: PAUSED, ENABLED: 0, "bt1.val": 0}),
+        ("bt1", {STATE: RUNNING}),
     ],
     "10 go here": [
         (START, {}),
@@ -63,16 +65,34 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "3 the setpoint": [
         ("bset bsp; enter 321.5", {"page": "settings", SETPOINT: 321.5, "sp.txt": "321.5"}),
     ],
-    "4 the output by hand": [
-        ("bdebug on bot; enter 42; wait 1",
-         {"page": "debug", "loop_chamber.duty_percent": 42, "ot.val": 42}),
+    "4 the output by hand, until the loop takes it back": [
+        ("bdebug on bot; enter 42; wait 1", {"page": "debug", DUTY: 42, MODE: 1, "ot.val": 42}),
+        ("order 2 1; wait 1", {MODE: 0}),
     ],
     "20 the critical temperature is kept, and only ever lowered": [
         (f"bset bcrit; enter 900; {SAVED}", {MAXIMUM: 900}),
         ("bcrit; enter 1200", {MAXIMUM: 900}),
         ("power", {MAXIMUM: 900}),
     ],
+    "15 the thermocouple": [
+        ("wire S; bset btype typeS", {TYPE: S, "thermo.type.txt": "S"}),
+        (f"{SAVED}; power", {TYPE: S}),
+    ],
     "15 not while a program runs": [(f"{START}; bset btype typeS", {TYPE: K})],
+    **{
+        f"{number} and 22 gains are set and kept": [
+            (f"bdebug b{gain}; enter 1.25", {setting: 1.25, f"{gain}.txt": "1.25"}),
+            (f"keep; {SAVED}; power", {setting: 1.25}),
+        ]
+        for number, gain in ((5, "kp"), (6, "ki"), (19, "kd"))
+        for setting in [f"settings.chamber_{gain}"]
+    },
+    "12 and 16 a fault, its page, the list, the acknowledgement": [
+        (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: IDLE}),
+        ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.1 C  0d 00:00"}),
+        ("mend; wait 3; ack", {"fault.code": 0}),
+        ("back", {"page": "main", "ERROR.en": 0}),
+    ],
 }  # fmt: skip
 """What is done with the display, and what is seen then."""
 
@@ -84,21 +104,6 @@ def test_touched(desk: KilnDesk, name: str) -> None:
         assert {each: desk.look(each) for each in seen} == seen, deeds
 
 
-@pytest.mark.parametrize("gain", ["kp", "ki", "kd"])
-def test_5_6_19_and_22_gains_are_set_and_kept(desk: KilnDesk, gain: str) -> None:
-    desk.do(f"bdebug b{gain}; enter 1.25")
-    assert desk.read(f"settings.chamber_{gain}") == 1.25
-    assert float(desk.shows(f"{gain}.txt")) == 1.25
-    desk.do(f"keep; {SAVED}; power")
-    assert desk.read(f"settings.chamber_{gain}") == 1.25
-
-
-def test_9_a_paused_program_goes_on(desk: KilnDesk) -> None:
-    desk.do(f"{START}; wait 10; bt1")
-    desk.do("bt1")
-    assert desk.read(STATE) in (RETURNING, RUNNING)
-
-
 def test_11_a_segment_is_marked(desk: KilnDesk) -> None:
     colours = []
     for deeds in ("bprog b1", "p4"):
@@ -106,37 +111,6 @@ def test_11_a_segment_is_marked(desk: KilnDesk) -> None:
         colours.append([desk.shows(f"p{row}.bco") for row in range(1, 11)])
     before, after = colours
     assert [row for row in range(10) if before[row] != after[row]] == [3]
-
-
-def test_4_the_loop_takes_the_output_back(desk: KilnDesk) -> None:
-    desk.do("bdebug on bot; enter 42; order 2 1; wait 1")
-    assert desk.read("loop_chamber.duty_percent") != 42
-
-
-def test_15_the_thermocouple(desk: KilnDesk) -> None:
-    assert desk.read(TYPE) == K
-    desk.device.sensors["chamber"].wire = "S"
-    desk.do("bset btype typeS")
-    assert desk.read(TYPE) == S
-    assert desk.shows("thermo.type.txt") == "S"
-    desk.do(f"{SAVED}; power")
-    assert desk.read(TYPE) == S
-
-
-def test_12_and_16_a_fault_its_page_the_list_the_acknowledgement(desk: KilnDesk) -> None:
-    desk.do(f"{START}; wait 5")
-    faults = desk.device.sensors["chamber"].faults
-    faults.open = True
-    desk.do("wait 8")
-    assert [desk.look(name) for name in ("fault.code", "page", STATE)] == [17, "fault17", IDLE]
-    desk.do("list")
-    assert desk.display.page == "faults"
-    assert "17" in str(desk.shows("l1.txt"))
-    faults.open = False
-    desk.do("wait 3; ack")
-    assert desk.read("fault.code") == 0
-    desk.do("back")
-    assert (desk.display.page, desk.shows("ERROR.en")) == ("main", 0)
 
 
 def test_21_the_board_knows_the_page(desk: KilnDesk) -> None:
