@@ -85,13 +85,17 @@ def run(program: Path, *script: bytes) -> Said:
     )
 
 
-def talk(program: Path, *lines: str | bytes, wait: int = 12) -> Said:
-    """Send lines one by one, each with time for its answer."""
+def spoken(*lines: str | bytes) -> list[bytes]:
+    """Lines that come in one by one, each with time for its answer."""
     script = [ticks(10)]
     for line in lines:
-        data = line if isinstance(line, bytes) else f"{line}\n".encode()
-        script += [received(data), ticks(wait)]
-    return run(program, *script)
+        script += [received(line if isinstance(line, bytes) else f"{line}\n".encode()), ticks(12)]
+    return script
+
+
+def talk(program: Path, *lines: str | bytes) -> Said:
+    """Play lines that are spoken."""
+    return run(program, *spoken(*lines))
 
 
 class HostBoard:

@@ -24,30 +24,55 @@ def test_it_greets(world: Path) -> None:
     assert said.lines[1].startswith("echo:heatwright extruder, spec ")
 
 
-@pytest.mark.parametrize(
-    "line", ["M105", "m105", " M105", "M 105", "M0105", "M105 ; how warm", "(now) M105", "M105\r"]
-)
-def test_however_it_is_written(world: Path, line: str) -> None:
-    assert talk(world, line).answers == [f"ok {COLD}"]
-
-
-@pytest.mark.parametrize("line", ["", "   ", "; nothing", "(nothing)", "\r\n"])
-def test_nothing_is_no_command(world: Path, line: str) -> None:
-    assert talk(world, line).answers == []
+UNKNOWN = {
+    "G28": "G28", "G1 E5": "G1", "M9999": "M9999", "M99999": "M", "M105.5": "M", "M": "M",
+    "X5": "X5", "?": "?", "~": "~", "°": "?", "AT+GMM": "A", "M410": "M410",
+}  # fmt: skip
+HOWEVER_WRITTEN = (
+    "M105", "m105", " M105", "M 105", "M0105", "M105 ; how warm", "(now) M105", "M105\r",
+)  # fmt: skip
+NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
 
 
 @pytest.mark.parametrize(
-    ("line", "setpoint"),
+    ("line", "answers"),
     [
-        ("M104 S200", 200), ("M104S200.5", 200.5), ("M104 T0 S+60", 60), ("m104 s0260", 260),
-        ("M104 S 60", 60), ("M104 S0", 0), ("M109 S0", 0), ("M104 S1.0000000000000000001", 1),
-        ("M104 E0 S99.95", 99.95),
+        *((line, [f"ok {COLD}"]) for line in HOWEVER_WRITTEN),
+        *((line, []) for line in NO_COMMAND),
+        *((line, [f'echo:Unknown command: "{shown}"', "ok"]) for line, shown in UNKNOWN.items()),
+        *((f"{line} S60", [f"echo:{line} refused: there is no heated bed or chamber", "ok"])
+          for line in ("M140", "M190", "M141", "M191")),
+        ("T0", ["ok"]),
+        ("M500", ["echo:Settings Stored", "ok"]),
     ],
 )  # fmt: skip
-def test_targets(world: Path, line: str, setpoint: float) -> None:
-    said = talk(world, line)
-    assert said.answers == ["ok"]
-    assert float(said.state["setpoint"]) == pytest.approx(setpoint, rel=2**-24)
+def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
+    assert talk(world, line).answers == answers
+
+
+@pytest.mark.parametrize(
+    ("lines", "what", "numbers"),
+    [
+        *((line, "setpoint", [celsius]) for line, celsius in (
+            ("M104 S200", 200), ("M104S200.5", 200.5), ("M104 T0 S+60", 60), ("m104 s0260", 260),
+            ("M104 S 60", 60), ("M104 S0", 0), ("M109 S0", 0), ("M104 S1.0000000000000000001", 1),
+            ("M104 E0 S99.95", 99.95),
+        )),
+        *((f"M106 S128|{line}", "fan", [percent]) for line, percent in (
+            ("M106", 100), ("M106 S51", 20), ("M106 P0 S1000", 100), ("M107", 0),
+        )),
+        ("M104 D30.5", "manual", [30.5]), ("M104 D30.5", "mode", [1]),
+        ("M301 P0 I0 D0", "gains", [0, 0, 0]),
+        ("M301 P1000000 I1000000 D1000000", "gains", [1e6, 1e6, 1e6]),
+        ("M500|M501|M501|M502|M502|M502", "stored", [1, 2, 3]),
+    ],
+)  # fmt: skip
+def test_what_is_told_is_done(world: Path, lines: str, what: str, numbers: list[float]) -> None:
+    said = talk(world, *lines.split("|"))
+    answers = [answer for answer in said.answers if not answer.startswith("echo:")]
+    assert answers == ["ok"] * len(lines.split("|"))
+    found = [float(number) for number in said.state[what].split()]
+    assert found == pytest.approx(numbers, rel=2**-24)
 
 
 NO_NUMBER = "needs a number; nothing was changed"
@@ -78,50 +103,23 @@ def test_what_is_refused_changes_nothing(world: Path, line: str, reason: str) ->
     assert said.state == before
 
 
-def test_other_tools_and_fans_are_not_there(world: Path) -> None:
-    said = talk(world, "M104 T1 S100", "T1", "M106 P1", "M107 P7", "T0")
-    assert said.answers == [
-        "echo:M104 Invalid extruder 1", "ok", 'echo:Unknown command: "T1"', "ok",
-        "echo:M106 Invalid fan 1", "ok", "echo:M107 Invalid fan 7", "ok", "ok",
-    ]  # fmt: skip
-    assert float(said.state["setpoint"]) == 0
-
-
 @pytest.mark.parametrize(
-    "line",
-    ["M109 T1 S100", "M109 T1 R100", "M104 E1 S100", "M301 T1 P7", "M303 T1 S100", "M104 T1 D9"],
-)
-def test_what_is_for_another_tool_changes_nothing(world: Path, line: str) -> None:
-    said = talk(world, line, "M105")
-    assert said.answers == [f"echo:{line[:4]} Invalid extruder 1", "ok", f"ok {COLD}"]
-    assert said.state == talk(world, "M105").state
-
-
-@pytest.mark.parametrize(
-    ("line", "percent"), [("M106", 100), ("M106 S51", 20), ("M106 P0 S1000", 100), ("M107", 0)]
-)
-def test_fans(world: Path, line: str, percent: float) -> None:
-    said = talk(world, "M106 S128", line)
-    assert said.answers == ["ok", "ok"]
-    assert float(said.state["fan"]) == pytest.approx(percent)
-
-
-@pytest.mark.parametrize("line", ["M140 S60", "M190 S60", "M141 S40", "M191 S40"])
-def test_there_is_no_bed(world: Path, line: str) -> None:
-    refusal = f"echo:{line[:4]} refused: there is no heated bed or chamber"
-    assert talk(world, line).answers == [refusal, "ok"]
-
-
-@pytest.mark.parametrize(
-    ("line", "shown"),
+    ("line", "answer"),
     [
-        ("G28", "G28"), ("G1 E5", "G1"), ("M9999", "M9999"), ("M99999", "M"), ("M105.5", "M"),
-        ("M", "M"), ("X5", "X5"), ("?", "?"), ("~", "~"), ("°", "?"), ("AT+GMM", "A"),
-        ("M410", "M410"),
+        *((line, f"{line[:4]} Invalid extruder 1") for line in (
+            "M104 T1 S100", "M109 T1 S100", "M109 T1 R100", "M104 E1 S100", "M301 T1 P7",
+            "M303 T1 S100", "M104 T1 D9",
+        )),
+        ("T1", 'Unknown command: "T1"'), ("M106 P1", "M106 Invalid fan 1"),
+        ("M107 P7", "M107 Invalid fan 7"),
     ],
 )  # fmt: skip
-def test_what_it_does_not_know(world: Path, line: str, shown: str) -> None:
-    assert talk(world, line).answers == [f'echo:Unknown command: "{shown}"', "ok"]
+def test_what_is_for_another_tool_or_fan_changes_nothing(
+    world: Path, line: str, answer: str
+) -> None:
+    said = talk(world, line, "M105")
+    assert said.answers == [f"echo:{answer}", "ok", f"ok {COLD}"]
+    assert said.state == talk(world, "M105").state
 
 
 def test_gains(world: Path) -> None:
@@ -131,35 +129,19 @@ def test_gains(world: Path) -> None:
     assert said.state["gains"] == "12345.6699 4.99999987e-05 31.3999996"
 
 
-@pytest.mark.parametrize("gain", ["0", "1000000"])
-def test_gains_at_their_limits(world: Path, gain: str) -> None:
-    said = talk(world, f"M301 P{gain} I{gain} D{gain}")
-    assert [float(each) for each in said.state["gains"].split()] == 3 * [float(gain)]
-
-
-def test_settings(world: Path) -> None:
-    said = talk(world, "M500", "M501", "M501", "M502", "M502", "M502")
-    assert said.state["stored"] == "1 2 3"
-    assert said.answers[0] == "echo:Settings Stored"
-
-
-def test_by_hand(world: Path) -> None:
-    said = talk(world, "M104 D30.5")
-    assert (said.answers, said.state["mode"], said.state["manual"]) == (["ok"], "1", "30.5")
-
-
-def test_reports_without_asking(world: Path) -> None:
-    assert run(world, received(b"M155 S2\n"), ticks(650)).answers.count(COLD) == 3
-    assert run(world, received(b"M155 S2\nM155 S0\n"), ticks(650)).answers == ["ok", "ok"]
-
-
-@pytest.mark.parametrize(("line", "every_s"), [("M155", 1), ("M155 S60", 60), ("M155 S200", 60)])
+@pytest.mark.parametrize(
+    ("lines", "count", "answers"),
+    [
+        (b"M155 S2\n", 650, ["ok", COLD, COLD, COLD]), (b"M155 S2\nM155 S0\n", 650, ["ok", "ok"]),
+        *((line, 300 * every_s + more, ["ok", COLD, COLD, *last])
+          for line, every_s in ((b"M155\n", 1), (b"M155 S60\n", 60), (b"M155 S200\n", 60))
+          for more, last in ((-50, []), (50, [COLD]))),
+    ],
+)  # fmt: skip
 def test_reports_come_each_second_at_most_and_each_minute_at_least(
-    world: Path, line: str, every_s: int
+    world: Path, lines: bytes, count: int, answers: list[str]
 ) -> None:
-    begin = (received(f"{line}\n".encode()),)
-    assert run(world, *begin, ticks(300 * every_s - 50)).answers == ["ok", COLD, COLD]
-    assert run(world, *begin, ticks(300 * every_s + 50)).answers == ["ok", COLD, COLD, COLD]
+    assert run(world, received(lines), ticks(count)).answers == answers
 
 
 def heated(said: Said) -> bool:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import celsius, flagged, numbered, received, run, talk, ticks
+from gcode_world import celsius, flagged, numbered, received, run, spoken, ticks
 
 WARM = "ok T:0.0 /0.0 B:0.0 /0.0 @:0"
 
@@ -12,93 +12,82 @@ def asked_again(problem: str, last: int) -> list[str]:
     return [f"Error:{problem}, Last Line: {last}", f"Resend: {last + 1}", "ok"]
 
 
-def test_numbered_lines(world: Path) -> None:
-    said = talk(world, numbered(-1, "M110 N-1"), *(numbered(n, "M105") for n in range(5)))
-    assert said.answers == ["ok"] + 5 * [WARM]
+BEGIN = numbered(0, "M110")
+LONG = numbered(1, "M117 " + 200 * "x")
+AGAIN = numbered(1, "M104 S50"), numbered(2, "M104 S60")
+REMINDED = received(numbered(1, "M105")), ticks(20)
+WRONG = {
+    b"N4 M105*0\n": "checksum mismatch",
+    b"N4 M105*\n": "checksum mismatch",
+    b"N4 M105*x\n": "checksum mismatch",
+    b"N4 M105*99999999999\n": "checksum mismatch",
+    b"N4 M105\n": "No Checksum with line number",
+    b"M105*37\n": "No Line Number with checksum",
+    numbered(6, "M105"): "Line Number is not Last Line Number+1",
+    numbered(3, "M105"): "Line Number is not Last Line Number+1",
+    numbered(99999999999, "M105"): "Line Number is not Last Line Number+1",
+    numbered(-5, "M105"): "Line Number is not Last Line Number+1",
+    b"N4 M1\x0005*37\n": "Line damaged",
+    b"\x01\n": "Line damaged",
+}
 
 
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        (b"N4 M105*0\n", "checksum mismatch"),
-        (b"N4 M105*\n", "checksum mismatch"),
-        (b"N4 M105*x\n", "checksum mismatch"),
-        (b"N4 M105*99999999999\n", "checksum mismatch"),
-        (b"N4 M105\n", "No Checksum with line number"),
-        (b"M105*37\n", "No Line Number with checksum"),
-        (numbered(6, "M105"), "Line Number is not Last Line Number+1"),
-        (numbered(3, "M105"), "Line Number is not Last Line Number+1"),
-        (numbered(99999999999, "M105"), "Line Number is not Last Line Number+1"),
-        (numbered(-5, "M105"), "Line Number is not Last Line Number+1"),
-        (b"N4 M1\x0005*37\n", "Line damaged"),
-        (b"\x01\n", "Line damaged"),
-    ],
-)
-def test_what_is_wrong_is_asked_for_again(world: Path, line: bytes, problem: str) -> None:
-    said = talk(world, numbered(3, "M110"), line, numbered(4, "M104 S50"))
-    assert said.answers == ["ok", *asked_again(problem, 3), "ok"]
-    assert said.state["setpoint"] == "50"
+def behind_a_checksum(text: bytes) -> bytes:
+    return numbered(1, "M105 *8").removesuffix(b"\n") + text + b"\n"
 
 
-@pytest.mark.parametrize("half", [1, 8, 14, 15])
-def test_what_follows_a_gap_is_forgotten(world: Path, half: int) -> None:
-    """To the end of the line that is coming in, if there is one."""
-    bad, late = numbered(5, "M104 S50"), numbered(6, "M104 S60")
-    assert len(late) == 15
-    said = run(
-        world, received(numbered(4, "M110")), ticks(9),
-        received(bad.replace(b"5", b"6", 1) + late[:half]), ticks(9), received(late[half:]),
-        ticks(9), received(numbered(5, "M105")), ticks(9),
-    )  # fmt: skip
-    assert said.answers == ["ok", *asked_again("checksum mismatch", 4), WARM]
+def gapped(size: int) -> list[bytes]:
+    """A damaged line, and so much of the next before the answer: the rest of it is forgotten."""
+    bad, late = numbered(5, "M104 S50").replace(b"5", b"6", 1), numbered(6, "M104 S60")
+    said = (numbered(4, "M110"), bad + late[:size], late[size:], numbered(5, "M105"))
+    return [part for each in said for part in (received(each), ticks(9))]
 
 
-def test_a_line_that_was_asked_for_twice_is_done_once(world: Path) -> None:
-    lines = [numbered(1, "M104 S50"), numbered(2, "M104 S60")]
-    said = talk(
-        world, numbered(0, "M110"), b"N1 M105*1\n", *lines, *lines, numbered(3, "M105")
-    )  # fmt: skip
-    assert said.answers[4:] == ["ok", "ok", "ok", "ok", WARM.replace("/0.0 B", "/60.0 B")]
-    assert said.state["setpoint"] == "60"
+ANSWERS = {
+    "numbers": (spoken(numbered(-1, "M110 N-1"), *(numbered(n, "M105") for n in range(5))),
+                ["ok", *5 * [WARM]]),
+    "the first number": (spoken(numbered(17, "M105"), numbered(18, "M105")), [WARM, WARM]),
+    **{f"wrong: {line!r}": (spoken(numbered(3, "M110"), line, numbered(4, "M105")),
+                            ["ok", *asked_again(problem, 3), WARM])
+       for line, problem in WRONG.items()},
+    **{f"gap behind {size} bytes": (gapped(size),
+                                    ["ok", *asked_again("checksum mismatch", 4), WARM])
+       for size in (1, 8, 14, len(numbered(6, "M104 S60")))},
+    "asked for twice": (spoken(BEGIN, b"N1 M105*1\n", *AGAIN, *AGAIN, numbered(3, "M105")),
+                        ["ok", *asked_again("checksum mismatch", 0), *4 * ["ok"],
+                         WARM.replace("/0.0 B", "/60.0 B")]),
+    "too long": (spoken(BEGIN, LONG, numbered(2, "M105")),
+                 ["ok", "echo:Line too long, ignored", "ok", WARM]),
+    "too long and damaged": (spoken(BEGIN, LONG.replace(b"xx", b"xy", 1), numbered(1, "M105")),
+                             ["ok", *asked_again("checksum mismatch", 0), WARM]),
+    "other letters": (spoken(BEGIN, numbered(1, "M117 größer °C"), numbered(2, "M105")),
+                      ["ok", 'echo:Unknown command: "M117"', "ok", WARM]),
+    "reminded": ([*REMINDED, ticks(295)], [WARM, "ok"]),
+    "not yet reminded": ([*REMINDED, ticks(270)], [WARM]),
+    "reminded five times": ([*REMINDED, ticks(6000)], [WARM, *5 * ["ok"]]),
+    "until it speaks again": (
+        [*REMINDED, ticks(6000), received(numbered(2, "M105")), ticks(400)],
+        [WARM, *5 * ["ok"], WARM, "ok"]),
+    "not numbered, not reminded": ([received(b"M105\n"), ticks(2000)], [WARM]),
+    "a lost line end": (  # the host gets an ok in the end, and is asked for both lines
+        [received(BEGIN), ticks(20), received(AGAIN[0][:-1]), ticks(320),
+         received(numbered(2, "M105")), ticks(20)],
+        ["ok", "ok", *asked_again("checksum mismatch", 0)]),
+    **{f"behind a checksum: {text!r}": (spoken(BEGIN, behind_a_checksum(text)), ["ok", WARM])
+       for text in (b" ", b" 7", b"x7", b"\t;9")},
+    **{f"unreadable: {byte}": (spoken(b"M105" + bytes([byte]) + b"\n", "M105"),
+                               ["echo:Unreadable line ignored", "ok", WARM])
+       for byte in (0, 1, 8, 11, 31, 127)},
+    **{f"readable: {byte}": (spoken(b"M105 ;" + bytes([byte]) + b"\n"), [WARM])
+       for byte in (9, 32, 126, 128, 255)},
+    "the longest": (spoken("M105" + 92 * " "), [WARM]),
+    "longer": (spoken("M105" + 93 * " "), ["echo:Line too long, ignored", "ok"]),
+}  # fmt: skip
 
 
-def test_a_number_is_taken_as_it_is_when_it_is_the_first(world: Path) -> None:
-    assert talk(world, numbered(17, "M105"), numbered(18, "M105")).answers == [WARM, WARM]
-
-
-def test_a_long_line_that_is_intact_does_not_stop_a_print(world: Path) -> None:
-    long = numbered(1, "M117 " + 200 * "x")
-    said = talk(world, numbered(0, "M110"), long, numbered(2, "M105"))
-    assert said.answers == ["ok", "echo:Line too long, ignored", "ok", WARM]
-    damaged = long.replace(b"xx", b"xy", 1)
-    said = talk(world, numbered(0, "M110"), damaged, numbered(1, "M105"))
-    assert said.answers == ["ok", *asked_again("checksum mismatch", 0), WARM]
-
-
-def test_text_in_other_letters_is_no_damage(world: Path) -> None:
-    said = talk(world, numbered(0, "M110"), numbered(1, "M117 größer °C"), numbered(2, "M105"))
-    assert said.answers == ["ok", 'echo:Unknown command: "M117"', "ok", WARM]
-
-
-def test_a_host_that_missed_an_ok_gets_another(world: Path) -> None:
-    """Five, three seconds apart, and no more until it speaks again."""
-    begin = [received(numbered(1, "M105")), ticks(20)]
-    assert run(world, *begin, ticks(295)).answers == [WARM, "ok"]
-    assert run(world, *begin, ticks(270)).answers == [WARM]
-    assert run(world, *begin, ticks(6000)).answers == [WARM] + 5 * ["ok"]
-    again = (received(numbered(2, "M105")), ticks(400))
-    assert run(world, *begin, ticks(6000), *again).answers == [WARM] + 5 * ["ok"] + [WARM, "ok"]
-
-
-def test_who_does_not_number_is_not_reminded(world: Path) -> None:
-    assert run(world, received(b"M105\n"), ticks(2000)).answers == [WARM]
-
-
-def test_a_lost_line_end_does_not_stop_a_print(world: Path) -> None:
-    """The host gets an ok in the end, sends the next line, and is asked for both."""
-    joined = [received(numbered(1, "M104 S50")[:-1]), ticks(320), received(numbered(2, "M105"))]
-    said = run(world, received(numbered(0, "M110")), ticks(20), *joined, ticks(20))
-    assert said.answers == ["ok", "ok", *asked_again("checksum mismatch", 0)]
+@pytest.mark.parametrize(("script", "answers"), ANSWERS.values(), ids=ANSWERS)
+def test_what_is_answered(world: Path, script: list[bytes], answers: list[str]) -> None:
+    assert run(world, *script).answers == answers
 
 
 @pytest.mark.parametrize(
@@ -116,24 +105,30 @@ def test_m112_stops_at_once(world: Path, line: bytes, before: bytes) -> None:
     assert said.state["fault"] == "19"
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        b"M1120\n", b"M11\n", b"M12\n", b"XM112\n", b"; M112\n", b"M117 M112\n", b"M112.5\n",
-        b"N5 N6 M112\n", b"GM112\n", b"M1 12\n", b"N5;M112\n", b"M65648\n", b"M112",
-        b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n", b"X112\n", b"N5X112\n",
-        b"N5 X112\n", b"N/M112\n", b"N:M112\n", b"N5,M112\n", b"N5 5M112\n", b"M10<\n", b"M9F\n",
-        b"M13\x1e\n", b"M:2\n", b"M1M112\n", b"MM112\n",
-    ],
+LOOK_ALIKES = (
+    b"M1120\n", b"M11\n", b"M12\n", b"XM112\n", b"; M112\n", b"M117 M112\n", b"M112.5\n",
+    b"N5 N6 M112\n", b"GM112\n", b"M1 12\n", b"N5;M112\n", b"M65648\n", b"M112",
+    b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n", b"X112\n", b"N5X112\n",
+    b"N5 X112\n", b"N/M112\n", b"N:M112\n", b"N5,M112\n", b"N5 5M112\n", b"M10<\n", b"M9F\n",
+    b"M13\x1e\n", b"M:2\n", b"M1M112\n", b"MM112\n",
 )  # fmt: skip
-def test_what_only_looks_like_m112_does_not(world: Path, line: bytes) -> None:
-    said = run(world, received(line), ticks(1))
-    assert said.state["fault"] == "0"
+URGENT = (b"M112\nM108\n", b"M108\nM112\n", b"M112\nM410\n", b"M410\nM112\n")
+WAITS = celsius(20) + received(b"M109 S200\n") + ticks(20)
 
 
-def test_m112_in_a_flood_that_overflows(world: Path) -> None:
-    said = run(world, received(5000 * b"M105 " + b"\nM112\n"), ticks(1))
-    assert said.state["fault"] == "19"
+@pytest.mark.parametrize(
+    ("before", "line", "stopped"),
+    [
+        *((b"", line, "0") for line in LOOK_ALIKES),
+        *((WAITS + received(300 * b";"), b"\n" + lines, "19") for lines in URGENT),
+        (b"", 5000 * b"M105 " + b"\nM112\n", "19"),
+    ],
+    ids=[*map(repr, (*LOOK_ALIKES, *URGENT)), "in a flood that overflows"],
+)
+def test_nothing_but_m112_stops_and_nothing_displaces_it(
+    world: Path, before: bytes, line: bytes, stopped: str
+) -> None:
+    assert run(world, before, received(line), ticks(1)).state["fault"] == stopped
 
 
 def test_what_did_not_fit_is_not_done_by_halves(world: Path) -> None:
@@ -143,15 +138,6 @@ def test_what_did_not_fit_is_not_done_by_halves(world: Path) -> None:
         said = run(world, received(flood), ticks(40), received(b"\nM105\n"), ticks(20))
         assert said.state["setpoint"] in {"0", "200"}
         assert said.answers[-1].startswith("ok T:")
-
-
-@pytest.mark.parametrize(
-    "others", [b"M112\nM108\n", b"M108\nM112\n", b"M112\nM410\n", b"M410\nM112\n"]
-)
-def test_urgent_commands_do_not_displace_each_other(world: Path, others: bytes) -> None:
-    begin = (celsius(20), received(b"M109 S200\n"), ticks(20), received(300 * b";"))
-    said = run(world, *begin, received(b"\n" + others), ticks(1))
-    assert said.state["fault"] == "19"
 
 
 @pytest.mark.parametrize(
@@ -184,29 +170,6 @@ def test_a_damaged_byte_is_never_taken_for_another(world: Path, flag: int) -> No
 def test_the_line_is_set_up(world: Path) -> None:
     """115200 baud of 16 MHz with U2X (16 + 1 eighths); both ways, with interrupts; 8N1."""
     assert run(world, ticks(1)).state["line"] == "16 2 152 6"
-
-
-@pytest.mark.parametrize("behind", [b" ", b" 7", b"x7", b"\t;9"])
-def test_what_stands_behind_a_checksum_is_no_part_of_it(world: Path, behind: bytes) -> None:
-    line = numbered(1, "M105 *8").removesuffix(b"\n") + behind + b"\n"
-    assert talk(world, numbered(0, "M110"), line).answers == ["ok", WARM]
-
-
-@pytest.mark.parametrize("byte", [0, 1, 8, 11, 31, 127])
-def test_what_no_line_has_makes_it_unreadable(world: Path, byte: int) -> None:
-    said = talk(world, b"M105" + bytes([byte]) + b"\n", "M105")
-    assert said.answers == ["echo:Unreadable line ignored", "ok", WARM]
-
-
-@pytest.mark.parametrize("byte", [9, 32, 126, 128, 255])
-def test_what_a_line_may_have(world: Path, byte: int) -> None:
-    assert talk(world, b"M105 ;" + bytes([byte]) + b"\n").answers == [WARM]
-
-
-def test_how_long_a_line_may_be(world: Path) -> None:
-    assert talk(world, b"M105" + 92 * b" " + b"\n").answers == [WARM]
-    too_long = ["echo:Line too long, ignored", "ok"]
-    assert talk(world, b"M105" + 93 * b" " + b"\n").answers == too_long
 
 
 def test_a_second_wait_is_like_the_first(world: Path) -> None:

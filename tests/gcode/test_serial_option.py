@@ -4,16 +4,19 @@ import json
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from printrun_host import printrun_host
+from pymodbus.client import ModbusSerialClient
+from rig.specs import EXAMPLES
 
 from heatwright.sim.live import Clock
 
-ROOT = Path(__file__).parents[2]
-EXAMPLES = ROOT / "spec" / "examples"
 HEATWRIGHT = Path(sys.executable).parent / "heatwright"
+UNKNOWN = 0x8000
+"""Of a temperature: the board has not measured yet."""
 
 
 def heatwright(*arguments: str | Path) -> "subprocess.Popen[str]":
@@ -22,14 +25,40 @@ def heatwright(*arguments: str | Path) -> "subprocess.Popen[str]":
     )
 
 
-def test_a_host_finds_the_board_until_ctrl_c() -> None:
-    extruder = EXAMPLES / "extruder.yaml"
-    with heatwright("simulate", extruder, "--serial", "--speed", "20", "--json") as process:
+def asked_by_printcore(port: str, baud: int) -> None:
+    with printrun_host(port, baud) as host:
+        host.ask("M115", "FIRMWARE_NAME:heatwright")
+
+
+def asked_by_pymodbus(port: str, baud: int) -> None:
+    """Tenths of a degree, within a step of the converter there, once it has measured."""
+    client = ModbusSerialClient(port, baudrate=baud, timeout=1, retries=5)
+    assert client.connect()
+    while (tenths := client.read_input_registers(100).registers[0]) == UNKNOWN:
+        pass
+    assert abs(tenths - 200) <= 24
+    counters = client.read_input_registers(10, count=6).registers
+    assert counters[0] == counters[3]  # nobody else asks
+    client.close()
+
+
+@pytest.mark.parametrize(
+    ("spec", "speed", "baud", "ask"),
+    [
+        ("extruder", 20.0, 115_200, asked_by_printcore),
+        ("fabricator", 1.0, 19_200, asked_by_pymodbus),
+    ],
+    ids=["gcode", "modbus"],
+)
+def test_a_host_finds_the_board_until_ctrl_c(
+    spec: str, speed: float, baud: int, ask: Callable[[str, int], None]
+) -> None:
+    options = ("--serial", "--speed", str(speed), "--json")
+    with heatwright("simulate", EXAMPLES / f"{spec}.yaml", *options) as process:
         assert process.stdout is not None
         told = json.loads("".join(process.stdout.readline() for _ in range(5)))
-        assert (told["baud"], told["speed"]) == (115200, 20.0)
-        with printrun_host(told["port"], told["baud"]) as host:
-            host.ask("M115", "FIRMWARE_NAME:heatwright")
+        assert (told["baud"], told["speed"]) == (baud, speed)
+        ask(told["port"], told["baud"])
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 0
     assert not Path(told["port"]).exists()
@@ -74,27 +103,18 @@ class Wall:
         self.now += seconds
 
 
-def test_the_clock_waits_for_the_board_s_time() -> None:
+@pytest.mark.parametrize(
+    ("speed", "lost_s", "waits", "pauses"),
+    [(2.0, 0.0, 3, [0.5, 0.5, 0.5]), (1.0, 10.0, 2, [1.0]), (1.0, 1.2, 2, [0.8])],
+    ids=["in_time", "much_is_lost_for_good", "a_little_is_made_up_for"],
+)
+def test_the_clock_waits_for_the_boards_time(
+    speed: float, lost_s: float, waits: int, pauses: list[float]
+) -> None:
+    """What was lost is not made up for in a rush."""
     wall = Wall()
-    clock = Clock(2.0, wall.time, wall.pause)
-    for board_s in (1.0, 2.0, 3.0):
-        clock.wait(board_s)
-    assert wall.pauses == pytest.approx([0.5, 0.5, 0.5])
-
-
-def test_what_was_lost_is_not_made_up_for_in_a_rush() -> None:
-    wall = Wall()
-    clock = Clock(1.0, wall.time, wall.pause)
-    wall.now += 10.0
-    clock.wait(1.0)
-    clock.wait(2.0)
-    assert wall.pauses == pytest.approx([1.0])
-
-
-def test_a_little_lost_is_made_up_for() -> None:
-    wall = Wall()
-    clock = Clock(1.0, wall.time, wall.pause)
-    wall.now += 1.2
-    clock.wait(1.0)
-    clock.wait(2.0)
-    assert wall.pauses == pytest.approx([0.8])
+    clock = Clock(speed, wall.time, wall.pause)
+    wall.now += lost_s
+    for board_s in range(1, waits + 1):
+        clock.wait(float(board_s))
+    assert wall.pauses == pytest.approx(pauses)
