@@ -1,13 +1,11 @@
 """Minimum times in a whole firmware: a host's fan, and a heater whose protections do not wait."""
 
-import numpy as np
 from rig.avr import whole
+from rig.outputs import Recorded
 from rig.specs import spec_of
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
-from heatwright.sim.native.pins import pin_number
 
 TEXT = """
 heatwright: 1
@@ -32,50 +30,38 @@ loops:
     protection: {minimum: 5 °C, rise_rate: 50 K/s}
 interfaces: [{kind: gcode, loops: {T0: air}, fans: {P0: fan}}]
 """
-PINS = {"heater": "PD3", "fan": "PD7"}
 TICK_S = 0.01
 
 
 class Held:
     """The board, its temperature in the test's hand."""
 
-    def __init__(self, elf: Elf | None = None) -> None:
-        self.device = AvrDevice(spec_of(TEXT).controller, elf or whole(TEXT))
+    def __init__(self) -> None:
+        self.device = AvrDevice(spec_of(TEXT).controller, whole(TEXT))
         self.device.sense("air", 20.0)
-        self._now_s = 0.0
-        self._seen = {name: [(0.0, False)] for name in PINS}
-        self.device.record(self)
+        self._recorded = Recorded(self.device, "heater", "fan")
 
     def run(self, seconds: float) -> None:
-        self._now_s += seconds
-        self.device.advance(self._now_s)
+        self.device.advance(self.device.time_s + seconds)
         self.device.feed()
 
-    def feed(self, pins: np.ndarray, sent: np.ndarray) -> None:
-        """Take pin changes: a recorder of the device."""
-        del sent
-        for name, pin in PINS.items():
-            for event in pins[pins["pin"] == pin_number(pin)]:
-                on = bool(event["state"] & 1)
-                if on != self._seen[name][-1][1]:
-                    self._seen[name].append((float(event["cycle"]) / 16e6, on))
+    def tell(self, line: str, seconds: float) -> None:
+        """Send a line, and go on."""
+        self.device.send(line)
+        self.run(seconds)
 
     def changes(self, name: str) -> list[float]:
         """Return when it was switched, s; on first, then in turn."""
-        return [at_s for at_s, _ in self._seen[name][1:]]
+        return [cycle / 16e6 for cycle in self._recorded.cycles(name)]
 
 
 def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
     board = Held()
     board.run(0.5)
-    board.device.send("M106 P0 S255")
-    board.run(2.5)
-    board.device.send("M107 P0")
-    board.run(4.0)
-    board.device.send("M106 P0 S255")
-    board.run(0.5)
-    board.device.send("M107 P0")
-    board.run(10.0)
+    board.tell("M106 P0 S255", 2.5)
+    board.tell("M107 P0", 4.0)
+    board.tell("M106 P0 S255", 0.5)
+    board.tell("M107 P0", 10.0)
     first, off, again, end = board.changes("fan")
     assert 2.0 <= first <= 2.0 + 2 * TICK_S  # off for two seconds from the reset on
     assert abs(off - first - 3.0) < 1e-3
@@ -83,12 +69,11 @@ def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
     assert abs(end - again - 3.0) < 1e-3
 
 
-def heated(elf: Elf | None = None) -> Held:
+def heated() -> Held:
     """Begin with a heater that has just been switched on."""
-    board = Held(elf)
+    board = Held()
     board.run(12.0)
-    board.device.send("M104 T0 S50")
-    board.run(3.0)
+    board.tell("M104 T0 S50", 3.0)
     assert len(board.changes("heater")) == 1
     return board
 
@@ -118,7 +103,6 @@ def test_without_a_reading_it_waits_for_nothing() -> None:
 def test_switched_off_by_the_host_it_waits_for_nothing() -> None:
     board = heated()
     told_s = board.device.time_s
-    board.device.send("M104 T0 S0")
-    board.run(3.0)
+    board.tell("M104 T0 S0", 3.0)
     _, off = board.changes("heater")
     assert off - told_s <= 1.0 + 0.1 + TICK_S

@@ -1,13 +1,11 @@
 """The safety relay in the kilns' whole firmware: closed to fire, open in everything else."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rig.avr import whole
+from rig.outputs import Recorded
 from rig.specs import example
 
 from heatwright.sim.coupling import Coupling
@@ -24,24 +22,6 @@ FOLLOWS_S = 0.15
 at, and its own time."""
 
 
-class Edges:
-    """Changes of relay and heater, to the cycle."""
-
-    def __init__(self, device: AvrDevice, names: tuple[str, ...]) -> None:
-        self._switches = {device.outputs[name].number: name for name in names}
-        self._active = {name: device.outputs[name].active == "high" for name in names}
-        self.found: list[tuple[int, str, bool]] = []
-        device.record(self)
-
-    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT)."""
-        del sent
-        for event in pins[np.isin(pins["pin"], list(self._switches))]:
-            name = self._switches[int(event["pin"])]
-            on = bool(event["state"] & 1) == self._active[name]
-            self.found.append((int(event["cycle"]), name, on))
-
-
 class Firing:
     """A kiln at 20 °C whose operator orders its program about."""
 
@@ -53,7 +33,8 @@ class Firing:
         self.coil: Switch = self.device.outputs[relay]
         self.heater_name = self.controller.loops["chamber"].heater
         self.device.sense("chamber", 20.0)
-        self.edges = Edges(self.device, (relay, self.heater_name))
+        self.relay_name = relay
+        self.recorded = Recorded(self.device, relay, self.heater_name)
         self.run(2.0)
 
     def run(self, seconds: float) -> None:
@@ -75,10 +56,10 @@ class Firing:
     def on_times(self) -> Iterator[tuple[bool, bool]]:
         """Yield at each change of a pin whether relay and heater are on, the change done."""
         self.device.feed()
-        on = {self.heater_name: False}
-        for _, name, is_on in self.edges.found:
-            on[name] = is_on
-            yield any(on[each] for each in on if each != self.heater_name), on[self.heater_name]
+        on = {self.relay_name: False, self.heater_name: False}
+        for change in self.recorded.found:
+            on[change.name] = change.on
+            yield on[self.relay_name], on[self.heater_name]
 
 
 @pytest.fixture(params=KILNS)
@@ -104,11 +85,8 @@ def test_the_heater_waits_for_it(firing: Firing) -> None:
     firing.order("start", 1)
     firing.run(5.0)
     firing.device.feed()
-    closed = next(
-        cycle for cycle, name, on in firing.edges.found if on and name != firing.heater_name
-    )
-    heated = next(
-        cycle for cycle, name, on in firing.edges.found if on and name == firing.heater_name
+    closed, heated = (
+        firing.recorded.cycles(name)[0] for name in (firing.relay_name, firing.heater_name)
     )
     assert heated - closed >= 0.0499 * firing.device.avr.clock_hz
 
@@ -152,8 +130,7 @@ def test_it_is_told_no_more_often_than_the_operator_wants(firing: Firing) -> Non
     firing.order("start", 1)
     firing.run(120.0)
     firing.device.feed()
-    coil = [on for _, name, on in firing.edges.found if name != firing.heater_name]
-    assert sum(after and not before for before, after in pairwise([False, *coil])) == 1
+    assert len(firing.recorded.cycles(firing.relay_name)) == 1
 
 
 def test_one_that_does_not_close_is_found_while_it_fires(firing: Firing) -> None:

@@ -7,11 +7,14 @@ are always real. The program does what the test asks for by its variables, once 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
 from rig.avr import Board, Program
 from rig.specs import sources_of, spec_of
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.outputs.switch import Switch
 from heatwright.spec import Controller, Stepper
@@ -298,6 +301,15 @@ class Change(NamedTuple):
     on: bool
 
 
+def changes(events: NDArray[Any], outputs: Mapping[str, Switch]) -> Iterator[Change]:
+    """Tell of outputs' levels in a log of the pins (PIN_EVENT)."""
+    numbers = {switch.number: name for name, switch in outputs.items()}
+    for event in events[np.isin(events["pin"], list(numbers))]:
+        name = numbers[int(event["pin"])]
+        on = bool(event["state"] & 1) == (outputs[name].active == "high")
+        yield Change(int(event["cycle"]), name, on)
+
+
 class OutputBoard(Board):
     """A board with outputs, each a switch on its pin."""
 
@@ -310,7 +322,6 @@ class OutputBoard(Board):
             for name, output in self.controller.outputs.items()
             if name in dict(place.outputs) and not isinstance(output, Stepper)
         }
-        self._numbers = {switch.number: name for name, switch in self.outputs.items()}
 
     def ask(self, name: str, percent: float) -> None:
         """Ask for a share: the program takes it in the next tick, behind the interrupt."""
@@ -319,13 +330,29 @@ class OutputBoard(Board):
 
     def changes(self) -> Iterator[Change]:
         """Tell of the outputs' levels since the last call, as the pins' own log has them."""
-        events = self.avr.pins.take()
-        for pin, level, cycle in zip(
-            events["pin"].tolist(), events["state"].tolist(), events["cycle"].tolist(), strict=True
-        ):
-            if (name := self._numbers.get(pin)) is not None:
-                high = self.outputs[name].active == "high"
-                yield Change(cycle, name, bool(level & 1) == high)
+        return changes(self.avr.pins.take(), self.outputs)
+
+
+class Recorded:
+    """What some outputs of a whole firmware did: a recorder of the device."""
+
+    def __init__(self, device: AvrDevice, *names: str) -> None:
+        self.found: list[Change] = []
+        self._on = dict.fromkeys(names, False)
+        self._switches = {name: device.outputs[name] for name in names}
+        device.record(self)
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Take pin changes (PIN_EVENT)."""
+        del sent
+        for change in changes(pins, self._switches):
+            if change.on != self._on[change.name]:
+                self._on[change.name] = change.on
+                self.found.append(change)
+
+    def cycles(self, name: str) -> list[int]:
+        """Return when it was switched; on first, then in turn."""
+        return [change.cycle for change in self.found if change.name == name]
 
 
 FIRST = 40
