@@ -9,7 +9,7 @@ from rig.specs import example
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.native.pins import pin_number
-from heatwright.spec import Controller, digest
+from heatwright.spec import digest
 
 CHAMBER = example("chamber").controller
 ROOM_C = 19.0
@@ -67,11 +67,9 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-def record(
-    sequence: int, code: int, temperature_c: float = 0.0, time_s: int = 0, of: Controller = CHAMBER
-) -> bytes:
+def record(sequence: int, code: int, temperature_c: float = 0.0, time_s: int = 0) -> bytes:
     """Return a record without settings: what the chamber keeps, by the description alone."""
-    values = (int(digest(of), 16), sequence & 0xFFFF, code, 0, temperature_c, time_s)
+    values = (int(digest(CHAMBER), 16), sequence & 0xFFFF, code, 0, temperature_c, time_s)
     body = struct.pack("<BIHBBfI", RECORD_BYTES - 2, *values)
     return struct.pack("<H", crc16(body)) + body
 

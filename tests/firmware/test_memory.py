@@ -4,7 +4,6 @@ import random
 
 import pytest
 from chamber_on import (
-    CHAMBER,
     HEATER,
     RECORD_BYTES,
     ROOM_C,
@@ -75,25 +74,13 @@ def test_a_fault_that_is_stored_is_latched_and_shown(code: int) -> None:
     assert device.avr.pins.high_cycles(HEATER) == 0
 
 
-def test_records_of_other_firmware_count_for_nothing() -> None:
-    other = CHAMBER.model_copy(
-        update={"safety": CHAMBER.safety.model_copy(update={"watchdog_s": 1.0})}
-    )
-    device = power_on(ring(record(number, 6, of=other) for number in range(SLOTS)))
-    device.advance(2.0)
-    assert device.read("fault.code") == 0
-
-
 @pytest.mark.parametrize("last", [0, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF])
 def test_sequence_numbers_wrap(last: int) -> None:
     """The newest of a full ring is found wherever the numbers are."""
     newest = 11
-    device = power_on(
-        ring(
-            record(last - (newest - slot) % SLOTS, 6 if slot == newest else 1)
-            for slot in range(SLOTS)
-        )
-    )
+    codes = [6 if slot == newest else 1 for slot in range(SLOTS)]
+    records = (record(last - (newest - slot) % SLOTS, code) for slot, code in enumerate(codes))
+    device = power_on(ring(records))
     device.advance(0.5)
     assert device.read("fault.code") == 6
     press(device, "select", 0.5)
