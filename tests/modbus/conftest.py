@@ -1,14 +1,7 @@
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from modbus_host import SLAVE, slave_world
-from rig.specs import files_of
-
-
-@pytest.fixture(scope="session")
-def slave_files() -> Mapping[str, str]:
-    return files_of(SLAVE)
+from modbus_host import slave_world
 
 
 @pytest.fixture(scope="session")

@@ -40,7 +40,7 @@ class Hostility:
 
     def frames(self, count: int) -> Iterator[Hostile]:
         makers = {
-            self._good: 40,
+            self._request: 40,
             self._turned: 10,
             self._flipped: 12,
             self._cut: 6,
@@ -55,23 +55,53 @@ class Hostility:
             self._other_speed: 3,
         }
         for _ in range(count):
-            yield self._chance.choices(list(makers), list(makers.values()))[0]()
+            made = self._chance.choices(list(makers), list(makers.values()))[0]()
+            yield made if isinstance(made, Hostile) else Hostile(Sent(made), (made,))
 
     def _request(self) -> bytes:
         return framed(self._chance.choice((self._address,) * 19 + (0,)), pdu(self._chance, SHORT))
 
-    def _good(self) -> Hostile:
-        data = self._request()
-        return Hostile(Sent(data), (data,))
+    # -- bytes, that arrive as they are ----------------------------------------------------------
 
-    # -- damage --------------------------------------------------------------------------------
-
-    def _turned(self) -> Hostile:
+    def _turned(self) -> bytes:
         """Bits are turned before the characters are made: parity is right, only the CRC tells."""
         data = bytearray(self._request())
         for _ in range(self._chance.choice((1, 1, 2, 3, 8))):
             data[self._chance.randrange(len(data))] ^= 1 << self._chance.randrange(8)
-        return Hostile(Sent(bytes(data)), (bytes(data),))
+        return bytes(data)
+
+    def _cut(self) -> bytes:
+        data = self._request()
+        return data[: self._chance.randrange(1, len(data))]
+
+    def _longer(self) -> bytes:
+        """Too long for what it says, with the CRC of what it is, or without."""
+        data = self._request()
+        if self._chance.random() < 0.5:
+            data = data[:-2] + self._chance.randbytes(self._chance.choice((1, 2, 60, 200)))
+            return data + crc(data)
+        return data + self._chance.randbytes(self._chance.choice((1, 2, 100, 300)))
+
+    def _noise(self) -> bytes:
+        return self._chance.randbytes(
+            self._chance.choice((1, 2, 3, 4, 5, 8, 20, 255, 256, 257, 300))
+        )
+
+    def _stranger(self) -> bytes:
+        other = self._chance.choice([n for n in range(1, 256) if n != self._address])
+        return framed(other, pdu(self._chance, SHORT))
+
+    def _answer(self) -> bytes:
+        """An answer of another slave, or of one with the same address."""
+        count = self._chance.randrange(1, 100)
+        said = bytes([self._chance.choice((3, 4)), 2 * count]) + self._chance.randbytes(2 * count)
+        return framed(self._chance.choice((self._address, self._address + 1)), said)
+
+    def _doubled(self) -> bytes:
+        """Two requests without silence are one frame, and a wrong one."""
+        return self._request() + self._request()
+
+    # -- damage on the way -----------------------------------------------------------------------
 
     def _flipped(self) -> Hostile:
         """One bit of a character is turned on its way: parity or stop bit tell."""
@@ -79,38 +109,6 @@ class Hostility:
         flips = [0] * len(data)
         flips[self._chance.randrange(len(data))] = 1 << self._chance.randrange(1, BITS)
         return Hostile(Sent(data, tuple(flips)), (data,), whole=False)
-
-    def _cut(self) -> Hostile:
-        data = self._request()
-        data = data[: self._chance.randrange(1, len(data))]
-        return Hostile(Sent(data), (data,))
-
-    def _longer(self) -> Hostile:
-        """Too long for what it says, with the CRC of what it is, or without."""
-        data = self._request()
-        if self._chance.random() < 0.5:
-            data = data[:-2] + self._chance.randbytes(self._chance.choice((1, 2, 60, 200)))
-            data += crc(data)
-        else:
-            data += self._chance.randbytes(self._chance.choice((1, 2, 100, 300)))
-        return Hostile(Sent(data), (data,))
-
-    def _noise(self) -> Hostile:
-        size = self._chance.choice((1, 2, 3, 4, 5, 8, 20, 255, 256, 257, 300))
-        data = self._chance.randbytes(size)
-        return Hostile(Sent(data), (data,))
-
-    def _stranger(self) -> Hostile:
-        other = self._chance.choice([n for n in range(1, 256) if n != self._address])
-        data = framed(other, pdu(self._chance, SHORT))
-        return Hostile(Sent(data), (data,))
-
-    def _answer(self) -> Hostile:
-        """An answer of another slave, or of one with the same address."""
-        count = self._chance.randrange(1, 100)
-        said = bytes([self._chance.choice((3, 4)), 2 * count]) + self._chance.randbytes(2 * count)
-        data = framed(self._chance.choice((self._address, self._address + 1)), said)
-        return Hostile(Sent(data), (data,))
 
     def _torn(self) -> Hostile:
         """A silence in the middle: two frames, neither of them one."""
@@ -127,11 +125,6 @@ class Hostility:
             for n in range(len(data))
         )
         return Hostile(Sent(data, gaps_s=gaps), (data,))
-
-    def _doubled(self) -> Hostile:
-        """Two requests without silence are one frame, and a wrong one."""
-        data = self._request() + self._request()
-        return Hostile(Sent(data), (data,))
 
     def _other_parity(self) -> Hostile:
         data = self._request()

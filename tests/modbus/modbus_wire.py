@@ -6,10 +6,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 from rig.avr import whole
-from rig.specs import EXAMPLES, controller_of
+from rig.specs import changed, controller_of
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.modbus_bus import Bus, Frame
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.sim.native.characters import Format
@@ -38,29 +37,18 @@ CALM = {
 """The rules that judge the machine off: its temperature stands still, for nobody simulates it."""
 
 
-def varied(name: str, baud: int | None = None, *replaced: tuple[str, str]) -> str:
-    """Return an example's text with another speed of the line, and with parts replaced."""
-    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
-    if baud is not None:
-        text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
-    for old, new in replaced:
-        assert old in text, f"{name}.yaml has no {old!r}"
-        text = text.replace(old, new)
-    return text
-
-
-def built(name: str, baud: int | None = None, *replaced: tuple[str, str]) -> tuple[Controller, Elf]:
-    """Compile the same."""
-    text = varied(name, baud, *replaced)
-    return controller_of(text), whole(text)
-
-
 def powered(
     name: str, baud: int | None = None, *replaced: tuple[str, str], warm_c: float = 45.0
 ) -> tuple[Controller, AvrDevice]:
-    """Return the same in a processor, all its sensors as warm."""
-    controller, program = built(name, baud, *replaced)
-    device = AvrDevice(controller, program)
+    """Return an example, with another speed of its line and other parts, in a processor.
+
+    All its sensors are as warm.
+    """
+    text = changed(name, *replaced)
+    if baud is not None:
+        text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
+    controller = controller_of(text)
+    device = AvrDevice(controller, whole(text))
     for sensor in controller.thermometers:
         device.sense(sensor, warm_c)
     return controller, device

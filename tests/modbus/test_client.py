@@ -4,7 +4,7 @@ import ast
 import importlib.util
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -61,9 +61,9 @@ class SlavePort:
 
 
 @pytest.fixture(scope="module")
-def module(slave_files: Mapping[str, str], tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     path = tmp_path_factory.mktemp("client") / "shape_client.py"
-    path.write_text(slave_files[CLIENT], encoding="utf-8")
+    path.write_text(files_of(SLAVE)[CLIENT], encoding="utf-8")
     found = importlib.util.spec_from_file_location("shape_client", path)
     assert found is not None
     assert found.loader is not None
@@ -185,14 +185,7 @@ def test_every_register_has_an_attribute(module: ModuleType) -> None:
             assert any(each == name or each.startswith(f"{name}_") for each in there)
 
 
-NAMES = {
-    "keyword": "lambda",
-    "taken": "fault",
-    "own": "check",
-}
-
-
-@pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
+@pytest.mark.parametrize("name", ["lambda", "fault", "check"], ids=["keyword", "taken", "own"])
 def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
     text = SLAVE.replace("  air:\n    sensor: air", f"  {name}:\n    sensor: air")
     source = files_of(text)[CLIENT]
