@@ -202,18 +202,17 @@ def test_two_chips_on_one_line() -> None:
         assert int.from_bytes(data[:2], "little") == chip.temperature_c * 16
 
 
-CORNERS = {
-    "presence as soon and short as allowed": Timing(presence_wait=15, presence_low=60),
-    "presence as late and long as allowed": Timing(presence_wait=60, presence_low=240),
-    "samples and lets go at once": Timing(sample=15.5, hold=15),
-    "samples and lets go late": Timing(sample=59.5, hold=60),
-}
-
-
-@pytest.mark.parametrize("corner", CORNERS)
-def test_chips_at_the_corners_of_the_data_sheet(corner: str) -> None:
+@pytest.mark.parametrize(
+    "timing",
+    [
+        Timing(presence_wait=15, presence_low=60), Timing(presence_wait=60, presence_low=240),
+        Timing(sample=15.5, hold=15), Timing(sample=59.5, hold=60),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_chips_at_the_corners_of_the_data_sheet(timing: Timing) -> None:
     """The master samples presence at 70 µs, when every chip that keeps the limits is there."""
-    master = Master(timing=CORNERS[corner])
+    master = Master(timing=timing)
     assert master.scratchpad()[:8] == POWER_ON
     assert master.answered
     assert master.chip.line.violations == 0
@@ -225,20 +224,13 @@ def test_other_times_from_now_on(master: Master) -> None:
     assert not master.answered
 
 
-FAULTY_MASTERS = {
-    "reset_low": ("RESET_LOW_US", 300),
-    "reset_high": ("RESET_HIGH_US", 300),
-    "one_low": ("ONE_LOW_US", 17),
-    "zero_low": ("ZERO_LOW_US", 50),
-    "slot": ("SLOT_US", 45),
-    "read_at": ("READ_AT_US", 16),
-}
-
-
-@pytest.mark.parametrize("phase", FAULTY_MASTERS)
-def test_a_master_out_of_limits_is_noticed(phase: str) -> None:
-    name, value = FAULTY_MASTERS[phase]
-    flags = [f"-D{name}={value}"]
+@pytest.mark.parametrize(
+    ("phase", "us"),
+    [("reset_low", 300), ("reset_high", 300), ("one_low", 17), ("zero_low", 50), ("slot", 45),
+     ("read_at", 16)],
+)  # fmt: skip
+def test_a_master_out_of_limits_is_noticed(phase: str, us: int) -> None:
+    flags = [f"-D{phase.upper()}_US={us}"]
     if phase in {"slot", "one_low"}:
         flags += ["-DREAD_AT_US=20", "-DZERO_LOW_US=40"]
     master = Master(*flags)
