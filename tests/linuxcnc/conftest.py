@@ -3,9 +3,8 @@ from pathlib import Path
 
 import hal_session
 import pytest
-from hal_session import Hal
+from hal_session import Hal, linuxcnc_files
 from made_up_board import FABRICATOR, MadeUpBoard
-from many_loops import linuxcnc_files
 
 ALONE = """
 loadrt threads name1=servo-thread period1=1000000

@@ -10,12 +10,12 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 
 from filelock import FileLock
+from rig.specs import files_of
 
 LOCK = Path(tempfile.gettempdir()) / "heatwright-hal.lock"
 TOOLS = ("halrun", "halcmd", "mb2hal", "pyvcp")
@@ -40,6 +40,18 @@ def folder() -> Iterator[Path]:
         shutil.rmtree(place, ignore_errors=True)
 
 
+def linuxcnc_files(spec: str) -> dict[str, str]:
+    """Return what is generated for LinuxCNC, by its name in a configuration's folder."""
+    return of_linuxcnc(files_of(spec))
+
+
+def of_linuxcnc(files: Mapping[str, str]) -> dict[str, str]:
+    place = "linuxcnc/"
+    return {
+        path.removeprefix(place): text for path, text in files.items() if path.startswith(place)
+    }
+
+
 class Hal:
     """One session; a context manager. `folder` holds the HAL files and becomes the user's home."""
 
@@ -61,12 +73,7 @@ class Hal:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._stop()
 
     def command(self, *words: str) -> str:

@@ -10,7 +10,6 @@ import select
 import threading
 import time
 import tty
-from types import TracebackType
 
 from rig.modbus_oracle import Oracle
 from rig.specs import controller_of
@@ -54,12 +53,7 @@ class MadeUpBoard:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._over.set()
         self._thread.join(10)
         os.close(self._end)

@@ -6,9 +6,8 @@ from xml.etree import ElementTree as ET
 
 import hal_session
 import pytest
-from hal_session import Hal
+from hal_session import Hal, linuxcnc_files, of_linuxcnc
 from made_up_board import FABRICATOR
-from many_loops import MOST_LOOPS, linuxcnc_files, many_loops, of_linuxcnc
 from rig.specs import controller_of
 
 from heatwright.generator import plan_firmware, render
@@ -16,6 +15,32 @@ from heatwright.sim.interfaces.registers import Register, registers
 from heatwright.spec import load_text
 
 LONGEST_IN_HAL = 47
+LONGEST = 24
+MOST_LOOPS = 8
+"""Channels of the ATmega2560's ADC that the simulation knows."""
+
+HEAD = """
+heatwright: 1
+controller: {{name: {name}, title: '{title}', board: mega2560}}
+safety: {{watchdog: 1 s}}
+interfaces:
+  - {{kind: modbus_rtu, address: 247, baud: {baud}, parity: none, linuxcnc: {linuxcnc}}}
+"""
+SENSOR = """
+  t{n}: {{kind: thermistor, pin: A{n}, divider: {{pull_up: 4.7 kΩ}},
+    curve: {{resistance: 10 kΩ, at: 25 °C, beta: 3950 K}}, range: -15 °C .. 110 °C}}
+"""
+OUTPUT = "  h{n}: {{kind: digital, pin: D{pin}, power: 50 W}}\n"
+LOOP = """
+  {name}:
+    sensor: t{n}
+    heater: h{n}
+    period: 500 ms
+    setpoint: {{initial: 25 °C, minimum: -5 °C, maximum: 80 °C}}
+    algorithm: {{kind: on_off, hysteresis: 1 K}}
+    protection: {{maximum: 95 °C, minimum: -10 °C, rise_rate: 5 K/s, stale_after: 3 s,
+      heating: {{rise: 2 K, within: 2 min}}, runaway: {{above: 8 K, for: 2 min}}}}
+"""
 TABLES = {
     "fnct_02_read_discrete_inputs": "discrete_input",
     "fnct_04_read_input_registers": "input_register",
@@ -23,6 +48,21 @@ TABLES = {
     "fnct_06_write_single_register": "holding_register",
 }
 SHORT = {"in-force": "setpoint-in-force"}
+
+
+def loop_name(number: int) -> str:
+    return f"loop_{number}_" + "x" * (LONGEST - len(f"loop_{number}_"))
+
+
+def many_loops(
+    loops: int = MOST_LOOPS, *, name: str = "c" * LONGEST, title: str = "Many", baud: int = 19200,
+    linuxcnc: bool = True,
+) -> str:  # fmt: skip
+    numbers = range(loops)
+    text = HEAD.format(name=name, title=title, baud=baud, linuxcnc=str(linuxcnc).lower())
+    text += "sensors:\n" + "".join(SENSOR.format(n=n) for n in numbers)
+    text += "outputs:\n" + "".join(OUTPUT.format(n=n, pin=22 + n) for n in numbers)
+    return text + "loops:\n" + "".join(LOOP.format(n=n, name=loop_name(n)) for n in numbers)
 
 
 def mb2hal_of(files: dict[str, str]) -> ConfigParser:
