@@ -1,14 +1,12 @@
 """The C of analog sensors before the mutation engine: the ADC's scan, codes, and their meaning."""
 
-from collections.abc import Callable
 from functools import partial
 
 import test_adc as adc
 from analog_specs import bed, powered, sensor
-from rig.avr import Firmware, Program
+from rig.avr import Firmware, Program, on
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.spec.conversion import conversion
 
 HOTEND = bed("hotend")
@@ -16,11 +14,6 @@ HOTEND = bed("hotend")
 
 class Analogs(Firmware):
     """The bed on a thermistor."""
-
-
-def check(test: Callable[[AvrDevice], None], elf: Elf) -> None:
-    """Run a test of the ADC's on the binary."""
-    test(powered(HOTEND, elf))
 
 
 def edges(plate: AvrDevice) -> None:
@@ -33,20 +26,12 @@ def edges(plate: AvrDevice) -> None:
     adc.every_code(plate, sorted(near | {0, 1, 1022, 1023}))
 
 
-ARENAS = [
-    Analogs(
-        "analog/hotend",
-        Program(HOTEND),
-        ("adc", "sensor_bed", "celsius_bed"),
-        tuple(
-            partial(check, test)
-            for test in (
-                adc.test_one_scan_may_be_lost,
-                adc.test_a_scan_that_does_not_end_leaves_no_old_reading,
-                partial(adc.test_one_bad_code_spoils_the_reading, code=1023, status=adc.OPEN),
-                adc.test_it_is_of_the_last_codes_before_the_step,
-                edges,
-            )
-        ),
-    )
-]
+CHECKS = on(
+    partial(powered, HOTEND),
+    adc.test_one_scan_may_be_lost,
+    adc.test_a_scan_that_does_not_end_leaves_no_old_reading,
+    partial(adc.test_one_bad_code_spoils_the_reading, code=1023, status=adc.OPEN),
+    adc.test_it_is_of_the_last_codes_before_the_step,
+    edges,
+)
+ARENAS = [Analogs("analog/hotend", Program(HOTEND), ("adc", "sensor_bed", "celsius_bed"), CHECKS)]

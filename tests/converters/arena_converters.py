@@ -6,11 +6,9 @@ from random import Random
 
 import test_max31856_choice as choice
 from converter_checks import (
+    ANSWERS,
     SHORTEST_S,
-    Judged,
     answers_problem,
-    judged_6675,
-    judged_31855,
     reading_problem,
     registers_problem,
     registers_said,
@@ -18,7 +16,7 @@ from converter_checks import (
     short_problem,
     words,
 )
-from rig.avr import Firmware, Program
+from rig.avr import Firmware, Program, on
 from rig.chips import Crucible, crucible
 from rig.specs import spec_of
 
@@ -26,10 +24,6 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 
 BROKEN = ("sensor_tip", "spi_tip")
-THREE_WIRES: dict[str, tuple[Judged, int, tuple[int, ...]]] = {
-    "max6675": (judged_6675, 16, (15, 2, 1)),
-    "max31855": (judged_31855, 32, (17, 16, 3, 2, 1, 0)),
-}
 SELECTABLE = crucible(
     "max31856",
     "mega2560",
@@ -46,20 +40,25 @@ class Converters(Firmware):
 
 def arena(name: str, text: str, *checks: Callable[[Crucible], str]) -> Converters:
     """Say what complains of a crucible's binary."""
-    bound = tuple(partial(_checked, text, check) for check in checks)
-    return Converters(f"converters/{name}", Program(text), BROKEN, bound)
+    bound = (_timed(check) for check in checks)
+    bench = partial(Crucible, text)
+    return Converters(f"converters/{name}", Program(text), BROKEN, on(bench, *bound))
 
 
-def _checked(text: str, check: Callable[[Crucible], str], elf: Elf) -> str:
-    bench = Crucible(text, elf)
-    found = check(bench)
-    timing = "the wires' timing" if bench.chip.port.violations else ""
-    return found or timing
+def _timed(check: Callable[[Crucible], str]) -> Callable[[Crucible], str]:
+    """Look at the wires' timing behind a check."""
+
+    def both(bench: Crucible) -> str:
+        found = check(bench)
+        timing = "the wires' timing" if bench.chip.port.violations else ""
+        return found or timing
+
+    return both
 
 
 def any_word_problem(kind: str, bench: Crucible) -> str:
     """Let the chip answer anything."""
-    judged, bits, often_zero = THREE_WIRES[kind]
+    judged, bits, often_zero = ANSWERS[kind]
     drawn = words(Random(7), bits, often_zero, 5)  # noqa: S311 - no secret
     return answers_problem(bench, drawn, judged)
 
@@ -69,11 +68,11 @@ def each_register_problem(bench: Crucible) -> str:
     return registers_problem(bench, registers_said(0))
 
 
-def choice_problem(check: Callable[[choice.Cold], None], elf: Elf) -> None:
-    """Let an operator choose the thermocouple's type."""
-    cold = choice.Cold(AvrDevice(spec_of(SELECTABLE).controller, elf), "tip", "crucible")
-    cold.begin()
-    check(cold)
+def cold(elf: Elf) -> choice.Cold:
+    """Let it read at room temperature."""
+    made = choice.Cold(AvrDevice(spec_of(SELECTABLE).controller, elf), "tip", "crucible")
+    made.begin()
+    return made
 
 
 few_readings = partial(reading_problem, count=7)
@@ -84,17 +83,15 @@ ARENAS: list[Converters] = [
         "converters/max31856 chosen",
         Program(SELECTABLE),
         ("sensor_tip",),
-        tuple(
-            partial(choice_problem, check)
-            for check in (
-                choice.test_it_is_taken_over_with_the_next_reading,
-                choice.test_not_while_a_program_runs_or_waits,
-                choice.test_not_when_it_is_switched_before_the_next_step_sees_it,
-            )
+        on(
+            cold,
+            choice.test_it_is_taken_over_with_the_next_reading,
+            choice.test_not_while_a_program_runs_or_waits,
+            choice.test_not_when_it_is_switched_before_the_next_step_sees_it,
         ),
     ),
     *(
         arena(kind, crucible(kind), few_readings, short_problem, partial(any_word_problem, kind))
-        for kind in THREE_WIRES
+        for kind in ANSWERS
     ),
 ]  # fmt: skip

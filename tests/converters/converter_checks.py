@@ -53,6 +53,13 @@ def judged_31855(word: int) -> tuple[int, int]:
     return VALID, raw - (1 << 14) if raw >> 13 else raw
 
 
+ANSWERS: dict[str, tuple[Judged, int, tuple[int, ...]]] = {
+    "max6675": (judged_6675, 16, (15, 2, 1)),
+    "max31855": (judged_31855, 32, (17, 16, 3, 2, 1, 0)),
+}
+"""Who judges a chip's answer, its bits, and those that are zero in most."""
+
+
 def words(chance: Random, bits: int, often_zero: tuple[int, ...], count: int) -> list[int]:
     """Draw any word, and more of those that are almost good; all ones and zeros, and every bit."""
     mask = ~sum(1 << bit for bit in often_zero)

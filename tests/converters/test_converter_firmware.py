@@ -1,11 +1,11 @@
 """The firmware's reader on several boards and crystals, and what it makes of any answer."""
 
-from collections.abc import Callable
 from random import Random
 
 import numpy as np
 import pytest
 from converter_checks import (
+    ANSWERS,
     CRC,
     NO_ANSWER,
     OPEN,
@@ -13,8 +13,6 @@ from converter_checks import (
     STALE,
     VALID,
     answers_problem,
-    judged_6675,
-    judged_31855,
     reading_problem,
     short_problem,
     words,
@@ -28,10 +26,9 @@ SPEED = [("uno", ""), ("leonardo", ""), ("mega2560", ""), ("atmega1284p", ""),
          ("atmega1284p", ", clock: 20 MHz"), ("atmega1284p", ", clock: 8 MHz")]  # fmt: skip
 MOST_US = 100.0
 MOST_MASKED_US = 20.0
-THREE_WIRES = ("max6675", "max31855")
 
 of_all = pytest.mark.parametrize("kind", KINDS)
-of_both = pytest.mark.parametrize("kind", THREE_WIRES)
+of_both = pytest.mark.parametrize("kind", ANSWERS)
 
 
 @of_all
@@ -61,16 +58,9 @@ def test_temperatures_over_its_range(kind: str, board: str) -> None:
     assert reading_problem(bench, 60) == ""
 
 
-@pytest.mark.parametrize(
-    ("kind", "bits", "often_zero", "judged"),
-    [
-        ("max6675", 16, (15, 2, 1), judged_6675),
-        ("max31855", 32, (17, 16, 3, 2, 1, 0), judged_31855),
-    ],
-)
-def test_any_answer(
-    kind: str, bits: int, often_zero: tuple[int, ...], judged: Callable[[int], tuple[int, int]]
-) -> None:
+@of_both
+def test_any_answer(kind: str) -> None:
+    judged, bits, often_zero = ANSWERS[kind]
     drawn = words(Random(7), bits, often_zero, 60)  # noqa: S311 - no secret
     assert answers_problem(Crucible(crucible(kind)), drawn, judged) == ""
     seen = {judged(word)[0] for word in drawn}

@@ -185,6 +185,13 @@ class Firmware:
         return ""
 
 
+def on(
+    bench: Callable[[Elf], Any], *checks: Callable[[Any], object]
+) -> tuple[Callable[[Elf], object], ...]:
+    """Make checks of a bench into checks of a binary: each on a bench of its own."""
+    return tuple(lambda elf, check=check: check(bench(elf)) for check in checks)
+
+
 def board_of(spec: str) -> BoardData:
     """Return the board of a spec's text, or of the example of that name."""
     return (spec_of(spec) if "\n" in spec else example(spec)).controller.board

@@ -18,7 +18,7 @@ from log_course import (
     slow_problem,
 )
 from log_firmware import LogBoard, program
-from rig.avr import Firmware
+from rig.avr import Firmware, on
 
 from heatwright.sim.elf import Elf
 
@@ -36,11 +36,6 @@ class Logs(Firmware):
             full(OTHER_SPEC)
 
 
-def on_board(said: str, problem: Callable[[LogBoard], str], elf: Elf) -> str:
-    """Power a board on with the binary, and judge it."""
-    return problem(LogBoard(program(said), elf))
-
-
 def arena(
     name: str,
     said: str,
@@ -49,8 +44,8 @@ def arena(
     *others: Callable[[Elf], str],
 ) -> Logs:
     """Say what complains of a board with this log."""
-    bound = tuple(partial(on_board, said, problem) for problem in problems)
-    return Logs(f"serial_log/{name}", program(said), broken, (*bound, *others))
+    checks = on(partial(LogBoard, program(said)), *problems) + others
+    return Logs(f"serial_log/{name}", program(said), broken, checks)
 
 
 short_course = partial(course_problem, laps=2)
