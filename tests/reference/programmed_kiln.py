@@ -1,10 +1,14 @@
 """A small kiln that a program drives, read in steps of 1/128 K, one step a second."""
 
-from collections.abc import Iterable
+import dataclasses
 from typing import Any
 
-from heatwright.sim.reference import Record, Reference
+from player import Player
+
+from heatwright.sim.reference import Record
+from heatwright.sim.reference.copies import copy_of
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.program_state import RESTORING
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.spec import Controller, load_text
 
@@ -64,25 +68,15 @@ def controller_of(segments: str = RAMP_AND_HOLD, **parts: str) -> Controller:
     return load_text(text, "box.yaml").controller
 
 
-class Kiln:
+class Kiln(Player):
     """Feeds temperatures, gives orders and collects records."""
+
+    steps_per_k = 128
 
     def __init__(self, controller: Controller | None = None) -> None:
         self.controller = controller or controller_of()
-        self.reference = Reference(self.controller, "air")
+        super().__init__(self.controller)
         self.operator = ProgrammedOperator(self.controller, "air", self.reference)
-        self.record: Record = {}
-
-    def feed(self, temperature_c: float) -> Record:
-        raw = round(temperature_c * 128)
-        assert raw == temperature_c * 128, "not a temperature that the sensor can report"
-        return self._step(0, raw)
-
-    def miss(self, status: int = 1) -> Record:
-        return self._step(status, 0)
-
-    def feed_all(self, temperatures_c: Iterable[float]) -> list[Record]:
-        return [self.feed(temperature_c) for temperature_c in temperatures_c]
 
     def follow(self, steps: int, above_k: float = 0.0) -> list[Record]:
         """Read what the setpoint is, so far above it, as near as the sensor can say it."""
@@ -102,17 +96,18 @@ class Kiln:
     def of_program(self, *names: str) -> tuple[Any, ...]:
         return tuple(self.record[f"program.{name}"] for name in names)
 
-    def _step(self, status: int, raw: int) -> Record:
-        self.record = self.reference.step(
-            status, raw, Single(self.operator.setpoint_c), orders=self.operator.orders
+    def lose_power(self, state: int = RESTORING) -> None:
+        """Begin anew with what a record of the run tells; the kiln was where it should be."""
+        before_c = Single(self.record["setpoint_c"])
+        now = dataclasses.replace(
+            self.reference.program.now, state=state, before_c=before_c, leap=0
         )
+        self.__init__(self.controller)
+        self.reference.program.load(1, copy_of(self.controller.programs.stored[0]))
+        self.reference.program.restore(now)
+
+    def step(self, status: int, raw: int, **said: Any) -> Record:
+        self.setpoint_c = float(self.operator.setpoint_c)
+        record = super().step(status, raw, orders=self.operator.orders, **said)
         self.operator.after_step()
-        return self.record
-
-
-def begun(followed: int = 0, controller: Controller | None = None) -> Kiln:
-    """Return a kiln whose program has begun at 20 °C and been followed for so many steps."""
-    kiln = Kiln(controller)
-    kiln.start()
-    kiln.follow(followed)
-    return kiln
+        return record

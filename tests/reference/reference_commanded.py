@@ -1,9 +1,10 @@
 """A loop that a host commands, read in steps of 1/16 K."""
 
-from collections.abc import Iterable
 from typing import Any
 
-from heatwright.sim.reference import Record, Reference
+from player import Player
+
+from heatwright.sim.reference import Record
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.spec import Controller, load_text
@@ -36,30 +37,21 @@ def controller_of(
     return load_text(text.replace("PROTECTION", protection), "box.yaml").controller
 
 
-class Commanded:
+class Commanded(Player):
     """Feeds temperatures and orders, and collects records."""
 
     def __init__(self, controller: Controller, setpoint_c: float = 50.0) -> None:
-        self.reference = Reference(controller, "air")
-        self.setpoint_c = setpoint_c
+        super().__init__(controller, setpoint_c=setpoint_c)
         self.mode = AUTOMATIC
         self.manual_percent = 0.0
-        self.gains = Gains(Single(2), Single(0.5), Single(8))
+        self.set_gains(2, 0.5, 8)
 
     @property
     def tuner(self) -> Any:
         return self.reference.steering.tuner
 
-    def feed(self, temperature_c: float) -> Record:
-        raw = round(temperature_c * 16)
-        assert raw == temperature_c * 16, "not a temperature that the sensor can report"
-        return self._step(0, raw)
-
-    def miss(self, status: int = 1) -> Record:
-        return self._step(status, 0)
-
-    def feed_all(self, temperatures_c: Iterable[float]) -> list[Record]:
-        return [self.feed(temperature_c) for temperature_c in temperatures_c]
+    def set_gains(self, kp: float, ki: float, kd: float) -> None:
+        self.gains: Gains | None = Gains(Single(kp), Single(ki), Single(kd))
 
     def by_hand(self, percent: float) -> None:
         self.mode, self.manual_percent = MANUAL, percent
@@ -68,6 +60,10 @@ class Commanded:
         self.setpoint_c, self.mode = target_c, TUNING
         self.tuner.start(cycles)
 
-    def _step(self, status: int, raw: int) -> Record:
+    def swing(self) -> list[Record]:
+        """Once up at one slope and down at another."""
+        return self.ramp(75, 83, 2) + self.ramp(85, 74, -1)
+
+    def step(self, status: int, raw: int, **said: Any) -> Record:
         orders = Orders(self.mode, Single(self.manual_percent), self.gains)
-        return self.reference.step(status, raw, Single(self.setpoint_c), orders=orders)
+        return super().step(status, raw, orders=orders, **said)

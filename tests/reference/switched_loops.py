@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from heatwright.sim.reference import Record, Reference
+from player import Player
+
+from heatwright.sim.reference import Record
 from heatwright.sim.reference.inputs import Orders
-from heatwright.sim.reference.numbers import Single
 from heatwright.spec import Controller, load_text
 
 TEXT = """
@@ -53,28 +54,18 @@ def raw_of(amperes: float) -> int:
     return round(4 * (amperes / STEP_A - 0.5))
 
 
-class Nozzle:
+class Nozzle(Player):
     """Feeds temperatures and currents, and collects records."""
 
     def __init__(self, controller: Controller | None = None) -> None:
-        self.reference = Reference(controller or controller_of(), "nozzle")
-        self.setpoint_c = 50.0
+        super().__init__(controller or controller_of(), "nozzle")
         self.enabled = 1
         self.ohm = 25.0
         """Of the heater at 50 V; what it draws follows from the last duty."""
         self.amperes: float | None = None
 
-    def feed(self, temperature_c: float, status: int = 0, **orders: Any) -> Record:
+    def step(self, status: int, raw: int, **said: Any) -> Record:
         share = float(self.reference.duty_percent) / 100
         amperes = 50.0 / self.ohm * share if self.amperes is None else self.amperes
-        wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_of(amperes)), **orders)
-        raw = 0 if status else round(temperature_c * 16)
-        return self.reference.step(status, raw, Single(self.setpoint_c), orders=wanted)
-
-    def until_fault(self, temperature_c: float, most: int = 100) -> tuple[int, Record]:
-        """The number of steps, from 1, to the first fault, and that step."""
-        for number in range(1, most + 1):
-            record = self.feed(temperature_c)
-            if record["fault.code"]:
-                return number, record
-        raise AssertionError(f"no fault in {most} steps")
+        wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_of(amperes)), **said)
+        return super().step(status, raw, orders=wanted)

@@ -1,14 +1,17 @@
 """What holds of a program whatever is ordered and read."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from programmed_kiln import Kiln, controller_of
 
-from heatwright.sim.reference.copies import cell_of, column_of
+from heatwright.sim.reference.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RETURNING, RUNNING
+from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.replay import replay
 
 CONTROLLER = controller_of(
@@ -106,3 +109,28 @@ def clocks_stand_still_but_while_it_runs(before, record):
     assert moved in ({0, 1} if before["program.state"] == RUNNING else {0})
     if record["program.state"] in (PAUSED, IDLE):
         assert record["program.energy"] == before["program.energy"]
+
+
+@pytest.mark.parametrize("otherwise", ["stop", "pause"])
+@pytest.mark.parametrize("state", [RESTORING, PAUSED])
+@pytest.mark.parametrize("feed", ["near", "far", "none", "stopped", "resumed"])
+def test_a_log_of_the_first_step_tells_what_it_found(otherwise, state, feed):
+    kiln = Kiln(
+        controller_of(programs=f"after_power_loss: {{resume_within: 30 K, otherwise: {otherwise}}}")
+    )
+    kiln.start()
+    kiln.follow(15)
+    kiln.lose_power(state)
+    if feed in ("stopped", "resumed"):
+        kiln.order("stop" if feed == "stopped" else "resume")
+    found = dataclasses.replace(kiln.reference.program.now)
+    record = kiln.miss() if feed == "none" else kiln.feed(35.0 if feed != "far" else 100.0)
+    row = np.array([tuple(record.values())], dtype=list(kiln.reference.members))[0]
+    again = Kiln(kiln.controller)
+    again.reference.program.load(1, copy_of(kiln.controller.programs.stored[0]))
+    again.reference.program.restore(resumed(row))
+    assert again.reference.program.now.energy == found.energy
+    again.operator._program = (record["program.order"], record["program.argument"])
+    status = int(record["reading_status"])
+    again.step(status, int(record["reading_raw"]))
+    assert again.record == record

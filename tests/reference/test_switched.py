@@ -1,71 +1,13 @@
-"""A loop that is switched, its cooler, and its master."""
+"""A loop that a master switches, and the current of its heater."""
 
 import pytest
-from switched_loops import controller_of
+from switched_loops import STEP_A, controller_of
 
+from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.master import Master
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.switched import SwitchedOperator
-
-COLD_C, WARM_C, HOT_C = 20.0, 50.0, 80.0
-
-
-def test_off_is_off_at_every_setpoint(nozzle):
-    nozzle.enabled = 0
-    for setpoint_c in (0.0, 50.0, 100.0):
-        nozzle.setpoint_c = setpoint_c
-        record = nozzle.feed(COLD_C)
-        assert (record["duty_percent"], record["cooling"]) == (0, 0)
-
-
-def test_nought_degrees_is_a_setpoint(nozzle):
-    nozzle.setpoint_c = 0.0
-    record = nozzle.feed(COLD_C)
-    assert (record["duty_percent"], record["cooling"]) == (0, 1)
-
-
-def test_switching_off_resets_the_algorithm(nozzle):
-    assert nozzle.feed(COLD_C)["algorithm.heating"] == 1
-    nozzle.enabled = 0
-    assert nozzle.feed(COLD_C)["algorithm.heating"] == 0
-
-
-def test_a_cooler_goes_on_without_a_reading_until_the_loop_is_off(nozzle):
-    assert nozzle.feed(HOT_C)["cooling"] == 1
-    assert nozzle.feed(HOT_C, 1)["cooling"] == 1
-    nozzle.enabled = 0
-    assert nozzle.feed(HOT_C, 1)["cooling"] == 0
-
-
-@pytest.mark.parametrize(
-    ("temperature_c", "status", "cooling"),
-    [(80.0, 0, 1), (50.0, 0, 1), (49.9375, 0, 0), (49.9375, 1, 1), (80.0, 1, 1)],
-)
-@pytest.mark.parametrize("enabled", [0, 1])
-def test_a_latched_fault_cools_what_is_hot(nozzle, temperature_c, status, cooling, enabled):
-    nozzle.enabled = enabled
-    nozzle.feed(WARM_C)
-    nozzle.reference.stop()
-    assert nozzle.feed(temperature_c, status)["cooling"] == cooling
-
-
-def test_a_lost_master_is_a_fault_while_the_loop_is_on(nozzle):
-    record = nozzle.feed(HOT_C, master_lost=True)
-    assert (record["fault.code"], record["fault.temperature_c"]) == (23, 80)
-    assert record["cooling"] == 1
-
-
-def test_a_lost_master_is_none_while_the_loop_is_off(nozzle):
-    nozzle.enabled = 0
-    assert nozzle.feed(HOT_C, master_lost=True)["fault.code"] == 0
-
-
-def test_the_master_is_asked_after_first(nozzle):
-    nozzle.feed(WARM_C)
-    nozzle.amperes = 10.0
-    record = nozzle.feed(119.0, master_lost=True)
-    assert (record["fault.code"], record["current.leak_steps"]) == (23, 0)
 
 
 class Operated:
@@ -161,3 +103,20 @@ def test_a_setpoint_is_taken_while_a_fault_is_latched(operated):
 def test_what_there_is_not_cannot_be_written(operated, name):
     with pytest.raises(KeyError):
         operated.write(name, 1.0)
+
+
+def amperes_of(raw, controller=None):
+    step = Reference(controller or controller_of(), "nozzle").step
+    return step(0, 320, Single(50), orders=Orders(current_raw=raw))["current.amperes"]
+
+
+def test_amperes_are_the_middle_of_the_step():
+    assert amperes_of(400) == Single(STEP_A / 4) * Single(400) + Single(STEP_A / 2)
+
+
+def test_an_offset_does_not_make_negative_amperes():
+    controller = controller_of()
+    sensor = controller.sensors["current"].model_copy(update={"offset_v": 2.5})
+    moved = controller.model_copy(update={"sensors": {**controller.sensors, "current": sensor}})
+    assert amperes_of(0, moved) == Single(0)
+    assert amperes_of(4 * 512, moved) == pytest.approx(STEP_A / 2)
