@@ -62,12 +62,6 @@ def test_its_interrupt_is_short(keyed: AvrDevice) -> None:
     assert interrupt.longest / keyed.avr.clock_hz < LONGEST_MASKED_S
 
 
-def test_a_reading_is_the_sum_of_its_codes(plate: AvrDevice) -> None:
-    hold(plate, 700)
-    plate.advance(1.0)
-    assert plate.steps("bed")["reading_raw"][-1] == OVERSAMPLE * 700
-
-
 def test_it_is_of_the_last_codes_before_the_step(plate: AvrDevice) -> None:
     """One code may be missed, so they are those of the last five ticks but the last one."""
     hold(plate, 700)

@@ -4,7 +4,7 @@ import random
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rig.outputs import OutputBoard, Wired, wired
+from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, wired
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.reference.held import Held, held_of
@@ -27,9 +27,6 @@ VARIANTS = {
     "all": (", minimum_on: 60 ms, minimum_off: 40 ms", ", minimum_on: 80 ms, minimum_off: 70 ms"),
     "low": (", active: low, minimum_on: 60 ms", ", active: low, minimum_off: 40 ms"),
 }
-TICK_S = 0.01
-LATE_S = 0.004
-"""Into a tick: all that it did is done."""
 LATCHED = 6
 """A fault's code, whichever."""
 

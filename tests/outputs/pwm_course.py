@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rig.outputs import OutputBoard, Outputs, Wired, wired
+from rig.outputs import TICK_S, OutputBoard, Outputs, Wired, wired
 
 from heatwright.sim.elf import Elf
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
@@ -14,7 +14,6 @@ from heatwright.spec.pwm_timers import PwmChannel
 from heatwright.spec.timers import allocate
 
 CLOCK_HZ = 16_000_000
-TICK_S = 0.01
 TCCR2A, TIMSK1 = 0xB0, 0x6F
 LATENCY = 200
 """Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""

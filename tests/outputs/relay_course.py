@@ -4,7 +4,7 @@ import random
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rig.outputs import OutputBoard, Wired, wired
+from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, wired
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.native.relay import Armature, Wire
@@ -15,9 +15,6 @@ PINS = {
     "atmega32": ("PD5", "PD6", "PC1"),
 }
 """Heater's, relay's and contact's; ports beyond the reach of `sbi` among them."""
-TICK_S = 0.01
-LATE_S = 0.004
-"""Into a tick: all that it did is done."""
 OPERATE_S, RELEASE_S = 0.022, 0.012
 """So that the contact is, at a tick, where it was LATE_S after the one before."""
 SETTLE_TICKS, CONTACT_TICKS = 5, 10

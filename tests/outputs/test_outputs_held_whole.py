@@ -1,7 +1,7 @@
 """Minimum times in a whole firmware: a host's fan, and a heater whose protections do not wait."""
 
 from rig.avr import whole
-from rig.outputs import Recorded
+from rig.outputs import TICK_S, Recorded
 from rig.specs import spec_of
 
 from heatwright.sim.circuits import Wiring
@@ -30,7 +30,6 @@ loops:
     protection: {minimum: 5 °C, rise_rate: 50 K/s}
 interfaces: [{kind: gcode, loops: {T0: air}, fans: {P0: fan}}]
 """
-TICK_S = 0.01
 
 
 class Held:

@@ -56,35 +56,23 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
 @pytest.mark.parametrize(
     ("board", "pin", "frequency_hz", "by_interrupts"),
     [
-        ("uno", "D9", 30, False),
-        ("uno", "D10", 122, False),
-        ("uno", "D9", 31_000, False),
-        ("uno", "D3", 62_500, False),
-        ("uno", "D3", 30, True),
-        ("uno", "D4", 122, True),
-        ("uno", "A5", 1, True),
-        ("nano", "D5", 500, True),
-        ("mega2560", "D46", 30, False),
-        ("mega2560", "D8", 122, False),
+        ("uno", "D9", 30, False), ("uno", "D10", 122, False), ("uno", "D9", 31_000, False),
+        ("uno", "D3", 62_500, False), ("uno", "D3", 30, True), ("uno", "D4", 122, True),
+        ("uno", "A5", 1, True), ("nano", "D5", 500, True),
+        ("mega2560", "D46", 30, False), ("mega2560", "D8", 122, False),
         ("mega2560", "D5", 31_000, False),
-        ("mega2560", "D10", 30, True),  # RAMPS: the hotend
-        ("mega2560", "D9", 122, True),  # and its fan; ports H and K take several instructions
-        ("mega2560", "A8", 250, True),
-        ("leonardo", "D9", 122, False),
-        ("leonardo", "D5", 31_000, False),
+        # RAMPS: the hotend, and its fan; ports H and K take several instructions.
+        ("mega2560", "D10", 30, True), ("mega2560", "D9", 122, True), ("mega2560", "A8", 250, True),
+        ("leonardo", "D9", 122, False), ("leonardo", "D5", 31_000, False),
         ("leonardo", "D6", 30, True),  # its own timer, the fourth, is left out
-        ("atmega1284p", "PB6", 30, False),
-        ("atmega1284p", "PD4", 31_000, False),
-        ("atmega1284p", "PB3", 122, True),
-        ("atmega1284p", "PA5", 499, True),
-        ("atmega32", "PD5", 30, False),
-        ("atmega32", "PD4", 31_000, False),
-        ("atmega32", "PD7", 488.28125, False),  # timer 2 divides by 128, timer 0 does not
-        ("atmega32", "PB3", 488.28125, True),
-        ("atmega16", "PB3", 62_500, False),
-        ("atmega16", "PA5", 122, True),
+        ("atmega1284p", "PB6", 30, False), ("atmega1284p", "PD4", 31_000, False),
+        ("atmega1284p", "PB3", 122, True), ("atmega1284p", "PA5", 499, True),
+        ("atmega32", "PD5", 30, False), ("atmega32", "PD4", 31_000, False),
+        # Timer 2 divides by 128, timer 0 does not.
+        ("atmega32", "PD7", 488.28125, False), ("atmega32", "PB3", 488.28125, True),
+        ("atmega16", "PB3", 62_500, False), ("atmega16", "PA5", 122, True),
     ],
-)
+)  # fmt: skip
 @either_level
 def test_frequency_and_share(
     board: str, pin: str, frequency_hz: float, by_interrupts: bool, active: str

@@ -3,14 +3,11 @@
 import random
 from collections.abc import Iterator
 
-from rig.outputs import OutputBoard, Wired, wired
+from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, wired
 
 from heatwright.sim.elf import Elf
 from heatwright.spec import TimeProportionalOutput
 
-TICK_S = 0.01
-LATE_S = 0.004
-"""Into a tick: all that it did is done."""
 BURST = "window: 1 s, resolution: 10 ms"
 SHORT_LEFT_OUT = f"{BURST}, minimum_on: 50 ms, minimum_off: 100 ms"
 SPREAD = "window: 2 s, resolution: 20 ms, distribution: spread"

@@ -293,6 +293,11 @@ def wired(board: str, outputs: Outputs, *, gate: bool = False, feedback: str = "
     return Wired(board, tuple(outputs.items()), gate, feedback)
 
 
+TICK_S = 0.01
+LATE_S = 0.004
+"""Into a tick: all that it did is done."""
+
+
 class Change(NamedTuple):
     """Of an output's level."""
 
