@@ -39,10 +39,6 @@ def celsius(value: int, of: str = "nozzle") -> bytes:
     return {"nozzle": b"c", "bed": b"b"}[of] + struct.pack("<h", value)
 
 
-def duty(percent: int) -> bytes:
-    return b"d" + bytes([percent])
-
-
 def switched(times: int) -> bytes:
     """How often the relay of a tuning has switched on."""
     return b"w" + bytes([times])

@@ -9,6 +9,7 @@ from gcode_world import (
     fault,
     received,
     run,
+    spoken,
     switched,
     talk,
     ticks,
@@ -180,25 +181,6 @@ def test_m108_ends_the_wait(world: Path, urgent: bytes) -> None:
     assert said.state["setpoint"] == "200"
 
 
-def test_a_fault_ends_the_wait_and_is_told(world: Path) -> None:
-    said = run(world, celsius(20), received(b"M109 S200\n"), ticks(50), fault(10), ticks(20))
-    assert said.answers == [
-        "Error:E10 NO HEATING (at 20.0 C): heaters are off until M999", "ok"
-    ]  # fmt: skip
-
-
-def test_a_latched_fault_refuses_heat_until_acknowledged(world: Path) -> None:
-    lines = "M104 S200", "M109 S200", "M303 S200", "M104 D10", "M104 S0", "M999", "M104 S100"
-    script = [part for line in lines for part in (received(line.encode() + b"\n"), ticks(12))]
-    said = run(world, fault(6), ticks(20), *script)
-    refusal = "refused: acknowledge the fault with M999"
-    assert said.answers[1:] == [
-        f"Error:M104 {refusal}", "ok", f"Error:M109 {refusal}", "ok", f"Error:M303 {refusal}", "ok",
-        f"Error:M104 {refusal}", "ok", "ok", "ok", "ok",
-    ]  # fmt: skip
-    assert said.state["setpoint"] == "100"
-
-
 def test_a_fault_that_trips_again_at_once_is_told_again(world: Path) -> None:
     script = (fault(6), ticks(20), received(b"M999\n"), ticks(1), fault(6), ticks(20))
     told = run(world, *script).answers
@@ -221,28 +203,38 @@ def test_m303_tells_how_it_goes(world: Path) -> None:
     assert running.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
     assert "ok" not in running.answers
     assert running.state["tuning"] == "5"
-    done = run(world, *begin, tuning_ends(2), ticks(10)).answers
-    assert done[-3:] == [
-        "Kp: 0.00000 Ki: 0.00000 Kd: 0.00000",
-        "PID Autotune finished! The gains are in use and stored.",
-        "ok",
-    ]
 
 
-@pytest.mark.parametrize(
-    ("result", "why"),
-    [(3, "timeout"), (4, "Stopped"), (5, "Temperature too high"),
-     (6, "The gains found are of no use")],
-)  # fmt: skip
-def test_m303_tells_why_it_failed(world: Path, result: int, why: str) -> None:
-    said = run(world, received(b"M303 S200\n"), ticks(50), tuning_ends(result), ticks(10))
-    assert said.answers[-2:] == [f"PID Autotune failed! {why}", "ok"]
+LATCHED = "M104 S200", "M109 S200", "M303 S200", "M104 D10", "M104 S0", "M999", "M104 S100"
+TUNING = received(b"M303 S200\n") + ticks(50)
+FAILURES = {3: "timeout", 4: "Stopped", 5: "Temperature too high",
+            6: "The gains found are of no use"}  # fmt: skip
+ENDS = {
+    "a fault while it waits": (
+        [celsius(20), received(b"M109 S200\n"), ticks(50), fault(10), ticks(20)],
+        ["Error:E10 NO HEATING (at 20.0 C): heaters are off until M999", "ok"], "200"),
+    "a latched fault refuses heat until acknowledged": (
+        [fault(6), ticks(20), *spoken(*LATCHED)],
+        [part for line in LATCHED[:4] for part in (
+            f"Error:{line[:4]} refused: acknowledge the fault with M999", "ok")] + 3 * ["ok"],
+        "100"),
+    "a tuning": (
+        [TUNING, tuning_ends(2), ticks(10)],
+        ["Kp: 0.00000 Ki: 0.00000 Kd: 0.00000",
+         "PID Autotune finished! The gains are in use and stored.", "ok"], "200"),
+    **{f"a tuning: {why}": ([TUNING, tuning_ends(result), ticks(10)],
+                            [f"PID Autotune failed! {why}", "ok"], "200")
+       for result, why in FAILURES.items()},
+    "a tuning that M108 stops": ([TUNING, received(b"M108\n"), ticks(20)],
+                                 ["PID Autotune failed! Stopped", "ok", "ok"], "0"),
+}  # fmt: skip
 
 
-def test_m108_stops_a_tuning(world: Path) -> None:
-    said = run(world, received(b"M303 S200\n"), ticks(50), received(b"M108\n"), ticks(20))
-    assert said.answers[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
-    assert said.state["setpoint"] == "0"
+@pytest.mark.parametrize(("script", "last", "setpoint"), ENDS.values(), ids=ENDS)
+def test_how_it_ends(world: Path, script: list[bytes], last: list[str], setpoint: str) -> None:
+    said = run(world, *script)
+    assert said.answers[-len(last) :] == last
+    assert said.state["setpoint"] == setpoint
 
 
 def test_what_it_is(world: Path) -> None:

@@ -2,9 +2,9 @@
  *
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
  * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of
- * nozzle and bed in degrees (16 bits, signed); 'd', the nozzle's duty (8 bits); 'f', a fault's code,
- * 'a', a tuning's result, and 'w', how often its relay has switched (8 bits each). What is sent goes
- * to standard output; `=` lines show the state at the end.
+ * nozzle and bed in degrees (16 bits, signed); 'f', a fault's code, 'a', a tuning's result, and 'w',
+ * how often its relay has switched (8 bits each). What is sent goes to standard output; `=` lines
+ * show the state at the end.
  */
 #include <math.h>
 
@@ -240,7 +240,6 @@ int main(void)
         case 't': ticks(next_word()); break;
         case 'c': loop_nozzle.temperature_c = (float)(int16_t)next_word(); break;
         case 'b': BED_C = (float)(int16_t)next_word(); break;
-        case 'd': loop_nozzle.duty_percent = (float)next_byte(); break;
         case 'w': autotune_nozzle.switches = next_byte(); break;
         case 'a': autotune_nozzle.result = next_byte(); break;
         case 'f': fault_trip(next_byte(), 20.0f); break;

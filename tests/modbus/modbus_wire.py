@@ -68,8 +68,8 @@ class Sent:
 class Wire:
     """The line of a device whose own master is unplugged.
 
-    frames -- what has come from the board; slowest_s -- the longest an answer has begun after the
-    silence.
+    address -- the slave's; frames -- what has come from the board; slowest_s -- the longest an
+    answer has begun after the silence.
     """
 
     def __init__(self, controller: Controller, device: AvrDevice) -> None:
@@ -80,7 +80,7 @@ class Wire:
         if interface.driver_enable is not None:
             driver = pin_number(controller.board.pins[interface.driver_enable].port_name)
         form = format_of(interface)
-        self.device = device
+        self.device, self.address = device, interface.address
         self.bus = Bus(device.avr, device.uart, interface.baud, form, driver)
         self.frames: list[Frame] = []
         self.slowest_s = 0.0

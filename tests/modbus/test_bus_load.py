@@ -13,7 +13,7 @@ from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.profile import Profile
 from heatwright.sim.timing import steps, waits
 from heatwright.sim.timing.figures import JITTER_US
-from heatwright.spec import Controller, modbus_of
+from heatwright.spec import Controller
 
 LOAD_S = float(amount("modbus_load_s"))
 """Of each kind; a request falls at every phase of a tick, and of a control step."""
@@ -26,10 +26,9 @@ class Loaded:
     """A slave, profiled, with the bus in a test's hands."""
 
     def __init__(self, controller: Controller, device: AvrDevice) -> None:
-        interface = modbus_of(controller)
-        assert interface is not None
-        self.controller, self.device, self.address = controller, device, interface.address
+        self.controller, self.device = controller, device
         self.wire = Wire(controller, device)
+        self.address = self.wire.address
         self.profile: Profile = device.avr.profile(device.elf)
         steps.trace(self.profile, device.elf, list(controller.loops))
         self.end_s = device.avr.time_s + LOAD_S

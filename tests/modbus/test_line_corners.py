@@ -4,7 +4,6 @@ import pytest
 from modbus_wire import Sent, Wire, powered
 
 from heatwright.sim.interfaces import modbus_frames as frames
-from heatwright.spec import modbus_of
 
 BORNE, ENDING = 2.5, 1.1
 """Of a gap inside a frame: characters that are borne, silences that end the frame."""
@@ -18,12 +17,10 @@ class Slave:
 
     def __init__(self, name: str, baud: int | None = None, start_s: float = 1.0) -> None:
         controller, self.device = powered(name, baud)
-        interface = modbus_of(controller)
-        assert interface is not None
-        self.address = interface.address
         self.device.unplug()
         self.device.advance(start_s)
         self.wire = Wire(controller, self.device)
+        self.address = self.wire.address
 
     def request(self, pdu: bytes = READ) -> bytes:
         return frames.framed(self.address, pdu)
