@@ -26,6 +26,7 @@ TESTS = Path(__file__).parents[1]
 ROOT = TESTS.parent
 MEMORY = ROOT / "build" / "mutation"
 BATCH = 24
+ENOUGH_EQUAL = 4
 JUDGES = ("*.py", "*.c", "*.h")
 SHARED = (TESTS / "rig", ROOT / "sim", ROOT / "spec")
 """What all judges are made of, besides what is in the folder of their arena."""
@@ -55,8 +56,11 @@ class Case:
 
     @property
     def next(self) -> tuple[int, Mutant] | None:
-        """Who judges it next; nobody, if it is dead, or listed and alive, or no one is left."""
+        """Who judges it next; nobody, if it is dead, or listed and alive, or the same program in
+        so many firmwares that it is in all, or no one is left."""
         if self.verdicts and (self.verdicts[-1].fate == "killed" or self._is_listed):
+            return None
+        if [verdict.fate for verdict in self.verdicts] == ["equal"] * ENOUGH_EQUAL:
             return None
         left = self.places[len(self.verdicts) :]
         return left[0] if left else None
