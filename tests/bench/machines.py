@@ -13,6 +13,9 @@ from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.trace import Trace
+from heatwright.sim.tuning import gains as tuning
+from heatwright.sim.tuning.margins import margins
+from heatwright.sim.tuning.process import process_of
 from heatwright.spec import Controller, Event
 from heatwright.spec.base import ReadOnlyDict
 
@@ -65,6 +68,25 @@ def noisy(controller: Controller, noise_k: float) -> Controller:
     return on_plant(controller, sense=ReadOnlyDict(changed))
 
 
+def assert_margins(
+    controller: Controller,
+    gains: Gains | None = None,
+    at_c: float | None = None,
+    *,
+    gain: float = 2.0,
+    phase_deg: float = 45.0,
+) -> None:
+    """See that the only loop keeps what every tuned loop here is held to, at a temperature."""
+    ((name, loop),) = controller.loops.items()
+    own = loop.algorithm
+    kp, ki, kd = map(float, gains or (own.kp, own.ki, own.kd))
+    parallel = tuning.Gains(kp, ki, kd, own.derivative_filter_s)
+    found = margins(process_of(controller, name, at_c), parallel, loop.period_s)
+    assert found.stable
+    assert found.gain >= gain
+    assert found.phase_deg >= phase_deg
+
+
 # ---- runs ----
 
 
@@ -79,6 +101,10 @@ class Run(NamedTuple):
     def log(self) -> Any:
         (log,) = self.trace.steps.values()
         return log
+
+    def between(self, from_s: float, to_s: float) -> Any:
+        """The log of a part of the time."""
+        return self.log[(self.log["time_s"] > from_s) & (self.log["time_s"] < to_s)]
 
 
 def modelled(controller: Controller | str, *lines: Mapping[str, Any], seed: int = 0) -> Run:

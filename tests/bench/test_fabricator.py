@@ -23,10 +23,6 @@ def accepted():
     return run_of("fabricator")
 
 
-def between(run, from_s, to_s):
-    return run.log[(run.log["time_s"] > from_s) & (run.log["time_s"] < to_s)]
-
-
 def first_s(log, condition):
     assert condition.any()
     return float(log["time_s"][condition.argmax()])
@@ -54,7 +50,7 @@ def test_the_lights_and_the_panel_show_it(accepted, from_s, to_s, lights, bits):
 
 
 def test_step_1_the_setpoint_is_set_and_nothing_else(accepted):
-    log = between(accepted, SET_S + SETTLED_S, ON_S)
+    log = accepted.between(SET_S + SETTLED_S, ON_S)
     assert set(log["setpoint_c"]) == {HOT_C}
     assert (set(log["enabled"]), set(log["duty_percent"])) == ({0}, {0})
     panels = shown(accepted.device.panel, SET_S, ON_S)
@@ -62,19 +58,19 @@ def test_step_1_the_setpoint_is_set_and_nothing_else(accepted):
 
 
 def test_step_2_on_switches_on(accepted):
-    assert set(between(accepted, ON_S + SETTLED_S, OFF_S)["enabled"]) == {1}
+    assert set(accepted.between(ON_S + SETTLED_S, OFF_S)["enabled"]) == {1}
     seen = shown(accepted.device.lights, ON_S, OFF_S)
     assert {(each["enabled"], each["communicating"]) for each in seen} == {("lit", "lit")}
 
 
 def test_step_4_the_temperature_climbs_to_300(accepted):
-    climbing = between(accepted, ON_S, COOLER_S)
+    climbing = accepted.between(ON_S, COOLER_S)
     reached_s = first_s(climbing, climbing["temperature_c"] >= HOT_C - DEAD_BAND_K)
     assert reached_s < ON_S + WARMED_UP_S
 
 
 def test_step_6_the_cooling_indicator_is_lit_until_it_is_cool(accepted):
-    log = between(accepted, COOLER_S, OFF_S)
+    log = accepted.between(COOLER_S, OFF_S)
     cooled_s = first_s(log, log["temperature_c"] <= MILD_C + DEAD_BAND_K)
     seen = shown(accepted.device.lights, COOLER_S, cooled_s)
     assert len(seen) > 100
@@ -84,12 +80,12 @@ def test_step_6_the_cooling_indicator_is_lit_until_it_is_cool(accepted):
 def test_step_7_the_temperature_falls_to_30(accepted):
     controller = accepted.controller
     step_k = controller.sensors[LOOP].step_at_k(MILD_C, controller.board.mcu)
-    log = between(accepted, OFF_S - 60, OFF_S)
+    log = accepted.between(OFF_S - 60, OFF_S)
     assert abs(log["temperature_c"] - MILD_C).max() <= DEAD_BAND_K + step_k
 
 
 def test_step_8_off_puts_all_out(accepted):
-    log = between(accepted, OFF_S + SETTLED_S, END_S)
+    log = accepted.between(OFF_S + SETTLED_S, END_S)
     assert (set(log["enabled"]), set(log["duty_percent"]), set(log["cooling"])) == ({0}, {0}, {0})
 
 
@@ -105,7 +101,7 @@ def assert_held(run):
     """What a step of the ADC leaves open: half of it is a reading's, lag and a step the block's."""
     controller, trace = run.controller, run.trace
     step_k = controller.sensors[LOOP].step_at_k(HOT_C, controller.board.mcu)
-    log = between(run, ON_S + WARMED_UP_S, COOLER_S)
+    log = run.between(ON_S + WARMED_UP_S, COOLER_S)
     held = (trace.times_s > ON_S + WARMED_UP_S) & (trace.times_s < COOLER_S)
     assert abs(trace.temperatures_c["block"][held] - HOT_C).max() <= DEAD_BAND_K + step_k
     assert abs(log["temperature_c"] - HOT_C).max() <= DEAD_BAND_K + step_k / 2

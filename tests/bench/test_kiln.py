@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bench_runs import run_of
-from machines import PLANTS, at, course, events, example, modelled, noisy, scaled
+from machines import PLANTS, assert_margins, at, course, events, example, modelled, noisy, scaled
 from rig.avr import whole
 
 from heatwright.sim.bench import bench
@@ -21,20 +21,15 @@ from heatwright.sim.reference.program_state import (
     STOPPED,
 )
 from heatwright.sim.replay import replay
-from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import margins
-from heatwright.sim.tuning.process import process_of
 
 LOOP = "chamber"
 OVER, RATE, FAST, HOLD, UNTIL = range(1, 6)
 HOURS = 8
-LIMIT_K = 1.0
+LIMIT_K, GAINS_AT_C = 1.0, 500.0
 POWER_W, WINDOW_STEPS = 484.0, 100
 LATEST_S = 20e-6
 WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})
 """The first ramp and most of its hold."""
-LEAST_GAIN_MARGIN, LEAST_PHASE_MARGIN_DEG = 2.0, 45.0
-"""What every tuned loop here is held to."""
 
 
 @pytest.fixture(scope="module")
@@ -184,21 +179,10 @@ class TestOtherKilns:
 
     @pytest.mark.parametrize(("capacity", "resistance"), PLANTS)
     def test_the_loop_is_stable(self, kiln, capacity, resistance):
-        found = self.margins(scaled(kiln, capacity, resistance))
-        assert found.stable
-        assert found.gain > 1
+        assert_margins(scaled(kiln, capacity, resistance), at_c=GAINS_AT_C, gain=1, phase_deg=0)
 
     def test_this_one_has_room(self, kiln):
-        found = self.margins(kiln)
-        assert found.gain >= LEAST_GAIN_MARGIN
-        assert found.phase_deg >= LEAST_PHASE_MARGIN_DEG
-
-    @staticmethod
-    def margins(kiln):
-        loop = kiln.loops[LOOP]
-        pid = loop.algorithm
-        gains = Gains(pid.kp, pid.ki, pid.kd, pid.derivative_filter_s)
-        return margins(process_of(kiln, LOOP, 500.0), gains, loop.period_s)
+        assert_margins(kiln, at_c=GAINS_AT_C)
 
     @pytest.mark.parametrize(("capacity", "resistance"), PLANTS[4:])
     def test_a_hold_comes_to_rest(self, kiln, capacity, resistance):

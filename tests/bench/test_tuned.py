@@ -11,19 +11,15 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from bench_runs import EXTRUDER, TUNED_S, run_of
-from machines import PLANTS, at, commanded, example, fired, scaled, tuned
+from machines import PLANTS, assert_margins, at, commanded, example, fired, scaled, tuned
 
 from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
-from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import margins
 from heatwright.sim.tuning.process import process_of
 
 LOOP = "nozzle"
 TARGETS = {"extruder": 200.0, "feeder": 210.0}
 DONE = 2
-LEAST_GAIN_MARGIN, LEAST_PHASE_MARGIN_DEG = 2.0, 45.0
-"""What the extruder and the feeder are held to."""
 
 
 @pytest.mark.parametrize(("capacity", "resistance"), PLANTS)
@@ -36,17 +32,8 @@ class TestOnAnyMachine:
         assert found.log["temperature_c"].max() < TARGETS[name] + 20
 
     def test_the_loop_is_robust(self, name, capacity, resistance):
-        controller = scaled(example(name), capacity, resistance)
-        loop = controller.loops[LOOP]
         gains = tuned(name, TARGETS[name], capacity, resistance).gains
-        found = margins(
-            process_of(controller, LOOP),
-            Gains(*map(float, gains), loop.algorithm.derivative_filter_s),
-            loop.period_s,
-        )
-        assert found.stable
-        assert found.gain >= LEAST_GAIN_MARGIN
-        assert found.phase_deg >= LEAST_PHASE_MARGIN_DEG
+        assert_margins(scaled(example(name), capacity, resistance), gains)
 
     def test_it_finds_the_machine(self, name, capacity, resistance):
         controller = scaled(example(name), capacity, resistance)
@@ -132,10 +119,6 @@ def test_the_gains_outlive_the_power():
     assert device.read(f"settings.{LOOP}_setpoint_c") == 0
 
 
-def between(run, start_s, end_s, member="temperature_c"):
-    return run.log[member][(run.log["time_s"] > start_s) & (run.log["time_s"] < end_s)]
-
-
 # ---- the extruder: from cold, and under filament; model and binary ----
 
 OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0
@@ -160,8 +143,8 @@ def extruder(request, modelled_extruder):
 
 def test_the_extruder_keeps_to_what_it_is_held_to(extruder):
     run, on_s, fed_s = extruder
-    assert between(run, on_s - 1, on_s).max(initial=20.0) < 30
-    assert 0 < between(run, on_s, fed_s).max() - 200 <= OVERSHOOT_K
+    assert run.between(on_s - 1, on_s)["temperature_c"].max(initial=20.0) < 30
+    assert 0 < run.between(on_s, fed_s)["temperature_c"].max() - 200 <= OVERSHOOT_K
     fed, stopped = metrics(run.trace, run.controller).disturbances[:2]
     assert (fed.at_s, fed.what) == (fed_s, "extrude 5 mm/s")
     assert fed.dip_k <= DIP_K
@@ -221,9 +204,9 @@ def fed():
 @pytest.mark.parametrize(("target_c", "feeds", "start_s"), PHASES)
 def test_the_feeder_is_steady(fed, target_c, feeds, start_s):
     end_s = start_s + HOLD_S
-    assert set(between(fed, end_s - LOOKED_AT_S, end_s, "setpoint_c")) == {target_c}
+    assert set(fed.between(end_s - LOOKED_AT_S, end_s)["setpoint_c"]) == {target_c}
     half_step_k = fed.controller.sensors[LOOP].step_at_k(target_c, "atmega328p") / 2
-    errors_k = between(fed, end_s - LOOKED_AT_S, end_s) - target_c
+    errors_k = fed.between(end_s - LOOKED_AT_S, end_s)["temperature_c"] - target_c
     assert abs(errors_k).max() <= AIM_K + half_step_k
     steady = (fed.trace.times_s > end_s - LOOKED_AT_S) & (fed.trace.times_s < end_s)
     assert abs(fed.trace.sensed_c[LOOP][steady] - target_c).max() <= AIM_K
@@ -238,7 +221,7 @@ def test_no_protection_trips_on_the_way(fed):
 @pytest.mark.parametrize(("start_s", "target_c", "feed_mm_per_s"), STEADY)
 def test_the_feeders_binary_is_as_steady(start_s, target_c, feed_mm_per_s):
     run = run_of("feeder")
-    errors_k = between(run, start_s, start_s + 100) - target_c
+    errors_k = run.between(start_s, start_s + 100)["temperature_c"] - target_c
     assert abs(errors_k).max() <= AIM_K
     inside = (run.trace.times_s > start_s) & (run.trace.times_s < start_s + 100)
     assert run.trace.fed_mm_per_s[inside].mean() == pytest.approx(feed_mm_per_s, rel=0.01)

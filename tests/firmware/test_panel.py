@@ -5,7 +5,6 @@ import pytest
 from chamber_on import SETPOINT, power_on, press
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.native.analog import millivolts
 
 
 def started(phase_s: float = 0.0) -> AvrDevice:
@@ -55,18 +54,6 @@ def test_other_keys_change_nothing(key: str) -> None:
     press(device, key)
     assert device.read(SETPOINT) == 20
     assert device.read("fault.code") == 0
-
-
-@pytest.mark.parametrize(
-    ("code", "setpoint_c"),
-    [(59, 20), (60, 30), (131, 30), (199, 30), (200, 10), (307, 10), (399, 10), (400, 20),
-     (599, 20), (600, 20), (899, 20), (900, 20), (1023, 20)],
-)  # fmt: skip
-def test_thresholds_of_the_keys(code: int, setpoint_c: int) -> None:
-    device = started()
-    device.avr.adc.set(0, millivolts(code))
-    device.advance(1.6)
-    assert device.read(SETPOINT) == setpoint_c
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, 0.1])
