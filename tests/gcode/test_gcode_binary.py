@@ -145,11 +145,6 @@ def test_a_stored_setpoint_is_taken_again_and_off_is_stored_at_once() -> None:
     assert board.on_fraction("heater") == 0.0
 
 
-def test_the_fan_runs_as_told(board: BinaryBoard) -> None:
-    board.tell("M106 S64")
-    assert board.on_fraction("part_fan") == pytest.approx(64 / 255, abs=0.01)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_bad_cable_loses_no_line(board: BinaryBoard, seed: int) -> None:
     """Lines are done once and in order, whatever the cable does to bytes both ways."""

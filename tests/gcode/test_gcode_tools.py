@@ -77,35 +77,32 @@ def test_a_wait_is_for_its_own_tool(board: Board) -> None:
     assert board.told("M108", 0.2)[-1] == "ok"
 
 
-@pytest.mark.parametrize("tool", [0, 2, 4, 255])
-def test_other_numbers_are_not_there(board: Board, tool: int) -> None:
-    assert told(board, f"M104 T{tool} S50") == [f"echo:M104 Invalid extruder {tool}", "ok"]
-    assert told(board, f"T{tool}") == [f'echo:Unknown command: "T{tool}"', "ok"]
+BEYOND = "Error:M104 is outside its limits; nothing was changed"
+UNABLE = "refused: this tool has no such control"
+ANSWERS = {
+    **{f"M104 T{tool} S50|T{tool}": (f"echo:M104 Invalid extruder {tool}", "ok",
+                                     f'echo:Unknown command: "T{tool}"', "ok")
+       for tool in (0, 2, 4, 255)},
+    "M104 T3 S111|M104 T1 S251": (BEYOND, "ok", BEYOND, "ok"),
+    "M104 T1 S250|M104 T3 S110": ("ok", "ok"),
+    "M301 T1 P5 I0.1 D10|M301 T1 P6|M503": (
+        "echo:  M301 E1 P5.00000 I0.10000 D10.00000", "ok",
+        *2 * ("echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok")),
+    "M301 T3 P6|M303 T3 S50|M104 T3 D20": (
+        f"Error:M301 {UNABLE}", "ok", f"Error:M303 {UNABLE}", "ok", f"Error:M104 {UNABLE}", "ok"),
+    **{f"{line} E1": (f'echo:Unknown command: "{line}"', "ok")
+       for line in ("M106", "M107", "G1", "G92", "M82", "M410", "M84", "M400")},
+}  # fmt: skip
 
 
-def test_each_has_its_own_limits(board: Board) -> None:
-    beyond = "Error:M104 is outside its limits; nothing was changed"
-    assert told(board, "M104 T3 S111", "M104 T1 S251") == [beyond, "ok", beyond, "ok"]
-    assert told(board, "M104 T1 S250", "M104 T3 S110") == ["ok", "ok"]
-
-
-def test_gains_are_those_of_the_tool_that_has_some(board: Board) -> None:
-    told(board, "M301 T1 P5 I0.1 D10")
-    shown = ["echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok"]
-    assert told(board, "M301 T1 P6", "M503") == shown + shown
-    unable = "refused: this tool has no such control"
-    assert told(board, "M301 T3 P6", "M303 T3 S50", "M104 T3 D20") == [
-        f"Error:M301 {unable}", "ok", f"Error:M303 {unable}", "ok", f"Error:M104 {unable}", "ok"
-    ]  # fmt: skip
+@pytest.mark.parametrize(("lines", "answers"), ANSWERS.items(), ids=ANSWERS)
+def test_each_tool_has_its_limits_and_controls_and_others_are_not_there(
+    board: Board, lines: str, answers: tuple[str, ...]
+) -> None:
+    """Nor are a fan and a feed."""
+    assert told(board, *lines.split("|")) == list(answers)
 
 
 def test_a_tuning_is_of_its_tool(board: Board) -> None:
     assert told(board, "T3", "M303 T1 S100")[:2] == ["ok", "PID Autotune start"]
     assert told(board, "M108")[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
-
-
-def test_there_is_no_fan_and_no_feed(board: Board) -> None:
-    unknown = ["M106", "M107", "G1", "G92", "M82", "M410", "M84", "M400"]
-    assert told(board, *(f"{line} E1" for line in unknown)) == [
-        part for line in unknown for part in (f'echo:Unknown command: "{line}"', "ok")
-    ]

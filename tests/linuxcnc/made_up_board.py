@@ -64,6 +64,10 @@ class MadeUpBoard:
         return self.nozzle.enabled
 
     @property
+    def is_refused(self) -> bool:
+        return self.refused != []
+
+    @property
     def setpoint_celsius(self) -> float:
         return round(self.nozzle.setpoint, 4)
 
