@@ -7,50 +7,34 @@ from heatwright.spec import ProgramOrder, Write
 MINUTE = {"for": "1 min"}
 
 
+def up(at_s, **more):
+    return {"at": f"{at_s} s", "press": "up", **more}
+
+
 @pytest.mark.parametrize(
     ("lines", "expected", "texts"),
     [
         # Each press is down and up.
-        (
-            [{"at": "10 s", "press": "up", "times": 2}, MINUTE],
-            [Action(10.0, "up"), Action(10.1), Action(10.2, "up"), Action(10.3)],
-            ["up", None, "up", None],
-        ),
+        ([up(10, times=2), MINUTE],
+         [Action(10.0, "up"), Action(10.1), Action(10.2, "up"), Action(10.3)],
+         ["up", None, "up", None]),
         # Events are done in the order of their times.
-        (
-            [{"at": "5 s", "press": "up"}, {"at": "1 s", "press": "down"}],
-            [Action(1.0, "down"), Action(1.1), Action(5.0, "up"), Action(5.1)],
-            ["down", None, "up", None],
-        ),
-        (
-            [
-                {"at": "9 s", "extrude": "5 mm/s"},
-                {"at": "1 s", "send": "M104 S200"},
-                {"at": "1 s", "press": "up"},
-            ],
-            [
-                Action(1.0, line="M104 S200"), Action(1.0, "up"), Action(1.1),
-                Action(9.0, extrude_mm_per_s=5.0),
-            ],
-            ["M104 S200", "up", None, "extrude 5 mm/s"],
-        ),
+        ([up(5), {"at": "1 s", "press": "down"}],
+         [Action(1.0, "down"), Action(1.1), Action(5.0, "up"), Action(5.1)],
+         ["down", None, "up", None]),
+        ([{"at": "9 s", "extrude": "5 mm/s"}, {"at": "1 s", "send": "M104 S200"}, up(1)],
+         [Action(1.0, line="M104 S200"), Action(1.0, "up"), Action(1.1),
+          Action(9.0, extrude_mm_per_s=5.0)],
+         ["M104 S200", "up", None, "extrude 5 mm/s"]),
         # A master writes one value after the other.
-        (
-            [{"at": "2 s", "write": {"air.setpoint": "60 °C", "air.enabled": True}}],
-            [
-                Action(2.0, write=Write("air.setpoint", 60.0)),
-                Action(2.0, write=Write("air.enabled", True)),
-            ],
-            ["air.setpoint = 60", "air.enabled = on"],
-        ),
-        *(
-            ([{"at": "3 s", "program": said}], [Action(3.0, program=order)], [said])
-            for said, order in (
-                ("start 2", ProgramOrder("start", 2)),
-                ("pause", ProgramOrder("pause")),
-                ("jump 3", ProgramOrder("jump", 3)),
-            )
-        ),
+        ([{"at": "2 s", "write": {"air.setpoint": "60 °C", "air.enabled": True}}],
+         [Action(2.0, write=Write("air.setpoint", 60.0)),
+          Action(2.0, write=Write("air.enabled", True))],
+         ["air.setpoint = 60", "air.enabled = on"]),
+        *(([{"at": "3 s", "program": said}],
+           [Action(3.0, program=ProgramOrder(*order))], [said])
+          for said, order in (
+              ("start 2", ("start", 2)), ("pause", ("pause",)), ("jump 3", ("jump", 3)))),
     ],
 )  # fmt: skip
 def test_what_is_done_when(lines, expected, texts):
@@ -64,14 +48,14 @@ def test_what_is_done_when(lines, expected, texts):
 
 
 def test_an_event_waits_for_the_hand_to_be_free():
-    lines = ({"at": "1 s", "press": "up", "times": 3}, {"at": "1.2 s", "press": "select"})
-    assert actions(events(*lines))[6] == Action(pytest.approx(1.6), "select")
+    found = actions(events(up(1, times=3), {"at": "1.2 s", "press": "select"}))
+    assert found[6] == Action(pytest.approx(1.6), "select")
 
 
 def test_the_end_is_the_for():
-    assert end_s(events({"at": "1 s", "press": "up"}, {"for": "30 min"})) == 1800
+    assert end_s(events(up(1), {"for": "30 min"})) == 1800
     with pytest.raises(ValueError, match="needs its end"):
-        end_s(events({"at": "1 s", "press": "up"}))
+        end_s(events(up(1)))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rig.avr import running
 
+from heatwright.sim.avr import Avr
 from heatwright.sim.outputs.stepper import Stepper, attach
 from heatwright.spec import BOARDS
 from heatwright.spec import Stepper as StepperOutput
@@ -21,12 +22,19 @@ WAIT = "_delay_us(10);"
 PULSE = f"{STEP} {WAIT} {STEP} {WAIT}"
 
 
-def driven(body: str) -> Stepper:
-    """The driver after a program has run: PB0 is STEP, PB1 DIR, PB2 ENABLE (low is on)."""
+def attached(body: str) -> tuple[Avr, Stepper]:
+    """A program and its driver: PB0 is STEP, PB1 DIR, PB2 ENABLE (low is on)."""
     avr = running(f"int main(void) {{ {START} {WAIT} {body} for (;;) {{}} }}")
-    driver = attach(avr, BOARDS["uno"], OUTPUT)
+    return avr, attach(avr, BOARDS["uno"], OUTPUT)
+
+
+def driven(body: str, size: int = 1000) -> Stepper:
+    """The driver after a program has run, fed with so many events at a time."""
+    avr, driver = attached(body)
     avr.run(0.001)
-    driver.feed(avr.pins.take(), np.zeros(0))
+    events = avr.pins.take()
+    for first in range(0, len(events), size):
+        driver.feed(events[first : first + size], np.zeros(0))
     return driver
 
 
@@ -42,8 +50,7 @@ def test_steps_forward_and_backward() -> None:
 
 
 def test_it_waits_to_be_fed_once_it_has_stepped() -> None:
-    avr = running(f"int main(void) {{ {START} {WAIT} {ENABLE} {WAIT} {PULSE} for (;;) {{}} }}")
-    driver = attach(avr, BOARDS["uno"], OUTPUT)
+    avr, driver = attached(f"{ENABLE} {WAIT} {PULSE}")
     avr.run(15e-6)
     assert not driver.waits
     avr.run(0.001)
@@ -85,10 +92,5 @@ def test_it_does_not_matter_where_the_record_is_cut() -> None:
     body = f"{ENABLE} {DIR} {WAIT} {PULSE * 5} {DIR} {PULSE * 2} {STEP} {DIR} {WAIT} {STEP}"
     whole = driven(body)
     for size in (1, 2, 3, 5):
-        avr = running(f"int main(void) {{ {START} {WAIT} {body} for (;;) {{}} }}")
-        driver = attach(avr, BOARDS["uno"], OUTPUT)
-        avr.run(0.001)
-        events = avr.pins.take()
-        for first in range(0, len(events), size):
-            driver.feed(events[first : first + size], np.zeros(0))
-        assert (driver.position, driver.violations) == (whole.position, whole.violations)
+        parts = driven(body, size)
+        assert (parts.position, parts.violations) == (whole.position, whole.violations)

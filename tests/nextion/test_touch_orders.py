@@ -128,25 +128,20 @@ def test_orders_one_after_the_other(hosted: Path, name: str) -> None:
     assert [tuple(state[member] for member in members) for state in states] == expected
 
 
-def test_only_its_order_acknowledges_a_fault(hosted: Path) -> None:
-    said = order(hosted, "12", "22", "17", "2 0", before="2 s; fault 24")
-    assert {state["fault"] for state in said.states} == {"24"}
-
-
-def test_a_fault_is_acknowledged(hosted: Path) -> None:
-    said = order(hosted, "16", "2 1", before="2 s; fault 24")
-    assert [(state["fault"], state["acks"]) for state in said.states[:2]] == [("0", "1")] * 2
-    assert said.state["on"] == "1"
-
-
-def test_nothing_starts_while_a_fault_is_latched(hosted: Path) -> None:
-    said = order(hosted, "2 1", START, "4 20", before="2 s; fault 24")
-    assert {(each["on"], each["state"], each["mode"]) for each in said.states} == {("0", "0", "0")}
-
-
 LONG = b"#3 6" + 300 * b"0" + b";"
 FULL = 251 * b"." + b"#3 123456;"
 LINES = {
+    "only its order acknowledges a fault": (
+        ["2 s; fault 24; order 12; 2 s; look; order 22; 2 s; look; order 17; 2 s; look", ordered("2 0"), "2 s"],
+        "fault", 4 * ["24"],
+    ),
+    "a fault is acknowledged": (
+        ["2 s; fault 24; order 16; 2 s; look; order 2 1; 2 s"], "fault acks on", ["0 1 0", "0 1 1"],
+    ),
+    "nothing starts while a fault is latched": (
+        ["2 s; fault 24; order 2 1; 2 s; look; order 8 1; 2 s; look; order 4 20; 2 s"],
+        "on state mode", 3 * ["0 0 0"],
+    ),
     "a damaged byte spoils its order and no other": (
         ["1 s", damaged(b"2 1;"), "2 s; look; order 2 1; 2 s"], "on", ["0", "1"],
     ),
@@ -175,10 +170,11 @@ LINES = {
         "state", [IDLE, RUNNING],
     ),
 }  # fmt: skip
-"""What comes over the line, and a member of the state at each look."""
+"""What comes over the line, and members of the state at each look."""
 
 
 @pytest.mark.parametrize("name", LINES)
 def test_what_comes_over_the_line(hosted: Path, name: str) -> None:
-    parts, member, expected = LINES[name]
-    assert [state[member] for state in run(hosted, *parts).states] == expected
+    parts, members, expected = LINES[name]
+    states = run(hosted, *parts).states
+    assert [" ".join(state[each] for each in members.split()) for state in states] == expected
