@@ -62,7 +62,6 @@ def test_a_chip_that_browns_out_is_never_believed(site: Site, phase_s: float) ->
 )
 @pytest.mark.parametrize("entry", ["__stop_program", "_exit"])
 def test_a_hang_whenever_it_comes(site: Site, entry: str, phase_s: float) -> None:
-
     world = starts.heating(site)
     at_s = world.now_s + phase_s
     world.device.advance(at_s)
@@ -81,7 +80,6 @@ def test_a_hang_whenever_it_comes(site: Site, entry: str, phase_s: float) -> Non
 
 def test_a_program_that_hangs_at_every_start_never_heats(site: Site) -> None:
     """Each start hangs in its first wait; the watchdog resets it for ever."""
-
     world = starts.heating(site)
     began_s = world.now_s
     hang(world, "_exit")

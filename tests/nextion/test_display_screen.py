@@ -59,20 +59,19 @@ def test_text_is_cut_at_its_component() -> None:
     assert (found.max(axis=0) < (70, 110)).all()
 
 
-def test_what_is_hidden_is_not_drawn() -> None:
-    shown = display(page_of(button("b0", attributes={"bco": RED})))
-    assert len(inked(shown, RED))
-    tell(shown, "vis b0,0")
-    assert not len(inked(shown, RED))
-
-
-def test_a_button_shows_the_finger() -> None:
+def test_a_button_shows_the_finger_and_nothing_while_it_is_hidden() -> None:
     shown = display(page_of(button("b0", attributes={"bco": RED, "bco2": GREEN})))
+
+    def seen() -> list[bool]:
+        return [bool(len(inked(shown, colour))) for colour in (RED, GREEN)]
+
+    assert seen() == [True, False]
     shown.press("b0")
-    assert not len(inked(shown, RED))
-    assert len(inked(shown, GREEN))
+    assert seen() == [False, True]
     shown.release()
-    assert not len(inked(shown, GREEN))
+    assert seen() == [True, False]
+    tell(shown, "vis b0,0")
+    assert seen() == [False, False]
 
 
 def test_a_switch_shows_its_state() -> None:

@@ -132,7 +132,8 @@ LONG = b"#3 6" + 300 * b"0" + b";"
 FULL = 251 * b"." + b"#3 123456;"
 LINES = {
     "only its order acknowledges a fault": (
-        ["2 s; fault 24; order 12; 2 s; look; order 22; 2 s; look; order 17; 2 s; look", ordered("2 0"), "2 s"],
+        ["2 s; fault 24; order 12; 2 s; look; order 22; 2 s; look", "order 17; 2 s; look",
+         "order 2 0; 2 s"],
         "fault", 4 * ["24"],
     ),
     "a fault is acknowledged": (
