@@ -1,8 +1,7 @@
 from pathlib import Path
 
 import pytest
-from binary_board import BinaryBoard
-from gcode_world import HostBoard, celsius, gcode_world
+from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world
 
 
 @pytest.fixture(scope="session")
@@ -12,8 +11,9 @@ def world() -> Path:
 
 
 @pytest.fixture(params=["host", "binary"])
-def feeder(request: pytest.FixtureRequest) -> HostBoard | BinaryBoard:
+def feeder(request: pytest.FixtureRequest) -> Board:
     """The feeder at 200 °C, ready: its files on this computer, and its binary."""
+    board: Board
     if request.param == "host":
         board = HostBoard(gcode_world("feeder").sanitized().program(), celsius(200))
     else:

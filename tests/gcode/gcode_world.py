@@ -1,4 +1,5 @@
-"""The generated G-code files on this computer, in a world with one tool, nozzle, and one fan."""
+"""A G-code board to talk with: its files on this computer, in a world with one tool, nozzle, and
+one fan; and its binary in the simulator."""
 
 import struct
 from dataclasses import dataclass
@@ -6,8 +7,12 @@ from functools import reduce
 from operator import xor
 from pathlib import Path
 
+from rig.avr import whole
 from rig.hosted import World, play, world_of
-from rig.specs import sources_of
+from rig.specs import controller_of, sources_of
+
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.gcode import GcodeHost
 
 MINE = ("gcode", "host.", "text.")
 TICKS_PER_S = 100
@@ -94,7 +99,33 @@ def talk(program: Path, *lines: str | bytes) -> Said:
     return run(program, *spoken(*lines))
 
 
-class HostBoard:
+class Board:
+    """A board on whose serial line a test goes on line by line."""
+
+    _known = 0
+
+    def lines(self) -> list[str]:
+        """Give all that was said."""
+        raise NotImplementedError
+
+    def tell(self, line: str, seconds: float = 0.5) -> None:
+        """Send a line as a person does, and wait."""
+        raise NotImplementedError
+
+    def told(self, line: str, seconds: float = 0.5) -> list[str]:
+        """The same, and give what is answered."""
+        self.heard()
+        self.tell(line, seconds)
+        return self.heard()
+
+    def heard(self) -> list[str]:
+        """Give what was said since the last time."""
+        lines = self.lines()
+        known, self._known = self._known, len(lines)
+        return lines[known:]
+
+
+class HostBoard(Board):
     """The firmware on this computer, in whose world a test goes on line by line.
 
     What has happened so far is played again for each answer: the world has no other memory.
@@ -103,7 +134,7 @@ class HostBoard:
     def __init__(self, program: Path, *begin: bytes) -> None:
         self._program, self._script = program, [*begin, ticks(TICKS_PER_S)]
         self._played: list[bytes] = []
-        self._known = len(self.said().lines)
+        self.heard()
 
     def said(self) -> Said:
         if self._played != self._script:
@@ -111,21 +142,12 @@ class HostBoard:
             self._said = run(self._program, *self._script)
         return self._said
 
+    def lines(self) -> list[str]:
+        return self.said().lines
+
     def tell(self, line: str, seconds: float = 0.5) -> None:
-        """Send a line as a person does."""
         self._script.append(received(line.encode() + b"\n"))
         self.wait(seconds)
-
-    def told(self, line: str, seconds: float = 0.5) -> list[str]:
-        """The same, and give what is answered."""
-        self._known = len(self.said().lines)
-        self.tell(line, seconds)
-        return self.heard()
-
-    def heard(self) -> list[str]:
-        """Give what was said since the last time."""
-        known, self._known = self._known, len(self.said().lines)
-        return self.said().lines[known:]
 
     def sense(self, sensor: str, degrees: float) -> None:
         self._script.append(celsius(round(degrees), sensor))
@@ -141,3 +163,55 @@ class HostBoard:
     @property
     def motor_is_free(self) -> bool:
         return self.said().state["feed"].split()[2] != "0"
+
+
+class BinaryBoard(Board):
+    """The firmware's binary; device -- the board itself."""
+
+    def __init__(self, spec: str, **celsius: float) -> None:
+        self.device = AvrDevice(controller_of(spec), whole(spec))
+        self._celsius = celsius
+        for sensor, degrees in celsius.items():
+            self.sense(sensor, degrees)
+        self.wait(1.0)
+        self.heard()
+
+    @property
+    def host(self) -> GcodeHost:
+        return self.device.host
+
+    def lines(self) -> list[str]:
+        return [line.text for line in self.host.lines]
+
+    def tell(self, line: str, seconds: float = 0.5) -> None:
+        self.host.send_bytes(line.encode() + b"\n")
+        self.wait(seconds)
+
+    def sense(self, sensor: str, degrees: float) -> None:
+        self.device.sense(sensor, degrees)
+
+    def wait(self, seconds: float) -> None:
+        self.device.advance(self.device.time_s + seconds)
+
+    def cut(self, seconds: float = 1.0) -> None:
+        """Lose the power for a moment."""
+        self.device.power_cycle()
+        for sensor, degrees in self._celsius.items():
+            self.sense(sensor, degrees)
+        self.wait(seconds)
+
+    def on_fraction(self, output: str, seconds: float = 2.0) -> float:
+        """How much of the time from now on an output is on."""
+        self.device.on_fraction(output)
+        self.wait(seconds)
+        return self.device.on_fraction(output)
+
+    @property
+    def steps(self) -> int:
+        """Where the feed is."""
+        self.device.feed()
+        return int(self.device.outputs["feed"].position)
+
+    @property
+    def motor_is_free(self) -> bool:
+        return self.on_fraction("feed", 1.0) == 0.0

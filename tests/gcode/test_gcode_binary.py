@@ -4,7 +4,7 @@ import random
 
 import numpy as np
 import pytest
-from binary_board import BinaryBoard
+from gcode_world import BinaryBoard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig.specs import EXAMPLES

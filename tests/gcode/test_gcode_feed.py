@@ -1,12 +1,10 @@
 """G0 and G1: lengths become steps, exactly, and none while the machine is not ready."""
 
 import pytest
-from binary_board import BinaryBoard
-from gcode_world import HostBoard
+from gcode_world import BinaryBoard, Board
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
-Board = HostBoard | BinaryBoard
 
 
 def place(board: Board) -> str:

@@ -3,8 +3,7 @@
 import re
 
 import pytest
-from binary_board import BinaryBoard
-from gcode_world import HostBoard, celsius, gcode_world
+from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world
 
 CURVE = "divider: {pull_up: 4.7 kΩ}, curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}"
 SPEC = f"""heatwright: 1
@@ -34,9 +33,6 @@ loops:
 interfaces:
   - {{kind: gcode, baud: 57600, loops: {{T1: nozzle, T3: bed}}}}
 """
-
-
-Board = HostBoard | BinaryBoard
 
 
 @pytest.fixture(params=["host", "binary"])

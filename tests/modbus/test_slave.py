@@ -1,5 +1,6 @@
 """The slave's C on this computer: against the oracle, and case by case what happens on its line."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,8 @@ def test_the_line(slave_program: Path, case: Case) -> None:
     assert line_problem(slave_program, case) == ""
 
 
-def test_the_masters_silence_is_counted_and_stays_at_its_largest(slave_program: Path) -> None:
-    assert silence_problem(slave_program) == ""
-
-
-def test_the_line_is_set_up(slave_program: Path) -> None:
-    assert setup_problem(slave_program) == ""
+@pytest.mark.parametrize("problem", [setup_problem, silence_problem])
+def test_the_setup_and_the_count_of_a_silence(
+    slave_program: Path, problem: Callable[[Path], str]
+) -> None:
+    assert problem(slave_program) == ""
