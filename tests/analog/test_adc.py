@@ -7,7 +7,7 @@ import pytest
 from analog_specs import KEYS, bed, powered, sensor, two_sensors
 from rig.specs import spec_of
 
-from heatwright.sim.circuits import Wiring, shares
+from heatwright.sim.circuits import shares
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.reference.adc import converter
 from heatwright.spec import BOARDS
@@ -191,15 +191,3 @@ def test_boards_their_channels_and_references(
     both = shares(controller.sensors["bed"], controller.board, [60.0, last[CELSIUS]])
     assert last["reading_status"] == 0
     assert abs(both[0] - both[1]) * 1024 <= 1.0
-
-
-def test_no_temperature_while_the_wire_is_broken(plate: AvrDevice) -> None:
-    tip = plate.sensors["bed"]
-    plate.advance(1.0)
-    for wiring, status in ((Wiring(opened=True), OPEN), (Wiring(shorted=True), SHORT)):
-        tip.wiring = wiring
-        plate.advance(plate.time_s + 0.5)
-        assert plate.steps("bed")["reading_status"][-1] == status
-        tip.wiring = Wiring()
-        plate.advance(plate.time_s + 0.5)
-        assert plate.steps("bed")["reading_status"][-1] == 0

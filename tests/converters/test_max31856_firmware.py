@@ -17,7 +17,6 @@ from converter_checks import (
     registers_problem,
     registers_said,
     set_up_problem,
-    short_problem,
 )
 from rig.chips import Crucible, crucible
 
@@ -59,10 +58,6 @@ def test_any_answer(brisk: Crucible) -> None:
     assert registers_problem(brisk, answers) == ""
     seen = {judged_31856(answer)[0] for answer in answers}
     assert seen == {VALID, NO_ANSWER, SHORT, CRC, RESET, OPEN, RANGE}
-
-
-def test_a_short_and_a_chip_that_is_not_there(brisk: Crucible) -> None:
-    assert short_problem(brisk) == ""
 
 
 def test_never_told_it_never_converts(bench: Crucible) -> None:

@@ -149,14 +149,8 @@ def crucible(
 ) -> str:
     """Write the spec of a crucible under PID with a converter.
 
-    Args:
-        kind: of the converter.
-        board: what it is on.
-        period_s: of the loop, if not the usual one.
-        clock: what more the file says of the controller.
-        extra: what more it says of the converter.
-        more: sections of the file.
-
+    `clock` and `extra` are what more the file says of the controller and of the converter, `more`
+    are further sections.
     """
     select, sck, out, into, heater = PINS[board]
     wires = f"chip_select: {select}, clock: {sck}, data_out: {out}"
