@@ -140,6 +140,9 @@ static void send_now(void)
 
 static void receive(uint8_t byte, uint8_t flags)
 {
+    if (!(UCSR0B & (1u << RXEN0)) || !(UCSR0B & (1u << RXCIE0))) {
+        wrong("a line that is not listened to");
+    }
     UCSR0A = flags;
     UDR0 = byte;
     USART0_RX_vect();
