@@ -30,31 +30,20 @@ def test_the_folders_hold_nothing_that_is_no_kind() -> None:
 
 
 @every_kind
-def test_it_is_planned(folder: str, kind: str) -> None:
+def test_it_is_planned_has_templates_and_is_simulated(folder: str, kind: str) -> None:
+    """Templates go by its stem; an interface is made of several parts, which its plan names."""
     module = import_module(f"heatwright.generator.plan.{folder}.{kind}")
     assert callable(module.plan)
-    assert module.plan.__doc__
-
-
-@every_kind
-def test_it_has_templates(folder: str, kind: str) -> None:
-    """Found by its stem; an interface is made of several parts, which its plan names."""
     templates = ROOT / "templates" / folder
-    if folder != "interfaces":
+    if folder == "interfaces":
+        plan = (ROOT / "generator" / "plan" / folder / f"{kind}.py").read_text("utf-8")
+        assert any(f'"interfaces/{path.name}"' in plan for path in templates.glob("*.c*"))
+    else:
         for ending in (".c", ".h"):
             found = [path.name for path in templates.glob(f"{kind}{ending}*")]
             assert len(found) == 1, found
-        return
-    plan = (ROOT / "generator" / "plan" / folder / f"{kind}.py").read_text("utf-8")
-    assert any(f'"interfaces/{path.name}"' in plan for path in templates.glob("*.c*"))
-
-
-@every_kind
-def test_it_is_simulated(folder: str, kind: str) -> None:
-    if folder == "algorithms":
-        assert find_spec(f"heatwright.sim.reference.{kind}") is not None
-    else:
-        assert find_spec(f"heatwright.sim.{folder}.{kind}") is not None
+    simulated = "reference" if folder == "algorithms" else folder
+    assert find_spec(f"heatwright.sim.{simulated}.{kind}") is not None
 
 
 def used_kinds(path: Path) -> set[str]:

@@ -121,13 +121,21 @@ def test_whatever_the_path_it_stays_inside_or_is_refused(parts: list[str]) -> No
         assert lexical == "nowhere" or lexical.startswith("nowhere/")
 
 
-def test_what_is_no_longer_generated_is_told_and_kept(tmp_path: Path) -> None:
+@pytest.mark.parametrize("below", [".", ".pio/out"])
+def test_what_is_no_longer_generated_is_told_and_kept(below: str, tmp_path: Path) -> None:
+    tmp_path /= below
     write(FILES, tmp_path)
     fewer = {path: text for path, text in FILES.items() if path != "src/main.h"}
     assert write(fewer, tmp_path) == ()
     assert left_over(fewer, tmp_path) == ("src/main.h",)
     assert compare(fewer, tmp_path) == (Difference("src/main.h", "extra"),)
     assert everything(tmp_path) == encoded(FILES)
+    (tmp_path / "src" / "main.c").unlink()
+    (tmp_path / "README.md").write_bytes(b"")
+    assert compare(FILES, tmp_path) == (
+        Difference("README.md", "changed"),
+        Difference("src/main.c", "missing"),
+    )
 
 
 def test_projects_below_are_no_left_overs(tmp_path: Path) -> None:
@@ -136,13 +144,6 @@ def test_projects_below_are_no_left_overs(tmp_path: Path) -> None:
     write(FILES, tmp_path / ".pio" / "copy")
     write(FILES, tmp_path)
     assert compare(FILES, tmp_path) == ()
-
-
-def test_left_overs_are_told_wherever_the_folder_is(tmp_path: Path) -> None:
-    folder = tmp_path / ".pio" / "out"
-    write(FILES, folder)
-    fewer = {path: text for path, text in FILES.items() if path != "src/main.h"}
-    assert left_over(fewer, folder) == ("src/main.h",)
 
 
 def test_files_can_be_read_by_all(tmp_path: Path) -> None:
@@ -200,34 +201,25 @@ def test_a_pipe_in_the_way_is_not_opened(tmp_path: Path) -> None:
     assert not (tmp_path / "src").exists()
 
 
-@pytest.mark.parametrize("moment", ["write", "replace"])
-def test_a_failure_leaves_the_old_file_whole(
-    moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("moment", "error"),
+    [
+        ("heatwright.generator.output.os.fdopen", OSError(errno.ENOSPC, "No space left")),
+        ("pathlib.Path.replace", OSError(errno.ENOSPC, "No space left")),
+        ("pathlib.Path.chmod", KeyboardInterrupt()),
+    ],
+)
+def test_a_failure_or_ctrl_c_leaves_the_old_file_whole(
+    moment: str, error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(FILES, tmp_path)
     before = everything(tmp_path)
 
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    def fails(*_: object, **__: object) -> None:
+        raise error
 
-    if moment == "write":
-        monkeypatch.setattr("heatwright.generator.output.os.fdopen", full)
-    else:
-        monkeypatch.setattr(Path, "replace", full)
-    with pytest.raises(OSError, match="No space left"):
-        write({path: f"{text}// more\n" for path, text in FILES.items()}, tmp_path)
-    assert everything(tmp_path) == before
-
-
-def test_ctrl_c_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write(FILES, tmp_path)
-    before = everything(tmp_path)
-
-    def interrupted(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Path, "chmod", interrupted)
-    with pytest.raises(KeyboardInterrupt):
+    monkeypatch.setattr(moment, fails)
+    with pytest.raises(type(error)):
         write({path: f"{text}// more\n" for path, text in FILES.items()}, tmp_path)
     assert everything(tmp_path) == before
 

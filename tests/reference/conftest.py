@@ -1,5 +1,5 @@
 import pytest
-from programmed_kiln import Kiln
+from machines import Kiln
 
 
 @pytest.fixture

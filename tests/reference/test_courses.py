@@ -2,15 +2,9 @@
 
 from typing import Any
 
-import programmed_kiln
-import reference_commanded
-import switched_loops
 import yaml
-from player import Player
-from programmed_kiln import Kiln
-from reference_commanded import Commanded
+from machines import Commanded, Kiln, Nozzle, Player, commanded_of, kiln_of, nozzle_of
 from script import courses
-from switched_loops import Nozzle
 
 from heatwright.spec import Algorithm, Frozen, Heating, RisingWhileOff, Runaway, kinds
 
@@ -34,20 +28,20 @@ def test_rules_and_algorithms(course: Any, vary: Any) -> None:
 @courses("kiln")
 def test_programs(course: Any) -> None:
     """With the mean of readings, and what becomes of a program after a loss of power."""
-    course.play(Kiln(programmed_kiln.controller_of(**course.changes)))
+    course.play(Kiln(kiln_of(**course.changes)))
 
 
 @courses("commanded")
 def test_what_a_host_makes_of_a_loop(course: Any) -> None:
-    course.play(Commanded(reference_commanded.controller_of(**course.changes)))
+    course.play(Commanded(commanded_of(**course.changes)))
 
 
 @courses("autotune")
 def test_the_relay_experiment(course: Any) -> None:
     changes = {"protection": LOOSE} | course.changes
-    course.play(Commanded(reference_commanded.controller_of(**changes)))
+    course.play(Commanded(commanded_of(**changes)))
 
 
 @courses("nozzle")
 def test_switch_cooler_master_and_current(course: Any) -> None:
-    course.play(Nozzle(switched_loops.controller_of(**course.changes)))
+    course.play(Nozzle(nozzle_of(**course.changes)))

@@ -1,7 +1,7 @@
 """What a touch display orders of the model, and the segments it sends."""
 
 import pytest
-from programmed_kiln import controller_of
+from machines import kiln_of
 
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
 from heatwright.sim.reference.display import Display
@@ -18,7 +18,7 @@ def display(kiln):
 
 @pytest.fixture
 def edited():
-    return Editor(controller_of()).edited
+    return Editor(kiln_of()).edited
 
 
 def test_the_sources_example_is_two_ways_and_a_hold(edited):

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from programmed_kiln import Kiln, controller_of
+from machines import Kiln, kiln_of
 
 from heatwright.sim.reference.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RETURNING, RUNNING
 from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.replay import replay
 
-CONTROLLER = controller_of(
+CONTROLLER = kiln_of(
     "{to: 60 °C, over: 20 s}, {hold: 6 s}, {to: 90 °C, at: as fast as possible}, "
     "{to: 20 °C, at: 6500 K/h}, {hold: until operator}",
     average="moving_average: 3",
@@ -115,12 +115,9 @@ def clocks_stand_still_but_while_it_runs(before, record):
 @pytest.mark.parametrize("state", [RESTORING, PAUSED])
 @pytest.mark.parametrize("feed", ["near", "far", "none", "stopped", "resumed"])
 def test_a_log_of_the_first_step_tells_what_it_found(otherwise, state, feed):
-    kiln = Kiln(
-        controller_of(programs=f"after_power_loss: {{resume_within: 30 K, otherwise: {otherwise}}}")
-    )
-    kiln.start()
-    kiln.follow(15)
-    kiln.lose_power(state)
+    limit = f"{{resume_within: 30 K, otherwise: {otherwise}}}"
+    kiln = Kiln(kiln_of(programs=f"after_power_loss: {limit}"))
+    kiln.cut(state)
     if feed in ("stopped", "resumed"):
         kiln.order("stop" if feed == "stopped" else "resume")
     found = dataclasses.replace(kiln.reference.program.now)

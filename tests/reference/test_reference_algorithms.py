@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from player import Player
-from programmed_kiln import Kiln, controller_of
+from machines import Kiln, Player, kiln_of
 
 from heatwright.sim.reference import guard, guard_rules
 from heatwright.sim.reference.numbers import Single, filter_share, steps
@@ -44,7 +43,7 @@ def test_filter_of_four_periods_takes_a_fifth():
 def test_the_sum_is_in_the_order_of_the_slots_and_single():
     """The fourth reading takes the place of the first: (4th + 2nd) + 3rd, times a single 1/3."""
     readings = [np.float32(x) for x in (1000.5078125, 0.0234375, 777.125, 33.3359375)]
-    kiln = Kiln(controller_of(average="moving_average: 3"))
+    kiln = Kiln(kiln_of(average="moving_average: 3"))
     record = kiln.feed_all([float(x) for x in readings])[-1]
     expected = (readings[3] + readings[1] + readings[2]) * np.float32(1 / 3)
     assert record["temperature_c"] == expected

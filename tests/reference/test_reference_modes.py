@@ -3,8 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from programmed_kiln import controller_of as kiln_of
-from reference_commanded import Commanded, controller_of
+from machines import Commanded, commanded_of, kiln_of
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.inputs import AUTOMATIC
@@ -17,7 +16,7 @@ SINGLE = 2**-22
 @given(st.integers(-64, 64), st.integers(-4, 4), st.floats(0, 100, width=32))
 def test_the_return_from_manual_does_not_jump(sixteenths, slope, percent):
     """As long as the integral's limits let it follow."""
-    loop = Commanded(controller_of())
+    loop = Commanded(commanded_of())
     loop.by_hand(percent)
     base_c = 50 + sixteenths / 16
     records = loop.feed_all([base_c - slope / 16, base_c])
@@ -39,9 +38,9 @@ def test_the_return_from_manual_does_not_jump(sixteenths, slope, percent):
 )
 def test_new_gains_do_not_jump(sixteenths, kp, kd):
     temperatures_c = [50 + n / 16 for n in sixteenths]
-    loop = Commanded(controller_of())
+    loop = Commanded(commanded_of())
     loop.feed_all(temperatures_c)
-    twin = Commanded(controller_of())
+    twin = Commanded(commanded_of())
     twin.feed_all(temperatures_c)
     twin.set_gains(kp, 0.5, kd)
     old, new = loop.feed(50.0), twin.feed(50.0)
@@ -52,7 +51,7 @@ def test_new_gains_do_not_jump(sixteenths, kp, kd):
 
 
 def test_a_tunable_loop_needs_its_gains():
-    loop = Commanded(controller_of())
+    loop = Commanded(commanded_of())
     loop.gains = None
     with pytest.raises(ValueError, match="gains"):
         loop.feed(45.0)

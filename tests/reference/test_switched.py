@@ -1,7 +1,7 @@
 """A loop that a master switches, and the current of its heater."""
 
 import pytest
-from switched_loops import STEP_A, controller_of
+from machines import STEP_A, nozzle_of
 
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.loop import Reference
@@ -14,7 +14,7 @@ class Operated:
     """A master's side of the loop."""
 
     def __init__(self):
-        controller = controller_of()
+        controller = nozzle_of()
         self.reference = Reference(controller, "nozzle")
         self.operator = SwitchedOperator(controller, "nozzle", self.reference)
         self.master = Master(controller, "nozzle", self.operator, self.reference)
@@ -106,7 +106,7 @@ def test_what_there_is_not_cannot_be_written(operated, name):
 
 
 def amperes_of(raw, controller=None):
-    step = Reference(controller or controller_of(), "nozzle").step
+    step = Reference(controller or nozzle_of(), "nozzle").step
     return step(0, 320, Single(50), orders=Orders(current_raw=raw))["current.amperes"]
 
 
@@ -115,7 +115,7 @@ def test_amperes_are_the_middle_of_the_step():
 
 
 def test_an_offset_does_not_make_negative_amperes():
-    controller = controller_of()
+    controller = nozzle_of()
     sensor = controller.sensors["current"].model_copy(update={"offset_v": 2.5})
     moved = controller.model_copy(update={"sensors": {**controller.sensors, "current": sensor}})
     assert amperes_of(0, moved) == Single(0)

@@ -80,13 +80,14 @@ def test_a_short_swing_makes_the_lag_shorter_never_longer(rise, fall, lag_s, lag
     assert float(found.lag_s) + float(found.dead_s) <= lag_s * (1 + 50 * SINGLE)
 
 
+SWING_K = 1.6 * 12.0 - 2.4 * 5.0
+TOP_K = 3 * 1.6 / (4 * 1.6 + 6 * 0.8) * 1.6 * 5.0
+FOUR = Swings(*map(Single, (4.0, 480, 960, 4 * SWING_K, 4 * TOP_K, 1.6)))
+"""1.6 K/s up, 0.8 down at 100 %: 0.024 K/s per %; on for 12 s, late by 5 s without a dead time."""
+
+
 def test_the_gains_are_skogestads():
-    """1.6 K/s up, 0.8 down at 100 %: 0.024 K/s per %; late by 5 s without a dead time."""
-    on_s = 12.0
-    swing_k = 1.6 * on_s - 2.4 * 5.0
-    top_k = 3 * 1.6 / (4 * 1.6 + 6 * 0.8) * 1.6 * 5.0
-    swings = Swings(*map(Single, (4.0, 480, 960, 4 * swing_k, 4 * top_k, 1.6)))
-    found = found_by(swings, constants())
+    found = found_by(FOUR, constants())
     assert found.hold_percent == pytest.approx(100 / 3)
     assert (found.lag_s, found.dead_s) == (pytest.approx(5.0, rel=1e-5), pytest.approx(0, abs=1e-5))
     gain = 1 / (0.024 * 0.35 * 5.0)
@@ -108,12 +109,8 @@ def test_the_gains_are_skogestads():
     ],
 )
 def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, ratio):
-    on_s = 12.0
-    swing_k = 1.6 * on_s - 2.4 * 5.0
-    top_k = 3 * 1.6 / (4 * 1.6 + 6 * 0.8) * 1.6 * 5.0
-    swings = Swings(*map(Single, (4.0, 480, 960, 4 * swing_k, 4 * top_k, 1.6)))
     changes = {"start_percent": Single(start_percent)}
-    found = found_by(swings, constants(band_k=band_k and Single(band_k), **changes))
+    found = found_by(FOUR, constants(band_k=band_k and Single(band_k), **changes))
     quick_s = 0.35 * 5.0
     gain = 1 / (0.024 * quick_s)
     assert gain / float(found.ki) / quick_s == pytest.approx(ratio, rel=1e-4)
