@@ -6,6 +6,7 @@ from typing import Any
 
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.copies import copy_of
+from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.program_state import RESTORING
@@ -128,6 +129,10 @@ class Kiln(Player):
     def order(self, order: str, number: int = 0) -> bool:
         return self.operator.order(order, number)
 
+    def said(self, *words: str) -> None:
+        """Take what a touch display sends."""
+        Display(self.controller, self.operator).send(" ".join(words))
+
     def start(self, number: int = 1, temperature_c: float = 20.0) -> Record:
         assert self.order("start", number)
         return self.feed(temperature_c)
@@ -135,9 +140,6 @@ class Kiln(Player):
     def begun(self, followed: int) -> None:
         self.start()
         self.follow(followed)
-
-    def of_program(self, *names: str) -> tuple[Any, ...]:
-        return tuple(self.record[f"program.{name}"] for name in names)
 
     def cut(self, state: int = RESTORING) -> None:
         """Lose power at 35 °C on the way up, and go on by what a record of the run tells."""

@@ -62,7 +62,7 @@ def courses(name: str) -> Any:
     text = (Path(__file__).parent / f"{name}.txt").read_text("utf-8")
     found = []
     for block in re.split(r"\n(?=\S)", text.strip()):
-        title, *lines = [line.partition(" #")[0].strip() for line in block.splitlines()]
+        title, *lines = [line.partition(" # ")[0].strip() for line in block.splitlines()]
         lines = [line for line in lines if line]
         changes = [line[5:].partition(": ") for line in lines if line.startswith("with ")]
         rest = tuple(line for line in lines if not line.startswith("with "))

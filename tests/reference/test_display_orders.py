@@ -1,19 +1,12 @@
-"""What a touch display orders of the model, and the segments it sends."""
+"""The segments that a touch display sends; what it orders stands in `kiln.txt`."""
 
 import pytest
-from machines import kiln_of
+from machines import Kiln, kiln_of
 
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
-from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.points import Editor
-from heatwright.sim.reference.program_state import IDLE, PAUSED, RETURNING, RUNNING
 
 THREE = (Part(OVER, 6000, 1200), Part(OVER, 3000, 2400), Part(HOLD, 0, 3600))
-
-
-@pytest.fixture
-def display(kiln):
-    return Display(kiln.controller, kiln.operator)
 
 
 @pytest.fixture
@@ -55,54 +48,10 @@ def test_what_is_not_sound_is_refused_whole(edited, text):
         edited(THREE, text)
 
 
-def test_it_runs_a_program_about(kiln, display):
-    for said, state in (
-        ("#8 1;", RUNNING),
-        ("#9 0;", PAUSED),
-        ("#9 1;", RETURNING),
-        ("#10 2;", RETURNING),
-        ("#17;", IDLE),
-    ):
-        display.send(said)
-        kiln.feed(20.0)
-        assert kiln.of_program("state") == (state,)
-
-
-def test_it_goes_on_from_a_hold_for_the_operator(kiln, display):
-    kiln.start(2)
-    display.send("#18;")
-    kiln.feed(20.0)
-    assert kiln.of_program("state") == (IDLE,)
-
-
-def test_it_steers_the_loop_without_a_program(kiln, display):
-    display.send("#3 60;#2 1;#5 3;#6 0;#19 7;")
-    record = kiln.feed(20.0)
-    assert (record["enabled"], record["setpoint_c"], record["algorithm.kd"]) == (1, 60.0, 7.0)
-    assert record["duty_percent"] == 100.0
-    display.send("#4 35;")
-    assert (kiln.feed(20.0)["mode"], kiln.record["duty_percent"]) == (1, 35.0)
-    display.send("#2 1;")
-    assert kiln.feed(20.0)["mode"] == 0
-    display.send("#2 0;")
-    assert kiln.feed(20.0)["enabled"] == 0
-
-
-def test_it_edits_the_program_that_it_shows(kiln, display):
-    display.send("#13 3;#7 1,20,600:2,40,300:3,60,300:4,0,0:;#8 3;")
-    kiln.feed(20.0)
-    assert kiln.of_program("number", "segments", "to_dc", "amount") == (3, 3, 6000, 1200)
-
-
-def test_what_is_not_sound_changes_nothing(kiln, display):
+def test_what_is_not_sound_changes_nothing():
+    kiln = Kiln()
     before = dict(kiln.operator.copies)
-    display.send("#7 1,20,600:7,1,1:;#99 5;#8 x;")
+    kiln.said("#7 1,20,600:7,1,1:;#99 5;#8 x;")
     assert kiln.operator.copies == before
     with pytest.raises(ValueError, match="no order"):
-        display.send("M104 S200")
-
-
-def test_it_acknowledges(kiln, display):
-    kiln.feed(1100.0)
-    display.send("#16;")
-    assert kiln.feed(20.0)["fault.code"] == 0
+        kiln.said("M104 S200")

@@ -1,7 +1,0 @@
-import pytest
-from machines import Kiln
-
-
-@pytest.fixture
-def kiln() -> Kiln:
-    return Kiln()
