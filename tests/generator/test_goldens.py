@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from rig.specs import example, files_of
 
-from heatwright.generator import compare, plan_firmware, render
-from heatwright.spec import load
+from heatwright.generator import compare
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
@@ -19,11 +19,10 @@ def committed(folder: Path) -> set[str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_committed_firmware_is_current(name: str) -> None:
-    spec = load(ROOT / "spec" / "examples" / f"{name}.yaml")
-    files = render(plan_firmware(spec))
+    files = files_of(name)
     assert compare(files, GENERATED / name) == ()
     assert committed(GENERATED / name) == set(files)
-    assert spec.controller.identity.name == name
+    assert example(name).controller.identity.name == name
 
 
 def test_nothing_else_is_committed() -> None:

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from scipy.integrate import solve_ivp
-from test_thermal_network import THREE, plant
+from test_thermal_network import THREE, plant, run
 
 SIGMA = 5.670374419e-8
 ZERO_K_C = -273.15
@@ -24,12 +24,6 @@ HALF_A_CELL = 0.01
 """The conductance of the grid is off by a hundredth at most."""
 
 
-def run(machine, count, on=0.0):
-    for _ in range(count):
-        machine.step({"heater": on, "fan": 0.0})
-    return machine.temperatures_c
-
-
 def test_a_block_in_empty_space_cools_by_the_inverse_cube():
     """C·dT/dt = −f·T⁴: T^−3 grows by 3·f·t/C.
 
@@ -39,7 +33,7 @@ def test_a_block_in_empty_space_cools_by_the_inverse_cube():
     step_s, start_k, heat = 0.1, 1200.0, 50.0
     machine = plant(ALONE, step_s=step_s, ambient_c=ZERO_K_C, initial=f"{start_k + ZERO_K_C} °C")
     for seconds in range(1, 200):
-        found_k = run(machine, 10)[0] - ZERO_K_C
+        found_k = run(machine, 10, on=0.0)[0] - ZERO_K_C
         exact_k = (start_k**-3 + 3 * FACTOR * seconds / heat) ** (-1 / 3)
         largest = FACTOR * start_k**3 / heat * step_s
         off = (1.5 + HALF_A_CELL) * largest * math.log(start_k / exact_k)
@@ -53,7 +47,7 @@ def test_a_heated_block_ends_where_it_radiates_what_it_is_given():
 
 
 def test_at_the_temperature_of_its_surroundings_nothing_is_radiated():
-    assert run(plant(ALONE), 1000)[0] == pytest.approx(20.0, abs=1e-9)
+    assert run(plant(ALONE), 1000, on=0.0)[0] == pytest.approx(20.0, abs=1e-9)
 
 
 def test_what_one_node_loses_another_gains():
@@ -64,7 +58,7 @@ def test_what_one_node_loses_another_gains():
         initial="500 °C",
     )
     run(machine, 10, on=1.0)
-    element_c, _, walls_c = run(machine, 100_000)
+    element_c, _, walls_c = run(machine, 100_000, on=0.0)
     assert element_c == pytest.approx(walls_c, abs=1e-6)
     assert 60 * element_c + 4500 * walls_c == pytest.approx(4560 * 500 + 240.0, rel=1e-9)
 
@@ -75,7 +69,7 @@ def test_a_surface_as_large_as_may_be_stays_calm():
     machine = plant(ALONE, radiation=huge, initial="1000 °C", step_s=0.2)
     away_k = 980.0
     for _ in range(5):
-        left_k = abs(run(machine, 1)[0] - 20.0)
+        left_k = abs(run(machine, 1, on=0.0)[0] - 20.0)
         assert left_k <= HALF_A_CELL * away_k
         away_k = left_k
 

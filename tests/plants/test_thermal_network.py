@@ -44,6 +44,7 @@ def plant(base, *, step_s=0.1, ambient_c=20.0, power_w=240.0, seed=0, **changes)
 def run(machine, count, on=1.0):
     for _ in range(count):
         machine.step({"heater": on, "fan": 0.0})
+    return machine.temperatures_c
 
 
 def test_one_node_follows_the_exponential():

@@ -1,22 +1,16 @@
 """Tuning a kiln: how far full power goes, for which temperature, and with the loop on."""
 
 from itertools import islice
-from pathlib import Path
 
 import pytest
+from rig.specs import example
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.task import task_of
 from heatwright.sim.tuning.process import at_full_power, process_of
 from heatwright.sim.tuning.trial import at_setpoint
-from heatwright.spec import load
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
 LOOP = "chamber"
-
-
-def example(name):
-    return load(EXAMPLES / f"{name}.yaml")
 
 
 def task(spec, at_c=None):
