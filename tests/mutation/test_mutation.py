@@ -231,6 +231,8 @@ def test_every_entry_of_the_list_fits_a_mutant(all_cases):
 UNSETTLED = ("analog", "converters", "current", "firmware", "gcode", "indicators", "menu", "modbus",
              "nextion", "outputs", "serial_log")  # fmt: skip
 """Areas of which not every survivor has been looked at yet: `make mutation` tells them."""
+ALIVE = Path(__file__).with_name("alive.txt")
+"""Survivors of the sample that nobody has looked at yet: a debt that may only become less."""
 
 
 def test_a_sample_is_noticed():
@@ -251,4 +253,6 @@ def test_a_sample_is_noticed():
         chosen = [case for case in chosen if case.mutant.identity not in alive] + again
     report = Report(list(by_name), chosen)
     sys.stdout.write(f"{Counter(map(report.fate, chosen))}; {report.verdict()}\n")
-    assert report.is_well, "\n".join([*report.survivors(), *report.wrong_entries()])
+    known = ALIVE.read_text(encoding="utf-8").splitlines()
+    alive = [line for line in report.survivors() if line.partition("  [")[0] not in known]
+    assert [*alive, *report.wrong_entries()] == []
