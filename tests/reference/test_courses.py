@@ -3,7 +3,7 @@
 from typing import Any
 
 import yaml
-from machines import Commanded, Kiln, Nozzle, Player, commanded_of, kiln_of, nozzle_of
+from reference_machines import Commanded, Kiln, Nozzle, Player, commanded_of, kiln_of, nozzle_of
 from script import courses
 
 from heatwright.spec import Algorithm, Frozen, Heating, RisingWhileOff, Runaway, kinds

@@ -1,7 +1,7 @@
 """The segments that a touch display sends; what it orders stands in `kiln.txt`."""
 
 import pytest
-from machines import Kiln, kiln_of
+from reference_machines import Kiln, kiln_of
 
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
 from heatwright.sim.reference.points import Editor

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from machines import Kiln, kiln_of
+from reference_machines import Kiln, kiln_of
 
 from heatwright.sim.reference.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RETURNING, RUNNING

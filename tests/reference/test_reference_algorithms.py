@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import Kiln, Player, kiln_of
+from reference_machines import Kiln, Player, kiln_of
 
 from heatwright.sim.reference import guard, guard_rules
 from heatwright.sim.reference.numbers import Single, filter_share, steps

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from machines import Commanded, commanded_of, kiln_of
+from reference_machines import Commanded, commanded_of, kiln_of
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.inputs import AUTOMATIC

@@ -1,7 +1,7 @@
 """A loop that a master switches, and the current of its heater."""
 
 import pytest
-from machines import STEP_A, nozzle_of
+from reference_machines import STEP_A, nozzle_of
 
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.loop import Reference
