@@ -44,8 +44,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_air.setpoint_last_c = loop_air.setpoint_c;
-    guard_air.in_band = 0;
-    guard_air.runaway_steps = 0;
+    guard_air.in_band = 0; /* runaway() counts from 0 until it is met */
 }
 
 /* chamber.yaml:29 loops.air.protection.runaway

@@ -44,8 +44,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_nozzle.setpoint_last_c = loop_nozzle.setpoint_c;
-    guard_nozzle.in_band = 0;
-    guard_nozzle.runaway_steps = 0;
+    guard_nozzle.in_band = 0; /* runaway() counts from 0 until it is met */
 }
 
 /* feeder.yaml:38 loops.nozzle.protection.runaway

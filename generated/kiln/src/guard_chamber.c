@@ -49,8 +49,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_chamber.setpoint_last_c = loop_chamber.setpoint_c;
-    guard_chamber.in_band = 0;
-    guard_chamber.runaway_steps = 0;
+    guard_chamber.in_band = 0; /* runaway() counts from 0 until it is met */
 }
 
 /* kiln.yaml:46 loops.chamber.protection.runaway
