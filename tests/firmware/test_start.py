@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chamber_on import FAN, HEATER, SETPOINT, latched, power_on, press, put
+from chamber_on import FAN, HEATER, ROOM_C, SETPOINT, latched, power_on, press, put
 
 from heatwright.sim.elf import Elf
 
@@ -76,10 +76,15 @@ def test_no_heat_before_the_first_reading() -> None:
 
 
 def test_select_held_from_the_start_acknowledges_nothing() -> None:
+    """The fault that was kept is shown as it was, and nothing heats meanwhile."""
     device = latched()
     device.press("select")
     device.advance(5.0)
     assert device.read("fault.code") == 1
+    assert device.read("fault.temperature_c") == np.float32(ROOM_C)
+    assert 2 < device.read("fault.time_s") < 12
+    assert device.shield.lcd.text[1] == "E01 NO SENSOR   "
+    assert device.avr.pins.high_cycles(HEATER) == 0
     device.press(None)
     device.advance(5.2)
     press(device, "select")
@@ -105,24 +110,22 @@ def test_the_keys_pin_does_not_float_without_the_shield() -> None:
 # -- a hang is told even where a boot loader clears MCUSR before the program starts
 
 
-@pytest.mark.parametrize(("marked", "found"), [(True, WATCHDOG_RESET), (False, 0)])
-def test_a_reset_with_the_mark_was_a_hang(marked: bool, found: int) -> None:
-    """RAM is as it was, and there is no watchdog flag."""
+@pytest.mark.parametrize(
+    ("reset", "marked", "found"),
+    [("external", True, WATCHDOG_RESET), ("external", False, 0), (None, True, 0)],
+)
+def test_a_reset_with_the_mark_was_a_hang(reset: str | None, marked: bool, found: int) -> None:
+    """RAM is as it was, and there is no watchdog flag; at power-up the mark means nothing."""
     device = power_on()
-    device.advance(3.5)
-    assert device.read(MARKED) == 0
+    if reset:
+        device.advance(3.5)
+        assert device.read(MARKED) == 0
     if marked:
         put(device, MARKED, HANG_MARK)
-    device.avr.reset("external")
+    if reset:
+        device.avr.reset(reset)
     device.avr.run(0.05)
     assert (device.read("fault.code"), device.read(MARKED)) == (found, 0)
-
-
-def test_the_mark_means_nothing_at_power_up() -> None:
-    device = power_on()
-    put(device, MARKED, HANG_MARK)
-    device.avr.run(0.05)
-    assert device.read("fault.code") == 0
 
 
 def test_the_gate_sets_the_mark_when_the_main_loop_stands() -> None:
