@@ -1,4 +1,4 @@
-"""What a heater takes from its supply, as its sensor sees it; a cooler that blows."""
+"""What a heater takes from its supply, as its sensor sees it."""
 
 import math
 
@@ -16,54 +16,39 @@ BLOCK = {
     "nodes": {"block": "27 J/K"},
     "links": [{"between": ["block", "ambient"], "resistance": "8 K/W"}],
     "heat": {"heater": "block"},
-    "fans": {"cooler": {"link": ["block", "ambient"], "factor": 4}},
     "sense": {"tip": {"node": "block"}, "current": {"of": "heater"}},
 }
 FULL_A = 1.8
 
 
-def machine(step_s=0.1, start="20 °C", **current):
+def machine(step_s=0.1, **current):
     sense = {**BLOCK["sense"], "current": {"of": "heater", **current}}
-    network = ThermalNetwork.model_validate({**BLOCK, "sense": sense, "initial": start})
-    powers_w = {"heater": 80.0, "cooler": 0.0}
+    network = ThermalNetwork.model_validate({**BLOCK, "sense": sense})
     full_a = {"heater": FULL_A}
-    return Plant(network, powers_w, ambient_c=20.0, step_s=step_s, full_a=full_a)
+    return Plant(network, {"heater": 80.0}, ambient_c=20.0, step_s=step_s, full_a=full_a)
 
 
 def test_the_current_is_the_mean_of_the_step():
     plant = machine()
     assert plant.currents_a() == {"current": 0.0}
     for active in (1.0, 0.25, 0.0):
-        plant.step({"heater": active, "cooler": 0.0})
+        plant.step({"heater": active})
         assert plant.currents_a()["current"] == pytest.approx(active * FULL_A)
 
 
 def test_behind_a_filter_it_follows_the_exponential():
     plant = machine(step_s=0.02, lag="100 ms")
     for _ in range(10):
-        plant.step({"heater": 1.0, "cooler": 0.0})
+        plant.step({"heater": 1.0})
     expected_a = FULL_A * (1 - math.exp(-0.2 / 0.1))
     assert plant.currents_a()["current"] == pytest.approx(expected_a)
 
 
 def test_heat_from_elsewhere_takes_no_current():
     plant = machine()
-    plant.step({"heater": 1.0, "cooler": 0.0}, 0.0, {"heater": 0.5, "cooler": 0.0})
+    plant.step({"heater": 1.0}, 0.0, {"heater": 0.5})
     assert plant.currents_a() == {"current": 0.5 * FULL_A}
-    assert plant.sensed_c()["tip"] == pytest.approx(20 + 80 * 0.1 / 27, abs=0.001)
-
-
-def test_a_current_is_no_temperature():
-    assert set(machine().sensed_c()) == {"tip"}
-
-
-@pytest.mark.parametrize(("blows", "resistance"), [(0.0, 8.0), (1.0, 2.0), (0.5, 3.2)])
-def test_a_cooler_multiplies_what_is_lost(blows, resistance):
-    plant = machine(start="300 °C")
-    for _ in range(100):
-        plant.step({"heater": 0.0, "cooler": blows})
-    expected_c = 20 + 280 * math.exp(-10 / (27 * resistance))
-    assert plant.temperatures_c[0] == pytest.approx(expected_c)
+    assert plant.sensed_c() == {"tip": pytest.approx(20 + 80 * 0.1 / 27, abs=0.001)}
 
 
 SPEC = """

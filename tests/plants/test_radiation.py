@@ -51,12 +51,8 @@ def test_at_the_temperature_of_its_surroundings_nothing_is_radiated():
 
 
 def test_what_one_node_loses_another_gains():
-    machine = plant(
-        THREE,
-        links=[],
-        radiation=[{"between": ["walls", "element"], **RADIATION}],
-        initial="500 °C",
-    )
+    radiation = [{"between": ["walls", "element"], **RADIATION}]
+    machine = plant(THREE, links=[], radiation=radiation, initial="500 °C")
     run(machine, 10, on=1.0)
     element_c, _, walls_c = run(machine, 100_000, on=0.0)
     assert element_c == pytest.approx(walls_c, abs=1e-6)

@@ -1,15 +1,18 @@
-"""The plant against the laws of physics and analytic solutions."""
+"""The plant against the laws of physics: drawn networks beside a fine integration of them."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.spec import ThermalNetwork
-
-EPSILON = np.finfo(float).eps
 
 THREE = {
     "kind": "thermal_network",
@@ -22,7 +25,6 @@ THREE = {
     "heat": {"heater": "element"},
     "sense": {"air": {"node": "air", "lag": "8 s"}},
 }
-
 ONE = {
     "kind": "thermal_network",
     "nodes": {"block": "10 J/K"},
@@ -30,143 +32,115 @@ ONE = {
     "heat": {"heater": "block"},
     "sense": {"block": {"node": "block"}},
 }
+AMBIENT, AMBIENT_C, POWER_W = "ambient", 20.0, 240.0
 
 
-def network(base, **changes):
-    return ThermalNetwork.model_validate({**base, **changes})
-
-
-def plant(base, *, step_s=0.1, ambient_c=20.0, power_w=240.0, seed=0, **changes):
+def plant(
+    base: Any, *, step_s: float = 0.1, ambient_c: float = AMBIENT_C, power_w: float = POWER_W,
+    seed: int = 0, **changes: Any,
+) -> Plant:  # fmt: skip
+    network = ThermalNetwork.model_validate({**base, **changes})
     powers_w = {"heater": power_w, "fan": 0.0}
-    return Plant(network(base, **changes), powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
+    return Plant(network, powers_w, ambient_c=ambient_c, step_s=step_s, seed=seed)
 
 
-def run(machine, count, on=1.0):
+def run(
+    machine: Plant, count: int, on: float = 1.0, fan: float = 0.0, mm_per_s: float = 0.0
+) -> NDArray[np.float64]:
     for _ in range(count):
-        machine.step({"heater": on, "fan": 0.0})
+        machine.step({"heater": on, "fan": fan}, mm_per_s)
     return machine.temperatures_c
 
 
-def test_one_node_follows_the_exponential():
-    machine = plant(ONE, power_w=30.0)
-    run(machine, 1000)  # 100 s, five time constants
-    expected = 20 + 60 * -math.expm1(-100 / 20)
-    assert machine.temperatures_c[0] == pytest.approx(expected, abs=1000 * EPSILON * expected)
+SHARES = st.sampled_from([0.0, 0.37, 1.0])
+PHASES = st.lists(
+    st.tuples(st.integers(1, 40), SHARES, SHARES, st.sampled_from([0.0, 2.5, 10.0])),
+    min_size=1, max_size=4,
+)  # fmt: skip
+"""Seconds, and over them the shares of heater and fan, and the filament's speed in mm/s."""
 
 
-def test_a_sensor_lags_as_a_first_order_system():
-    sense = {"block": {"node": "block", "lag": "5 s"}}
-    machine = plant(ONE, power_w=30.0, sense=sense)
-    run(machine, 300)
-    slow, fast, time_s = 20.0, 5.0, 30.0
-    step = 1 - (slow * math.exp(-time_s / slow) - fast * math.exp(-time_s / fast)) / (slow - fast)
-    assert machine.sensed_c()["block"] == pytest.approx(20 + 60 * step, abs=300 * EPSILON * 80)
+@st.composite
+def networks(draw: st.DrawFn) -> tuple[dict[str, Any], Callable[..., Any]]:
+    """Up to three nodes in a row, of which the last is joined to ambient or to nothing.
 
-
-def test_steady_state_is_ohms_law():
-    machine = plant(THREE, step_s=10.0)
-    run(machine, 3000)
-    walls = 20 + 240 * 0.130
-    air = walls + 240 * 0.173
-    element = air + 240 * 0.35
-    assert machine.temperatures_c == pytest.approx([element, air, walls], rel=1e-12)
-    assert machine.sensed_c()["air"] == pytest.approx(air, rel=1e-12)
-
-
-def test_without_heat_nothing_happens_at_ambient():
-    machine = plant(THREE)
-    run(machine, 1000, on=0.0)
-    assert machine.temperatures_c == pytest.approx([20.0] * 3, abs=1000 * EPSILON * 20)
-
-
-@pytest.mark.parametrize("step_s", [0.01, 0.25, 5.0])
-def test_the_step_does_not_matter_while_the_heat_is_constant(step_s):
-    reference, machine = plant(THREE, step_s=0.05), plant(THREE, step_s=step_s)
-    for on in (1.0, 0.0, 0.37):
-        run(reference, 2000, on)
-        run(machine, round(100 / step_s), on)
-    count = 6000 + 300 / step_s
-    hottest = float(reference.temperatures_c.max())
-    assert machine.temperatures_c == pytest.approx(
-        reference.temperatures_c, abs=count * EPSILON * hottest
-    )
-
-
-def test_heat_is_neither_made_nor_lost():
-    """What went in is stored or went to ambient: first law, to rounding.
-
-    The loss needs the integral of the walls' temperature; here the walls' own balance gives it
-    from an independent integration of the differential equations.
+    And the physics of it: C · dT/dt of a node is the heat that flows in, τ · dy/dt = T − y of a
+    sensor that lags.
     """
-    time_s, power_w, ambient_c = 600.0, 240.0, 20.0
-    capacity = np.array([60.0, 900.0, 4500.0])
-    machine = plant(THREE)
-    run(machine, 6000)
+    capacities = draw(st.lists(st.integers(10, 5000), min_size=1, max_size=3))
+    count = len(capacities)
+    names = [*(f"node{number}" for number in range(count)), AMBIENT]
+    joined = range(count - draw(st.integers(0, min(1, count - 1))))
+    resistances = [draw(st.floats(0.05, 5)) for _ in joined]
+    heated, fed, sensed = (draw(st.integers(0, count - 1)) for _ in range(3))
+    blown, factor = draw(st.sampled_from(joined)), draw(st.floats(1, 5))
+    heat, lag_s = draw(st.floats(0.01, 1)), draw(st.integers(1, 20))
+    ends = [names[number : number + 2] for number in joined]
+    network = {
+        "kind": "thermal_network",
+        "nodes": {name: f"{each} J/K" for name, each in zip(names, capacities, strict=False)},
+        "links": [
+            {"between": pair, "resistance": f"{value} K/W"}
+            for pair, value in zip(ends, resistances, strict=True)
+        ],
+        "heat": {"heater": names[heated]},
+        "fans": {"fan": {"link": ends[blown][::-1], "factor": factor}},
+        "filament": {"node": names[fed], "heat": f"{heat} J/K/mm"},
+        "sense": {"tip": {"node": names[sensed], "lag": f"{lag_s} s"}},
+        "initial": f"{draw(st.sampled_from([20, 300]))} °C",
+    }
 
-    def slopes(_, state):
-        element, air, walls, _ = state
-        to_air, to_walls = (element - air) / 0.35, (air - walls) / 0.173
-        loss = (walls - ambient_c) / 0.130
-        return [
-            (power_w - to_air) / 60,
-            (to_air - to_walls) / 900,
-            (to_walls - loss) / 4500,
-            loss,
-        ]
+    def slopes(_: float, state: Any, on: float, fan: float, mm_per_s: float) -> list[float]:
+        *nodes_c, tip_c = state
+        levels_c, flows_w = [*nodes_c, AMBIENT_C], [0.0] * (count + 1)
+        for number, resistance in enumerate(resistances):
+            gain = 1 + (factor - 1) * fan if number == blown else 1.0
+            flow_w = (levels_c[number + 1] - levels_c[number]) / resistance * gain
+            flows_w[number] += flow_w
+            flows_w[number + 1] -= flow_w
+        flows_w[heated] += POWER_W * on
+        flows_w[fed] -= heat * mm_per_s * (levels_c[fed] - AMBIENT_C)
+        found = [flow_w / each for flow_w, each in zip(flows_w, capacities, strict=False)]
+        return [*found, (levels_c[sensed] - tip_c) / lag_s]
 
-    start = [ambient_c] * 3 + [0.0]
-    solution = solve_ivp(slopes, (0, time_s), start, method="DOP853", rtol=3e-14, atol=1e-12)
-    stored_j = float((capacity * (machine.temperatures_c - ambient_c)).sum())
-    lost_j = float(solution.y[3, -1])
-    assert stored_j + lost_j == pytest.approx(power_w * time_s, rel=1e-11)
+    return network, slopes
 
 
-def test_a_closed_system_keeps_its_energy():
-    inside = [link for link in THREE["links"] if "ambient" not in link["between"]]
-    machine = plant(THREE, links=inside)
-    run(machine, 1000)
-    capacity = np.array([60.0, 900.0, 4500.0])
-    stored_j = float((capacity * (machine.temperatures_c - 20.0)).sum())
-    assert stored_j == pytest.approx(240.0 * 100.0, rel=1e-11)
+@given(networks(), PHASES, st.sampled_from([0.05, 0.25, 1.0]))
+@settings(max_examples=60)
+def test_any_network_follows_a_fine_integration(drawn: Any, phases: Any, step_s: float) -> None:
+    """Whatever is heated, blown at and fed, in steps of any length: heat is constant over them."""
+    network, slopes = drawn
+    machine = plant(network, step_s=step_s)
+    state = [*machine.temperatures_c, machine.sensed_c()["tip"]]
+    for seconds, *said in phases:
+        fine = solve_ivp(
+            slopes, (0, seconds), state, method="LSODA", rtol=1e-11, atol=1e-9, args=said
+        )
+        state = fine.y[:, -1]
+        run(machine, round(seconds / step_s), *said)
+        assert [*machine.temperatures_c, machine.sensed_c()["tip"]] == pytest.approx(
+            state, rel=1e-7
+        )
 
 
 @pytest.mark.parametrize("delay_s", [0.1, 0.25, 3.0])
-def test_dead_time_shifts_the_response(delay_s):
+def test_dead_time_shifts_the_response(delay_s: float) -> None:
     late = {"block": {"node": "block", "delay": f"{delay_s} s"}}
     prompt, delayed = plant(ONE, power_w=30.0), plant(ONE, power_w=30.0, sense=late)
-    count, shift = 500, delay_s / 0.1
-    history = [prompt.sensed_c()["block"]]
-    for _ in range(count):
-        run(prompt, 1)
-        run(delayed, 1)
+    history = [20.0]
+    for number in range(1, 500):
+        for machine in (prompt, delayed):
+            run(machine, 1)
         history.append(prompt.sensed_c()["block"])
-    expected = np.interp(count - shift, range(count + 1), history)
-    assert delayed.sensed_c()["block"] == pytest.approx(float(expected), abs=1e-12)
+        expected = np.interp(number - delay_s / 0.1, range(number + 1), history)
+        assert delayed.sensed_c()["block"] == pytest.approx(float(expected), abs=1e-12)
 
 
-def test_nothing_is_felt_before_the_dead_time():
-    machine = plant(ONE, sense={"block": {"node": "block", "delay": "1 s"}})
-    run(machine, 10)
-    assert machine.sensed_c()["block"] == 20.0
-    run(machine, 1)
-    assert machine.sensed_c()["block"] > 20.0
-
-
-FAN = {"fan": {"link": ["ambient", "block"], "factor": 3}}
-
-
-@pytest.mark.parametrize(("fraction", "conductance"), [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5)])
-def test_a_fan_multiplies_the_conductance_of_its_link(fraction, conductance):
-    machine = plant(ONE, power_w=30.0, fans=FAN, step_s=10.0)
-    for _ in range(100):
-        machine.step({"heater": 1.0, "fan": fraction})
-    assert machine.temperatures_c[0] == pytest.approx(20 + 30 / conductance, rel=1e-12)
-
-
-def test_noise_is_seeded_and_has_its_width():
+def test_noise_is_seeded_and_has_its_width() -> None:
     noisy = {"block": {"node": "block", "noise": "0.1 K"}}
 
-    def felt(seed):
+    def felt(seed: int) -> NDArray[np.float64]:
         machine = plant(ONE, sense=noisy, seed=seed)
         values = []
         for _ in range(10_000):
@@ -182,7 +156,7 @@ def test_noise_is_seeded_and_has_its_width():
     assert first.std() == pytest.approx(0.1, abs=5 * 0.1 / math.sqrt(20_000))
 
 
-def test_starts_where_it_is_told():
+def test_starts_where_it_is_told() -> None:
     machine = plant(THREE, initial="60 °C")
     assert machine.temperatures_c.tolist() == [60.0] * 3
     assert machine.sensed_c() == {"air": 60.0}
