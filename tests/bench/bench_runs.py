@@ -74,6 +74,14 @@ EXTRUDER: Lines = (
     *at({1700: "5 mm/s", 1760: "0 mm/s"}, "extrude"),
     {"for": "1900 s"},
 )
+HOSTED: Lines = (
+    *at({1: "M104 S200", 2: "M104 S0", 3: "M104 S200", 4: "M104 S261", 5: "M104 S-5", 6: "M104"}),
+    *at({7: "M104 D101", 8: "M303 S0", 9: "M108", 10: "M104 D30", 12: "M104 S200", 13: "M112"}),
+    *at({14: "M104 S210", 15: "M303 S210", 16: "M104 D10", 17: "M999", 20: "M104 S200"}),
+    *at({21: "M301 P5 I0.25", 22: "M301 P-1", 23: "M301 I2000000", 24: "M104 S210.5"}),
+    *at({25: "M106 P0 S127.5", 27: "M107", 28: "M303 S200 C3"}),  # it ends only after the run
+    {"for": "30 s"},
+)
 FEEDER: Lines = (
     *at({1: "M303 S210 C5", TUNED_S: "M104 S180", 700: "M83", 701: "G1 E1500 F300"}),
     *at({1100: "M104 S250", 1500: "G1 E1500 F300"}),
@@ -91,6 +99,7 @@ ORDERS: Lines = (
 )
 RUNS: dict[str, tuple[str, Lines]] = {
     "extruder": ("extruder", EXTRUDER),
+    "extruder, ordered about": ("extruder", HOSTED),
     "feeder": ("feeder", FEEDER),
     "fabricator": ("fabricator", ACCEPTANCE),
     "dryer": ("dryer", DRYER),

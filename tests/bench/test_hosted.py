@@ -1,11 +1,9 @@
-"""Model and binary hear a host alike: what may be, is done; else nothing."""
+"""The model hears a host; that the binary hears it alike is seen in test_runs and tests/gcode."""
 
 import pytest
 from machines import at, commanded, course, example, modelled
-from rig.avr import whole
 
 from heatwright.sim.bench import ReferenceDevice
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.reference.line import parsed
 
 AUTOMATIC, MANUAL, TUNING = 0, 1, 2
@@ -38,18 +36,16 @@ def test_without_a_host_nobody_listens(chamber):
         ReferenceDevice(chamber).send("M104 S30")
 
 
-DEVICES = {
-    "model": lambda name: ReferenceDevice(example(name)),
-    "binary": lambda name: AvrDevice(example(name), whole(name)),
-}
-
-
-@pytest.fixture(params=DEVICES)
-def device(request):
-    found = DEVICES[request.param]("extruder")
-    found.sense("nozzle", 25.0)
+def model(name, felt_c):
+    found = ReferenceDevice(example(name))
+    found.sense("nozzle", felt_c)
     found.advance(1.05)
     return found
+
+
+@pytest.fixture
+def device():
+    return model("extruder", 25.0)
 
 
 def last(device):
@@ -63,10 +59,6 @@ def told(device, *lines):
     return last(device)
 
 
-def gains(row):
-    return [float(row[f"algorithm.{each}"]) for each in ("kp", "ki", "kd")]
-
-
 def test_what_it_is_told_it_does_and_nothing_else(device):
     for lines, wanted in (
         ("M104 S200", {"setpoint_c": 200}),
@@ -75,6 +67,8 @@ def test_what_it_is_told_it_does_and_nothing_else(device):
           for refused in ("M104 S261", "M104 S-5", "M104", "M104 D101", "M303 S0", "M108")),
         ("M104 D30", {"mode": MANUAL, "duty_percent": 30, "setpoint_c": 200}),
         ("M104 S200", {"mode": AUTOMATIC}),
+        ("M301 P5 I0.25", {"algorithm.kp": 5.0, "algorithm.ki": 0.25}),
+        ("M301 P-1|M301 I2000000", {"algorithm.kp": 5.0, "algorithm.ki": 0.25}),
         ("M112", {"fault.code": STOPPED}),  # it refuses heat until it is acknowledged
         ("M104 S210", {"setpoint_c": 200}),
         ("M303 S210", {"mode": AUTOMATIC}),
@@ -88,8 +82,8 @@ def test_what_it_is_told_it_does_and_nothing_else(device):
 
 def test_what_lets_a_host_wait():
     """The model keeps nobody waiting; tests/gcode shows how long the binary does."""
-    told = at({0.5: "M109 S210.5", 2: "M303 S200 C3", 4: "M108"})
-    found = course(modelled("extruder", *told, {"for": "6 s"}).log, "setpoint_c", "mode")
+    lines = at({0.5: "M109 S210.5", 2: "M303 S200 C3", 4: "M108"})
+    found = course(modelled("extruder", *lines, {"for": "6 s"}).log, "setpoint_c", "mode")
     assert found == [(0, AUTOMATIC), (210.5, AUTOMATIC), (200, TUNING), (0, AUTOMATIC)]
 
 
@@ -97,12 +91,6 @@ def test_by_hand_as_it_is(device):
     now = told(device, "M104 S26")["duty_percent"]
     assert 0 < now < 100
     assert told(device, "M104 D")["manual_percent"] == now
-
-
-def test_gains(device):
-    wanted = [5.0, 0.25, pytest.approx(31.4)]
-    assert gains(told(device, "M104 S200", "M301 P5 I0.25")) == wanted
-    assert gains(told(device, "M301 P-1", "M301 I2000000")) == wanted
 
 
 def test_the_fan(device):
@@ -114,7 +102,7 @@ def test_the_fan(device):
 
 
 def test_the_fan_cools_the_machine():
-    lines = ({"at": "1 s", "send": "M104 D20"}, {"for": "300 s"})
+    lines = (*at({1: "M104 D20"}), {"for": "300 s"})
     still, blown = (
         commanded("extruder", first, *lines).trace.temperatures_c["block"][-1]
         for first in ("M105", "M106 S255")
@@ -122,58 +110,46 @@ def test_the_fan_cools_the_machine():
     assert blown < still - 10
 
 
-@pytest.fixture(params=DEVICES)
-def feeder(request):
-    found = DEVICES[request.param]("feeder")
-    found.sense("nozzle", 210.0)
-    found.advance(0.55)
-    found.send("M104 S210")
-    found.advance(1.05)
-    return found
-
-
-def fed_mm(device, seconds):
+def fed_mm(device, lines, seconds):
+    """How far the feed goes after these lines."""
     device.travel_mm("feed")
+    for line in filter(None, lines.split("|")):
+        device.send(line)
     device.advance(round(last(device)["time_s"]) + seconds)
     return device.travel_mm("feed")
 
 
-def test_the_feed_goes_its_way_at_its_speed(feeder):
-    feeder.send("G1 E10 F120")
-    assert fed_mm(feeder, 3) == pytest.approx(6, abs=0.6)
-    assert fed_mm(feeder, 3) == pytest.approx(4, abs=0.6)
-    assert fed_mm(feeder, 3) == 0
+@pytest.mark.parametrize(
+    ("lines", "felt_c", "seconds", "length_mm", "within_mm"),
+    [
+        ("G1 E10 F120", 210.0, 3, 6, 0.6),
+        ("G1 E10 F120", 210.0, 9, 10, 1e-5),
+        ("G1 E10 F1200|G92 E0|G1 E3|M83|G1 E3|G1 E-1", 210.0, 5, 15, 1e-5),
+        ("G1 E10 F600", 208.5, 3, 0, 0),  # the loop is not ready
+        ("G1 E100 F600|M410", 210.0, 3, 0, 0.2),
+        ("G1 E200 F600|M112", 210.0, 3, 2, 0.2),  # until the next step
+    ],
+)
+def test_the_feed(lines, felt_c, seconds, length_mm, within_mm):
+    device = model("feeder", 210.0)
+    told(device, "M104 S210")
+    device.sense("nozzle", felt_c)
+    told(device)
+    assert fed_mm(device, lines, seconds) == pytest.approx(length_mm, abs=within_mm)
 
 
-def test_places_and_ways(feeder):
-    for line in ("G1 E10 F1200", "G92 E0", "G1 E3", "M83", "G1 E3", "G1 E-1"):
-        feeder.send(line)
-    assert fed_mm(feeder, 5) == pytest.approx(15)
-
-
-def test_the_feed_waits_until_the_loop_is_ready(feeder):
-    feeder.send("G1 E10 F600")
-    feeder.sense("nozzle", 208.5)
-    feeder.advance(1.5)
-    assert fed_mm(feeder, 3) == 0
-    feeder.sense("nozzle", 209.5)
-    assert fed_mm(feeder, 3) == pytest.approx(10, abs=3)
-
-
-def test_the_feed_is_forgotten_at_a_fault_and_when_told(feeder):
-    feeder.send("G1 E100 F600")
-    feeder.send("M410")
-    assert fed_mm(feeder, 2) < 0.2  # until the second line has come
-    feeder.send("G1 E200 F600")
-    feeder.send("M112")
-    feeder.advance(4.0)
-    feeder.send("M999")
-    feeder.send("M104 S210")
-    assert fed_mm(feeder, 3) == 0
+def test_the_feed_waits_for_the_loop_and_does_not_outlive_a_fault():
+    device = model("feeder", 208.5)
+    told(device, "M104 S210")
+    assert fed_mm(device, "G1 E10 F600", 3) == 0
+    device.sense("nozzle", 209.5)
+    assert fed_mm(device, "", 3) == pytest.approx(10, abs=3)
+    told(device, "G1 E200 F600", "M112")
+    assert fed_mm(device, "M999|M104 S210", 3) == 0
 
 
 def test_the_feed_draws_heat():
-    lines = ({"at": "1 s", "send": "M104 S210"}, {"at": "200 s", "send": "G1 E100 F300"})
+    lines = at({1: "M104 S210", 200: "G1 E100 F300"})
     trace = modelled("feeder", *lines, {"for": "230 s"}).trace
     assert trace.fed_mm_per_s.sum() * trace.times_s[1] == pytest.approx(100, rel=1e-9)
     assert trace.times_s[trace.fed_mm_per_s > 0].min() >= 200

@@ -7,21 +7,10 @@ from typing import NamedTuple
 
 from fault_rules import rules_of
 from rig.avr import whole
-from rig.specs import EXAMPLES, example, spec_of
+from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, catalogue
 from heatwright.sim.faults.world import Site
-from heatwright.spec import Controller
-
-
-def changed(name: str, *changes: tuple[str, str]) -> str:
-    """Return an example's text with these changes, every one of which must apply."""
-    text = (EXAMPLES / f"{name}.yaml").read_text(encoding="utf-8")
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return text
-
 
 ON_OFF = "{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}"
 HEATER = "heater: {kind: digital, pin: D3, power: 240 W}"
@@ -113,15 +102,11 @@ MACHINES = {
 
 
 @cache
-def controller_of(name: str) -> Controller:
-    text = MACHINES[name].spec
-    return (spec_of(text) if "\n" in text else example(text)).controller
-
-
-@cache
 def site_of(name: str) -> Site:
-    (loop,) = controller_of(name).loops
-    return Site(controller_of(name), whole(MACHINES[name].spec), loop)
+    """Return a machine of the table, or one of a spec's text."""
+    spec = MACHINES[name].spec if name in MACHINES else name
+    (loop,) = controller_of(spec).loops
+    return Site(controller_of(spec), whole(spec), loop)
 
 
 @cache
@@ -135,7 +120,7 @@ def faults_of(name: str) -> Mapping[str, Fault]:
 def expected(name: str) -> Mapping[str, str | None]:
     """Return what each fault of a machine must trip."""
     machine = MACHINES[name]
-    rules = {**rules_of(controller_of(name)), **machine.otherwise}
+    rules = {**rules_of(controller_of(machine.spec)), **machine.otherwise}
     return {fault: rule for fault, rule in rules.items() if fault not in machine.absent}
 
 

@@ -12,102 +12,73 @@ Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
 
 
-def _none(*names: str) -> Rules:
-    return dict.fromkeys(names)
+def _of(none: str = "", **by_rule: str) -> Rules:
+    """Return faults that trip nothing, and others by the rule that each must trip."""
+    found: Rules = dict.fromkeys(none.split())
+    return found | {fault: rule for rule, faults in by_rule.items() for fault in faults.split()}
 
 
-_CHIP: Rules = {
-    "unplugged": "sensor_no_answer",
-    "damaged_answers": "sensor_crc",
-    "failing_supply": "sensor_reset",
-    **_none("answers_damaged_in_bursts", "supply_interrupted_once", "slow_conversions"),
-}
-_CIRCUIT: Rules = {
-    "open": "sensor_open",
-    "shorted": "sensor_short",
-    "beyond_the_cold_end": "sensor_range",
-    "beyond_the_hot_end": "sensor_range",
-    "adc_hangs": "sensor_stale",
-    "intermittent_wire": None,
-    "contact_corrodes": "rise_rate",
-    "insulation_leaks": "rise_rate",
-}
-_SENSORS: dict[str, Rules] = {
-    "ds18b20": _CHIP
-    | {
-        "shorted_to_ground": "sensor_short",
-        "shorted_to_supply": "sensor_no_answer",
-        "never_converts": "sensor_reset",
-    },
-    "max31856": _CHIP
-    | {
-        "data_shorted_to_ground": "sensor_short",
-        "data_shorted_to_supply": "sensor_no_answer",
-        "orders_shorted_to_supply": "sensor_no_answer",
-        "no_clock": "sensor_no_answer",
-        "thermocouple_broken": "sensor_open",
-        "thermocouple_broken_at_bias": "rise_rate",
-        "thermocouple_beyond_supply": "sensor_short",
-        "chip_too_hot": "sensor_range",
-    },
+_CHIP = _of(
+    "answers_damaged_in_bursts supply_interrupted_once slow_conversions",
+    sensor_no_answer="unplugged", sensor_crc="damaged_answers", sensor_reset="failing_supply",
+)  # fmt: skip
+_CIRCUIT = _of(
+    "intermittent_wire",
+    sensor_open="open", sensor_short="shorted", sensor_stale="adc_hangs",
+    sensor_range="beyond_the_cold_end beyond_the_hot_end",
+    rise_rate="contact_corrodes insulation_leaks",
+)  # fmt: skip
+_SENSORS = {
+    "ds18b20": _CHIP | _of(
+        sensor_short="shorted_to_ground", sensor_no_answer="shorted_to_supply",
+        sensor_reset="never_converts",
+    ),
+    "max31856": _CHIP | _of(
+        sensor_short="data_shorted_to_ground thermocouple_beyond_supply",
+        sensor_no_answer="data_shorted_to_supply orders_shorted_to_supply no_clock",
+        sensor_open="thermocouple_broken", rise_rate="thermocouple_broken_at_bias",
+        sensor_range="chip_too_hot",
+    ),
     "thermistor": _CIRCUIT,
     "rtd": _CIRCUIT,
+}  # fmt: skip
+_CURRENT = _of(
+    "heater_part_shorted",
+    no_current="current_sensor_torn", current_while_off="current_sensor_stands",
+    over_current="current_sensor_at_supply heater_shorted",
+)  # fmt: skip
+_ANY = _of(
+    "small_jumps reset_button power_cut serial_flood healthy_noisy",
+    under_temperature="frost", rise_rate="jump_up jump_down fallen_out", brown_out="brown_out",
+    watchdog_reset="hung_main_loop hung_with_interrupts_off", settings_corrupt="eeprom_damaged",
+)  # fmt: skip
+_HEALTHY: Rules = {
+    f"healthy_{c}C_{r}R_{a}degC": None for c in (0.7, 1.3) for r in (0.7, 1.3) for a in (10, 35)
 }
-_CURRENT: Rules = {
-    "current_sensor_torn": "no_current",
-    "current_sensor_at_supply": "over_current",
-    "current_sensor_stands": "current_while_off",
-    "heater_shorted": "over_current",
-    "heater_part_shorted": None,
-}
-_ANY: Rules = {
-    "frost": "under_temperature",
-    "jump_up": "rise_rate",
-    "jump_down": "rise_rate",
-    "small_jumps": None,
-    "fallen_out": "rise_rate",
-    "hung_main_loop": "watchdog_reset",
-    "hung_with_interrupts_off": "watchdog_reset",
-    "brown_out": "brown_out",
-    "reset_button": None,
-    "power_cut": None,
-    "eeprom_damaged": "settings_corrupt",
-    "serial_flood": None,
-    "healthy_noisy": None,
-}
-_HEALTHY = _none(
-    *(f"healthy_{c}C_{r}R_{a}degC" for c in (0.7, 1.3) for r in (0.7, 1.3) for a in (10, 35))
+_RELAY = _of(
+    relay_open="relay_dead relay_contact_shorted",
+    relay_welded="relay_welded relay_contact_torn",
 )
-_RELAY: Rules = {
-    "relay_dead": "relay_open",
-    "relay_contact_shorted": "relay_open",
-    "relay_welded": "relay_welded",
-    "relay_contact_torn": "relay_welded",
-}
-_PROGRAMS: Rules = {
-    "sensor_lost_in_program": "sensor_short",
-    "hung_in_program": "watchdog_reset",
-    "heater_too_weak_for_program": "program_lags",
-    **_none("power_cut_in_program", "power_cut_until_cold", "power_cut_in_pause"),
-}
-_OPERATORS: dict[str, Rules] = {
-    "lcd_keypad": {
-        **_none("key_stuck", "keys_at_random", "display_unplugged"),
-        "select_stuck": "sensor_short",
-    },
-    "gcode": {
-        "host_stop": "emergency_stop",
-        "host_stop_in_flood": "emergency_stop",
-        **_none("host_out_of_bounds", "host_garbled"),
-    },
-    "modbus_rtu": {
-        "master_lost": "master_lost",
-        **_none("master_insists_on_heat", "master_out_of_bounds"),
-        **_none("bus_damaged", "bus_of_other_format", "bus_of_other_slaves"),
-    },
-    "nextion": _none(
-        "touch_display_unplugged", "touch_display_of_other_speed", "touch_display_floods",
-        "touch_display_asks_too_much", "touched_at_random",
+_PROGRAMS = _of(
+    "power_cut_in_program power_cut_until_cold power_cut_in_pause",
+    sensor_short="sensor_lost_in_program", watchdog_reset="hung_in_program",
+    program_lags="heater_too_weak_for_program",
+)  # fmt: skip
+_OPERATORS = {
+    "lcd_keypad": _of(
+        "key_stuck keys_at_random display_unplugged", sensor_short="select_stuck"
+    ),
+    "gcode": _of(
+        "host_out_of_bounds host_garbled", emergency_stop="host_stop host_stop_in_flood"
+    ),
+    "modbus_rtu": _of(
+        "master_insists_on_heat master_out_of_bounds bus_damaged bus_of_other_format "
+        "bus_of_other_slaves",
+        master_lost="master_lost",
+    ),
+    "nextion": _of(
+        "touch_display_unplugged touch_display_of_other_speed touch_display_floods "
+        "touch_display_asks_too_much touched_at_random"
     ),
 }  # fmt: skip
 
@@ -120,7 +91,7 @@ def rules_of(controller: Controller) -> Rules:
     for kind in kinds:
         found |= _OPERATORS[kind]
     if kinds:
-        found |= _none("record_cut_short")
+        found |= _of("record_cut_short")
     if controller.safety.relay_feedback:
         found |= _RELAY
     if controller.programs:
@@ -149,7 +120,7 @@ def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
         found["heat_lost"] = rise if heating else "runaway_below"
     if loop.cooler:
         found |= {"cooler_shorted": "heating_failed", "hung_while_cooling": "watchdog_reset"}
-        found |= _none("cooler_dead", "heating_and_cooling_by_turns")
+        found |= _of("cooler_dead heating_and_cooling_by_turns")
     return found
 
 

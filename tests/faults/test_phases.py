@@ -4,19 +4,30 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from fault_machines import site_of
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.processor import hang
-from heatwright.sim.faults.world import Site, World
+from heatwright.sim.faults.world import World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
 PHASES_S = (*np.arange(0.0, 1.0, 0.1), 0.2013, 0.2051, 0.9512, 0.9527, 0.9561, 0.9608, 0.9999)
+any_phase = pytest.mark.parametrize("phase_s", PHASES_S, ids="{:.4f}".format)
+CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
+    "unplugged": (lambda chip: chip.unplug(), 1),
+    "shorted": (lambda chip: chip.short("low"), 2),
+    "lifted": (lambda chip: chip.short("high"), 1),
+}
 
 
-def at_phase(site: Site, phase_s: float) -> tuple[World, Ds18b20, float]:
+def heating() -> World:
+    return starts.heating(site_of("chamber"))
+
+
+def at_phase(phase_s: float) -> tuple[World, Ds18b20, float]:
     """A machine that is heating, at this moment of a period."""
-    world = starts.heating(site)
+    world = heating()
     at_s = float(np.ceil(world.now_s) + phase_s)
     world.run(at_s - world.now_s)
     world.device.advance(at_s)
@@ -25,31 +36,29 @@ def at_phase(site: Site, phase_s: float) -> tuple[World, Ds18b20, float]:
     return world, chip, at_s
 
 
-CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
-    "unplugged": (lambda chip: chip.unplug(), 1),
-    "shorted": (lambda chip: chip.short("low"), 2),
-    "lifted": (lambda chip: chip.short("high"), 1),
-}
+def heated_on_s(world: World, since_s: float) -> float:
+    """How long after a moment the heater was on last."""
+    last_on_s = world.heaters.last_on_s(since_s)
+    assert last_on_s is not None
+    return last_on_s - since_s
 
 
-@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
+@any_phase
 @pytest.mark.parametrize("cause", CAUSES)
-def test_whenever_it_comes(site: Site, cause: str, phase_s: float) -> None:
-    world, chip, at_s = at_phase(site, phase_s)
+def test_whenever_it_comes(cause: str, phase_s: float) -> None:
+    world, chip, at_s = at_phase(phase_s)
     act, code = CAUSES[cause]
     act(chip)
     world.until(lambda now: now.fault != 0, 10.0)
     (trip,) = world.trips.since(0.0)
     assert trip.code == code
-    assert trip.time_s - at_s <= answer_s(site.loop)
-    last_on_s = world.heaters.last_on_s(at_s)
-    assert last_on_s is not None
-    assert last_on_s - at_s <= reading_s(site.loop)
+    assert trip.time_s - at_s <= answer_s(world.site.loop)
+    assert heated_on_s(world, at_s) <= reading_s(world.site.loop)
 
 
-@pytest.mark.parametrize("phase_s", PHASES_S, ids=lambda phase_s: f"{phase_s:.4f}")
-def test_a_chip_that_browns_out_is_never_believed(site: Site, phase_s: float) -> None:
-    world, chip, _ = at_phase(site, phase_s)
+@any_phase
+def test_a_chip_that_browns_out_is_never_believed(phase_s: float) -> None:
+    world, chip, _ = at_phase(phase_s)
     chip.brown_out()
     world.run(10.0)
     assert world.fault == 0
@@ -57,12 +66,10 @@ def test_a_chip_that_browns_out_is_never_believed(site: Site, phase_s: float) ->
     assert read_c[read_c > 0].max() < world.peak_c + 1
 
 
-@pytest.mark.parametrize(
-    "phase_s", np.arange(0.0, 0.1, 0.007), ids=lambda phase_s: f"{phase_s:.3f}"
-)
+@pytest.mark.parametrize("phase_s", np.arange(0.0, 0.1, 0.007), ids="{:.3f}".format)
 @pytest.mark.parametrize("entry", ["__stop_program", "_exit"])
-def test_a_hang_whenever_it_comes(site: Site, entry: str, phase_s: float) -> None:
-    world = starts.heating(site)
+def test_a_hang_whenever_it_comes(entry: str, phase_s: float) -> None:
+    world = heating()
     at_s = world.now_s + phase_s
     world.device.advance(at_s)
     try:
@@ -70,23 +77,19 @@ def test_a_hang_whenever_it_comes(site: Site, entry: str, phase_s: float) -> Non
     except ValueError:  # just awake
         world.device.advance(at_s + TICK_S / 2)
         hang(world, entry)
-    limit_s = gate_s() if entry == "__stop_program" else watchdog_s(site.controller)
+    limit_s = gate_s() if entry == "__stop_program" else watchdog_s(world.site.controller)
     world.run(3.0)
-    last_on_s = world.heaters.last_on_s(at_s)
-    assert last_on_s is not None
-    assert last_on_s - at_s <= limit_s + TICK_S / 2
+    assert heated_on_s(world, at_s) <= limit_s + TICK_S / 2
     assert world.fault == 14
 
 
-def test_a_program_that_hangs_at_every_start_never_heats(site: Site) -> None:
+def test_a_program_that_hangs_at_every_start_never_heats() -> None:
     """Each start hangs in its first wait; the watchdog resets it for ever."""
-    world = starts.heating(site)
+    world = heating()
     began_s = world.now_s
     hang(world, "_exit")
     for _ in range(5):
         world.device.advance(world.now_s + 2.06)
         hang(world, "_exit")
     assert len(world.device.avr.take_resets()) == 5
-    last_on_s = world.heaters.last_on_s(began_s)
-    assert last_on_s is not None
-    assert last_on_s < began_s + 2.06
+    assert heated_on_s(world, began_s) < 2.06

@@ -1,7 +1,9 @@
 """The procedure sees what is wrong: each finding is provoked once."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -50,21 +52,19 @@ def latched_before(fault: Fault) -> Fault:
 
 
 SPOILT: dict[str, Callable[[Fault], Fault]] = {
-    "tripped after 4.9.. s, not within 0.500 s": lambda fault: tripping(fault, allowed_s=0.5),
-    "sensor_no_answer tripped, not over_temperature": lambda fault: tripping(
-        fault, rules=("over_temperature",)
+    "tripped after 4.9.. s, not within 0.500 s": partial(tripping, allowed_s=0.5),
+    "sensor_no_answer tripped, not over_temperature": partial(
+        tripping, rules=("over_temperature",)
     ),
-    "sensor_no_answer tripped for no reason": lambda fault: replace(fault, trip=None, watch_s=10.0),
-    "^nothing tripped$": lambda fault: replace(fault, cause=lambda _: None),
+    "sensor_no_answer tripped for no reason": partial(replace, trip=None, watch_s=10.0),
+    "^nothing tripped$": partial(replace, cause=lambda _: None),
     "its condition was not met within 1 s": lambda fault: replace(
         tripping(fault, due=lambda _: False, due_within_s=1.0), cause=lambda _: None
     ),
-    "heater off after 0.9.. s, not within 0.010 s": lambda fault: replace(
-        fault, off_within_s=TICK_S
-    ),
+    "heater off after 0.9.. s, not within 0.010 s": partial(replace, off_within_s=TICK_S),
     "tripped again although|sensor_no_answer is latched after its ack": never_mended,
     "sensor_no_answer was latched before it began": latched_before,
-    "the judge complains": lambda fault: replace(fault, judge=lambda _: "the judge complains"),
+    "the judge complains": partial(replace, judge=lambda _: "the judge complains"),
 }
 
 
@@ -72,8 +72,7 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
 def test_it_is_found(finding: str) -> None:
     result = found(SPOILT[finding])
     assert not result.passed
-    with pytest.raises(AssertionError, match=finding):
-        raise AssertionError(result.detail)
+    assert re.search(finding, result.detail)
 
 
 def test_a_heater_that_is_on_after_the_trip_is_found() -> None:
@@ -87,20 +86,13 @@ def test_a_heater_that_is_on_after_the_trip_is_found() -> None:
         world.run(0.1)
         world.device.avr.pins.drive("PD3", None)
 
-    result = found(lambda fault: replace(fault, cause=cause))
-    assert "a heater was on 0." in result.detail
+    assert "a heater was on 0." in found(partial(replace, cause=cause)).detail
 
 
 def test_json() -> None:
-    result = found()
-    assert result.as_json() == {
-        "fault": "unplugged",
-        "rule": "sensor_no_answer",
-        "expected": ["sensor_no_answer"],
-        "tripped_after_s": pytest.approx(5, abs=1),
-        "allowed_s": 6.01,
-        "heater_off_after_s": pytest.approx(1, abs=1),
-        "peak": pytest.approx(65, abs=1),
-        "passed": True,
-        "detail": "",
-    }
+    near_s = partial(pytest.approx, abs=1)
+    assert found().as_json() == {
+        "fault": "unplugged", "rule": "sensor_no_answer", "expected": ["sensor_no_answer"],
+        "tripped_after_s": near_s(5), "allowed_s": 6.01, "heater_off_after_s": near_s(1),
+        "peak": pytest.approx(65, abs=1), "passed": True, "detail": "",
+    }  # fmt: skip

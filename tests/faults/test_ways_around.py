@@ -1,14 +1,13 @@
 """Ways around the protection: by hand, through a cooler, off and on between two steps."""
 
 import pytest
-from fault_machines import changed, site_of
-from rig.avr import whole
-from rig.specs import spec_of
+from fault_machines import site_of
+from rig.specs import changed
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import shorted
 from heatwright.sim.faults.machine import steady_c
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Weather, World
 from heatwright.sim.reference.guard_rules import FROZEN
 
 SIX_SIGMA_K = 6 * 0.8
@@ -53,8 +52,8 @@ def test_a_switch_that_conducts_for_ever_is_cooled_to_where_it_burns_nothing() -
 @pytest.mark.parametrize("after_s", [0.0, 0.05, 0.1])
 def test_off_and_on_is_no_way_around_the_limit(after_s: float) -> None:
     """What was not on shows no current, and would have given the next step too much duty."""
-    text = changed("fabricator", ("limit: 3 A", f"limit: {LIMIT_A} A"))
-    world = World(Site(spec_of(text).controller, whole(text), "nozzle"), Weather(100.0, 20.0))
+    site = site_of(changed("fabricator", ("limit: 3 A", f"limit: {LIMIT_A} A")))
+    world = World(site, Weather(100.0, 20.0))
     world.run(1.0)
     world.set_setpoint(250.0)
     world.run(SETTLED_S + after_s)
