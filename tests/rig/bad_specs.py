@@ -3,14 +3,15 @@
 A file is of one subject. A case in it is a head, and lines that begin with a sign:
 
     [window_too_short of pid_oven] Fewer steps than per cents.
-    - window: 1 s
-    + window: 500 ms
+    = window: 1 s -> window: 500 ms
     > 6:60: outputs.heater.window: 500 ms is shorter than …
 
-`-` is text that stands once in the base, and `+` is what stands in its place; several lines of one
-sign are one text. `-` alone takes out whole lines, `+` alone is put at the end, an empty line ends
-a change. `~` is a `+` in which Python's escapes count, and `\\udcb0` is the byte B0. `* 3` is a `+`
-that is there three times: {n} in it counts from 0. `>` is a message, without the file's name.
+`=` is text that stands once in the base, and what stands in its place; where one of them has
+several lines, `-` are those of the base, and `+` are the others. `-` alone takes out whole lines,
+`+` alone is put at the end, or above the line that has the text of the `^` before it; an empty
+line ends a change. `~` is a `+` in which Python's escapes count, and `\\udcb0` is the byte B0.
+`* 3` is a `+` that is there three times: {n} in it counts from 0. `>` is a message, without the
+file's name. `|` is a `=` that begins another case of the same base: window_too_short_2.
 
 The base is a good spec of bases.txt, or another case; a case without one is written out whole.
 A line that begins with # says something about the file.
@@ -80,6 +81,7 @@ def bases() -> Mapping[str, str]:
 class _Change:
     old: list[str] = field(default_factory=list)
     new: list[str] = field(default_factory=list)
+    above: str = ""
 
 
 @dataclass
@@ -96,6 +98,11 @@ class _Entry:
         sign, text = line[:1], line[2:]
         if sign == ">":
             self.messages.append(text)
+        elif sign == "=":
+            old, _, new = text.partition(" -> ")
+            self.changes += [_Change([old], [new]), _Change()]
+        elif sign == "^":
+            self.changes.append(_Change(above=text))
         elif sign == "-" and not self.changes[-1].new:
             self.changes[-1].old.append(text)
         elif sign in {"", "-"}:
@@ -125,15 +132,19 @@ def _entries(files: Iterable[Path]) -> dict[str, _Entry]:
 
 
 def _entries_in(file: Path) -> Iterator[tuple[str, _Entry]]:
-    name, entry = "", _Entry(file, None)
+    first, count, entry = "", 0, _Entry(file, None)
     for line in file.read_text("utf-8").split("\n"):
-        if head := HEAD.fullmatch(line):
-            if name:
-                yield name, entry
-            name, entry = head[1], _Entry(file, head[2])
+        head = HEAD.fullmatch(line)
+        if (head or line.startswith("|")) and count:
+            yield f"{first}_{count}" if count > 1 else first, entry
+        if head:
+            first, count, entry = head[1], 1, _Entry(file, head[2])
+        elif line.startswith("|"):
+            count, entry = count + 1, _Entry(file, entry.base)
+            entry.read(f"={line[1:]}")
         elif not line.startswith("#"):
             entry.read(line)
-    yield name, entry
+    yield f"{first}_{count}" if count > 1 else first, entry
 
 
 class _Texts(dict[str, str]):
@@ -154,9 +165,13 @@ class _Texts(dict[str, str]):
 
 def _changed(name: str, text: str, change: _Change) -> str:
     old, new = "\n".join(change.old), "\n".join(change.new)
-    if not change.old:
+    if not change.old and not change.above:
         return text + "".join(f"{line}\n" for line in change.new)
     if not change.new:  # whole lines
         text, old = f"\n{text}", f"\n{old}\n"
+    old = old or change.above
     assert text.count(old) == 1, f"{name}: in its base it stands {text.count(old)} times: {old}"
+    if change.above:
+        before = text.rfind("\n", 0, text.index(old)) + 1
+        return f"{text[:before]}{new}\n{text[before:]}"
     return text.replace(old, new) if change.new else text.replace(old, "\n")[1:]
