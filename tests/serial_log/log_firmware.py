@@ -70,6 +70,12 @@ BOARDS = {
 TICK_S = 0.01
 
 
+def shown_c(celsius: float) -> float:
+    """Round to what an entry holds: tenths, halves away from zero, within its 16 bits."""
+    tenths = min(int(abs(celsius) * 10 + 0.5), 32767)
+    return -tenths / 10 if celsius < 0 else tenths / 10
+
+
 def program(said: str, board: str = "uno") -> Program:
     """Compile clock and log with the program above."""
     text = SPEC.format(board=board, said=said, **BOARDS[board])
@@ -97,9 +103,13 @@ class LogBoard(Board):
         self.avr.run(TICK_S / 2)
         self.reads(0.0)
 
+    def with_eeprom(self, contents: bytes) -> "LogBoard":
+        """Power on the same program with this in the EEPROM."""
+        return LogBoard(self._program, self.elf, contents)
+
     def after_power_cut(self, undefined: int = 0xFF) -> "LogBoard":
-        """Return the same board with the EEPROM as a loss of power leaves it now."""
-        return LogBoard(self._program, self.elf, self.avr.eeprom.after_power_cut(undefined))
+        """Power it on with the EEPROM as a loss of power leaves it now."""
+        return self.with_eeprom(self.avr.eeprom.after_power_cut(undefined))
 
     def reads(self, temperature_c: float | None, setpoint_c: float = 20.0) -> None:
         """Let the loop read this from now on; None: nothing."""

@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from log_course import shown_c
+from log_firmware import shown_c
 from rig.avr import whole
-from rig.specs import EXAMPLES, example, spec_of
+from rig.specs import EXAMPLES, changed, example, spec_of
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.interfaces.serial_log import LogRow
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Event, SerialLog
+from heatwright.spec import Controller, Event, SerialLog
 
 KILNS = ("kiln", "kiln_uno")
 FLOOD_S = 60
@@ -29,56 +28,56 @@ SPEED = 60
 """Times real time: an entry a minute comes every second."""
 
 
-def fired(device: AvrDevice, name: str, duration: str) -> StepLog:
+def fired(controller: Controller, device: AvrDevice, duration: str) -> StepLog:
     """Start the first program, and let it go on for a time."""
-    controller = example(name).controller
     events = [{"at": "5 s", "program": "start 1"}, {"for": duration}]
     trace = bench(controller, device, [Event.model_validate(event) for event in events])
     return trace.steps["chamber"]
 
 
-@pytest.mark.parametrize("name", KILNS)
-def test_it_tells_what_the_loop_did(name: str) -> None:
-    device = AvrDevice(example(name).controller, whole(name))
-    steps = fired(device, name, "40 min")
-    reader = device.log_reader
-    reader.write("log")
+def told(device: AvrDevice, command: str) -> list[str]:
+    """Send a command to the log, and return what it answers."""
+    device.log_reader.write(command)
     device.advance(device.time_s + 2)
     device.feed()
-    assert reader.is_complete
-    (log,) = (each for each in example(name).controller.interfaces
-              if isinstance(each, SerialLog))  # fmt: skip
-    assert [row.time_s for row in reader.rows] == [
-        round(log.every_s) * (number + 1) for number in range(len(reader.rows))
-    ]
-    assert len(reader.rows) == 40 * 60 // log.every_s
-    for row in reader.rows:
+    return device.log_reader.texts
+
+
+def times_told(device: AvrDevice) -> list[int]:
+    assert told(device, "log")
+    return [row.time_s for row in device.log_reader.rows]
+
+
+@pytest.mark.parametrize("name", KILNS)
+def test_it_tells_what_the_loop_did(name: str) -> None:
+    controller = example(name).controller
+    device = AvrDevice(controller, whole(name))
+    steps = fired(controller, device, "40 min")
+    (log,) = (each for each in controller.interfaces if isinstance(each, SerialLog))
+    every_s = round(log.every_s)
+    assert times_told(device) == list(range(every_s, 40 * 60 + 1, every_s))
+    assert device.log_reader.is_complete
+    for row in device.log_reader.rows:
         (step,) = steps[steps["steps"] == row.time_s]  # of the same tick: its period is a second
         assert row.temperature_c == shown_c(float(step["temperature_c"]))
         assert row.setpoint_c == shown_c(float(step["setpoint_c"]))
-    assert reader.rows[-1].setpoint_c > 200
-    reader.write("saves")
-    device.advance(device.time_s + 1)
-    device.feed()
-    programs = example(name).controller.programs
-    assert programs is not None
-    assert reader.texts == [str(device.read("progress.c:newest.sequence"))]
-    assert int(reader.texts[0]) >= 40 * 60 // programs.save_every_s
-    reader.write("save")
-    device.advance(device.time_s + 1)
-    device.feed()
-    assert reader.texts == ["unknown: write log, clear, saves or help"]
+    assert device.log_reader.rows[-1].setpoint_c > 200
+    assert controller.programs is not None
+    saves = told(device, "saves")
+    assert saves == [str(device.read("progress.c:newest.sequence"))]
+    assert int(saves[0]) >= 40 * 60 // controller.programs.save_every_s
+    assert told(device, "save") == ["unknown: write log, clear, saves or help"]
 
 
 @pytest.mark.parametrize("name", KILNS)
 def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
-    quiet = AvrDevice(example(name).controller, whole(name))
-    flooded = AvrDevice(example(name).controller, whole(name))
+    controller = example(name).controller
+    quiet, flooded = (AvrDevice(controller, whole(name)) for _ in range(2))
     drawn = random.Random(1)  # noqa: S311 - no secret
     words = b"log\n clear\n help\n \r\n \0 \xff".split(b" ")
     noise = b"".join(drawn.choices([*words, *(bytes([n]) for n in range(256))], k=11_520 * FLOOD_S))
     flooded.log_reader.send_bytes(noise[: 11_520 * FLOOD_S])
-    expected, found = (fired(each, name, "90 s") for each in (quiet, flooded))
+    expected, found = (fired(controller, each, "90 s") for each in (quiet, flooded))
     assert flooded.log_reader.lines
     assert len(expected) == len(found)
     for member in set(expected.dtype.names or ()) - {"time_s"}:  # when it sleeps again, to the us
@@ -87,29 +86,20 @@ def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
 
 def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() -> None:
     kept = "every: 5 min, entries: 60, keep: eeprom}"
-    text = (EXAMPLES / "kiln.yaml").read_text("utf-8").replace("every: 1 min, entries: 600}", kept)
+    text = changed("kiln", ("every: 1 min, entries: 600}", kept))
     controller = spec_of(text).controller
     device = AvrDevice(controller, whole(text))
-    events = [{"at": "5 s", "program": "start 1"}, {"for": "1 h"}]
-    trace = bench(controller, device, [Event.model_validate(event) for event in events])
-    before = rows_of(device)
-    assert len(before) == 12
+    steps = fired(controller, device, "1 h")
+    before = told(device, "log")
+    assert len(before) == 1 + 12 + 1
     assert not device.avr.eeprom.violations
     device.power_cycle()
-    device.sense("chamber", float(trace.sensed_c["chamber"][-1]))
+    device.sense("chamber", float(steps["temperature_c"][-1]))
     device.advance(device.time_s + 4)
-    assert rows_of(device) == before
+    assert told(device, "log") == before
     assert int(device.read("program.state")) in {1, 3}  # it fires on, or returns to its setpoint
     device.advance(device.time_s + 300)
-    assert [row.time_s for row in rows_of(device)] == [300 * (number + 1) for number in range(13)]
-
-
-def rows_of(device: AvrDevice) -> list[LogRow]:
-    """Read the log."""
-    device.log_reader.write("log")
-    device.advance(device.time_s + 2)
-    device.feed()
-    return device.log_reader.rows
+    assert times_told(device) == [300 * (number + 1) for number in range(13)]
 
 
 def test_the_page_s_example_reads_it() -> None:
@@ -117,15 +107,8 @@ def test_the_page_s_example_reads_it() -> None:
     page = (ROOT / "docs" / "serial_log.md").read_text("utf-8")
     found = re.search(r"```python\n(.*?)```", page, re.DOTALL)
     assert found is not None
-    command = [
-        HEATWRIGHT,
-        "simulate",
-        EXAMPLES / "kiln_uno.yaml",
-        "--serial",
-        "--speed",
-        str(SPEED),
-        "--json",
-    ]
+    command = [HEATWRIGHT, "simulate", EXAMPLES / "kiln_uno.yaml", "--serial", "--json"]
+    command += ["--speed", str(SPEED)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         told = json.loads("".join(process.stdout.readline() for _ in range(5)))
