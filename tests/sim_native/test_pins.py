@@ -26,39 +26,26 @@ def test_a_pin_the_part_lacks() -> None:
 
 
 def test_every_driver_in_its_order_of_strength() -> None:
+    """A pin that floats keeps its level."""
     avr = running(
         """int main(void) {
-            PORTB = 1; DDRB = 1; PORTB = 0; DDRB = 0; PORTB = 1; for (;;) {}
+            PORTB = 1; DDRB = 1; PORTB = 0; DDRB = 0; PORTB = 1; PORTB = 0; PORTB = 1;
+            for (;;) {}
         }"""
     )
     avr.pins.watch("PB0")
     avr.run(0.001)
     assert states(avr) == [
-        (1, Source.PULL_UP),
-        (1, Source.MCU),
-        (0, Source.MCU),
-        (0, Source.FLOATING),
-        (1, Source.PULL_UP),
-    ]
+        (1, Source.PULL_UP), (1, Source.MCU), (0, Source.MCU), (0, Source.FLOATING),
+        (1, Source.PULL_UP), (1, Source.FLOATING), (1, Source.PULL_UP),
+    ]  # fmt: skip
     avr.pins.pull("PB0", "low")
     avr.pins.drive("PB0", "high")
     avr.pins.drive("PB0", None)
     avr.pins.pull("PB0", None)
     assert states(avr) == [
-        (0, Source.RESISTOR),
-        (1, Source.OTHERS),
-        (0, Source.RESISTOR),
-        (1, Source.PULL_UP),
-    ]
-
-
-def test_a_floating_pin_keeps_its_level() -> None:
-    avr = running(
-        "int main(void) { DDRB = 1; PORTB = 1; PORTB = 1; DDRB = 0; PORTB = 0; for (;;) {} }"
-    )
-    avr.pins.watch("PB0")
-    avr.run(0.001)
-    assert states(avr)[-1] == (1, Source.FLOATING)
+        (0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP),
+    ]  # fmt: skip
 
 
 def test_the_program_reads_what_is_outside() -> None:
@@ -159,7 +146,6 @@ TIMERS = {
         ("PD4", 1000, 8, "ICR1 = 999; TCCR1A = 2 | COM << 4; TCCR1B = 0x1a;", "OCR1B"),
     )
 }  # fmt: skip
-NOT_INVERTED = "-DCOM=2"
 
 
 @pytest.mark.parametrize("timer", TIMERS)
@@ -189,46 +175,34 @@ def test_fast_pwm(timer: str, inverted: bool, share: float) -> None:
     assert np.all(abs(np.diff(edges[::2]) - period) <= 4)
 
 
-@pytest.mark.parametrize("timer", [name for name in TIMERS if not name.startswith("atmega16")])
-def test_a_new_compare_value_takes_effect(timer: str) -> None:
+@pytest.mark.parametrize("timer", TIMERS)
+def test_a_new_compare_value_takes_effect_and_a_disconnected_timer_gives_the_pin_back(
+    timer: str,
+) -> None:
     mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
     period = counts * prescaler
+    control = next(part for part in setup.split("; ") if "COM" in part)
     avr = running(
         f"""int main(void) {{
             DDRB = DDRD = 0xff; {setup} {compare} = {counts // 10 - 1};
-            __builtin_avr_delay_cycles({100 * period + 123}L);
-            {compare} = {counts * 6 // 10 - 1};
+            __builtin_avr_delay_cycles({100 * period + 123}L); {compare} = {counts * 6 // 10 - 1};
+            __builtin_avr_delay_cycles({101 * period}L); {compare} = {counts - 1};
+            __builtin_avr_delay_cycles({20 * period}L); {control.replace("COM", "0")};
             for (;;) {{}}
         }}""",
-        NOT_INVERTED,
+        "-DCOM=2",
         mcu=mcu,
     )
     number = avr.pins.watch(pin)
     avr.run_to(101 * period + 1000)
     assert avr.pins.high_cycles(number) / avr.cycle == pytest.approx(0.1, abs=0.02)
     start, high = avr.cycle, avr.pins.high_cycles(number)
-    avr.run_to(start + 100 * period)
-    assert (avr.pins.high_cycles(number) - high) / (100 * period) == pytest.approx(0.6, abs=0.01)
-
-
-@pytest.mark.parametrize("timer", TIMERS)
-def test_a_disconnected_timer_gives_the_pin_back_to_the_port(timer: str) -> None:
-    mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
-    control = next(part for part in setup.split("; ") if "COM" in part)
-    avr = running(
-        f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {counts - 1};
-            __builtin_avr_delay_cycles({20 * counts * prescaler}L);
-            {control.replace("COM", "0")}; for (;;) {{}}
-        }}""",
-        NOT_INVERTED,
-        mcu=mcu,
-    )
-    avr.pins.watch(pin)
-    avr.run_to(10 * counts * prescaler)
-    assert avr.pins.level(pin)
-    avr.run_to(30 * counts * prescaler)
-    assert not avr.pins.level(pin)
+    avr.run_to(start + 100 * period - 1000)
+    share = (avr.pins.high_cycles(number) - high) / (avr.cycle - start)
+    assert share == pytest.approx(0.6, abs=0.01)
+    for due_cycle, level in ((210, True), (230, False)):
+        avr.run_to(due_cycle * period)
+        assert avr.pins.level(pin) is level
 
 
 def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:

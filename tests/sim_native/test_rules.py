@@ -8,6 +8,9 @@ from rig.avr import CLOCK_HZ, compiled, powered, running, shared
 
 from heatwright.sim.dwarf import Variables
 
+EVERY = ("atmega328p", "atmega32", "atmega16")
+every_part = pytest.mark.parametrize("mcu", EVERY)
+
 IDLE = """
 volatile uint8_t ticks;
 ISR(TIMER1_COMPA_vect) { ticks++; PINB = _BV(PB5); }
@@ -123,9 +126,7 @@ def test_noinit_memory_outlives_a_reset() -> None:
         f"""{WATCHDOG}
         int main(void) {{
             if (cause & _BV(PORF)) runs = 0;
-            runs++;
-            wdt_enable(WDTO_15MS);
-            for (;;) {{}}
+            runs++; wdt_enable(WDTO_15MS); for (;;) {{}}
         }}"""
     )
     avr = powered(program)
@@ -134,16 +135,33 @@ def test_noinit_memory_outlives_a_reset() -> None:
     assert avr.read_ram(runs.address, 2) == bytes([1 + len(avr.take_resets()), 0])
 
 
-def test_a_new_timeout_counts_at_once() -> None:
-    """simavr goes on with the old one until the next WDR."""
-    avr = running(
-        """int main(void) {
-            wdt_enable(WDTO_15MS); wdt_enable(WDTO_1S); for (;;) {}
-        }"""
-    )
-    avr.run(0.9)
-    assert not len(avr.take_resets())
-    avr.run(0.2)
+BITES = {
+    # simavr goes on with the old timeout until the next WDR.
+    "a new one counts at once": (EVERY, "wdt_enable(WDTO_15MS); wdt_enable(WDTO_1S);", 0.9, 0.2),
+    "it is reset and switched off": (
+        EVERY,
+        """wdt_enable(WDTO_15MS);
+        for (uint8_t i = 0; i < 100; i++) { _delay_ms(10); wdt_reset(); }
+        wdt_disable(); _delay_ms(100); wdt_enable(WDTO_15MS);""",
+        1.11, 0.02,
+    ),
+    # Within four cycles after WDTOE only; the timeout of old ones may be changed at any time.
+    "it is not switched off by one write": (
+        EVERY[1:],
+        """WDTCR = _BV(WDE); WDTCR = 0; WDTCR = _BV(WDTOE) | _BV(WDE); _delay_us(1); WDTCR = 0;
+        WDTCR = _BV(WDE) | 2;""",
+        0.065, 0.005,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("what", "mcu"), [(what, mcu) for what in BITES for mcu in BITES[what][0]])
+def test_the_watchdog_bites_then_and_no_earlier(what: str, mcu: str) -> None:
+    _, source, quiet_s, then_s = BITES[what]
+    avr = running(f"int main(void) {{ {source} for (;;) {{}} }}", mcu=mcu)
+    avr.run(quiet_s)
+    assert len(avr.take_resets()) == 0
+    avr.run(then_s)
     assert len(avr.take_resets()) == 1
 
 
@@ -168,10 +186,7 @@ def test_a_waiting_interrupt_ends_sleep_at_once() -> None:
         volatile uint8_t ticks;
         ISR(TIMER1_COMPA_vect) { ticks++; }
         int main(void) {
-            DDRB = 1;
-            TCCR1B = _BV(WGM12) | _BV(CS10);
-            OCR1A = 999;
-            TIMSK1 = _BV(OCIE1A);
+            DDRB = 1; TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 999; TIMSK1 = _BV(OCIE1A);
             sleep_enable();
             for (;;) {
                 while (!(TIFR1 & _BV(OCF1A))) {}
@@ -196,7 +211,8 @@ def test_a_low_interrupt_pin_wakes_nobody() -> None:
     assert avr.sleep_cycles > 0.99 * avr.cycle
 
 
-def test_entering_an_interrupt_takes_the_parts_four_cycles() -> None:
+@every_part
+def test_entering_an_interrupt_takes_the_parts_four_cycles(mcu: str) -> None:
     """From a busy loop: a timer's match to the first instruction of the handler."""
     avr = running(
         """
@@ -205,12 +221,16 @@ def test_entering_an_interrupt_takes_the_parts_four_cycles() -> None:
                          :: "n"(_SFR_MEM_ADDR(TCNT1)));
         }
         int main(void) {
-            TCCR1B = _BV(WGM12) | _BV(CS10);
-            OCR1A = 999;
+            TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 999;
+            #ifdef TIMSK1
             TIMSK1 = _BV(OCIE1A);
+            #else
+            TIMSK = _BV(OCIE1A);
+            #endif
             sei();
             for (;;) asm volatile("nop");
-        }"""
+        }""",
+        mcu=mcu,
     )
     avr.run(0.001)
     assert 4 + 3 <= avr.read_ram(0x100, 1)[0] <= 4 + 3 + 3  # entry, jmp, rest of an instruction
@@ -222,11 +242,9 @@ def test_a_crash_says_where() -> None:
         avr.run(1)
 
 
-def test_deep_sleep_is_refused() -> None:
-    avr = running(
-        """int main(void) {
-            set_sleep_mode(SLEEP_MODE_PWR_DOWN); sleep_enable(); sei(); sleep_cpu(); for (;;) {}
-        }"""
-    )
-    with pytest.raises(RuntimeError, match="sleep mode"):
-        avr.run(1)
+@every_part
+@pytest.mark.parametrize("mode", ["SLEEP_MODE_PWR_DOWN", "SLEEP_MODE_ADC"])
+def test_other_sleep_modes_are_refused(mcu: str, mode: str) -> None:
+    source = f"int main(void) {{ set_sleep_mode({mode}); sei(); sleep_mode(); for (;;) {{}} }}"
+    with pytest.raises(RuntimeError, match="sleep mode other than idle"):
+        running(source, mcu=mcu).run(0.01)

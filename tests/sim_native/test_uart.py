@@ -81,18 +81,10 @@ class Uart(Small):
         return bytes(self[name][: self["n"]])
 
 
-def listening(
-    mcu: str,
-    code: int,
-    work: str = "",
-    divisor: int = 51,
-    *,
-    extra: int = 0,
-    seconds: float = 0.001,
-) -> Uart:
+def listening(mcu: str, code: int, work: str = "", divisor: int = 51, *, extra: int = 0) -> Uart:
     defines = [f"-DFORMAT={code}", f"-DWORK={work}", f"-DDIVISOR={divisor}", f"-DEXTRA={extra}"]
     found = Uart(LISTENER, *defines, mcu=mcu)
-    found.avr.run(seconds)
+    found.avr.run(0.001)
     return found
 
 
@@ -124,24 +116,6 @@ def test_a_turned_bit_is_seen_by_parity_or_stop(mcu: str, bit: int) -> None:
         assert (values[0], flags[0]) == (turned, FE if bit == 10 else UPE)
 
 
-@pytest.mark.parametrize(("sent", "code"), [(ODD, 0x26), (EVEN, 0x36)])
-def test_the_wrong_parity_is_seen_in_every_byte(sent: Format, code: int) -> None:
-    uart = listening("atmega32", code)
-    uart.line.send(ALL, BAUD, sent)
-    uart.avr.run(0.1)
-    assert set(uart.heard("flags")) == {UPE}
-
-
-def test_no_parity_where_one_is_expected_breaks_the_stop_bit_or_the_parity() -> None:
-    """Back to back the parity bit is taken from the stop bit, the stop bit from the next start."""
-    uart = listening("atmega328p", 0x26)
-    uart.line.send(b"\x01\x03\x03\x01", BAUD)
-    uart.avr.run(0.01)
-    flags = uart.heard("flags")
-    assert flags[0] == FE
-    assert any(flag & UPE for flag in flags)
-
-
 @pytest.mark.parametrize("double", [False, True])
 @every_format
 def test_speeds_are_borne_as_far_as_the_part_bears_them(
@@ -168,15 +142,6 @@ def test_speeds_are_borne_as_far_as_the_part_bears_them(
         assert (not any(uart.heard("flags"))) is arrives
 
 
-@pytest.mark.parametrize("baud", [9600, 38_400, 22_000, 17_000])
-def test_another_speed_gives_errors(baud: int) -> None:
-    uart = listening("atmega16", 0x26)
-    uart.line.send(ALL, baud, EVEN)
-    uart.avr.run(0.2)
-    assert uart.heard() != ALL
-    assert any(uart.heard("flags"))
-
-
 def test_a_character_without_an_edge_stays_unheard() -> None:
     """Its start bit follows a low stop bit; what is sent later does not bring it back."""
     uart = listening("atmega16", 0x36)
@@ -200,28 +165,11 @@ def test_a_break_is_one_zero_without_stop_bit() -> None:
 @every_part
 def test_an_overrun_is_told_with_the_next_byte_read(mcu: str) -> None:
     """Two bytes are buffered, a third is in the shift register; simavr would keep 63."""
-    uart = listening(mcu, 0x06, "cli(); _delay_ms(5); sei(); _delay_ms(5);", seconds=0.0005)
+    uart = listening(mcu, 0x06, "cli(); _delay_ms(5); sei(); _delay_ms(5);")
     uart.line.send(bytes(range(1, 7)), BAUD)
     uart.avr.run(0.02)
-    assert uart.heard()[:3] == bytes([1, 2, 3])
+    assert uart.heard() == bytes([1, 2, 3])
     assert list(uart.heard("flags")) == [DOR, 0, 0]
-
-
-def test_a_deaf_receiver_loses_the_rest_of_a_flood() -> None:
-    uart = listening("atmega328p", 0x06, "cli(); _delay_ms(30); sei(); for (;;) {}", 8)
-    uart.line.send(bytes(range(40)), 115_200)
-    uart.avr.run(0.05)
-    assert uart.heard() == bytes([0, 1, 2])
-
-
-def test_bytes_arrive_at_the_lines_speed() -> None:
-    uart = listening("atmega328p", 0x06, "A_ = 2;", 16)
-    uart.line.send(b"M104 S200\n", 115_200)
-    uart.avr.run(0.0004)
-    assert uart.heard() in {b"M10", b"M104"}
-    uart.avr.run(0.002)
-    assert uart.heard() == b"M104 S200\n"
-    assert uart.line.unsent == 0
 
 
 def test_a_flood_on_a_receiver_that_is_off_does_nothing() -> None:
@@ -244,6 +192,7 @@ def test_gaps_are_kept() -> None:
     gaps = [0.0, 0.003, 0.0, 0.001]
     uart.line.send(b"abcd", BAUD, gap_s=gaps)
     uart.avr.run(0.02)
+    assert uart.line.unsent == 0
     times = uart.avr.pins.take()["cycle"] / CLOCK_HZ
     expected = np.array(gaps[1:]) + 10 / BAUD
     np.testing.assert_allclose(np.diff(times), expected, rtol=0, atol=52 / CLOCK_HZ + 20 / CLOCK_HZ)
