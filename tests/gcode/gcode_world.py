@@ -1,7 +1,9 @@
 """A G-code board to talk with: its files on this computer, in a world with one tool, nozzle, and
 one fan; and its binary in the simulator."""
 
+import re
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from operator import xor
@@ -14,15 +16,13 @@ from rig.specs import controller_of, sources_of
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.gcode import GcodeHost
 
-MINE = ("gcode", "host.", "text.")
 TICKS_PER_S = 100
 
 
-def gcode_world(spec: str = "extruder", *flags: str) -> World:
+def gcode_world(spec: str = "extruder") -> World:
     """Return the files that a host speaks with, of a spec's text or an example."""
-    files = [name for name in sources_of(spec) if name.startswith(MINE)]
-    mine = [name for name in files if name.endswith(".c")]
-    return world_of(spec, mine, Path(__file__).with_name("world.c"), *flags)
+    files = [name for name in sources_of(spec) if re.fullmatch(r"(gcode.*|host|text)\.c", name)]
+    return world_of(spec, files, Path(__file__).with_name("world.c"))
 
 
 def received(data: bytes) -> bytes:
@@ -100,20 +100,20 @@ def talk(program: Path, *lines: str | bytes) -> Said:
 
 
 class Board:
-    """A board on whose serial line a test goes on line by line."""
+    """A board on whose serial line a test goes on line by line.
 
+    lines -- all that was said; tell -- send a line as a person does, and wait; steps -- where the
+    feed is.
+    """
+
+    lines: Callable[[], list[str]]
+    tell: Callable[..., None]
+    wait: Callable[[float], None]
+    sense: Callable[[str, float], None]
     _known = 0
 
-    def lines(self) -> list[str]:
-        """Give all that was said."""
-        raise NotImplementedError
-
-    def tell(self, line: str, seconds: float = 0.5) -> None:
-        """Send a line as a person does, and wait."""
-        raise NotImplementedError
-
     def told(self, line: str, seconds: float = 0.5) -> list[str]:
-        """The same, and give what is answered."""
+        """Send a line and wait; give what is answered."""
         self.heard()
         self.tell(line, seconds)
         return self.heard()
@@ -157,7 +157,6 @@ class HostBoard(Board):
 
     @property
     def steps(self) -> int:
-        """Where the feed is."""
         return int(self.said().state["feed"].split()[0])
 
     @property
@@ -208,10 +207,15 @@ class BinaryBoard(Board):
 
     @property
     def steps(self) -> int:
-        """Where the feed is."""
         self.device.feed()
         return int(self.device.outputs["feed"].position)
 
     @property
     def motor_is_free(self) -> bool:
         return self.on_fraction("feed", 1.0) == 0.0
+
+
+def ready(feeder: Board) -> Board:
+    """The feeder at 200 °C."""
+    assert feeder.told("M104 S200", 1.0) == ["ok"]
+    return feeder

@@ -3,26 +3,9 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import (
-    Said,
-    celsius,
-    fault,
-    received,
-    run,
-    spoken,
-    switched,
-    talk,
-    ticks,
-    tuning_ends,
-)
+from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
 
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
-
-
-def test_it_greets(world: Path) -> None:
-    said = run(world, ticks(10))
-    assert said.lines[0] == "start"
-    assert said.lines[1].startswith("echo:heatwright extruder, spec ")
 
 
 UNKNOWN = {
@@ -45,6 +28,7 @@ NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
           for line in ("M140", "M190", "M141", "M191")),
         ("T0", ["ok"]),
         ("M500", ["echo:Settings Stored", "ok"]),
+        ("M301 P12345.67 I0.00005", ["echo:  M301 E0 P12345.67 I0.00005 D0.00000", "ok"]),
     ],
 )  # fmt: skip
 def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
@@ -65,6 +49,8 @@ def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
         ("M104 D30.5", "manual", [30.5]), ("M104 D30.5", "mode", [1]),
         ("M301 P0 I0 D0", "gains", [0, 0, 0]),
         ("M301 P1000000 I1000000 D1000000", "gains", [1e6, 1e6, 1e6]),
+        ("M301 P9.41 I0.345 D31.4|M301 I0.00005|M301 E0 P12345.67", "gains",
+         [12345.67, 0.00005, 31.4]),
         ("M500|M501|M501|M502|M502|M502", "stored", [1, 2, 3]),
     ],
 )  # fmt: skip
@@ -123,13 +109,6 @@ def test_what_is_for_another_tool_or_fan_changes_nothing(
     assert said.state == talk(world, "M105").state
 
 
-def test_gains(world: Path) -> None:
-    said = talk(world, "M301 P9.41 I0.345 D31.4", "M301 I0.00005", "M301 E0 P12345.67", "M503")
-    shown = "echo:  M301 E0 P12345.67 I0.00005 D31.40000"
-    assert said.answers[-2:] == [shown, "ok"]
-    assert said.state["gains"] == "12345.6699 4.99999987e-05 31.3999996"
-
-
 @pytest.mark.parametrize(
     ("lines", "count", "answers"),
     [
@@ -145,46 +124,49 @@ def test_reports_come_each_second_at_most_and_each_minute_at_least(
     assert run(world, received(lines), ticks(count)).answers == answers
 
 
-def heated(said: Said) -> bool:
-    return said.answers[-1:] == ["ok"]
+M109 = celsius(20) + received(b"M109 S200\n")
+TUNE = received(b"M303 E0 S200 C5\n") + ticks(250)
 
 
-def test_m109_waits_and_tells(world: Path) -> None:
-    """A report a second, a sign of life every two, and ok 10 s after the temperature is there."""
-    begin = [celsius(20), received(b"M109 S200\n")]
-    said = run(world, *begin, ticks(1000))
-    assert said.answers.count("T:20.0 /200.0 B:0.0 /0.0 @:0 W:?") == 9
-    assert said.answers.count("echo:busy: processing") == 4
-    assert not heated(said)
-    assert not heated(run(world, *begin, ticks(500), celsius(200), ticks(995)))
-    assert heated(run(world, *begin, ticks(500), celsius(200), ticks(1015)))
-    interrupted = (celsius(200), ticks(600), celsius(190), ticks(20), celsius(200), ticks(900))
-    assert not heated(run(world, *begin, *interrupted))
+def test_m109_and_m303_tell_how_it_goes(world: Path) -> None:
+    """A report a second of what is waited for, every two of a tuning; also a sign of life."""
+    said = run(world, M109, ticks(1000)).answers
+    assert said.count("T:20.0 /200.0 B:0.0 /0.0 @:0 W:?") == 9
+    assert said.count("echo:busy: processing") == 4
+    tuning = run(world, TUNE)
+    assert tuning.answers[0] == "PID Autotune start"
+    assert tuning.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
+    assert "ok" not in tuning.answers
+    assert tuning.state["tuning"] == "5"
 
 
-@pytest.mark.parametrize(("line", "waits"), [("M109 S200", False), ("M109 R200", True)])
-def test_m109_waits_for_cooling_only_when_told(world: Path, line: str, waits: bool) -> None:
-    said = run(world, celsius(250), received(line.encode() + b"\n"), ticks(50))
-    assert heated(said) is not waits
-
-
-def test_nothing_else_is_done_while_it_waits(world: Path) -> None:
-    said = run(world, celsius(20), received(b"M109 S200\nM104 S100\n"), ticks(300))
-    assert said.state["setpoint"] == "200"
-    assert not heated(said)
-
-
-@pytest.mark.parametrize("urgent", [b"M108\n", b"N7 M108*99\n", b"m108 ;\n"])
-def test_m108_ends_the_wait(world: Path, urgent: bytes) -> None:
-    said = run(world, celsius(20), received(b"M109 S200\n"), ticks(90), received(urgent), ticks(10))
-    assert said.answers[0] == "ok"
+@pytest.mark.parametrize(
+    ("script", "ended"),
+    [
+        ([M109, ticks(500), celsius(200), ticks(995)], False),
+        ([M109, ticks(500), celsius(200), ticks(1015)], True),
+        ([M109, celsius(200), ticks(600), celsius(190), ticks(20), celsius(200), ticks(900)],
+         False),
+        ([celsius(250), received(b"M109 S200\n"), ticks(50)], True),
+        ([celsius(250), received(b"M109 R200\n"), ticks(50)], False),
+        ([M109, received(b"M104 S100\n"), ticks(300)], False),
+        *(([M109, ticks(90), received(urgent), ticks(10)], True)
+          for urgent in (b"M108\n", b"N7 M108*99\n", b"m108 ;\n")),
+    ],
+    ids=["not_yet", "10_s_after_the_heat_is_there", "interrupted", "cooling", "cooling_with_R",
+         "nothing_else_is_done", "M108", "numbered_M108", "M108_with_comment"],
+)  # fmt: skip
+def test_when_a_wait_ends(world: Path, script: list[bytes], ended: bool) -> None:
+    said = run(world, *script)
+    assert said.answers[-1:] == ["ok"] or not ended
+    assert ended or "ok" not in said.answers
     assert said.state["setpoint"] == "200"
 
 
 def test_a_fault_that_trips_again_at_once_is_told_again(world: Path) -> None:
     script = (fault(6), ticks(20), received(b"M999\n"), ticks(1), fault(6), ticks(20))
     told = run(world, *script).answers
-    assert len([answer for answer in told if answer.startswith("Error:E06")]) == 2
+    assert sum(answer.startswith("Error:E06") for answer in told) == 2
 
 
 def test_m303_tells_of_its_swings(world: Path) -> None:
@@ -194,15 +176,6 @@ def test_m303_tells_of_its_swings(world: Path) -> None:
     said = run(world, *begin, celsius(200), ticks(5), *swing)
     shown = [answer for answer in said.answers if answer.startswith("bias: ")]
     assert shown == ["bias: 64 d: 64 min: 190.00 max: 205.00"]
-
-
-def test_m303_tells_how_it_goes(world: Path) -> None:
-    begin = [received(b"M303 E0 S200 C5\n"), ticks(250)]
-    running = run(world, *begin)
-    assert running.answers[0] == "PID Autotune start"
-    assert running.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
-    assert "ok" not in running.answers
-    assert running.state["tuning"] == "5"
 
 
 LATCHED = "M104 S200", "M109 S200", "M303 S200", "M104 D10", "M104 S0", "M999", "M104 S100"
@@ -237,8 +210,14 @@ def test_how_it_ends(world: Path, script: list[bytes], last: list[str], setpoint
     assert said.state["setpoint"] == setpoint
 
 
-def test_what_it_is(world: Path) -> None:
-    answers = talk(world, "M115").answers
-    assert answers[0].startswith("FIRMWARE_NAME:heatwright spec ")
-    assert "MACHINE_TYPE:extruder EXTRUDER_COUNT:1" in answers[0]
-    assert answers[1:] == ["Cap:EEPROM:1", "Cap:AUTOREPORT_TEMP:1", "Cap:EMERGENCY_PARSER:1", "ok"]
+def test_it_greets_and_says_what_it_is(world: Path) -> None:
+    said = talk(world, "M115")
+    assert said.lines[1].startswith("echo:heatwright extruder, spec ")
+    assert said.answers[0].startswith("FIRMWARE_NAME:heatwright spec ")
+    assert "MACHINE_TYPE:extruder EXTRUDER_COUNT:1" in said.answers[0]
+    assert said.answers[1:] == [
+        "Cap:EEPROM:1",
+        "Cap:AUTOREPORT_TEMP:1",
+        "Cap:EMERGENCY_PARSER:1",
+        "ok",
+    ]

@@ -1,10 +1,18 @@
 """G0 and G1: lengths become steps, exactly, and none while the machine is not ready."""
 
 import pytest
-from gcode_world import BinaryBoard, Board
+from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, ready
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
+
+
+@pytest.fixture(params=["host", "binary"])
+def feeder(request: pytest.FixtureRequest) -> Board:
+    """The feeder at 200 °C, ready: its files on this computer, and its binary."""
+    if request.param == "binary":
+        return ready(BinaryBoard("feeder", nozzle=200.0))
+    return ready(HostBoard(gcode_world("feeder").sanitized().program(), celsius(200)))
 
 
 def place(board: Board) -> str:

@@ -1,6 +1,7 @@
 """Several tools on one line, and loops without gains."""
 
 import re
+from pathlib import Path
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world
@@ -35,12 +36,16 @@ interfaces:
 """
 
 
+def on_host(program: Path) -> Board:
+    return HostBoard(program, celsius(30), celsius(20, "bed"))
+
+
 @pytest.fixture(params=["host", "binary"])
 def board(request: pytest.FixtureRequest) -> Board:
     """These files on this computer, and the binary."""
     if request.param == "binary":
         return BinaryBoard(SPEC, nozzle=30.0, bed=20.0)
-    return HostBoard(gcode_world(SPEC).sanitized().program(), celsius(30), celsius(20, "bed"))
+    return on_host(gcode_world(SPEC).sanitized().program())
 
 
 def told(board: Board, *lines: str) -> list[str]:

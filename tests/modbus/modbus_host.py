@@ -1,8 +1,10 @@
 """The generated Modbus files on this computer, in a world with two loops: scripts for it, and what
 it has to say to them by the oracle."""
 
+import re
 import struct
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,9 +61,8 @@ LETTERS = {
 
 def slave_world() -> World:
     """Return the slave's files in their world."""
-    files = [name for name in sources_of(SLAVE) if name.startswith("modbus")]
-    mine = [name for name in files if name.endswith(".c")]
-    return world_of(SLAVE, mine, Path(__file__).with_name("world.c"))
+    files = [name for name in sources_of(SLAVE) if re.fullmatch(r"modbus.*\.c", name)]
+    return world_of(SLAVE, files, Path(__file__).with_name("world.c"))
 
 
 # -- a script --------------------------------------------------------------------------------------
@@ -118,8 +119,6 @@ WORLDS: tuple[dict[str, float], ...] = (
      "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1},
 )  # fmt: skip
 """What changes about the slave, round by round."""
-
-
 FAULTS = (0, 1, 22)
 
 
@@ -176,8 +175,13 @@ def shown(oracle: Oracle) -> bytes:
     return " ".join(f"{number:.9g}" for number in numbers).encode()
 
 
-def fuzz(seed: int, count: int) -> Iterator[bytes | tuple[str, float]]:
-    """Yield frames, and now and then another world, a fault, and a reading of everything."""
+@cache
+def fuzz(seed: int, count: int) -> Play:
+    """Frames, and now and then another world, a fault, and a reading of everything."""
+    return written(_steps(seed, count))
+
+
+def _steps(seed: int, count: int) -> Iterator[bytes | tuple[str, float]]:
     for index, each in enumerate(requests(seed, count, ADDRESS)):
         if index % 50 == 0:
             yield from WORLDS[index // 50 % len(WORLDS)].items()

@@ -20,19 +20,21 @@ GAINS = (0.0, -0.0, 0.1, 1e6, 1_000_000.0625, 1e9, -1e-3, math.inf, math.nan)
 COILS = (0, 1, 2, 100, 100, 101, 102, 200)
 
 
-def requests(seed: int, count: int, address: int) -> Iterator[bytes]:
+def requests(
+    seed: int, count: int, address: int, counts: Sequence[int] = COUNTS
+) -> Iterator[bytes]:
     """Yield frames as they come in, CRC included; the same for the same seed."""
     chance = random.Random(seed)  # noqa: S311 - no secret
     for _ in range(count):
-        yield _frame(chance, address)
+        yield _frame(chance, address, counts)
 
 
-def _frame(chance: random.Random, address: int) -> bytes:
+def _frame(chance: random.Random, address: int, counts: Sequence[int]) -> bytes:
     kind = chance.random()
     if kind < 0.03:
         return chance.randbytes(chance.choice((1, 2, 3, 4, 5, 8, 40, 255, 256, 257, 300)))
     (to,) = chance.choices((address, 0, chance.randrange(256)), (90, 5, 5))
-    body = bytes([to]) + pdu(chance)
+    body = bytes([to]) + pdu(chance, counts)
     if kind < 0.1:
         body = body[: chance.randrange(1, len(body) + 1)]
     elif kind < 0.15:

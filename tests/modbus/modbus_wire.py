@@ -10,6 +10,7 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.modbus_bus import Bus, Frame
+from heatwright.sim.interfaces.modbus_frames import framed
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
@@ -66,21 +67,26 @@ class Sent:
 
 
 class Wire:
-    """The line of a device whose own master is unplugged.
+    """The bare line of an example: its own master is unplugged.
 
     address -- the slave's; frames -- what has come from the board; slowest_s -- the longest an
     answer has begun after the silence.
     """
 
-    def __init__(self, controller: Controller, device: AvrDevice) -> None:
-        interface = modbus_of(controller)
+    def __init__(
+        self, name: str, baud: int | None = None, *replaced: tuple[str, str],
+        warm_c: float = 45.0, start_s: float = 1.0,
+    ) -> None:  # fmt: skip
+        self.controller, self.device = powered(name, baud, *replaced, warm_c=warm_c)
+        self.device.unplug()
+        self.device.advance(start_s)
+        interface = modbus_of(self.controller)
         assert interface is not None
-        device.unplug()
         driver = None
         if interface.driver_enable is not None:
-            driver = pin_number(controller.board.pins[interface.driver_enable].port_name)
-        form = format_of(interface)
-        self.device, self.address = device, interface.address
+            driver = pin_number(self.controller.board.pins[interface.driver_enable].port_name)
+        form, device = format_of(interface), self.device
+        self.address = interface.address
         self.bus = Bus(device.avr, device.uart, interface.baud, form, driver)
         self.frames: list[Frame] = []
         self.slowest_s = 0.0
@@ -117,6 +123,16 @@ class Wire:
         frame = self.frames.pop(0)
         self.slowest_s = max(self.slowest_s, frame.start_s - end_s - self.bus.silence_s)
         return frame
+
+    def answers(self, pdu: bytes) -> bool:
+        """Whether a good request is answered now."""
+        return self.ask(Sent(framed(self.address, pdu))) is not None
+
+    def counter(self, name: str) -> int:
+        return int(self.device.read(f"modbus_counters.{name}"))
+
+    def run_for(self, seconds: float) -> None:
+        self.run_to(self.device.avr.time_s + seconds)
 
     def run_to(self, time_s: float) -> None:
         self.device.avr.run_to(round(time_s * self.device.avr.clock_hz))

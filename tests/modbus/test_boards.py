@@ -44,9 +44,8 @@ RELEASED_S = 10e-6
 @pytest.mark.parametrize(("baud", "parity"), [(1200, "odd"), (19_200, "none"), (115_200, "even")])
 def test_it_answers(board: str, baud: int, parity: str) -> None:
     sensor, heater, driver = PINS[board]
-    spec = SPEC.format(
-        board=board, sensor=sensor, heater=heater, driver=driver, baud=baud, parity=parity
-    )
+    pins = {"sensor": sensor, "heater": heater, "driver": driver}
+    spec = SPEC.format(board=board, baud=baud, parity=parity, **pins)
     device = AvrDevice(controller_of(spec), whole(spec))
     device.sense("air", 30.0)
     device.advance(3.0)

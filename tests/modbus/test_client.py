@@ -1,17 +1,16 @@
 """The generated client: typed, documented, and right about every register."""
 
 import ast
-import importlib.util
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from modbus_host import ADDRESS, SLAVE, frame, value
-from rig.specs import files_of, spec_of
+from modbus_host import ADDRESS, SLAVE
+from rig.modbus_oracle import Oracle
+from rig.specs import controller_of, files_of, spec_of
 
 from heatwright.generator.plan.registers import register_map
 
@@ -19,64 +18,38 @@ CLIENT = "client/shape_client.py"
 
 
 class SlavePort:
-    """A port with the slave of this computer behind it: a write is a request, what is read its
-    answer, or nothing."""
+    """A port with the oracle behind it: a write is a request, what is read its answer, or none.
 
-    def __init__(self, program: Path) -> None:
-        self._slave = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        self._answer = b""
+    damage -- flipped in the last byte of the answers to come.
+    """
+
+    def __init__(self) -> None:
+        self.oracle = Oracle(controller_of(SLAVE))
         self.asked: list[bytes] = []
         self.damage = 0
-        """Flipped in the last byte of the answers to come."""
+        self._answer = b""
 
     def write(self, data: bytes, /) -> int:
         self.asked.append(data)
-        self._say(frame(data))
-        size = int.from_bytes(self._out(2), "little")
-        answer = bytearray(self._out(size))
-        if answer:
-            answer[-1] ^= self.damage
-        self._answer = bytes(answer)
+        answer = self.oracle.hear(data)
+        self._answer = answer[:-1] + bytes(byte ^ self.damage for byte in answer[-1:])
         return len(data)
 
     def read(self, size: int, /) -> bytes:
         data, self._answer = self._answer[:size], self._answer[size:]
         return data
 
-    def set(self, what: str, number: float) -> None:
-        """Set a value of the slave's world."""
-        self._say(value(what, number))
-
-    def close(self) -> None:
-        self._slave.communicate()
-
-    def _say(self, data: bytes) -> None:
-        assert self._slave.stdin is not None
-        self._slave.stdin.write(data)
-        self._slave.stdin.flush()
-
-    def _out(self, size: int) -> bytes:
-        assert self._slave.stdout is not None
-        return self._slave.stdout.read(size)
-
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
-    path = tmp_path_factory.mktemp("client") / "shape_client.py"
-    path.write_text(files_of(SLAVE)[CLIENT], encoding="utf-8")
-    found = importlib.util.spec_from_file_location("shape_client", path)
-    assert found is not None
-    assert found.loader is not None
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
+def module() -> ModuleType:
+    module = ModuleType("shape_client")
+    exec(files_of(SLAVE)[CLIENT], vars(module))  # noqa: S102 - it is ours
     return module
 
 
 @pytest.fixture
-def port(slave_program: Path) -> Iterator[SlavePort]:
-    port = SlavePort(slave_program)
-    yield port
-    port.close()
+def port() -> SlavePort:
+    return SlavePort()
 
 
 @pytest.fixture
@@ -119,19 +92,17 @@ WORLD = {
 
 def test_the_world_is_seen(machine: Any, port: SlavePort) -> None:
     assert machine.air.temperature_c is None
-    for what, number in WORLD.items():
-        port.set(what, number)
+    port.oracle.world |= WORLD
     assert machine.air.temperature_c == -12.3
     assert machine.bed.temperature_c is None
     assert machine.bed.current_a == 3.46
     assert (machine.air.work, machine.air.heat, machine.air.cool) == (True, True, False)
     assert (machine.uptime_s, machine.air.tuning) == (70000, 2)
-    port.set("fault", 6)
-    port.set("fault_temperature", 285.44)
+    port.oracle.fault, port.oracle.world["fault_temperature"] = 6, 285.44
     assert (machine.fault, machine.fault_latched, machine.fault_temperature_c) == (6, True, 285.4)
     machine.acknowledge()
     assert (machine.fault, machine.acknowledgements) == (0, 1)
-    port.set("fault", 6)
+    port.oracle.fault = 6
     machine.acknowledge()
     assert (machine.fault, machine.acknowledgements) == (0, 2)
 

@@ -1,7 +1,6 @@
 """The simulated master judges its slave: here are slaves that do one thing wrong each."""
 
 from operator import attrgetter
-from typing import Any
 
 import pytest
 from rig.avr import CLOCK_HZ, compiled, powered
@@ -36,25 +35,17 @@ int main(void)
 """
 GOOD = frames.framed(1, bytes([4, 2, 0xFF, 0xF6]))
 """Minus ten steps of a half."""
-DRIVE, RELEASE = "PORTD |= _BV(2);", "PORTD &= (uint8_t)~_BV(2);"
+RELEASE = "PORTD &= (uint8_t)~_BV(2);"
 
 
-def met(
-    answer: bytes = GOOD,
-    *,
-    wait_us: int = 2500,
-    drive: str = DRIVE,
-    release: str = RELEASE,
-    middle: str = "",
-    before: str = "",
-) -> ModbusMaster:
+HARMLESS = {"WAIT": "2500", "DRIVE": "PORTD |= _BV(2);", "RELEASE": RELEASE, "MIDDLE": "",
+            "BEFORE": ""}  # fmt: skip
+
+
+def met(answer: bytes = GOOD, **parts: str) -> ModbusMaster:
     """A master that has polled such a slave for three and a half seconds, over RS-485."""
-    listed = ", ".join(map(str, answer))
-    program = compiled(
-        SLAVE, f"-DANSWER={listed}", f"-DWAIT={wait_us}", f"-DDRIVE={drive}",
-        f"-DRELEASE={release}", f"-DMIDDLE={middle}", f"-DBEFORE={before}",
-    )  # fmt: skip
-    avr = powered(program)
+    parts = {"ANSWER": ", ".join(map(str, answer)), **HARMLESS, **parts}
+    avr = powered(compiled(SLAVE, *(f"-D{name}={text}" for name, text in parts.items())))
     avr.pins.pull("PD2", "low")
     avr.pins.watch("PD2")
     master = ModbusMaster(avr, Bus(avr, 0, BAUD, EVEN, pin_number("PD2")), 1)
@@ -88,6 +79,9 @@ WRONG = [
 EARLY = "PORTD &= 0xFB;"
 
 
+TOO_LATE = {"WAIT": str(round(1.5e6 * ANSWER_S))}
+
+
 @pytest.mark.parametrize("answer", WRONG)
 def test_a_wrong_answer(answer: bytes) -> None:
     master = met(answer)
@@ -97,18 +91,18 @@ def test_a_wrong_answer(answer: bytes) -> None:
 @pytest.mark.parametrize(
     ("slave", "polls", "more_than_none"),
     [
-        ({"answer": b"\x01"}, 0, "damaged"),
-        ({"before": "UCSR0C = 0x36;"}, 0, "damaged"),
-        ({"middle": "if (n == 3) _delay_us(6000);"}, 0, "damaged"),
-        ({"drive": "", "release": ""}, 0, "bus.unheard"),
-        ({"middle": f"if (n == 6) {{ while (!(UCSR0A & _BV(UDRE0))) {{}} {EARLY} }}"}, 0,
+        ({"ANSWER": "1"}, 0, "damaged"),
+        ({"BEFORE": "UCSR0C = 0x36;"}, 0, "damaged"),
+        ({"MIDDLE": "if (n == 3) _delay_us(6000);"}, 0, "damaged"),
+        ({"DRIVE": "", "RELEASE": ""}, 0, "bus.unheard"),
+        ({"MIDDLE": f"if (n == 6) {{ while (!(UCSR0A & _BV(UDRE0))) {{}} {EARLY} }}"}, 0,
          "bus.unheard"),
-        ({"before": f"while (!(UCSR0A & _BV(RXC0))) {{}} PORTD |= _BV(2); {EARLY}"}, None,
+        ({"BEFORE": f"while (!(UCSR0A & _BV(RXC0))) {{}} PORTD |= _BV(2); {EARLY}"}, None,
          "bus.collisions"),
-        ({"before": "_delay_ms(100); PORTD |= 4; put(1);"
+        ({"BEFORE": "_delay_ms(100); PORTD |= 4; put(1);"
                     f"while (!(UCSR0A & _BV(TXC0))) {{}} {EARLY}"}, None, "strangers"),
-        ({"wait_us": round(1.5e6 * ANSWER_S)}, 0, "unanswered"),
-        ({"wait_us": round(1.5e6 * ANSWER_S)}, 0, "strangers"),
+        (TOO_LATE, 0, "unanswered"),
+        (TOO_LATE, 0, "strangers"),
     ],
     ids=[
         "silence", "wrong_format", "two_pieces", "driver_never_on", "driver_off_with_the_last_byte",
@@ -116,7 +110,7 @@ def test_a_wrong_answer(answer: bytes) -> None:
     ],
 )  # fmt: skip
 def test_what_it_does_wrong_is_counted(
-    slave: dict[str, Any], polls: int | None, more_than_none: str
+    slave: dict[str, str], polls: int | None, more_than_none: str
 ) -> None:
     """UDRE instead of TXC lets the driver go with the last byte on its way: the classic."""
     master = met(**slave)
@@ -127,14 +121,14 @@ def test_what_it_does_wrong_is_counted(
 @pytest.mark.parametrize(
     ("slave", "what", "seconds", "within_s"),
     [
-        ({"wait_us": 2005 + 6000}, "slowest_s", 0.006, TICK_S),
-        ({"middle": "_delay_us(1200);"}, "longest_gap_s", 0.0012, TICK_S),
-        ({"release": f"_delay_us(300); {RELEASE}"}, "bus.slowest_release_s", 300e-6, 1 / BAUD),
+        ({"WAIT": "2005 + 6000"}, "slowest_s", 0.006, TICK_S),
+        ({"MIDDLE": "_delay_us(1200);"}, "longest_gap_s", 0.0012, TICK_S),
+        ({"RELEASE": f"_delay_us(300); {RELEASE}"}, "bus.slowest_release_s", 300e-6, 1 / BAUD),
     ],
     ids=["late", "gaps", "driver_held_too_long"],
 )
 def test_what_takes_too_long_is_measured(
-    slave: dict[str, Any], what: str, seconds: float, within_s: float
+    slave: dict[str, str], what: str, seconds: float, within_s: float
 ) -> None:
     """Gaps may be shorter by a character: the slave has a buffer to go on from."""
     master = met(**slave)

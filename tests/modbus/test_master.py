@@ -33,20 +33,24 @@ def test_it_polls_by_itself(name: str) -> None:
     controller = controller_of(name)
     ((loop, spec),) = controller.loops.items()
     step_k = controller.thermometers[spec.sensor].step_at_k(ROOM_C, controller.board.mcu)
-    seen_c = master.values[f"{loop}.temperature"]
-    assert seen_c == pytest.approx(ROOM_C, abs=step_k + REGISTER_K / 2)
+    reads_c = pytest.approx(ROOM_C, abs=step_k + REGISTER_K / 2)
+    assert master.values[f"{loop}.temperature"] == reads_c
     assert master.slowest_s <= 0.005
     assert master.longest_gap_s < 1.5 * master.bus.form.bits / master.bus.baud
 
 
-def test_what_it_writes_arrives() -> None:
+def test_what_it_writes_arrives_and_it_shows_a_loop_the_change_from_off_to_on() -> None:
     device = slave("dryer")
     for name, value in {"air.setpoint": 62.5, "air.kp": 12.25, "air.manual_duty": 33.3}.items():
         device.write(name, value)
     run(device, 1.0)
     assert device.read("settings.air_setpoint_c") == 62.5
     assert device.read("settings.air_kp") == 12.25
-    device.write("air.enabled", True)
+    for _ in range(2):
+        device.write("air.enabled", True)
+        run(device, 1.0)
+        assert device.read("loop_air.enabled") == 1
+        assert device.read("modbus_counters.exceptions") == 1
     device.write("air.manual", True)
     run(device, 2.0)
     assert device.master.values["air.duty"] == pytest.approx(33.3)
@@ -54,31 +58,14 @@ def test_what_it_writes_arrives() -> None:
     assert not device.master.is_busy
 
 
-def test_it_shows_a_loop_the_change_from_off_to_on() -> None:
-    device = slave("dryer")
-    device.write("air.enabled", True)
-    run(device, 1.0)
-    assert device.read("loop_air.enabled") == 1
-    assert device.master.refusals == []
-    assert device.read("modbus_counters.exceptions") == 1
-    device.write("air.enabled", True)
-    run(device, 1.0)
-    assert device.read("modbus_counters.exceptions") == 1
-
-
 @pytest.mark.parametrize(
-    ("name", "value"),
-    [("air.setpoint", 80.1), ("air.setpoint", 29.9), ("air.manual", True), ("air.kp", -1.0),
-     ("air.kp", float("nan")), ("air.manual_duty", 100.1)],
-)  # fmt: skip
-def test_what_is_refused_changes_nothing(name: str, value: float) -> None:
+    ("name", "value"), [("air.setpoint", 80.1), ("air.manual", True), ("air.kp", float("nan"))]
+)
+def test_it_is_told_what_is_refused(name: str, value: float) -> None:
     device = slave("dryer")
-    before = [device.read(f"settings.air_{each}") for each in ("setpoint_c", "kp", "ki", "kd")]
     device.write(name, value)
     run(device, 1.0)
     assert [(each.name, each.exception) for each in device.master.refusals] == [(name, 3)]
-    after = [device.read(f"settings.air_{each}") for each in ("setpoint_c", "kp", "ki", "kd")]
-    assert before == after
 
 
 def test_a_lost_master_is_a_fault_that_it_acknowledges() -> None:

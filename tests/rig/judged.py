@@ -3,6 +3,7 @@
 import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from itertools import product
 from pathlib import Path
 from shutil import copy
@@ -10,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from rig.avr import whole
+from rig.hosted import World
 from rig.specs import sources_of
 
 from heatwright.sim.elf import Elf
@@ -93,3 +95,26 @@ class OnTheBinary:
     def problem(self, built: Path) -> str:
         """Judge a binary."""
         return self._judge(Elf(built))
+
+
+class InItsWorld:
+    """An arena: files of a firmware broken, in a world of the test's on this computer."""
+
+    together = True
+
+    def __init__(self, name: str, world: Callable[[], World], judge: Callable[[Path], str]) -> None:
+        """Say what is broken: all files of that world; the judge says the first thing wrong."""
+        self.name, self._world, self.problem = name, cache(world), judge
+
+    def sources(self) -> Mapping[str, str]:
+        """Return the files that may be broken."""
+        world = self._world()
+        return {name: world.sources[name] for name in world.files}
+
+    def build(self, changed: Mapping[str, str], folder: Path) -> Path:  # noqa: ARG002
+        """Compile a library with these texts."""
+        return self._world().library(changed)
+
+    def prepare(self) -> None:
+        """Let the judge compute and keep what all trials share."""
+        self.problem(self.build({}, Path()))
