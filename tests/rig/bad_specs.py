@@ -11,7 +11,8 @@ several lines, `-` are those of the base, and `+` are the others. `-` alone take
 `+` alone is put at the end, or above the line that has the text of the `^` before it; an empty
 line ends a change. `~` is a `+` in which Python's escapes count, and `\\udcb0` is the byte B0.
 `* 3` is a `+` that is there three times: {n} in it counts from 0. `>` is a message, without the
-file's name. `|` is a `=` that begins another case of the same base: window_too_short_2.
+file's name. `|` begins another case of the same base, window_too_short_2; it is a `=`, or says what
+the case is.
 
 The base is a good spec of bases.txt, or another case; a case without one is written out whole.
 A line that begins with # says something about the file.
@@ -141,7 +142,8 @@ def _entries_in(file: Path) -> Iterator[tuple[str, _Entry]]:
             first, count, entry = head[1], 1, _Entry(file, head[2])
         elif line.startswith("|"):
             count, entry = count + 1, _Entry(file, entry.base)
-            entry.read(f"={line[1:]}")
+            if " -> " in line:
+                entry.read(f"={line[1:]}")
         elif not line.startswith("#"):
             entry.read(line)
     yield f"{first}_{count}" if count > 1 else first, entry
