@@ -1,54 +1,57 @@
-"""Memory, tick by tick: two boards side by side, one of them with something on its line.
+"""Memory, tick by tick: two kilns side by side, one of them with something on its line.
 
 All of RAM, the registers included, must be the same in both but for what is named; and nothing is
 ever written between the variables and the stack.
 """
 
 import re
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterable
 
 import numpy as np
+from kiln_desk import DISPLAY_FILES, RUNNING, Built
 from numpy.typing import NDArray
 
+from heatwright.generator.stack import worst_stack
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variable, Variables
+from heatwright.sim.dwarf import Variable
 
 FIRST = 0x20
 """Address of the first register; below are those of the core."""
-CORE = range(0x5D, 0x60)
+CORE = slice(0x5D - FIRST, 0x60 - FIRST)
 """Stack pointer and status register."""
 HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|TIFR\d|PIN[A-L]|EEAR|EEDR")
 """Registers that tell the very moment, those of the line, and where the EEPROM was read last."""
 TICK = "clock.c:ticks_of_second"
 """Changes once a tick, in the main loop."""
+BAUD = 115_200
+LONGEST = b"#7 8,10,100:9,10,200:10,10,100:;"
+"""Makes the kiln's program as long as one may be: the next segment is beyond the array."""
+STEP_S = 1.0
+TICK_S = 0.01
+FIRST_C, RISE_K_PER_S = 20.0, 0.15
+"""What the thermocouple feels: as the program wants it, so that nothing trips."""
 
 
-class Difference(NamedTuple):
-    """A byte that differs: after which tick, and which variable it belongs to."""
+class Watched(AvrDevice):
+    """A kiln whose memory is noted each time it falls asleep after a tick.
 
-    tick: int
-    address: int
-    name: str
-
-
-class Watched:
-    """A board whose memory is noted each time it falls asleep after a tick.
-
-    files -- source files whose variables may differ; ticks -- how many there were.
+    ticks -- how many there were.
     """
 
-    def __init__(self, device: AvrDevice, files: Sequence[str]) -> None:
-        self.device = device
+    def __init__(self, kiln: Built) -> None:
+        super().__init__(*kiln)
+        self.unplug()
         self.ticks = 0
-        variables, end = device.variables, device.elf.static_ram[1]
-        counter = variables[TICK]
-        self._images = device.avr.snapshots((counter.address, 1), (FIRST, end - FIRST))
+        end = self.elf.static_ram[1]
+        self._images = self.avr.snapshots((self.variables[TICK].address, 1), (FIRST, end - FIRST))
         self._same = np.ones(end - FIRST, bool)
-        for address in CORE:
-            self._same[address - FIRST] = False
-        for each in _free(variables, files):
-            self._same[each.address - FIRST : each.address + each.size - FIRST] = False
+        self._same[CORE] = False
+        for each in self._free():
+            self._same[each.address - FIRST :][: each.size] = False
+
+    def _free(self) -> list[Variable]:
+        registers = [each for each in self.variables.of_file("") if HASTY.fullmatch(each.name)]
+        return registers + [each for file in DISPLAY_FILES for each in self.variables.of_file(file)]
 
     def take(self) -> tuple[NDArray[np.uint64], NDArray[np.uint8]]:
         """Cycles and images since the last call."""
@@ -56,46 +59,68 @@ class Watched:
         self.ticks += len(cycles)
         return cycles, images
 
-    def differences(self, mine: NDArray[np.uint8], others: NDArray[np.uint8]) -> list[Difference]:
-        """What differs that should not."""
+    def differences(self, mine: NDArray[np.uint8], others: NDArray[np.uint8]) -> list[str]:
+        """The first bytes that differ and should not: after which tick, and where."""
         ticks, places = np.nonzero((mine != others) & self._same)
         first = self.ticks - len(mine)
         return [
-            Difference(first + int(tick), FIRST + int(place), self._name(FIRST + int(place)))
-            for tick, place in zip(ticks, places, strict=True)
+            f"difference after tick {first + int(tick)}: {self._name(FIRST + int(place))}"
+            for tick, place in list(zip(ticks, places, strict=True))[:5]
         ]
 
     def _name(self, address: int) -> str:
-        variables = self.device.variables
-        for name in variables:  # type: ignore[attr-defined]
-            found = variables[name]
+        for name in self.variables:  # type: ignore[attr-defined]
+            found = self.variables[name]
             if found.address <= address < found.address + found.size:
                 return str(name)
         return f"0x{address:04x}"
 
 
-def _free(variables: Variables, files: Sequence[str]) -> list[Variable]:
-    registers = [each for each in variables.of_file("") if HASTY.fullmatch(each.name)]
-    return registers + [each for file in files for each in variables.of_file(file)]
+class Kilns:
+    """Two kilns that run a program; board -- the one that is disturbed."""
 
+    def __init__(self, kiln: Built) -> None:
+        self.kiln = kiln
+        self.now_s = 0.0
+        self.quiet, self.board = Watched(kiln), Watched(kiln)
+        self._latest_cycles = 0
+        self.run(2.0)
+        for each in (self.quiet, self.board):
+            each.avr.uarts[0].send(b"#8 1;" + LONGEST, BAUD)
+        self.run(4.0)
+        assert self.board.read("program.state") == RUNNING
 
-class Pair:
-    """A quiet board and a disturbed one, run together; latest -- cycles a tick was late."""
-
-    def __init__(self, quiet: AvrDevice, disturbed: AvrDevice, files: Sequence[str]) -> None:
-        self.quiet, self.disturbed = Watched(quiet, files), Watched(disturbed, files)
-        self.latest = 0
-
-    def run_to(self, time_s: float) -> None:
-        """Run both; raises AssertionError at the first byte that differs."""
-        for each in (self.quiet, self.disturbed):
-            each.device.advance(time_s)
-            each.device.feed()
-        cycles, images = self.quiet.take()
-        others_cycles, others = self.disturbed.take()
-        assert len(cycles) == len(others_cycles), f"ticks are missing before {time_s} s"
-        found = self.disturbed.differences(others, images)
-        assert not found, found[:5]
-        if len(cycles):
+    def run(self, seconds: float) -> None:
+        """Let time pass, in steps; raises AssertionError for the first byte that differs."""
+        end_s = self.now_s + seconds
+        while self.now_s < end_s:
+            self.now_s += STEP_S
+            for each in (self.quiet, self.board):
+                each.sense("chamber", FIRST_C + RISE_K_PER_S * self.now_s)
+                each.advance(self.now_s)
+                each.feed()
+            (cycles, images), (others_cycles, others) = self.quiet.take(), self.board.take()
+            assert len(cycles) == len(others_cycles), f"ticks are missing before {self.now_s} s"
+            found = self.board.differences(others, images)
+            assert not found, found
             late = others_cycles.astype(np.int64) - cycles.astype(np.int64)
-            self.latest = max(self.latest, int(late.max()))
+            self._latest_cycles = max(self._latest_cycles, int(late.max()))
+
+    def send(self, chunks: Iterable[bytes], baud: float = BAUD) -> None:
+        """Send all that comes, without a pause."""
+        for data in chunks:
+            self.board.avr.uarts[0].send(data, baud)
+            self.run(10 * len(data) / baud)
+
+    def finish(self) -> None:
+        """See that all went well to the end: in time, on its stack, and that it still listens."""
+        self.run(3.0)
+        avr = self.board.avr
+        assert self._latest_cycles / avr.clock_hz < TICK_S / 2
+        assert len(avr.take_resets()) == 0
+        assert self.board.read("program.state") == RUNNING
+        assert avr.eeprom.contents == self.quiet.avr.eeprom.contents
+        assert avr.stack_used <= worst_stack(self.kiln.program.path).total
+        avr.uarts[0].send(b"#9 0;", BAUD)
+        self.board.advance(self.now_s + 2.0)
+        assert self.board.read("program.state") != RUNNING, "it listens no more"

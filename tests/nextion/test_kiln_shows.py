@@ -1,53 +1,41 @@
-"""What the board tells the display, on the binary."""
+"""What the board tells the display, on the binary and at the speed of its line."""
+
+import os
 
 import pytest
 from kiln_desk import RUNNING, Built, KilnDesk
+from rig.avr import whole
+from rig.specs import changed, spec_of
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_screen import draw
+from heatwright.sim.serial_port import SerialPort
+from heatwright.spec.boards import BOARDS
 from heatwright.spec.nextion import display_pages
 
+BAUD = 115_200
 TICK_S = 0.01
 EVERY_S = 2 * TICK_S
 """Between two instructions, at least."""
 AGAIN_S = 30.0
 """All is said again so often."""
-TOP_C, HEIGHT = 1200, 180
-"""Of the charts, degrees and pixels."""
 
 
 def said(desk: KilnDesk, since_s: float = 0.0) -> list[str]:
     return [each.text for each in desk.display.history if each.time_s > since_s]
 
 
-def drawn(desk: KilnDesk, page: str, channel: int = 0) -> list[int]:
-    """Return the points of a page's chart."""
-    number = next(each.id for each in display_pages(desk.controller) if each.name == page)
-    waveform = desk.display.display.memory.parts[number]["chart"].waveform
-    assert waveform is not None
-    return list(waveform.channels[channel])
-
-
 def test_everything_is_said_at_the_start_and_again(desk: KilnDesk) -> None:
-    """A cold kiln has nothing to say in between; what was lost on the way comes right by itself."""
-    texts = said(desk)
-    assert texts[0] == "bkcmd=0"
-    first = {text.split("=")[0] for text in texts if text.startswith("main.")}
-    page = display_pages(desk.controller)[0]
-    numbers = {f"main.{each.name}" for each in page.components
-               if each.kind in {"number", "dual_state"}}  # fmt: skip
-    assert numbers <= {name.rpartition(".")[0] for name in first}
-    assert desk.shows("main.temp.val") == 20
-    assert desk.shows("main.pname.txt") == "fuse"
+    """What was lost on the way comes right by itself."""
+    first = {text.split("=")[0] for text in said(desk) if text.startswith("main.")}
+    shown = desk.display.display
     bare = Display(display_pages(desk.controller))
     bare.start()
-    assert draw(desk.display.display).tobytes() != draw(bare).tobytes(), "it can be seen"
-    desk.run(10.0)
+    assert draw(shown).tobytes() != draw(bare).tobytes(), "it can be seen"
     now_s = desk.device.time_s
-    desk.run(15.0)
-    assert said(desk, now_s) == []
-    desk.display.display.memory.parts[0]["temp"].values["val"] = 999
-    desk.run(AGAIN_S - 15.0 + 2.0)
+    shown.memory.parts[0]["temp"].values["val"] = 999
+    desk.run(AGAIN_S + 2.0)
     assert first <= {text.split("=")[0] for text in said(desk, now_s)}
     assert desk.shows("main.temp.val") == 20
     assert desk.display.errors == []
@@ -65,32 +53,6 @@ def test_one_instruction_at_a_time(desk: KilnDesk) -> None:
     assert desk.display.shortest_gap_s > EVERY_S - TICK_S / 2
 
 
-def test_a_running_program_and_its_charts(desk: KilnDesk) -> None:
-    """A pixel a minute on the first page, a pixel a second on the other; in pixels of height."""
-    desk.display.send("#8 1;")
-    desk.run(305.0)
-    assert desk.read("program.state") == RUNNING
-    names = ("programm", "point", "day", "hour1", "minute1", "day2", "hour2", "minute2", "bt1")
-    assert [desk.shows(f"{name}.val") for name in names] == [1, 1, 0, 0, 5, 0, 0, 5, 1]
-    for name, variable in (("set", "setpoint_c"), ("temp", "temperature_c")):
-        assert abs(int(desk.shows(f"{name}.val")) - desk.read(f"loop_chamber.{variable}")) <= 1.5
-    assert float(str(desk.shows("energy.txt")).split()[0]) >= 0
-    desk.run(55.0)
-    points = drawn(desk, "main")
-    assert 5 <= len(points) <= 7
-    height = HEIGHT * desk.read("loop_chamber.temperature_c") / TOP_C
-    assert abs(points[-1] - height) <= HEIGHT * 10 / TOP_C + 1
-    desk.tap("bdebug")
-    desk.run(20.0)
-    points = drawn(desk, "debug")
-    assert 18 <= len(points) - len(drawn(desk, "debug", 1)) + 20 <= 22
-    assert 19 <= len(points) <= 22
-    desk.tap("back")
-    desk.run(5.0)
-    assert len(drawn(desk, "main")) >= 6, "what was there is drawn again"
-    assert desk.display.errors == []
-
-
 @pytest.mark.parametrize(
     ("baud", "heard"), [(113_000, True), (119_000, True), (100_000, False), (57_600, False)]
 )
@@ -103,14 +65,54 @@ def test_a_display_hears_what_it_can_sample(kiln: Built, baud: int, heard: bool)
     assert (desk.display.errors == []) is (desk.display.instructions == 0 or heard)
 
 
-def test_a_display_that_starts_anew(desk: KilnDesk) -> None:
-    desk.run(5.0)
-    desk.display.unplug()
-    desk.run(12.0)
-    desk.display.plug()
-    now_s = desk.device.time_s
-    desk.run(3.0)
-    assert "bkcmd=0" in said(desk, now_s)
+@pytest.mark.parametrize(("port", "baud"), [(2, 115_200), (3, 9_600)])
+def test_another_port_another_speed(port: int, baud: int) -> None:
+    """With the log on port 1 and nothing on port 0; a slow line takes longer than two ticks."""
+    line = f"{{kind: nextion, port: {port}, baud: {baud},"
+    text = changed("kiln", ("{kind: nextion, baud: 115200,", line))
+    desk = KilnDesk(Built(spec_of(text).controller, whole(text)))
+    desk.run(4.0)
+    assert BOARDS["mega2560"].uarts[port].number == desk.device.uart == port
     assert desk.shows("main.temp.val") == 20
-    assert desk.shows("main.pname.txt") == "fuse"
     assert desk.display.errors == []
+    desk.tap("bprog", "s1")
+    desk.run(1.0)
+    assert desk.read("program.state") == RUNNING
+    late = [text for text, _ in desk.display.errors]
+    assert all(text.startswith("programs.") for text in late), "said as its page was left"
+
+
+def heard_on(port: int) -> bytes:
+    """What a program has got so far."""
+    os.set_blocking(port, False)
+    data = b""
+    while True:
+        try:
+            data += os.read(port, 4096)
+        except BlockingIOError:
+            return data
+
+
+def test_a_program_takes_the_place_of_the_display(kiln: Built) -> None:
+    """Behind a serial port of this computer: a display of the user's own, or its editor's."""
+    device = AvrDevice(*kiln)
+    device.sense("chamber", 20.0)
+    with SerialPort(device, BAUD) as port:
+        program = os.open(port.name, os.O_RDWR | os.O_NOCTTY)
+
+        def answer(data: bytes, until_s: float) -> list[bytes]:
+            os.write(program, data)
+            port.to_board()
+            device.advance(until_s)
+            device.feed()
+            return heard_on(program).split(b"\xff\xff\xff")
+
+        device.advance(1.0)
+        device.feed()
+        instructions = answer(b"\0\0\0\xff\xff\xff\x88\xff\xff\xff#21 0;", 2.0)
+        assert {b"bkcmd=0", b"main.temp.val=20"} <= set(instructions)
+        assert any(each.startswith(b"main.state.txt=") for each in answer(b"#8 1;", 4.0))
+        assert device.read("program.state") == RUNNING
+        os.close(program)
+    assert device.display.instructions == 0
+    assert not device.display.is_plugged

@@ -102,6 +102,7 @@ def test_touched(desk: KilnDesk, name: str) -> None:
     for deeds, seen in TOUCHES[name]:
         desk.do(deeds)
         assert {each: desk.look(each) for each in seen} == seen, deeds
+    assert desk.display.errors == []
 
 
 def test_11_a_segment_is_marked(desk: KilnDesk) -> None:
