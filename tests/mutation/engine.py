@@ -8,9 +8,10 @@ import hashlib
 import importlib
 import json
 import os
+import re
 import sys
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from multiprocessing.connection import Connection, wait
@@ -19,17 +20,19 @@ from pathlib import Path
 from mutation.arena import Arena
 from mutation.court import Court, Verdict
 from mutation.equivalent import entry_of
+from mutation.known import names_of
 from mutation.machine_code import same_machine_code
-from mutation.syntax import Mutant, constants_of, mutants_of
+from mutation.syntax import Kind, Mutant, mutants_of
 
-TESTS = Path(__file__).parents[1]
+HERE = Path(__file__).parent
+TESTS = HERE.parent
 ROOT = TESTS.parent
 MEMORY = ROOT / "build" / "mutation"
 BATCH = 24
 ENOUGH_EQUAL = 4
-JUDGES = ("*.py", "*.c", "*.h")
-SHARED = (TESTS / "rig", ROOT / "sim", ROOT / "spec")
-"""What all judges are made of, besides what is in the folder of their arena."""
+JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
+"""What all judges are made of, besides modules of the tests."""
+_IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.)?(\w+)", re.MULTILINE)
 
 
 def found_arenas() -> list[Arena]:
@@ -80,7 +83,7 @@ class Case:
 
 
 def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
-    """Return the mutants of all arenas, each once.
+    """Return the mutants of all arenas that can differ from the original, each once.
 
     Args:
         arenas: in the order in which they judge.
@@ -91,17 +94,20 @@ def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
     for number, arena in enumerate(arenas):
         sources = arena.sources()
         headers = getattr(arena, "headers", dict)()
-        constants = constants_of({**headers, **sources})
+        names = names_of({**headers, **sources})
         loops = [name[len("guard_") : -len(".h")] for name in headers if name.startswith("guard_")]
         order = getattr(arena, "interrupted", False)
         for name in sorted(sources):
             if not name.endswith(".c") or (file and name != file):
                 continue
-            for mutant in mutants_of(name, sources[name], constants, loops, order=order):
+            for mutant in mutants_of(name, sources[name], names, loops, order=order):
                 case = cases.setdefault(mutant.identity, Case([]))
                 if not case.places or case.places[-1][0] != number:
                     case.places.append((number, mutant))
-    return list(cases.values())
+    return [
+        case for case in cases.values()
+        if all(mutant.kind is not Kind.SAME for _, mutant in case.places)
+    ]  # fmt: skip
 
 
 def sampled(cases: Sequence[Case], number: int, seed: str = "0") -> list[Case]:
@@ -118,7 +124,7 @@ class Memory:
 
     def __init__(self, arena: Arena) -> None:
         self._path = MEMORY / f"{arena.name.replace('/', '-')}.json"
-        told = (arena.name, sorted(arena.sources().items()), _version(arena))
+        told = (arena.name, sorted(arena.sources().items()), _digest(arena.name.partition("/")[0]))
         self._key = hashlib.sha256(repr(told).encode()).hexdigest()
         self._known: dict[str, list[str]] = {}
         self._changed = False
@@ -145,15 +151,27 @@ class Memory:
         self._changed = False
 
 
-def _version(arena: Arena) -> str:
-    return _digest((Path(sys.modules[type(arena).__module__].__file__ or "").parent, *SHARED))
-
-
 @cache
-def _digest(folders: tuple[Path, ...]) -> str:
-    files = sorted(path for folder in folders for kind in JUDGES for path in folder.rglob(kind))
-    told = [*files, Path(__file__).with_name("schema.py"), Path(__file__).with_name("court.py")]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in told)).hexdigest()
+def _digest(area: str) -> str:
+    """Of what judges an area's arenas: their modules, the C beside them, the simulator, the spec's
+    checks, and how mutants are put to trial."""
+    folders = TESTS / area, TESTS / "rig"
+    files = _imported((TESTS / area).glob("arena_*.py"))
+    files |= {path for folder in folders for path in folder.rglob("*.[ch]")}
+    files |= {path for folder in JUDGES for path in folder.rglob("*") if path.suffix in SUFFIXES}
+    files |= {HERE / "schema.py", HERE / "court.py"}
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
+
+
+def _imported(modules: Iterable[Path]) -> set[Path]:
+    """Return modules of the tests, and all that they import of them; their names are unique."""
+    by_name = {path.stem: path for path in TESTS.glob("*/*.py") if path.parent != HERE}
+    found, new = set[Path](), set(modules)
+    while new:
+        found |= new
+        names = {name for path in new for name in _IMPORT.findall(path.read_text("utf-8"))}
+        new = {by_name[name] for name in names & set(by_name)} - found
+    return found
 
 
 class Engine:

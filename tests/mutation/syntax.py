@@ -8,14 +8,12 @@ logical and bit operators replaced; a sign or a complement left out; constants +
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from enum import Enum
-from functools import cache
-from types import MappingProxyType
 from typing import NamedTuple
 
-import tree_sitter_c
-from tree_sitter import Language, Node, Parser
+from mutation.known import NO_NAMES, Names, can_only_be_equal, name_of, syntax_of
+from tree_sitter import Node
 
 
 class Kind(Enum):
@@ -27,6 +25,8 @@ class Kind(Enum):
     STATEMENT = "statement"
     ALONE = "alone"
     """Not at all: the compiler asks for a constant there."""
+    SAME = "same"
+    """It can only be equal (`known`): where one firmware shows that, it is judged in none."""
     ORDER = "order"
     """Not at all, and only a processor that is interrupted can tell it from the original."""
 
@@ -71,42 +71,15 @@ LONG_TABLE = 8
 """Constants of an initialiser: of a longer one the first, the middle and the last are changed."""
 SKIPPED = ("comment", "string_literal", "sizeof_expression", "type_descriptor", "ERROR",
            "preproc_include", "preproc_def", "preproc_function_def", "preproc_call")  # fmt: skip
-_HIDDEN = re.compile(rb"\bPROGMEM\b|__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)|__extension__")
 _ATOMIC = re.compile(rb"ATOMIC_BLOCK\(\w+\)")
 _INTEGER = re.compile(r"(0[xX][0-9a-fA-F]+|\d+)([uUlL]*)")
 _UNUSED = re.compile(r"\(void\)\w+;")
-_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_DEFINED = re.compile(
-    r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]*)[ \t]+([-(]*(?:\d|[A-Z][A-Z0-9_]*\b(?!\()).*)$",
-    re.MULTILINE,
-)
-_ENUM = re.compile(r"enum\s*\w*\s*\{(.*?)\}", re.DOTALL)
-_ENTRY = re.compile(r"(?:^|,)\s*([A-Z][A-Z0-9_]*)\s*(?:=\s*([^,]+))?")
-Constants = Mapping[str, str]
-"""Names that stand for numbers, and their values as far as they are plain."""
-
-
-def constants_of(sources: Mapping[str, str]) -> Constants:
-    """What the files of a firmware define."""
-    text = "\n".join(_COMMENT.sub("", each) for each in sources.values())
-    values = {name: value.strip() for name, value in _DEFINED.findall(text)}
-    for body in _ENUM.findall(text):
-        following = "0"
-        for name, given in _ENTRY.findall(body):
-            values[name] = given.strip() or following
-            following = str(int(values[name]) + 1) if values[name].isdecimal() else ""
-    return values
-
-
-@cache
-def _parser() -> Parser:
-    return Parser(Language(tree_sitter_c.language()))
 
 
 def mutants_of(
     file: str,
     text: str,
-    constants: Constants = MappingProxyType({}),
+    names: Names = NO_NAMES,
     loops: Sequence[str] = (),
     *,
     order: bool = False,
@@ -116,27 +89,24 @@ def mutants_of(
     Args:
         file: its name.
         text: its text.
-        constants: names that stand for numbers.
+        names: what the firmware declares and defines.
         loops: their names, which make a line no other one.
         order: with those that only an interrupted processor can tell.
 
     """
-    found = _File(file, text, constants, loops).mutants()
+    found = _File(file, text, names, loops).mutants()
     return found if order else [each for each in found if each.kind is not Kind.ORDER]
 
 
 class _File:
-    def __init__(self, file: str, text: str, constants: Constants, loops: Sequence[str]) -> None:
-        self._file, self._data, self._constants = file, text.encode(), constants
+    def __init__(self, file: str, text: str, names: Names, loops: Sequence[str]) -> None:
+        self._file, self._data, self._names = file, text.encode(), names
         self._loops = loops
         self._seen: Counter[tuple[str, str]] = Counter()
         self._found: dict[tuple[int, int, str], tuple[Node, Kind]] = {}
 
     def mutants(self) -> list[Mutant]:
-        # What is not of the language is blanked out; places stay the same.
-        plain = _HIDDEN.sub(lambda found: b" " * len(found[0]), self._data)
-        plain = _ATOMIC.sub(lambda found: b" " * len(found[0]), plain)
-        root = _parser().parse(plain).root_node
+        root = syntax_of(_ATOMIC.sub(lambda found: b" " * len(found[0]), self._data))
         self._visit(root, constant=True)  # outside of functions, all are
         for found in _ATOMIC.finditer(self._data):
             inside = root.descendant_for_byte_range(found.start(), found.start())
@@ -148,7 +118,7 @@ class _File:
     def _mutant(self, place: tuple[int, int, str], node: Node, kind: Kind) -> Mutant:
         start, end, new = place
         function = _ancestor(node, ("function_definition",))
-        name, what = _name_of(function), self._words(node, start, end, new)
+        name, what = name_of(function), self._words(node, start, end, new)
         self._seen[name, what] += 1
         if self._seen[name, what] > 1:
             what += f" ({self._seen[name, what]})"
@@ -267,6 +237,9 @@ class _File:
         for other in OPERATORS.get(sign, ()):
             if {sign, other} == {"==", "!="} and _decides(node):
                 continue  # it is negated already
+            if sign in RELATIONAL and can_only_be_equal(node, other, self._names):
+                self._add(node, f"{before}{other}{after}", Kind.SAME)
+                continue
             yield f"{before}{other}{after}"
         if sign in RELATIONAL:
             yield "1" if "=" in sign and sign != "==" else "0"
@@ -288,11 +261,10 @@ class _File:
             yield from (f"({text} + 1.0f)", f"({text} - 1.0f)")
             if float(text.rstrip("fF")):
                 yield "0.0f"
-        elif node.type == "char_literal" or text in self._constants:
-            value = self._constants.get(text, "?").rstrip("uUlLfF")
+        elif node.type == "char_literal" or text in self._names.constants:
             yield f"({text} + 1)"
             yield f"({text} - 1)"
-            if value not in ("0", "1", "0.0"):
+            if self._names.value(text) not in ("0", "1", "0.0"):  # of 1, 0 is one less
                 yield "0"
 
     def _text(self, node: Node) -> str:
@@ -365,16 +337,6 @@ def _upwards(node: Node) -> Iterator[Node]:
 
 def _ancestor(node: Node, types: tuple[str, ...]) -> Node | None:
     return next((each for each in _upwards(node) if each.type in types), None)
-
-
-def _name_of(function: Node | None) -> str:
-    if function is None:
-        return ""
-    declarator = function.child_by_field_name("declarator")
-    while declarator is not None and declarator.type != "identifier":
-        inner = declarator.child_by_field_name("declarator")
-        declarator = inner or next(iter(declarator.named_children), None)
-    return declarator.text.decode() if declarator is not None and declarator.text else ""
 
 
 def _line(text: bytes) -> str:

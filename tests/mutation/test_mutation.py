@@ -12,10 +12,11 @@ import pytest
 from mutation import engine
 from mutation.engine import Case, Engine, cases_of, found_arenas, sampled
 from mutation.equivalent import entries
+from mutation.known import names_of
 from mutation.machine_code import same_machine_code
 from mutation.report import Report, protects
 from mutation.schema import TOGETHER, VARIABLE, schema
-from mutation.syntax import Kind, constants_of, mutants_of
+from mutation.syntax import Kind, mutants_of
 from suite import SIZE, amount, drawn
 
 SMALL = """\
@@ -76,7 +77,7 @@ def said_by(text: str, folder: Path, number: int = 0) -> str:
 
 
 def small_mutants(*, order: bool = False):
-    return mutants_of("small.c", SMALL, constants_of({"small.c": SMALL}), order=order)
+    return mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=order)
 
 
 @pytest.mark.parametrize(
@@ -114,6 +115,43 @@ def test_every_operator_makes_its_mutants(kind, what):
     assert what in found, "\n".join(sorted(found))
     assert found[what].kind is kind
     assert found[what].applied(SMALL) != SMALL
+
+
+@pytest.mark.parametrize(
+    ("body", "other", "same"),
+    [
+        ("return u != 0;", "return u > 0;", True),
+        ("return NONE == s->m[1];", "return NONE >= s->m[1];", True),
+        ("return (i & 1u) == 0;", "return (i & 1u) <= 0;", True),
+        ("while (u-- != 0) { f(); }", "while (u-- > 0)", True),
+        ("return i != 0;", "return i > 0;", False),
+        ("return u != 1;", "return u > 1;", False),
+        ("return mixed != 0;", "return mixed > 0;", False),
+        ("return SET == u;", "return SET >= u;", False),
+        ("for (uint8_t n = 0; n < u && f(); n++) { f(); }", "n != u && f()", True),
+        ("for (uint8_t n = 0; n < SET; n++) { f(); }", "n != SET", True),
+        ("for (uint8_t n = 0; n < u; n++) { u--; }", "n != u", False),
+        ("for (uint8_t n = 0; n < u; n++) { g(&n); }", "n != u", False),
+        ("for (uint8_t n = 0; n < i; n++) { f(); }", "n != i", False),
+        ("for (uint8_t n = 9; n < SET; n++) { f(); }", "n != SET", False),
+        ("for (uint8_t n = 0; n < u || f(); n++) { f(); }", "n != u || f()", False),
+    ],
+)
+def test_what_can_only_be_equal_is_not_asked_for(body, other, same):
+    text = f"""\
+#define SET 0
+enum e {{ NONE, SOME }};
+struct s {{ uint8_t m[2]; uint8_t mixed; }};
+int f(void);
+int g(uint8_t *mixed_up, int mixed);
+int h(uint8_t u, struct s *s, int i)
+{{
+    {body}
+}}
+"""
+    kinds = {each.what.partition(" -> ")[2]: each.kind
+             for each in mutants_of("h.c", text, names_of({"h.c": text}))}  # fmt: skip
+    assert (kinds[other] is Kind.SAME) is same
 
 
 def test_no_two_mutants_are_the_same():

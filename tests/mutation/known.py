@@ -1,0 +1,199 @@
+"""What is certain of the generated C: so the engine leaves out mutants that can only be equal.
+
+They are of three forms, and right for all C that is generated here:
+
+- `>` and `!=`, or `==` and `<=`, between 0 and what has no sign. Without a sign are the unsigned
+  types, bool and, in gcc, an enumeration without a negative value. A name counts if all of its
+  declarations in the firmware, of variables, members, parameters and functions, are of such types;
+- `i < N` and `i != N` as condition of `for (… i = 0; …; i++)`, also where `&&` joins it to others:
+  nothing else in the loop changes `i` or takes its address, and N is a constant that is not below
+  the first `i`, or a local name without a sign that nothing changes, so `i` meets N;
+- a constant and another spelling of its value.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import NamedTuple
+
+import tree_sitter_c
+from tree_sitter import Language, Node, Parser
+
+_HIDDEN = re.compile(rb"\bPROGMEM\b|__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)|__extension__")
+_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_DEFINED = re.compile(
+    r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]*)[ \t]+([-(]*(?:\d|[A-Z][A-Z0-9_]*\b(?!\()).*)$",
+    re.MULTILINE,
+)
+_ENUM = re.compile(r"enum\s*\w*\s*\{(.*?)\}", re.DOTALL)
+_ENTRY = re.compile(r"(?:^|,)\s*([A-Z][A-Z0-9_]*)\s*(?:=\s*([^,]+))?")
+_UNSIGNED = re.compile(r"(uint\d+_t|bool|size_t|unsigned( \w+)*|enum\b.*)", re.DOTALL)
+_DECLARING = ("declaration", "field_declaration", "parameter_declaration", "function_definition")
+EQUAL_AT_0 = {(">", "!="), ("!=", ">"), ("==", "<="), ("<=", "==")}
+"""Of `x OPERATOR 0`, where x has no sign."""
+MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
+
+
+class Names(NamedTuple):
+    constants: Mapping[str, str] = MappingProxyType({})
+    """Names that stand for numbers, and their values as far as they are plain."""
+    unsigned: frozenset[str] = frozenset()
+    """Names of what has no sign, wherever it is declared."""
+    macros: frozenset[str] = frozenset()
+    """Those of the constants that another firmware may define with another value."""
+
+    def is_zero(self, text: str) -> bool:
+        return text not in self.macros and self.value(text) == "0"
+
+    def value(self, text: str) -> str:
+        """Return a constant's number as digits without a suffix, if it is plain; else a name."""
+        seen = set()
+        while text in self.constants and text not in seen:
+            seen.add(text)
+            text = self.constants[text].strip("()")
+        if text == r"'\0'":
+            return "0"
+        return text.rstrip("uUlLfF") if text[:1].isdigit() else text
+
+
+NO_NAMES = Names()
+
+
+def names_of(sources: Mapping[str, str]) -> Names:
+    """What the files of a firmware define."""
+    text = "\n".join(_COMMENT.sub("", each) for each in sources.values())
+    values = {name: value.strip() for name, value in _DEFINED.findall(text)}
+    macros = frozenset(values)
+    negative = False
+    for body in _ENUM.findall(text):
+        following = "0"
+        for name, given in _ENTRY.findall(body):
+            values[name] = given.strip() or following
+            negative |= "-" in values[name]
+            following = str(int(values[name]) + 1) if values[name].isdecimal() else ""
+    signed, unsigned = set[str](), set[str]()
+    for source in sources.values():
+        for name, of in _declared(source):
+            is_unsigned = _UNSIGNED.fullmatch(of) and not (negative and of.startswith("enum"))
+            (unsigned if is_unsigned else signed).add(name)
+    return Names(values, frozenset(unsigned - signed), macros)
+
+
+@cache
+def _declared(source: str) -> tuple[tuple[str, str], ...]:
+    """Every name that is declared in a file, and the type that it is declared with."""
+    return tuple(
+        (name, (of.text or b"").decode())
+        for node in _all(syntax_of(source.encode()))
+        if node.type in _DECLARING and (of := node.child_by_field_name("type"))
+        for declarator in node.children_by_field_name("declarator")
+        if (name := name_of(declarator))
+    )
+
+
+@cache
+def _parser() -> Parser:
+    return Parser(Language(tree_sitter_c.language()))
+
+
+def syntax_of(data: bytes) -> Node:
+    """Parse a file; what is not of the language is blanked out, so that places stay the same."""
+    return _parser().parse(_HIDDEN.sub(lambda found: b" " * len(found[0]), data)).root_node
+
+
+def name_of(declarator: Node | None) -> str:
+    """Return what a declarator gives a name: through pointers, arrays, parameters and a value."""
+    while declarator is not None and declarator.type not in ("identifier", "field_identifier"):
+        inner = declarator.child_by_field_name("declarator")
+        declarator = inner or next(iter(declarator.named_children), None)
+    return declarator.text.decode() if declarator is not None and declarator.text else ""
+
+
+def _all(node: Node) -> Iterator[Node]:
+    yield node
+    for child in node.children:
+        yield from _all(child)
+
+
+def can_only_be_equal(node: Node, other: str, names: Names) -> bool:
+    """Whether a comparison with this other operator says the same."""
+    left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
+    operator = _text(node.child_by_field_name("operator"))
+    if left is None or right is None:
+        return False
+    if (operator, other) == ("<", "!=") and _counts_up(node, left, right, names):
+        return True
+    if names.is_zero(_text(left)):
+        left, right = right, left
+        operator, other = MIRRORED.get(operator, operator), MIRRORED.get(other, other)
+    equal = (operator, other) in EQUAL_AT_0 and names.is_zero(_text(right))
+    return equal and _has_no_sign(left, names)
+
+
+def _has_no_sign(node: Node | None, names: Names) -> bool:
+    if node is None:
+        return False
+    if node.type == "binary_expression":
+        left = _has_no_sign(node.child_by_field_name("left"), names)
+        right = _has_no_sign(node.child_by_field_name("right"), names)
+        operator = _text(node.child_by_field_name("operator"))
+        return {"&": left or right, ">>": left}.get(operator, left and right and operator in "|/%")
+    if node.type == "cast_expression":
+        return bool(_UNSIGNED.fullmatch(_text(node.child_by_field_name("type"))))
+    if node.type == "parenthesized_expression":
+        return len(node.named_children) == 1 and _has_no_sign(node.named_children[0], names)
+    inner = {
+        "subscript_expression": "argument", "update_expression": "argument",
+        "pointer_expression": "argument", "field_expression": "field",
+        "call_expression": "function",
+    }.get(node.type)  # fmt: skip
+    if inner:
+        return _has_no_sign(node.child_by_field_name(inner), names)
+    return names.value(_text(node)).isdecimal() or _text(node) in names.unsigned
+
+
+def _counts_up(node: Node, left: Node, right: Node, names: Names) -> bool:
+    """Whether it is a condition of a loop that counts up by 1 and meets its end."""
+    around = node
+    while around.parent is not None and (
+        around.parent.type == "parenthesized_expression"
+        or _text(around.parent.child_by_field_name("operator")) == "&&"
+    ):
+        around = around.parent
+    loop, counter = around.parent, _text(left)
+    if loop is None or loop.type != "for_statement":
+        return False
+    start = re.fullmatch(rf"\w+ {counter} = (\w+);", _text(loop.child_by_field_name("initializer")))
+    counts = _text(loop.child_by_field_name("update")) == f"{counter}++"
+    if not start or not counts or _changes(loop, counter) != 1:
+        return False
+    first, end = names.value(start[1]), names.value(_text(right))
+    if end.isdecimal():
+        return first.isdecimal() and int(first) <= int(end)
+    return first == "0" and (right.type in ("sizeof_expression", "offsetof_expression")
+                             or (end in names.unsigned and _is_local(right, end)))  # fmt: skip
+
+
+def _is_local(node: Node, name: str) -> bool:
+    """Whether it is a parameter or variable of the function, which is set where it is declared."""
+    function: Node | None = node
+    while function is not None and function.type != "function_definition":
+        function = function.parent
+    if function is None:
+        return False
+    return name in dict(_declared(_text(function))) and not _changes(function, name)
+
+
+def _changes(inside: Node, name: str) -> int:
+    """Count where something is assigned, counted, or may be by its address."""
+    fields = {"assignment_expression": "left", "update_expression": "argument",
+              "pointer_expression": "argument"}  # fmt: skip
+    return sum(
+        _text(node.child_by_field_name(fields[node.type])) == name
+        for node in _all(inside) if node.type in fields
+    )  # fmt: skip
+
+
+def _text(node: Node | None) -> str:
+    return node.text.decode() if node is not None and node.text is not None else ""
