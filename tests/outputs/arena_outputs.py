@@ -6,15 +6,15 @@ from functools import partial
 import host_specs
 import test_outputs_relay_hosted as hosted
 import test_outputs_stepper as stepper
-from held_course import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
-from pwm_course import PwmBoard, heater_problems, placed, restart_problem
-from relay_course import OPEN, RelayBoard, relayed
-from relay_course import whole_problem as relay_problem
 from rig.avr import Firmware, Program
 from rig.outputs import Wired, cause_problem, reset_problem
 from rig.specs import spec_of
-from window_course import SHORT_LEFT_OUT, SPREAD, windows
-from window_course import whole_problem as window_problem
+from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
+from test_outputs_pwm import PwmBoard, heater_problems, placed, restart_problem
+from test_outputs_relay import OPEN, RelayBoard, relayed
+from test_outputs_relay import whole_problem as relay_problem
+from test_outputs_windows import SHORT_LEFT_OUT, SPREAD, windows
+from test_outputs_windows import whole_problem as window_problem
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -60,9 +60,9 @@ def feed_problems() -> Iterator[Check]:
         stepper.test_it_waits_for_the_heat_and_goes_on,
         stepper.test_a_stop_slows_down_and_forgets,
         stepper.test_speed_changes_by_no_more_than_the_acceleration,
-        stepper.it_goes_along_a_trapezoid,
-        partial(stepper.it_is_right_in_the_mean, mm_per_s=0.0001),
-        stepper.it_makes_every_step,
+        stepper.test_it_goes_along_a_trapezoid,
+        partial(stepper.test_any_speed_is_right_in_the_mean, mm_per_s=0.0001),
+        stepper.test_every_step_is_made,
     ):
         yield lambda place, elf, test=test: test(stepper.Feed(place, elf))
 

@@ -1,8 +1,9 @@
-"""A safety relay under a G-code host, for two loops: closed while one of them is on."""
+"""Outputs under a G-code host: a safety relay of two loops, and a fan with minimum times."""
 
 import numpy as np
 import pytest
 from rig.avr import whole
+from rig.outputs import TICK_S, Recorded
 from rig.specs import spec_of
 
 from heatwright.sim.device import AvrDevice
@@ -18,6 +19,7 @@ outputs:
   left: {kind: pwm, pin: D2, frequency: 490 Hz, active: low, power: 40 W}
   right: {kind: digital, pin: D3, power: 40 W}
   contactor: {kind: digital, pin: D9, active: low}
+  fan: {kind: digital, pin: D7, minimum_on: 3 s, minimum_off: 2 s}
 loops:
   left:
     sensor: left
@@ -32,7 +34,7 @@ loops:
     setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}
     algorithm: {kind: on_off, hysteresis: 1 K}
 safety: {relay: contactor%s}
-interfaces: [{kind: gcode, loops: {T0: left, T1: right}}]
+interfaces: [{kind: gcode, loops: {T0: left, T1: right}, fans: {P0: fan}}]
 """
 HEARD_S = 3.0
 
@@ -90,3 +92,19 @@ def test_a_reset_connects_no_heater_to_the_timer() -> None:
     mine = events[np.isin(events["pin"], heaters)]
     assert len(mine)
     assert (mine["state"] & 1).all()
+
+
+def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
+    device = AvrDevice(spec_of(SPEC % "").controller, whole(SPEC % ""))
+    recorded = Recorded(device, "fan")
+    orders = ("M106 P0 S255", 2.5), ("M107 P0", 4.0), ("M106 P0 S255", 0.5), ("M107 P0", 10.0)
+    device.advance(0.5)
+    for line, seconds in orders:
+        device.send(line)
+        device.advance(device.time_s + seconds)
+    device.feed()
+    first, off, again, end = (cycle / device.avr.clock_hz for cycle in recorded.cycles("fan"))
+    assert 2.0 <= first <= 2.0 + 2 * TICK_S  # off for two seconds from the reset on
+    assert abs(off - first - 3.0) < 1e-3
+    assert again - off >= 2.0
+    assert abs(end - again - 3.0) < 1e-3

@@ -1,6 +1,7 @@
 """The feed at its driver's pins: every step, its speed, and what stops it."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -69,8 +70,14 @@ class Feed(OutputBoard):
 
 
 @pytest.fixture
-def feed() -> Feed:
-    return Feed(fed("nano"))
+def feed(request: pytest.FixtureRequest) -> Feed:
+    """On a nano with the feeder's settings, or as a test says."""
+    return Feed(fed(*getattr(request, "param", ("nano",))))
+
+
+def on_each(*boards: str) -> pytest.MarkDecorator:
+    """Do a test on several boards."""
+    return pytest.mark.parametrize("feed", [(board,) for board in boards], indirect=True)
 
 
 def in_order(feed: Feed) -> None:
@@ -79,13 +86,8 @@ def in_order(feed: Feed) -> None:
     assert feed.driver.position == feed.get("feed_position")
 
 
-@pytest.mark.parametrize("board", BOARDS)
-@pytest.mark.parametrize("settings", [FEEDER, FASTEST], ids=["feeder", "fastest"])
-def test_every_step_is_made(board: str, settings: str) -> None:
-    it_makes_every_step(Feed(fed(board, settings)))
-
-
-def it_makes_every_step(feed: Feed) -> None:
+@pytest.mark.parametrize("feed", product(BOARDS, (FEEDER, FASTEST)), indirect=True)
+def test_every_step_is_made(feed: Feed) -> None:
     assert not feed.driver.on
     place = 0
     for steps, mm_per_s in ((1, 5), (-3, 20), (5120, 100), (-700, 3), (2, 0.5), (-4420, 12.3)):
@@ -109,12 +111,8 @@ def trapezoid(time_s: float, length: float, speed: float, acceleration: float) -
     return speed * (time_s - ramp_s / 2)
 
 
-@pytest.mark.parametrize("board", BOARDS)
-def test_it_goes_along_a_trapezoid(board: str) -> None:
-    it_goes_along_a_trapezoid(Feed(fed(board)))
-
-
-def it_goes_along_a_trapezoid(feed: Feed) -> None:
+@on_each(*BOARDS)
+def test_it_goes_along_a_trapezoid(feed: Feed) -> None:
     began_s = feed.avr.time_s
     feed.move(40 * STEPS_PER_MM, 25.0)  # more than it may
     feed.finish(4.0)
@@ -148,13 +146,9 @@ def test_speed_changes_by_no_more_than_the_acceleration(feed: Feed) -> None:
     assert speeds[-1] <= start + 2 * per_tick  # and so it stops within two ticks' change
 
 
-@pytest.mark.parametrize("board", ["nano", "mega2560"])
+@on_each("nano", "mega2560")
 @pytest.mark.parametrize("mm_per_s", [0.0001, 0.0079, 0.05, 0.5, 3.0, 17.77])
-def test_any_speed_is_right_in_the_mean(board: str, mm_per_s: float) -> None:
-    it_is_right_in_the_mean(Feed(fed(board)), mm_per_s)
-
-
-def it_is_right_in_the_mean(feed: Feed, mm_per_s: float) -> None:
+def test_any_speed_is_right_in_the_mean(feed: Feed, mm_per_s: float) -> None:
     steps = max(8, round(mm_per_s * STEPS_PER_MM * 4))
     feed.move(steps, mm_per_s)
     feed.finish(30.0)
@@ -259,13 +253,12 @@ def test_moves_the_same_way_are_one(feed: Feed) -> None:
     in_order(feed)
 
 
-@pytest.mark.parametrize("board", ["nano", "mega2560"])
-def test_interrupts_however_late_lose_no_step_and_no_time(board: str) -> None:
+@pytest.mark.parametrize("feed", product(("nano", "mega2560"), (FASTEST,)), indirect=True)
+def test_interrupts_however_late_lose_no_step_and_no_time(feed: Feed) -> None:
     """Interrupts off for longer than an interval: steps come later, not fewer.
 
     On a timer that comes round soon, and on one that takes long.
     """
-    feed = Feed(fed(board, FASTEST))
     for number, deaf_us in enumerate((*range(20, 920, 20), 150), 1):
         feed.put("deaf_us", deaf_us)
         feed.move(1500, 78.0)
@@ -276,14 +269,11 @@ def test_interrupts_however_late_lose_no_step_and_no_time(board: str) -> None:
     in_order(feed)
 
 
-def test_an_interrupt_is_short() -> None:
+@pytest.mark.parametrize("feed", product(BOARDS, (FASTEST,)), indirect=True)
+def test_an_interrupt_is_short(feed: Feed) -> None:
     """20 us at most with interrupts off, the step's own 2 us in it."""
-    for board in BOARDS:
-        feed = Feed(fed(board, FASTEST))
-        profile = feed.avr.profile(feed.program)
-        feed.move(400, 78.0)
-        feed.run(0.1)
-        longest = max(
-            found.longest for name, found in profile.functions.items() if "vector" in name
-        )
-        assert longest / feed.avr.clock_hz < 20e-6
+    profile = feed.avr.profile(feed.program)
+    feed.move(400, 78.0)
+    feed.run(0.1)
+    longest = max(found.longest for name, found in profile.functions.items() if "vector" in name)
+    assert longest / feed.avr.clock_hz < 20e-6

@@ -1,22 +1,118 @@
 """Time-proportional outputs: each tick of each window, in one piece or spread, at either level."""
 
+import random
+from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from rig.outputs import first_lines, reset_problem
-from window_course import (
-    BURST,
-    SHORT_LEFT_OUT,
-    SPREAD,
-    WindowBoard,
-    closed_problem,
-    duties,
-    problem,
-    whole_problem,
-    windows,
-)
+from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, first_lines, reset_problem, wired
 
-from heatwright.sim.reference.course import SpreadCourse
+from heatwright.sim.elf import Elf
+from heatwright.sim.reference.course import SpreadCourse, course_of
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.output import heater_of
+from heatwright.spec import TimeProportionalOutput
+
+BURST = "window: 1 s, resolution: 10 ms"
+SHORT_LEFT_OUT = f"{BURST}, minimum_on: 50 ms, minimum_off: 100 ms"
+SPREAD = "window: 2 s, resolution: 20 ms, distribution: spread"
+
+
+def windows(window: str, active: str, board: str = "uno", pin: str = "D3") -> Wired:
+    """Put such a heater on a board."""
+    said = f"kind: time_proportional, pin: {pin}, active: {active}, power: 40 W, {window}"
+    return wired(board, {"heater": said})
+
+
+class WindowBoard(OutputBoard):
+    """A board with one such output, run tick by tick."""
+
+    def __init__(self, place: Wired, elf: Elf | None = None) -> None:
+        super().__init__(place, elf)
+        output = self.controller.outputs["heater"]
+        assert isinstance(output, TimeProportionalOutput)
+        self.output = output
+        self.heater = self.outputs["heater"]
+        self.avr.run(TICK_S + LATE_S)
+        self.avr.pins.take()
+        self.switched = 0
+        self._last = self.heater.on
+
+    def tick(self) -> bool:
+        """Go on to just after the next tick; say whether it is on."""
+        self.avr.run(TICK_S)
+        for change in self.changes():
+            self.switched += change.on != self._last
+            self._last = change.on
+        return self.heater.on
+
+
+def duties(seed: int, most_ticks: int, count: int) -> Iterator[tuple[float, int]]:
+    """Draw duties, some at the ends, each for some time."""
+    drawn = random.Random(seed)  # noqa: S311 - no secret
+    for _ in range(count):
+        percent = drawn.choice([0.0, 100.0, 1.0, 99.0, 50.0, drawn.uniform(0, 100)])
+        yield percent, drawn.randint(1, most_ticks)
+
+
+def problem(bench: WindowBoard, asked: Iterator[tuple[float, int]]) -> str:
+    """Say where a course of duties, each for some ticks, is not what it should be."""
+    counts, course = heater_of(bench.controller, "heater"), course_of(bench.controller, "heater")
+    number, due_switched, last = 0, bench.switched, bench.heater.on
+    for percent, ticks in asked:
+        bench.ask("heater", percent)
+        for late in range(ticks):
+            number += 1
+            seen, due = bench.tick(), course.advance(10_000 * number) > 0
+            if seen != due:
+                return f"tick {number}, {percent} %: {seen}, not {due}"
+            due_switched, last = due_switched + (seen != last), seen
+            if late == 0:
+                counts.apply(Single(percent))
+                course.apply(counts.counts)
+    if bench.switched != due_switched:
+        return f"{bench.switched} changes of the pin, not {due_switched}"
+    return ""
+
+
+def closed_problem(bench: WindowBoard) -> str:
+    """Say whether a closed gate, or an order for nothing, leaves it on."""
+    for percent in (100.0, 60.0):
+        bench.ask("heater", percent)
+        on = [bench.tick() for _ in range(300)]
+        bench.put("permitted", 0)
+        if not any(on) or any(bench.tick() for _ in range(300)):
+            return "on with the gate closed"
+        if not bench.heater.driven:
+            return "not driven"
+        bench.put("permitted", 1)
+        if not any(bench.tick() for _ in range(300)):
+            return "not on again"
+        bench.ask("heater", 0.0)
+        if bench.tick() and bench.tick():
+            return "zero waits for the window's end"
+        if any(bench.tick() for _ in range(300)):
+            return "on at zero"
+    return ""
+
+
+def whole_problem(place: Wired, elf: Elf | None = None) -> str:
+    """Say what is wrong with windows; empty if nothing."""
+    late = WindowBoard(place, elf)
+    for _ in range(7):
+        late.tick()  # the first window begins with the first duty, whenever that comes
+    first = WindowBoard(place, elf)
+    ticks = round(first.output.window_s / TICK_S)
+    behind = [
+        (30.0, ticks + 1),
+        *((each, ticks) for each in (50.0, 2.0, 99.0, 4.0, 5.0, 6.0, 89.0, 90.0, 91.0, 40.0)),
+    ]
+    return (
+        problem(first, iter(behind))  # each duty comes behind the first tick of a window
+        or problem(late, duties(2, 400, 25))
+        or closed_problem(WindowBoard(place, elf))
+    )
+
 
 PLACES = [("uno", "D3"), ("mega2560", "D2"), ("mega2560", "D9"), ("atmega32", "PC0")]
 """A port beyond the reach of `sbi` among them."""
@@ -63,26 +159,12 @@ def test_the_first_instructions_set_the_level_before_they_drive_it(active: str) 
     assert lines[-2:] == ["pin_output_heater_off();", "pin_output_heater_drive();"]
 
 
-def spread(on_steps: int, windows: int) -> list[bool]:
-    """Let the reference spread so many of 100 steps over each window of 2 s, tick by tick."""
-    course = SpreadCourse(100, 20_000)
-    course.advance(500_000)
-    course.apply(on_steps)
-    ticks = range(200 * windows)
-    return [course.advance(500_000 + 10_000 * (tick + 1)) > 0 for tick in ticks]
-
-
 @pytest.mark.parametrize("on_steps", range(101))
 def test_the_reference_s_pulses_are_as_many_as_asked_for_and_evenly_spread(on_steps: int) -> None:
-    """The gaps between them are of at most two lengths, one apart."""
-    steps = spread(on_steps, 2)[::2]
+    """In two windows of 100 steps; the gaps are of at most two lengths, one apart."""
+    course = SpreadCourse(100, 1)
+    course.apply(on_steps)
+    steps = [course.advance(step + 1) > 0 for step in range(200)]
     assert sum(steps) == 2 * on_steps
     gaps = {after - before for before, after in pairwise(n for n, on in enumerate(steps) if on)}
     assert not gaps or max(gaps) - min(gaps) <= 1
-
-
-def test_the_reference_spreads_alike() -> None:
-    bench = WindowBoard(windows(SPREAD, "high"))
-    bench.ask("heater", 37.0)
-    bench.tick()
-    assert [bench.tick() for _ in range(400)] == spread(37, 2)

@@ -152,43 +152,33 @@ JUDGE = """
         relay_judge(21.0f);
     }"""
 
-SHARE_VARIABLES = "volatile float {0}_percent;\nvolatile uint8_t {0}_set;\n"
-SHARE = """
+DOES = {
+    "set": ("volatile float {0}_percent;\nvolatile uint8_t {0}_set;", """
     if ({0}_set != 0) {{
         {0}_set = 0;
         output_{0}_set({0}_percent);
-    }}"""
-TOLD_VARIABLE = "volatile uint8_t {0}_told;\n"
-TELL = "\n    {0}_told = output_{0}_is_on();"
-STOP_VARIABLE = "volatile uint8_t {0}_stop;\n"
-STOP = """
-    if ({0}_stop != 0) {{
-        output_{0}_stop();
-    }}"""
-STEPPER_VARIABLES = """
-volatile int32_t {0}_steps;
-volatile float {0}_speed;
-volatile uint8_t {0}_stop;
-volatile uint8_t {0}_disable;
-volatile int32_t {0}_position;
-volatile uint8_t {0}_busy;
-"""
-STEPPER = """
+    }}"""),
+    "stop": ("volatile uint8_t {0}_stop;", """
     if ({0}_stop != 0) {{
         {0}_stop = 0;
         output_{0}_stop();
-    }}
+    }}"""),
+    "disable": ("volatile uint8_t {0}_disable;", """
     if ({0}_disable != 0) {{
         {0}_disable = 0;
         output_{0}_disable();
-    }}
+    }}"""),
+    "move": ("volatile int32_t {0}_steps;\nvolatile float {0}_speed;", """
     if ({0}_steps != 0) {{
         output_{0}_move({0}_steps, {0}_speed);
         {0}_steps = 0;
     }}
-    output_{0}_tick();
-    {0}_position = output_{0}_position();
-    {0}_busy = output_{0}_is_busy();"""
+    output_{0}_tick();"""),
+    "is_on": ("volatile uint8_t {0}_told;", "\n    {0}_told = output_{0}_is_on();"),
+    "position": ("volatile int32_t {0}_position;", "\n    {0}_position = output_{0}_position();"),
+    "is_busy": ("volatile uint8_t {0}_busy;", "\n    {0}_busy = output_{0}_is_busy();"),
+}  # fmt: skip
+"""What the program does with an output that has such a function: its variables, and each tick."""
 STEPPER_START = """
     pin_output_{0}_enable_off(); /* as reset.c does */
     pin_output_{0}_enable_drive();"""
@@ -259,21 +249,13 @@ class Wired:
         for name, said in self.outputs:
             header = headers.get(f"output_{name}.h", "")
             includes += f'#include "output_{name}.h"\n' * bool(header)
+            for does, (variable, order) in DOES.items():
+                if f"output_{name}_{does}(" in header:
+                    variables += variable.format(name) + "\n"
+                    orders += order.format(name)
             if "kind: stepper" in said:
-                variables += STEPPER_VARIABLES.format(name)
-                orders += STEPPER.format(name)
                 starts += STEPPER_START.format(name)
                 ticks += f"    if (!permitted) {{\n        output_{name}_halt();\n    }}\n"
-            elif f"output_{name}_set(" in header:
-                variables += SHARE_VARIABLES.format(name)
-                orders += SHARE.format(name)
-                for does, variable, order in (
-                    ("stop", STOP_VARIABLE, STOP),
-                    ("is_on", TOLD_VARIABLE, TELL),
-                ):
-                    if f"output_{name}_{does}(" in header:
-                        variables += variable.format(name)
-                        orders += order.format(name)
             if f"output_{name}_start(" in header:
                 starts += f"    output_{name}_start();\n"
         if "heater" in dict(self.outputs):
