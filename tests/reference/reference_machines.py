@@ -44,9 +44,8 @@ class Player:
         return self.feed_all(centre_c + number % 2 / 16 for number in range(count))
 
     def ramp(self, first_c: float, last_c: float, by_k: float) -> list[Record]:
-        return self.feed_all(
-            first_c + n * by_k for n in range(round((last_c - first_c) / by_k) + 1)
-        )
+        count = round((last_c - first_c) / by_k) + 1
+        return self.feed_all(first_c + n * by_k for n in range(count))
 
     def step(self, status: int, raw: int, **said: Any) -> Record:
         self.record = self.reference.step(status, raw, Single(self.setpoint_c), **said)
@@ -120,11 +119,10 @@ class Kiln(Player):
 
     def follow(self, steps: int, above_k: float = 0.0) -> list[Record]:
         """Read what the setpoint is, so far above it, as near as the sensor can say it."""
-        found = []
-        for _ in range(steps):
-            wanted_c = float(self.record["setpoint_c"]) + above_k
-            found.append(self.feed(round(wanted_c * 128) / 128))
-        return found
+        return [
+            self.feed(round((float(self.record["setpoint_c"]) + above_k) * 128) / 128)
+            for _ in range(steps)
+        ]
 
     def order(self, order: str, number: int = 0) -> bool:
         return self.operator.order(order, number)
@@ -146,9 +144,8 @@ class Kiln(Player):
         self.anew()
         self.begun(15)
         before_c = Single(self.record["setpoint_c"])
-        now = dataclasses.replace(
-            self.reference.program.now, state=state, before_c=before_c, leap=0
-        )
+        last = self.reference.program.now
+        now = dataclasses.replace(last, state=state, before_c=before_c, leap=0)
         self.anew()
         self.reference.program.load(1, copy_of(self.controller.programs.stored[0]))
         self.reference.program.restore(now)

@@ -27,26 +27,17 @@ ORDERS = st.one_of(
     st.tuples(st.sampled_from(["start", "jump"]), st.integers(0, 6)),
     st.tuples(st.sampled_from(["pause", "resume", "skip", "stop"]), st.just(0)),
 )
-DEEDS = st.lists(
-    st.one_of(
-        st.tuples(st.just("order"), ORDERS),
-        st.tuples(st.just("read"), READINGS),
-        st.tuples(st.just("follow"), st.integers(1, 12)),
-        st.tuples(st.just("miss"), st.just(0)),
-        st.tuples(st.just("acknowledge"), st.just(0)),
-    ),
-    min_size=1,
-    max_size=60,
+ALL_DEEDS = {"order": ORDERS, "read": READINGS, "follow": st.integers(1, 12)} | dict.fromkeys(
+    ("miss", "acknowledge"), st.just(0)
 )
+EACH = [st.tuples(st.just(deed), what) for deed, what in ALL_DEEDS.items()]
+DEEDS = st.lists(st.one_of(EACH), min_size=1, max_size=60)
 
 
 def done(kiln, deed, what):
     """Do one thing; return the steps that it takes."""
-    if deed == "order":
-        kiln.order(*what)
-        return []
-    if deed == "acknowledge":
-        kiln.operator.acknowledge()
+    if deed in ("order", "acknowledge"):
+        kiln.order(*what) if deed == "order" else kiln.operator.acknowledge()
         return []
     if deed == "follow":
         return kiln.follow(what) if kiln.record else []

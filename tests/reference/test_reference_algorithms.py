@@ -27,15 +27,14 @@ def test_every_operation_is_rounded_to_single_precision(vary):
     assert float(record["duty_percent"]) != 0.1 * 9.9375 + 0.3 * 19.9375 - 0.7 * 0.015625
 
 
-def test_a_duration_is_counted_in_whole_milliseconds():
+def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
     assert 0.3 / 0.1 < 3
-    assert steps(0.3, 0.1) == 3
-    assert steps(0.29, 0.1) == 2
-    assert steps(0.01, 1.0) == 1
-    assert steps(120.0, 1.0) == 120
-
-
-def test_filter_of_four_periods_takes_a_fifth():
+    assert [steps(0.3, 0.1), steps(0.29, 0.1), steps(0.01, 1.0), steps(120.0, 1.0)] == [
+        3,
+        2,
+        1,
+        120,
+    ]
     assert filter_share(1.0, 4.0) == Single(0.2)
     assert filter_share(1.0, 0.0) == 1
 

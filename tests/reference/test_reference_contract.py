@@ -18,25 +18,12 @@ SENSORS = {
     "max31855": SPI,
     "max31856": {**SPI, "data_in": "D51"},
     "max6675": SPI,
-    "rtd": {
-        "pin": "A13",
-        "element": "pt1000",
-        "divider": {"pull_up": "1 kΩ"},
-        "range": "0 °C .. 300 °C",
-    },
-    "thermistor": {
-        "pin": "A13",
-        "divider": {"pull_up": "4.7 kΩ"},
-        "curve": {"resistance": "100 kΩ", "at": "25 °C", "beta": "4267 K"},
-        "range": "0 °C .. 300 °C",
-        "oversample": 4,
-    },
-}
-HEATERS = {
-    "digital": {},
-    "pwm": {"frequency": "490 Hz"},
-    "time_proportional": {"window": "1 s"},
-}
+    "rtd": {"pin": "A13", "element": "pt1000", "divider": {"pull_up": "1 kΩ"},
+            "range": "0 °C .. 300 °C"},
+    "thermistor": {"pin": "A13", "divider": {"pull_up": "4.7 kΩ"}, "range": "0 °C .. 300 °C",
+                   "curve": {"resistance": "100 kΩ", "at": "25 °C", "beta": "4267 K"}},
+}  # fmt: skip
+HEATERS = {"digital": {}, "pwm": {"frequency": "490 Hz"}, "time_proportional": {"window": "1 s"}}
 ALGORITHMS = {"on_off": {}, "pid": {"kp": 50}, "three_position": {"dead_band": "2 K"}}
 AMPERES_A_STEP = 5.0 / 1024 / 0.050
 
@@ -54,13 +41,11 @@ def test_every_sensor_can_be_read(kind):
 @pytest.mark.parametrize("output", kinds(Switch))
 @pytest.mark.parametrize("algorithm", kinds(Algorithm))
 def test_every_algorithm_drives_every_output(vary, algorithm, output):
+    law = {"kind": algorithm, **ALGORITHMS[algorithm]}
+    heater = {"kind": output, "pin": "D3", "power": "240 W", **HEATERS[output]}
     controller = vary(
-        algorithm=kinds(Algorithm)[algorithm].model_validate(
-            {"kind": algorithm, **ALGORITHMS[algorithm]}
-        ),
-        output=kinds(Switch)[output].model_validate(
-            {"kind": output, "pin": "D3", "power": "240 W", **HEATERS[output]}
-        ),
+        algorithm=kinds(Algorithm)[algorithm].model_validate(law),
+        output=kinds(Switch)[output].model_validate(heater),
     )
     reference = Reference(controller, "air")
     course = course_of(controller, "heater")
@@ -74,15 +59,9 @@ def test_every_algorithm_drives_every_output(vary, algorithm, output):
 @pytest.mark.parametrize(
     ("resolution", "code"), [("9 bit", 808), ("10 bit", 804), ("11 bit", 806), ("12 bit", 805)]
 )
-def test_ds18b20_rounds_to_its_resolution(resolution, code):
+def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code):
     module = import_module("heatwright.sim.reference.ds18b20")
-    sensor = module.Ds18b20.model_validate(
-        {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
-    )
-    assert module.IdealSensor(sensor, MEGA).read(50.32) == (0, code)
-
-
-def test_ds18b20_ends_at_its_range(chamber):
-    module = import_module("heatwright.sim.reference.ds18b20")
-    sensor = module.IdealSensor(chamber.sensors["air"], chamber.board)
+    told = {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
+    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), MEGA)
+    assert sensor.read(50.32) == (0, code)
     assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))

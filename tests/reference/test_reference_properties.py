@@ -34,9 +34,7 @@ def pids(draw: st.DrawFn) -> Pid:
     return Pid.model_validate(
         {
             "kind": "pid",
-            "kp": draw(GAINS),
-            "ki": draw(GAINS),
-            "kd": draw(GAINS),
+            **{gain: draw(GAINS) for gain in ("kp", "ki", "kd")},
             "derivative_of": draw(st.sampled_from(["measurement", "error"])),
             "derivative_filter": f"{draw(st.integers(0, 60))} s",
             "integral": limits(draw(PERCENT))

@@ -17,10 +17,10 @@ class Operated:
         controller = nozzle_of()
         self.reference = Reference(controller, "nozzle")
         self.operator = SwitchedOperator(controller, "nozzle", self.reference)
-        self.master = Master(controller, "nozzle", self.operator, self.reference)
+        self.write = Master(controller, "nozzle", self.operator, self.reference).write
 
-    def write(self, name, value):
-        self.master.write(name, value)
+    @property
+    def enabled(self):
         return self.operator.orders.enabled
 
     def step(self):
@@ -33,70 +33,49 @@ def operated():
     return Operated()
 
 
-def test_on_needs_an_off_before(operated):
+def test_on_needs_an_off_before_which_is_taken_over_before_the_on_behind_it(operated):
     operator = operated.operator
     assert not operator.enable()
-    operator.disable()
-    assert operator.enable()
-    assert operator.enable()
-    operated.step()
-    assert operator.orders.enabled == 1
-
-
-def test_an_off_is_taken_over_before_the_on_behind_it(operated):
-    operator = operated.operator
     for last, now in ((0, 1), (1, 0)):
-        assert operator.orders.enabled == last
+        assert operated.enabled == last
         operator.disable()
         assert operator.enable()
-        assert operator.orders.enabled == now
+        assert operator.enable()
+        assert operated.enabled == now
         operated.step()
-    assert operator.orders.enabled == 1
+    assert operated.enabled == 1
 
 
-def test_a_fault_asks_for_another_off(operated):
+def test_a_fault_asks_for_another_off_and_one_while_it_is_latched_will_do(operated):
     operator = operated.operator
     operator.switch(on=True)
     operated.step()
-    operated.reference.stop()
-    operated.step()
-    operator.acknowledge()
-    assert operator.orders.enabled == 0
-    assert not operator.enable()
-    operator.disable()
-    assert operator.enable()
+    for off_while_latched in (False, True):
+        operated.reference.stop()
+        operated.step()
+        if off_while_latched:
+            operator.disable()
+            assert not operator.enable()
+        operator.acknowledge()
+        assert operated.enabled == 0
+        assert operator.enable() is off_while_latched
+        operator.disable()
+        assert operator.enable()
 
 
-def test_an_off_while_the_fault_is_latched_will_do(operated):
-    operator = operated.operator
-    operated.reference.stop()
-    operated.step()
-    operator.disable()
-    assert not operator.enable()
-    operator.acknowledge()
-    assert operator.enable()
-
-
-def test_a_master_with_a_switch_does_both(operated):
+def test_a_master_switches_and_sets_within_limits(operated):
     operated.write("nozzle.enabled", value=True)
     operated.step()
-    assert operated.operator.orders.enabled == 1
-    assert operated.write("nozzle.enabled", value=False) == 0
-
-
-def test_setpoints_keep_to_their_limits_and_switch_nothing(operated):
-    operated.write("nozzle.setpoint", 100.0)
-    operated.write("nozzle.setpoint", 100.1)
-    operated.write("nozzle.setpoint", -0.1)
-    assert operated.operator.setpoint_c == Single(100)
-    assert operated.write("nozzle.setpoint", 0.0) == 0
-    assert operated.operator.setpoint_c == Single(0)
-
-
-def test_a_setpoint_is_taken_while_a_fault_is_latched(operated):
+    assert operated.enabled == 1
+    operated.write("nozzle.enabled", value=False)
+    assert operated.enabled == 0
+    for written, taken in ((100.0, 100), (100.1, 100), (-0.1, 100), (0.0, 0)):
+        operated.write("nozzle.setpoint", written)
+        assert operated.operator.setpoint_c == Single(taken)
     operated.reference.stop()
     operated.write("nozzle.setpoint", 70.0)
     assert operated.operator.setpoint_c == Single(70)
+    assert operated.enabled == 0
 
 
 @pytest.mark.parametrize("name", ["other.setpoint", "nozzle.colour", "reboot"])

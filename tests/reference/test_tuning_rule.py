@@ -19,15 +19,9 @@ PADE = 0.065
 
 
 def constants(**changes):
-    given_ones = {
-        "period_s": Single(PERIOD_S),
-        "swing_percent": Single(100),
-        "filter_s": Single(1),
-        "least_s": Single(1.35 * 1.1),
-        "start_percent": Single(0),
-        "band_k": None,
-    }
-    return Constants(**{**given_ones, **changes})
+    numbers = {"period_s": PERIOD_S, "swing_percent": 100, "filter_s": 1, "least_s": 1.35 * 1.1}
+    singles = {name: Single(each) for name, each in (numbers | {"start_percent": 0}).items()}
+    return Constants(**{**singles, "band_k": None, **changes})
 
 
 def swung(rise, fall, lag_s, dead_s, on_s):
@@ -51,10 +45,8 @@ def swung(rise, fall, lag_s, dead_s, on_s):
 
     top_c = high_c - fall * lag_s * math.log(-after_off / (fall * lag_s))  # where dy/dt = 0
     off_at_c, on_at_c = rising(on_s - dead_s), falling(off_s - dead_s)
-    values = (off_s, off_at_c - on_at_c, top_c - off_at_c)
-    return Swings(
-        *map(Single, (1.0, on_s / PERIOD_S, values[0] / PERIOD_S, values[1], values[2], rise))
-    )
+    steps = (on_s / PERIOD_S, off_s / PERIOD_S)
+    return Swings(*map(Single, (1.0, *steps, off_at_c - on_at_c, top_c - off_at_c, rise)))
 
 
 speeds = st.floats(0.3, 3.0)
@@ -100,14 +92,9 @@ def test_the_gains_are_skogestads():
 
 @pytest.mark.parametrize(
     ("band_k", "start_percent", "ratio"),
-    [
-        (None, 0.0, 10.0),
-        (10.0, 0.0, 10.0),
-        (10.0, 20.0, 17.857142857),
-        (10.0, 34.0, 40.0),
-        (40.0, 20.0, 20.285714286),
-    ],
-)
+    [(None, 0.0, 10.0), (10.0, 0.0, 10.0), (10.0, 20.0, 17.857142857), (10.0, 34.0, 40.0),
+     (40.0, 20.0, 20.285714286)],
+)  # fmt: skip
 def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, ratio):
     changes = {"start_percent": Single(start_percent)}
     found = found_by(FOUR, constants(band_k=band_k and Single(band_k), **changes))
