@@ -108,15 +108,10 @@ void loop_nozzle_stop_tuning(void)
     settings.nozzle_setpoint_c = 0.0f;
 }
 
-#if __has_include("output_part_fan.h")
-#include "output_part_fan.h"
-void output_part_fan_set(float percent) { fan_percent = percent; }
-#endif
-
-#if __has_include("output_fan.h")
-#include "output_fan.h"
+void output_fan_set(float percent);
 void output_fan_set(float percent) { fan_percent = percent; }
-#endif
+void output_part_fan_set(float percent);
+void output_part_fan_set(float percent) { fan_percent = percent; }
 
 /* ---- the feed: it runs while the nozzle is ready, and brakes for a few steps ---- */
 
@@ -135,15 +130,10 @@ void output_feed_move(int32_t steps, float mm_per_s)
 {
     const int32_t left = feed_ends_at - feed_is_at;
 
-    if (left != 0 && (left < 0) != (steps < 0)) {
-        wrong("a move that turns round while the feed is busy");
-    }
-    if (!(mm_per_s > 0.0f && mm_per_s <= OUTPUT_FEED_MAXIMUM_MM_PER_S)) {
-        wrong("a speed that is none, or too high");
-    }
-    if (braking) {
-        wrong("a move while the feed slows down");
-    }
+    must(left == 0 || (left < 0) == (steps < 0), "a move that turns round while the feed is busy");
+    must(mm_per_s > 0.0f && mm_per_s <= OUTPUT_FEED_MAXIMUM_MM_PER_S,
+        "a speed that is none, or too high");
+    must(!braking, "a move while the feed slows down");
     feed_ends_at += steps;
     steps_per_tick = mm_per_s * OUTPUT_FEED_STEPS_PER_MM / 100.0f;
 }
@@ -208,17 +198,18 @@ static void send_now(void)
     }
 }
 
-static void receive(uint8_t flags, uint8_t byte)
+/* The script's next byte comes in. */
+static void receive(uint8_t flags)
 {
     UCSR0A = (uint8_t)((UCSR0A & (1u << U2X0)) | flags);
-    UDR0 = byte;
+    UDR0 = next_byte();
     USART0_RX_vect();
 }
 
 static void receive_all(uint16_t count)
 {
-    for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
-        receive(0, (uint8_t)byte);
+    while (count-- != 0) {
+        receive(0);
     }
 }
 
@@ -243,11 +234,7 @@ int main(void)
         case 'w': autotune_nozzle.switches = next_byte(); break;
         case 'a': autotune_nozzle.result = next_byte(); break;
         case 'f': fault_trip(next_byte(), 20.0f); break;
-        case 'x': {
-            const uint8_t flags = next_byte();
-            receive(flags, next_byte());
-            break;
-        }
+        case 'x': receive(next_byte()); break;
         default: wrong("a letter that is no command");
         }
     }

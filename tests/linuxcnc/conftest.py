@@ -5,6 +5,7 @@ import hal_session
 import pytest
 from hal_session import Hal, linuxcnc_files
 from made_up_board import FABRICATOR, MadeUpBoard
+from rig.specs import files_of
 
 ALONE = """
 loadrt threads name1=servo-thread period1=1000000
@@ -24,7 +25,7 @@ def linuxcnc() -> None:
 @pytest.fixture(scope="session")
 def generated() -> dict[str, str]:
     """The LinuxCNC files of the fabricator by their names."""
-    return linuxcnc_files(FABRICATOR)
+    return linuxcnc_files(files_of(FABRICATOR))
 
 
 @pytest.fixture

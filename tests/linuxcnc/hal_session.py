@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from filelock import FileLock
-from rig.specs import files_of
 
 LOCK = Path(tempfile.gettempdir()) / "heatwright-hal.lock"
 TOOLS = ("halrun", "halcmd", "mb2hal", "pyvcp")
@@ -40,25 +39,17 @@ def folder() -> Iterator[Path]:
         shutil.rmtree(place, ignore_errors=True)
 
 
-def linuxcnc_files(spec: str) -> dict[str, str]:
+def linuxcnc_files(files: Mapping[str, str]) -> dict[str, str]:
     """Return what is generated for LinuxCNC, by its name in a configuration's folder."""
-    return of_linuxcnc(files_of(spec))
-
-
-def of_linuxcnc(files: Mapping[str, str]) -> dict[str, str]:
-    place = "linuxcnc/"
-    return {
-        path.removeprefix(place): text for path, text in files.items() if path.startswith(place)
-    }
+    found = {Path(path): text for path, text in files.items()}
+    return {path.name: text for path, text in found.items() if path.parts[0] == "linuxcnc"}
 
 
 class Hal:
     """One session; a context manager. `folder` holds the HAL files and becomes the user's home."""
 
     def __init__(self, place: Path, script: str, display: str | None = None) -> None:
-        self._place = place
-        self._script = script
-        self._log = place / "hal.log"
+        self._place, self._script, self._log = place, script, place / "hal.log"
         self._environment = {"HOME": str(place), "PATH": os.environ["PATH"], "LANG": "C.UTF-8"}
         if display is not None:
             self._environment["DISPLAY"] = display
@@ -78,18 +69,19 @@ class Hal:
 
     def command(self, *words: str) -> str:
         """What halcmd answers; an error of its own fails the test."""
-        done = subprocess.run(
-            [*self._user(), "halcmd", *words], cwd=self._place, env=self._environment,
-            capture_output=True, text=True, check=False, timeout=WAIT_S,
-        )  # fmt: skip
+        done = self._run("halcmd", *words)
         assert done.returncode == 0, f"halcmd {' '.join(words)}: {done.stderr}\n{self.log()}"
         return done.stdout.strip()
 
     def pin(self, name: str) -> float:
-        return _value(self.command("getp", name))
+        return self._value("getp", name)
 
     def signal(self, name: str) -> float:
-        return _value(self.command("gets", name))
+        return self._value("gets", name)
+
+    def _value(self, *words: str) -> float:
+        text = self.command(*words)
+        return float({"TRUE": "1", "FALSE": "0"}.get(text, text))
 
     def set_signal(self, name: str, value: float) -> None:
         self.command("sets", name, f"{value:g}")
@@ -111,10 +103,16 @@ class Hal:
         return self._log.read_text(errors="replace")[-4000:]
 
     def _start(self) -> None:
-        _give(self._place)
+        self._user: list[str] = []
+        if os.geteuid() == 0:
+            user = pwd.getpwnam(USER)
+            ids = f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}"
+            self._user = ["setpriv", *ids, "--clear-groups"]
+            for path in (self._place, *self._place.rglob("*")):
+                os.chown(path, user.pw_uid, user.pw_gid, follow_symlinks=False)
         with self._log.open("w") as log:
             self._halrun = subprocess.Popen(
-                [*self._user(), "halrun", "-I", self._script], cwd=self._place,
+                [*self._user, "halrun", "-I", self._script], cwd=self._place,
                 env=self._environment, stdin=subprocess.PIPE, stdout=log, stderr=log,
                 start_new_session=True,
             )  # fmt: skip
@@ -135,26 +133,11 @@ class Hal:
             self._halrun.kill()
             self._halrun.wait()
         finally:
-            subprocess.run(
-                [*self._user(), "halrun", "-U"], cwd=self._place, env=self._environment,
-                capture_output=True, check=False, timeout=WAIT_S,
-            )  # fmt: skip
+            self._run("halrun", "-U")
             self._lock.release()
 
-    @staticmethod
-    def _user() -> list[str]:
-        if os.geteuid() != 0:
-            return []
-        user = pwd.getpwnam(USER)
-        return ["setpriv", f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}", "--clear-groups"]
-
-
-def _give(place: Path) -> None:
-    if os.geteuid() == 0:
-        user = pwd.getpwnam(USER)
-        for path in (place, *place.rglob("*")):
-            os.chown(path, user.pw_uid, user.pw_gid, follow_symlinks=False)
-
-
-def _value(text: str) -> float:
-    return {"TRUE": 1.0, "FALSE": 0.0}.get(text) if text in {"TRUE", "FALSE"} else float(text)
+    def _run(self, *words: str) -> "subprocess.CompletedProcess[str]":
+        return subprocess.run(
+            [*self._user, *words], cwd=self._place, env=self._environment,
+            capture_output=True, text=True, check=False, timeout=WAIT_S,
+        )  # fmt: skip

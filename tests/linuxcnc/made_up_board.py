@@ -31,15 +31,12 @@ class MadeUpBoard:
     def __init__(self) -> None:
         self.oracle = Oracle(controller_of(FABRICATOR))
         self.nozzle = self.oracle.loops["nozzle"]
-        self.celsius = 21.5
-        self.duty_percent = 12.3
-        self.amperes = 1.78
-        self.has_measured = True
-        self.deaf = False
+        self.celsius, self.duty_percent, self.amperes = 21.5, 12.3, 1.78
+        self.has_measured, self.deaf = True, False
         self.slow_s = 0.0
         """How long after it was switched on it reports WORK."""
-        self.refused: list[tuple[int, int, int]] = []
-        """Writes that were answered with an exception: function, address, value."""
+        self.refused: list[int] = []
+        """Values of writes that were answered with an exception."""
         self._end, self._master = os.openpty()
         tty.setraw(self._master)
         self.port = os.ttyname(self._master)
@@ -62,10 +59,6 @@ class MadeUpBoard:
     @property
     def enabled(self) -> bool:
         return self.nozzle.enabled
-
-    @property
-    def is_refused(self) -> bool:
-        return self.refused != []
 
     @property
     def setpoint_celsius(self) -> float:
@@ -102,8 +95,7 @@ class MadeUpBoard:
         if self.enabled and not was_enabled:
             self._enabled_at = time.monotonic()
         if request[1] in WRITES and answer[1:2] == bytes([request[1] | EXCEPTION]):
-            address, value = (int.from_bytes(request[at : at + 2], "big") for at in (2, 4))
-            self.refused.append((request[1], address, value))
+            self.refused.append(int.from_bytes(request[4:6], "big"))
         return answer
 
     def _world(self) -> dict[str, float]:

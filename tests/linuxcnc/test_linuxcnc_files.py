@@ -1,19 +1,21 @@
-"""The generated LinuxCNC files, read without LinuxCNC."""
+"""The generated LinuxCNC files, read without LinuxCNC, and what docs/linuxcnc.md says of them."""
 
 import re
 from configparser import ConfigParser
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import hal_session
 import pytest
-from hal_session import Hal, linuxcnc_files, of_linuxcnc
+from hal_session import Hal, linuxcnc_files
 from made_up_board import FABRICATOR
-from rig.specs import controller_of
+from rig.specs import controller_of, files_of
 
 from heatwright.generator import plan_firmware, render
-from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.sim.interfaces.registers import registers
 from heatwright.spec import load_text
 
+DOCS = (Path(__file__).parents[2] / "docs" / "linuxcnc.md").read_text("utf-8")
 LONGEST_IN_HAL = 47
 LONGEST = 24
 MOST_LOOPS = 8
@@ -55,14 +57,14 @@ def loop_name(number: int) -> str:
 
 
 def many_loops(
-    loops: int = MOST_LOOPS, *, name: str = "c" * LONGEST, title: str = "Many", baud: int = 19200,
-    linuxcnc: bool = True,
-) -> str:  # fmt: skip
-    numbers = range(loops)
-    text = HEAD.format(name=name, title=title, baud=baud, linuxcnc=str(linuxcnc).lower())
-    text += "sensors:\n" + "".join(SENSOR.format(n=n) for n in numbers)
-    text += "outputs:\n" + "".join(OUTPUT.format(n=n, pin=22 + n) for n in numbers)
-    return text + "loops:\n" + "".join(LOOP.format(n=n, name=loop_name(n)) for n in numbers)
+    loops: int = MOST_LOOPS, *, title: str = "Many", baud: int = 19200, linuxcnc: str = "true"
+) -> str:
+    head = HEAD.format(name="c" * LONGEST, title=title, baud=baud, linuxcnc=linuxcnc)
+    sensors, outputs, each = (
+        "".join(part.format(n=n, pin=22 + n, name=loop_name(n)) for n in range(loops))
+        for part in (SENSOR, OUTPUT, LOOP)
+    )
+    return f"{head}sensors:{sensors}outputs:\n{outputs}loops:{each}"
 
 
 def mb2hal_of(files: dict[str, str]) -> ConfigParser:
@@ -71,24 +73,20 @@ def mb2hal_of(files: dict[str, str]) -> ConfigParser:
     return parser
 
 
-def pins_of(register: Register) -> list[str]:
-    name = register.name.rpartition(".")[2].replace("_", "-")
-    return [name] if register.words == 1 else [f"{name}-high", f"{name}-low"]
-
-
 def addresses(spec: str) -> dict[tuple[str, int], str]:
     """What stands where, by the simulated master's own map."""
-    return {
-        (register.table, register.address + offset): pin
-        for register in registers(controller_of(spec)).values()
-        for offset, pin in enumerate(pins_of(register))
-    }
+    found = {}
+    for register in registers(controller_of(spec)).values():
+        name = register.name.rpartition(".")[2].replace("_", "-")
+        for offset, word in enumerate(("-high", "-low") if register.words == 2 else ("",)):
+            found[register.table, register.address + offset] = name + word
+    return found
 
 
 @pytest.mark.parametrize("loops", [1, MOST_LOOPS])
 def test_mb2hal_reads_and_writes_what_the_map_has(loops: int) -> None:
     spec = FABRICATOR if loops == 1 else many_loops(loops)
-    parser = mb2hal_of(linuxcnc_files(spec))
+    parser = mb2hal_of(linuxcnc_files(files_of(spec)))
     places = addresses(spec)
     sections = [parser[name] for name in parser.sections() if name.startswith("TRANSACTION")]
     assert int(parser["MB2HAL_INIT"]["TOTAL_TRANSACTIONS"]) == len(sections) == 3 + 4 * loops
@@ -99,7 +97,7 @@ def test_mb2hal_reads_and_writes_what_the_map_has(loops: int) -> None:
 
 
 def test_the_line_is_the_one_of_the_spec() -> None:
-    section = mb2hal_of(linuxcnc_files(FABRICATOR))["TRANSACTION_00"]
+    section = mb2hal_of(linuxcnc_files(files_of(FABRICATOR)))["TRANSACTION_00"]
     names = ("SERIAL_BAUD", "SERIAL_BITS", "SERIAL_PARITY", "SERIAL_STOP", "MB_SLAVE_ID")
     assert [section[name] for name in names] == ["19200", "8", "even", "1", "1"]
     assert section["SERIAL_PORT"] == "fabricator_port"
@@ -108,7 +106,7 @@ def test_the_line_is_the_one_of_the_spec() -> None:
 @pytest.mark.parametrize("baud", [1200, 9600, 19200, 115200])
 @pytest.mark.parametrize("loops", [1, MOST_LOOPS])
 def test_the_master_is_never_silent_for_half_of_what_counts_as_lost(baud: int, loops: int) -> None:
-    text = "\n".join(linuxcnc_files(many_loops(loops, baud=baud)).values())
+    text = "\n".join(linuxcnc_files(files_of(many_loops(loops, baud=baud))).values())
     busy_s = float(re.search(r"takes about ([\d.]+) s", text)[1])
     rate_hz = float(re.search(r"MAX_UPDATE_RATE = ([\d.]+)", text)[1])
     assert 1 / rate_hz - busy_s < 5 / 2
@@ -117,13 +115,13 @@ def test_the_master_is_never_silent_for_half_of_what_counts_as_lost(baud: int, l
 
 
 def test_nothing_is_generated_where_it_is_not_asked_for() -> None:
-    assert linuxcnc_files(many_loops(1, linuxcnc=False)) == {}
+    assert linuxcnc_files(files_of(many_loops(1, linuxcnc="false"))) == {}
 
 
 def test_the_panel_is_xml_whatever_the_texts() -> None:
     title = 'a "b" \\ <c> & --> {{d}} %e% Ω'
     spec = load_text(many_loops(2, title=title), "a--b-->.yaml")
-    files = of_linuxcnc(render(plan_firmware(spec)))
+    files = linuxcnc_files(render(plan_firmware(spec)))
     panel = ET.fromstring(next(text for name, text in files.items() if name.endswith(".xml")))  # noqa: S314
     shown = next(each.findtext("text") for each in panel.iter("label"))
     assert eval(shown) == title  # noqa: S307 - as pyvcp does it
@@ -133,13 +131,13 @@ def test_the_panel_is_xml_whatever_the_texts() -> None:
 
 
 def test_names_that_are_too_long_are_cut() -> None:
-    for text in linuxcnc_files(many_loops()).values():
+    for text in linuxcnc_files(files_of(many_loops())).values():
         for name in re.findall(r"\bc{9,}[-.][\w.-]+", text):
             assert len(name) <= LONGEST_IN_HAL, name
 
 
 def test_hal_loads_many_loops_with_long_names(linuxcnc: None) -> None:
-    files = linuxcnc_files(many_loops())
+    files = linuxcnc_files(files_of(many_loops()))
     with hal_session.folder() as place:
         for name, text in files.items():
             (place / name).write_text(text)
@@ -157,3 +155,51 @@ def test_hal_loads_many_loops_with_long_names(linuxcnc: None) -> None:
             hal.wait("ccccccccccccc-loop8-setpoint-word", 250)
             hal.set_signal("ccccccccccccc-loop8-setpoint", -4.96)
             hal.wait("ccccccccccccc-loop8-setpoint-word", -50)
+
+
+def test_its_signals_and_files_are_generated(generated: dict[str, str]) -> None:
+    signals = set(re.findall(r"^net +(\S+)", generated["fabricator.hal"], re.MULTILINE))
+    named = set(re.findall(r"\bfabricator-[a-z-]*[a-z]", DOCS)) - {"fabricator-panel"}
+    assert named <= signals
+    files = set(re.findall(r"\bfabricator(?:_\w+)?\.(?:hal|xml|ini)", DOCS))
+    assert files == set(generated)
+
+
+def test_its_pins_are_mb2hals(generated: dict[str, str]) -> None:
+    ini = generated["fabricator_mb2hal.ini"]
+    for request, pin in re.findall(r"`fabricator\.([\w-]+)\.([\w-]+)(?:\.int)?`", DOCS):
+        assert f"HAL_TX_NAME = {request}\n" in ini
+        assert pin == "num_errors" or re.search(rf"PIN_NAMES = .*\b{pin}\b", ini), pin
+
+
+def test_its_numbers_are_the_generated_ones(generated: dict[str, str]) -> None:
+    ini = generated["fabricator_mb2hal.ini"]
+    busy_s, rate_hz = re.search(r"takes ([\d.]+) s at 19200 baud.* ([\d.]+) times a", DOCS).groups()
+    assert f"takes about {busy_s}" in ini
+    assert f"MAX_UPDATE_RATE = {rate_hz}\n" in ini
+    heard = re.search(r"-heard.width (\S+)", generated["fabricator.hal"])[1]
+    assert f"{heard} s of it allow a speed of about 5" in DOCS
+
+
+def test_every_signal_has_one_writer_and_nobody_waits_for_one_that_is_not_there(
+    generated: dict[str, str],
+) -> None:
+    text = generated["fabricator.hal"] + generated["fabricator_panel.hal"]
+    written, read = set(), set()
+    for line in re.findall(r"^net .*", text, re.MULTILINE):
+        name = line.split()[1]
+        if "<=" in line:
+            assert name not in written, name
+            written.add(name)
+        if "=>" in line:
+            read.add(name)
+    assert read - written == {"fabricator-inhibit"}
+    assert written - read <= set(re.findall(r"fabricator-[a-z-]*[a-z]", DOCS))
+
+
+def test_every_component_runs_once_in_each_round_of_the_thread(generated: dict[str, str]) -> None:
+    text = generated["fabricator.hal"]
+    loaded = ",".join(re.findall(r"^loadrt \w+ names=(\S+)", text, re.MULTILINE)).split(",")
+    added = re.findall(r"^addf (\S+) servo-thread$", text, re.MULTILINE)
+    assert len(loaded) > 10
+    assert sorted(loaded) == sorted(added)

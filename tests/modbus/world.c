@@ -111,18 +111,15 @@ void settings_defaults(void)
 
 bool loop_air_set_manual_percent(float value)
 {
-    if (!(value >= 0.0f && value <= 100.0f)) {
-        wrong("a duty that was not looked at");
-    }
+    must(value >= 0.0f && value <= 100.0f, "a duty that was not looked at");
     air.percent = value;
     return true;
 }
 
 bool loop_air_set_manual(float value)
 {
-    if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set_manual_percent(value)) {
-        wrong("manual that was not looked at");
-    }
+    must(fault.code == FAULT_NONE && air.enabled, "manual that was not looked at");
+    loop_air_set_manual_percent(value);
     air.mode = MODE_MANUAL;
     return true;
 }
@@ -140,9 +137,8 @@ uint8_t loop_air_mode(void) { return air.mode; }
 
 bool loop_air_tune(float target_c, uint8_t cycles)
 {
-    if (fault.code != FAULT_NONE || !air.enabled || !loop_air_set(target_c)) {
-        wrong("a tuning that was not looked at");
-    }
+    must(fault.code == FAULT_NONE && air.enabled && loop_air_set(target_c),
+        "a tuning that was not looked at");
     air.mode = MODE_TUNING;
     cycles_asked = (uint8_t)(cycles_asked + cycles);
     return true;
@@ -164,8 +160,11 @@ static void put(const void *data, unsigned count)
     fflush(stdout); /* somebody may wait for it */
 }
 
-static void receive(uint8_t flags, uint8_t byte)
+/* The script's next byte comes in. */
+static void receive(uint8_t flags)
 {
+    const uint8_t byte = next_byte();
+
     if ((UCSR0B & (1u << RXEN0)) == 0) {
         return;
     }
@@ -175,18 +174,15 @@ static void receive(uint8_t flags, uint8_t byte)
     UCSR0A = flags;
     UDR0 = byte;
     USART0_RX_vect();
-    if ((TIMSK2 & (1u << OCIE2A)) == 0 || (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
-        wrong("the silence is not measured from this byte on");
-    }
-    if (TIFR2 != 1u << OCF2A) {
-        wrong("a match of the silence before is still there");
-    }
+    must(TIMSK2 & (1u << OCIE2A) && (uint8_t)(OCR2A - TCNT2) == MODBUS_SILENCE_COUNTS,
+        "the silence is not measured from this byte on");
+    must(TIFR2 == 1u << OCF2A, "a match of the silence before is still there");
 }
 
 static void receive_all(unsigned count)
 {
-    for (int byte; count-- != 0 && (byte = getchar()) >= 0;) {
-        receive(0, (uint8_t)byte);
+    while (count-- != 0) {
+        receive(0);
     }
 }
 
@@ -195,22 +191,14 @@ static void silence(void)
     unsigned matches = 0;
 
     for (; (TIMSK2 & (1u << OCIE2A)) != 0; matches++) {
-        if (matches == MODBUS_SILENCE_MATCHES) {
-            wrong("the silence does not end");
-        }
+        must(matches != MODBUS_SILENCE_MATCHES, "the silence does not end");
         TCNT2 = OCR2A;
         TIMER2_COMPA_vect();
-        if ((TIMSK2 & (1u << OCIE2A)) != 0
-            && (uint8_t)(OCR2A - TCNT2) != MODBUS_SILENCE_COUNTS) {
-            wrong("the silence goes on with another length");
-        }
+        must((TIMSK2 & (1u << OCIE2A)) == 0 || (uint8_t)(OCR2A - TCNT2) == MODBUS_SILENCE_COUNTS,
+            "the silence goes on with another length");
     }
-    if (matches != 0 && matches != MODBUS_SILENCE_MATCHES) {
-        wrong("the silence is too short");
-    }
-    if ((TIMSK2 & ~(1u << OCIE2B)) != 0) {
-        wrong("interrupts of the timer that nobody asked for");
-    }
+    must(matches == 0 || matches == MODBUS_SILENCE_MATCHES, "the silence is too short");
+    must((TIMSK2 & ~(1u << OCIE2B)) == 0, "interrupts of the timer that nobody asked for");
 }
 
 static uint8_t line[2 * MODBUS_FRAME_SIZE];
@@ -219,30 +207,20 @@ static unsigned sent;
 static void leave(unsigned count)
 {
     while (count-- != 0 && UCSR0B == SPEAKING) {
-        if ((PORTC & DRIVER) == 0) {
-            wrong("the driver is off before the last byte has left");
-        }
-        if (sent == sizeof line) {
-            wrong("an answer without end");
-        }
+        must(PORTC & DRIVER, "the driver is off before the last byte has left");
+        must(sent < sizeof line, "an answer without end");
         line[sent++] = UDR0;
         USART0_TX_vect();
     }
-    if (UCSR0B != SPEAKING && UCSR0B != LISTENING) {
-        wrong("it neither listens nor speaks");
-    }
-    if (UCSR0B == LISTENING && (PORTC & DRIVER) != 0) {
-        wrong("the driver stays on");
-    }
+    must(UCSR0B == SPEAKING || UCSR0B == LISTENING, "it neither listens nor speaks");
+    must(UCSR0B == SPEAKING || (PORTC & DRIVER) == 0, "the driver stays on");
 }
 
 static void run_main(void)
 {
     if (modbus_line_is_asked()) {
         modbus_answer();
-        if (modbus_line_is_asked()) {
-            wrong("it asks to be answered again");
-        }
+        must(!modbus_line_is_asked(), "it asks to be answered again");
     }
 }
 
@@ -254,8 +232,10 @@ static void run_to_end(void)
     sent = 0;
 }
 
-static void set(uint8_t what, float value)
+static void set(uint8_t what)
 {
+    const float value = next_float();
+
     switch (what) {
     case 'f': fault.code = (uint8_t)value; break;
     case 'F': fault.temperature_c = value; break;
@@ -293,6 +273,13 @@ static void show(void)
     put(text, (unsigned)size);
 }
 
+static void ticks(unsigned count)
+{
+    while (count-- != 0) {
+        modbus_tick();
+    }
+}
+
 static void do_one(int command)
 {
     switch (command) {
@@ -303,27 +290,11 @@ static void do_one(int command)
     case 'M': run_main(); break;
     case 'p': leave(next_byte()); break;
     case 's': show(); break;
-    case 'x': {
-        const uint8_t flags = next_byte();
-        receive(flags, next_byte());
-        break;
-    }
-    case 't':
-        for (unsigned count = next_word(); count != 0; count--) {
-            modbus_tick();
-        }
-        break;
-    case 'v': {
-        const uint8_t what = next_byte();
-        set(what, next_float());
-        break;
-    }
-    case 'l': {
-        const uint8_t set[] = { UBRR0 & 0xFF, (uint8_t)(UBRR0 >> 8), UCSR0A, UCSR0C, TCCR2A, TCCR2B,
-            PORTE & 1u, DDRE & 1u };
-        put(set, sizeof set);
-        break;
-    }
+    case 'x': receive(next_byte()); break;
+    case 't': ticks(next_word()); break;
+    case 'v': set(next_byte()); break;
+    case 'l': put((const uint8_t[]) { UBRR0 & 0xFF, (uint8_t)(UBRR0 >> 8), UCSR0A, UCSR0C, TCCR2A,
+        TCCR2B, PORTE & 1u, DDRE & 1u }, 8); break;
     default: wrong("what is that?");
     }
 }
@@ -337,9 +308,7 @@ int main(void)
     defaulted = 0;
     TCCR2A = PORTC = 0xFF; /* whatever they were */
     modbus_start();
-    if (UCSR0B != LISTENING || (PORTC & DRIVER) != 0 || (DDRC & DRIVER) == 0) {
-        wrong("it does not listen");
-    }
+    must(UCSR0B == LISTENING && (PORTC & DRIVER) == 0 && DDRC & DRIVER, "it does not listen");
     for (int command; (command = getchar()) >= 0;) {
         do_one(command);
     }

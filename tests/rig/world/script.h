@@ -73,6 +73,13 @@ _Noreturn static inline void wrong(const char *what)
 
 #endif
 
+static inline void must(bool holds, const char *otherwise)
+{
+    if (!holds) {
+        wrong(otherwise);
+    }
+}
+
 /* Of the script: 8 bits, or 16, the low ones first; 0 behind its end. */
 static inline uint8_t next_byte(void)
 {
