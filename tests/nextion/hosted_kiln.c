@@ -1,13 +1,12 @@
 /* The world around a kiln's firmware: the display's line, a thermometer, an EEPROM.
  *
- * The script holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'd', the
- * same with a damaged byte before them; 't', a count (16 bits) of ticks; 'c', a temperature in
- * degrees (16 bits, signed); 'f', a fault's code; 'n', whether the sensor answers (8 bits each);
- * 'x', whether the display's line is cut; 'p', to forget the gains that are not kept; 'o', a count
- * (16 bits) and an order that is done at once, and whether it was taken is the next state's; 'w',
- * what the clock shows in seconds (32 bits), 's' the count of control steps (16 bits). Each '?'
- * writes `=`, the state as a line of words; each instruction that is sent is written as `>`, the
- * tick, itself, a new line.
+ * The script holds commands, each a letter and a number of 32 bits: 'r', a count, and bytes to
+ * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
+ * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
+ * 'f', a fault's code; 'n', whether the sensor answers; 'x', whether the display's line is cut; 'p',
+ * to forget the gains that are not kept; 'w', what the clock shows in seconds; 's', the count of
+ * control steps. Each '?' writes `=`, the state as a line of words; each instruction that is sent
+ * is written as `>`, the tick, itself, a new line.
  */
 #undef _FORTIFY_SOURCE /* it is the firmware that is watched: a world restores all memory */
 #include "script.h"
@@ -128,16 +127,6 @@ static void sent(uint8_t byte)
     putchar(byte);
 }
 
-static void send_now(void)
-{
-    for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
-        USART0_UDRE_vect();
-        if (!cut) {
-            sent(UDR0);
-        }
-    }
-}
-
 static void receive(uint8_t byte, uint8_t flags)
 {
     if (!(UCSR0B & (1u << RXEN0)) || !(UCSR0B & (1u << RXCIE0))) {
@@ -162,7 +151,12 @@ static void tick(void)
     settings_tick();
     progress_tick();
     programs_tick();
-    send_now();
+    for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
+        USART0_UDRE_vect();
+        if (!cut) {
+            sent(UDR0);
+        }
+    }
 }
 
 static void start(void)
@@ -196,69 +190,64 @@ static void show_state(void)
     putchar('\n');
 }
 
-static void receive_many(unsigned count)
+static void receive_many(uint32_t count)
 {
     while (count-- != 0) {
         receive(next_byte(), 0);
     }
 }
 
-static void order_now(unsigned size)
+static void order_now(uint32_t size)
 {
     char text[NEXTION_ORDER_SIZE] = "";
 
-    for (unsigned i = 0; i < size && i + 1 < sizeof text; i++) {
+    for (uint32_t i = 0; i < size && i + 1 < sizeof text; i++) {
         text[i] = (char)next_byte();
     }
     taken = orders_do(text);
 }
 
-static bool follow(int command)
+static void follow(int command, uint32_t number)
 {
     switch (command) {
     case 'd':
         receive('#', 1u << FE0);
-        receive_many(next_word());
-        return true;
+        receive_many(number);
+        break;
     case 'r':
-        receive_many(next_word());
-        return true;
+        receive_many(number);
+        break;
+    case 'o':
+        order_now(number);
+        break;
     case 't':
-        for (unsigned left = next_word(); left-- != 0;) {
+        for (uint32_t left = number; left-- != 0;) {
             tick();
         }
-        return true;
+        break;
     case 'c':
-        raw_now = (int32_t)((float)(int16_t)next_word() / SENSOR_CHAMBER_STEP_C);
-        return true;
+        raw_now = (int32_t)((float)(int32_t)number / SENSOR_CHAMBER_STEP_C);
+        break;
     case 'f':
-        fault_trip(next_byte(), 20.0f);
-        return true;
+        fault_trip((uint8_t)number, 20.0f);
+        break;
     case 'n':
-        answers = next_byte() != 0;
-        return true;
-    case 'o':
-        order_now(next_word());
-        return true;
-    case 'w':
-        now_ticks = next_word();
-        now_ticks = 100u * (now_ticks | (uint32_t)next_word() << 16);
-        return true;
-    case 's':
-        loop_chamber.steps = next_word();
-        return true;
+        answers = number != 0;
+        break;
     case 'x':
-        cut = next_byte() != 0;
-        return true;
+        cut = number != 0;
+        break;
     case 'p':
         settings_reload();
-        return true;
-    case '?':
-        show_state();
-        return true;
+        break;
+    case 'w':
+        now_ticks = 100u * number;
+        break;
+    case 's':
+        loop_chamber.steps = (uint16_t)number;
+        break;
     default:
-        fprintf(stderr, "what is %d?\n", command);
-        return false;
+        show_state();
     }
 }
 
@@ -266,9 +255,8 @@ int main(void)
 {
     start();
     for (int command; (command = getchar()) >= 0;) {
-        if (!follow(command)) {
-            return 2;
-        }
+        const uint32_t low = next_word();
+        follow(command, low | (uint32_t)next_word() << 16);
     }
     return 0;
 }

@@ -73,9 +73,14 @@ TOUCHED = spec_of(SPEC).controller
 PAGE = {page.name: page.id for page in display_pages(TOUCHED)}
 
 
+def command(letter: str, number: int = 0, data: bytes = b"") -> bytes:
+    """What the world is told (hosted_kiln.c)."""
+    return struct.pack("<cI", letter.encode(), number & 0xFFFFFFFF) + data
+
+
 def received(data: bytes) -> bytes:
     """Bytes that come in, at once."""
-    return b"r" + struct.pack("<H", len(data)) + data
+    return command("r", len(data), data)
 
 
 def ordered(*orders: str) -> bytes:
@@ -85,24 +90,22 @@ def ordered(*orders: str) -> bytes:
 
 def told(text: str) -> bytes:
     """Do an order at once: the next state says whether it was taken."""
-    return b"o" + struct.pack("<H", len(text.encode("latin-1"))) + text.encode("latin-1")
+    return command("o", len(text), text.encode("latin-1"))
 
 
 def damaged(data: bytes) -> bytes:
     """The same, a byte with a framing error before them."""
-    return b"d" + struct.pack("<H", len(data)) + data
+    return command("d", len(data), data)
 
 
 def flooded(data: bytes, per_tick: int = 115) -> bytes:
     """Bytes that come in as fast as a line of 115200 baud can carry them."""
     parts = (data[i : i + per_tick] for i in range(0, len(data), per_tick))
-    return b"".join(received(part) + script("1 ticks") for part in parts)
+    return b"".join(received(part) + command("t", 1) for part in parts)
 
 
-LOOK = b"?"
-NUMBERS = {"ticks": "t<H", "celsius": "c<h", "fault": "f<B", "answers": "n<B", "cut": "x<B",
-           "clock": "w<I", "steps": "s<H"}  # fmt: skip
-"""Commands of the world, and the form of their number."""
+LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "answers": "n", "cut": "x", "clock": "w",
+           "steps": "s", "look": "?", "forget": "p"}  # fmt: skip
 ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}
 """What the display says by itself."""
 
@@ -118,15 +121,13 @@ def script(text: str) -> bytes:
     for words in text.split("; "):
         verb, _, rest = words.partition(" ")
         if verb.isdigit():
-            verb, rest = "ticks", str(int(verb) * (100 if rest == "s" else 1))
-        if verb in NUMBERS:
-            form = NUMBERS[verb]
-            data += form[:1].encode() + struct.pack(form[1:], int(rest))
+            data += command("t", int(verb) * (100 if rest == "s" else 1))
+        elif verb in LETTERS:
+            data += command(LETTERS[verb], int(rest or 0))
         elif verb in ANSWERS:
             data += received(ANSWERS[verb])
         else:
-            known = {"look": LOOK, "forget": b"p", "order": ordered(rest)}
-            data += known[verb] if verb in known else ordered(f"21 {PAGE[rest]}")
+            data += ordered(rest if verb == "order" else f"21 {PAGE[rest]}")
     return data
 
 
@@ -159,7 +160,7 @@ def run(hosted: Path, *parts: str | bytes) -> Said:
 
     """
     data = [script(part) if isinstance(part, str) else part for part in parts]
-    lines = play(hosted, [*data, LOOK]).decode("latin-1").splitlines()
+    lines = play(hosted, [*data, script("look")]).decode("latin-1").splitlines()
     states = [_state(line[1:]) for line in lines if line.startswith("=")]
     sent = [line[1:].split(" ", 1) for line in lines if line.startswith(">")]
     return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states)
