@@ -24,8 +24,5 @@ LOOP = on(
 )
 ARENAS = [
     Lights(f"indicators/{name}", Program(text_of(interfaces)), ("indicators_block",), checks)
-    for name, interfaces, checks in (
-        ("loop", LEDS, LOOP),
-        ("master", MASTER, (heard,)),
-    )
+    for name, interfaces, checks in (("loop", LEDS, LOOP), ("master", MASTER, (heard,)))
 ]

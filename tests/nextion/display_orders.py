@@ -3,8 +3,6 @@
 import random
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 
 from heatwright.spec import Controller, nextion_of
 from heatwright.spec.nextion import display_pages
@@ -18,16 +16,11 @@ MOST_DIGITS = 9
 LONGEST_MINUTES = 31 * 1440
 LAST_KIND = 4
 LAST_TYPE = 7
-ANY_GAIN = ANY_AMOUNT = 1e9
+ANY = 1e9
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
          "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0")  # fmt: skip
-ALPHABETS = (
-    bytes(range(256)),
-    b"#;0123456789,:. -",
-    b"#;7 1,0:.",
-    b"\xff\x00\x66\x24\x88#;21 ",
-)
+ALPHABETS = (bytes(range(256)), b"#;0123456789,:. -", b"#;7 1,0:.", b"\xff\x00\x66\x24\x88#;21 ")
 """Bytes that noise is made of: any, and those that come far."""
 
 
@@ -52,51 +45,23 @@ def frames(data: bytes) -> Iterator[str]:
             inside = inside + bytes([byte]) if 0x20 <= byte < 0x7F else None
 
 
-@dataclass(frozen=True)
 class Grammar:
     """The orders a controller's display may give, in any state it may be in."""
 
-    places: int
-    points: int
-    pages: int
-    lowest_c: float
-    highest_c: float
-    maximum_c: float
-
-    @classmethod
-    def of(cls, controller: Controller) -> "Grammar":
+    def __init__(self, controller: Controller) -> None:
         interface, programs = nextion_of(controller), controller.programs
         assert interface is not None
         assert programs is not None
         loop = controller.loops[interface.loop]
-        return cls(
-            programs.places, programs.points, len(display_pages(controller)),
-            loop.setpoint.minimum_c, loop.setpoint.maximum_c, loop.protection.maximum_c,
-        )  # fmt: skip
-
-    @cached_property
-    def _wholes(self) -> dict[int, tuple[int, int]]:
-        return {
-            2: (0, 1),
-            8: (1, self.places),
-            9: (0, 1),
-            10: (1, self.points),
-            11: (0, self.points),
-            13: (1, self.places),
-            15: (0, LAST_TYPE),
-            21: (0, self.pages - 1),
-        }
-
-    @cached_property
-    def _numbers(self) -> dict[int, tuple[float, float]]:
-        return {
-            3: (self.lowest_c, self.highest_c),
-            4: (0, 100),
-            5: (0, ANY_GAIN),
-            6: (0, ANY_GAIN),
-            19: (0, ANY_GAIN),
-            20: (self.lowest_c, self.maximum_c),
-        }
+        self.setpoints_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+        self.places, self.points = programs.places, programs.points
+        self._wholes = {
+            2: (0, 1), 8: (1, self.places), 9: (0, 1), 10: (1, self.points), 11: (0, self.points),
+            13: (1, self.places), 15: (0, LAST_TYPE), 21: (0, len(display_pages(controller)) - 1),
+        }  # fmt: skip
+        maximum_c = loop.protection.maximum_c
+        self._numbers = {3: self.setpoints_c, 4: (0, 100), 20: (self.setpoints_c[0], maximum_c)}
+        self._numbers |= dict.fromkeys((5, 6, 19), (0, ANY))
 
     def allows(self, text: str) -> bool:
         """Whether an order may be taken."""
@@ -122,9 +87,7 @@ class Grammar:
             place, number = found.end(), int(found[1])
             if not (1 <= number <= self.points + 1 and int(found[4] or 0) <= LAST_KIND):
                 return False
-            if not (
-                _within(found[2], 0, ANY_AMOUNT) and _within(found[3], -ANY_AMOUNT, ANY_AMOUNT)
-            ):
+            if not (_within(found[2], 0, ANY) and _within(found[3], -ANY, ANY)):
                 return False
             if found[4] in (None, "0") and float(found[2]) == float(found[3]) == 0:
                 sound = {each: right for each, right in sound.items() if each < number}
@@ -137,7 +100,7 @@ class Grammar:
         most = 6553.5 if kind == "1" else LONGEST_MINUTES
         holds = kind in ("3", "4")
         lasts = kind in ("2", "3") or _within(amount, 0, most)
-        return lasts and (holds or _within(target, self.lowest_c, self.highest_c))
+        return lasts and (holds or _within(target, *self.setpoints_c))
 
 
 def _within(text: str, low: float, high: float) -> bool:
@@ -157,10 +120,7 @@ class Malice:
         """Bytes in which no order is one that may be taken, whatever comes before or after."""
         made = 0
         while made < count:
-            data = self._chance.choice((
-                self._numbered, self._changed, self._changed, self._points, self._points,
-                self._named, self._long, self._cut,
-            ))()  # fmt: skip
+            data = self._chance.choice((self._changed, self._points, self._odd, self._odd))()
             if not any(map(self._grammar.allows, frames(data))):
                 made += 1
                 yield data
@@ -206,11 +166,6 @@ class Malice:
             for number in range(1, chance.randint(2, 6))
         )  # fmt: skip
 
-    def _numbered(self) -> bytes:
-        """A number that is no order's."""
-        number = self._chance.choice((0, 1, 23, 24, 99, 100, 255, 256, 258, 264, 65538, 10**20, ""))
-        return f"#{number}{self._chance.choice((' 1', '', ' 1,2,3:', ','))};".encode()
-
     def _changed(self) -> bytes:
         """An order with some of its bytes changed, left out, doubled, or nasty words put in."""
         text = bytearray(f"#{self.sound()};".encode())
@@ -244,20 +199,18 @@ class Malice:
         chance.shuffle(fields)
         return f"#7 {''.join(fields)};".encode()
 
-    def _named(self) -> bytes:
-        """Names that are too long, empty, or would end a text of the display."""
-        name = self._chance.choice(("", " ", "   ", 'a"b', "a\\b", "a" * 13, "x" * 64, "ÿ", "\x01"))
-        return f"#14 {name};".encode("latin-1")
-
-    def _long(self) -> bytes:
-        """More than any order is long."""
-        size = self._chance.choice((100, 256, 300))
-        filler = self._chance.choice((b"1", b"9,9,9:", b"a", b" ", b"0"))
-        return b"#" + self._chance.choice((b"7 ", b"14 ", b"3 ", b"")) + filler * size + b";"
-
-    def _cut(self) -> bytes:
-        """The front of an order, perhaps with the end of another."""
-        text = f"#{self.sound()};".encode()
-        other = self.sound().encode() + b";"
-        front = text[: self._chance.randrange(1, len(text))]
-        return front + self._chance.choice((b"\r\n", b"\xff\xff\xff", b"#")) * 2 + other[3:]
+    def _odd(self) -> bytes:
+        """A number that is no order's; a name that is too long, empty, or would end a text; more
+        than any order is long; the front of an order, perhaps with the end of another."""
+        draw, sound = self._chance.choice, f"#{self.sound()};"
+        number = draw((0, 1, 23, 24, 99, 100, 255, 256, 258, 264, 65538, 10**20, ""))
+        name = draw(("", " ", "   ", 'a"b', "a\\b", "a" * 13, "x" * 64, "ÿ", "\x01"))
+        filler = draw(("1", "9,9,9:", "a", " ", "0")) * draw((100, 256, 300))
+        front = sound[: self._chance.randrange(1, len(sound))]
+        cut = front + draw(("\r\n", "\xff\xff\xff", "#")) * 2 + self.sound()[3:]
+        return draw((
+            f"#{number}{draw((' 1', '', ' 1,2,3:', ','))};",
+            f"#14 {name};",
+            f"#{draw(('7 ', '14 ', '3 ', ''))}{filler};",
+            f"{cut};",
+        )).encode("latin-1")  # fmt: skip

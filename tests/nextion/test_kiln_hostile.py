@@ -25,7 +25,7 @@ def kilns(kiln: Built) -> Kilns:
 
 def sent(kiln: Built, name: str) -> bytes:
     """What a broken display sends."""
-    malice = Malice(Grammar.of(kiln.controller), SEED)
+    malice = Malice(Grammar(kiln.controller), SEED)
     if name == "random bytes":
         return malice.noise(amount("display_bytes"))
     made = malice.orders if name == "malformed orders" else malice.answers
@@ -42,7 +42,7 @@ def test_nothing_but_the_displays_own_changes(kilns: Kilns, name: str) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 230_400])
 def test_another_speed_changes_nothing(kilns: Kilns, baud: int) -> None:
-    data = Malice(Grammar.of(kilns.kiln.controller), SEED).noise(baud // 4)
+    data = Malice(Grammar(kilns.kiln.controller), SEED).noise(baud // 4)
     kilns.send((data[at : at + baud // 10] for at in range(0, len(data), baud // 10)), baud)
     kilns.finish()
 

@@ -1,9 +1,16 @@
-"""Every order of the display, given by touching its pages, on the binary."""
+"""Every order of the display, given by touching its pages, on the binary.
 
+A machine without programs has a display too: on and off, a setpoint, gains.
+"""
+
+import re
 from typing import Any
 
 import pytest
-from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, KilnDesk
+from hosted_kiln import SPEC
+from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, Built, KilnDesk
+from rig.avr import whole
+from rig.specs import spec_of
 
 from heatwright.spec.nextion import display_pages
 
@@ -87,6 +94,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         for number, gain in ((5, "kp"), (6, "ki"), (19, "kd"))
         for setting in [f"settings.chamber_{gain}"]
     },
+    "11 a segment is marked": [("bprog b1; p4", {"points_marked": 4})],
     "12 and 16 a fault, its page, the list, the acknowledgement": [
         (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: IDLE}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.1 C  0d 00:00"}),
@@ -105,17 +113,51 @@ def test_touched(desk: KilnDesk, name: str) -> None:
     assert desk.display.errors == []
 
 
-def test_11_a_segment_is_marked(desk: KilnDesk) -> None:
-    colours = []
-    for deeds in ("bprog b1", "p4"):
-        desk.do(deeds)
-        colours.append([desk.shows(f"p{row}.bco") for row in range(1, 11)])
-    before, after = colours
-    assert [row for row in range(10) if before[row] != after[row]] == [3]
-
-
 def test_21_the_board_knows_the_page(desk: KilnDesk) -> None:
     pages = [page.name for page in display_pages(desk.controller)]
     for way in ("bprog", "back bset", "back bdebug", "back bfaults", "back"):
         desk.tap(*way.split())
         assert desk.read("pages_shown") == pages.index(desk.display.page)
+
+
+PLAIN = re.sub(r"programs:\n.*?interfaces:", "interfaces:", SPEC, flags=re.DOTALL)
+ON_OFF = (
+    PLAIN.replace("{kind: pid, kp: 7.6, ki: 0.026, kd: 51}", "{kind: on_off, hysteresis: 2 K}")
+    .replace(", selectable: [K, S]", "")
+    .replace("      maximum_adjustable: true\n", "")
+)
+BESIDE_MODBUS = PLAIN.replace("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
+DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
+    "a setpoint is typed and held": (PLAIN, [
+        ("", {"page": "main"}),
+        ("bset bsp; enter 45.", {"settings.sp.txt": "45.0"}),
+        ("back on", {ENABLED: 1, "main.set.val": 45, "main.state.txt": "on",
+                     "loop_chamber.duty_percent": 100}),
+        ("bstop yes", {ENABLED: 0, "main.on.val": 0}),
+    ]),
+    "gains and a duty by hand": (PLAIN, [
+        ("bdebug bkp; enter 2.5; on bot; enter 40",
+         {"settings.chamber_kp": 2.5, "debug.kp.txt": "2.5", "debug.ot.val": 40}),
+    ]),
+    "a switch has fewer pages": (ON_OFF, [
+        ("bdebug on", {ENABLED: 1}), ("back bset", {"settings.sp.txt": "20.0"}),
+    ]),
+    # The master's line stays its own; what starts disabled is told off before it is told on.
+    "on another port beside a master": (BESIDE_MODBUS, [
+        ("bdebug on", {ENABLED: 0, "debug.on.val": 0}),
+        ("order 2 0; on", {ENABLED: 1, "debug.on.val": 1}),
+    ]),
+}  # fmt: skip
+"""Of which machine; what is done with the display, and what is seen then."""
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_a_machine_without_programs(name: str) -> None:
+    text, steps = DEEDS[name]
+    desk = KilnDesk(Built(spec_of(text).controller, whole(text)))
+    desk.run(4.0)
+    for deeds, seen in steps:
+        desk.do(deeds)
+        desk.run(1.5)
+        assert {each: desk.look(each) for each in seen} == seen, deeds
+    assert text == BESIDE_MODBUS or desk.display.errors == []

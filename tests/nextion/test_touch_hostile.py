@@ -25,7 +25,7 @@ def test_a_million_random_bytes(hosted: Path, seed: int) -> None:
 
 def test_ten_thousand_malformed_orders(hosted: Path) -> None:
     """None of them changes anything that an order can change."""
-    malice = Malice(Grammar.of(TOUCHED), seed=5)
+    malice = Malice(Grammar(TOUCHED), seed=5)
     for _ in range(ORDERS // PER_RUN):
         bad = list(malice.orders(PER_RUN))
         # The `;` ends what one has left open: the next must not make an order of it.
