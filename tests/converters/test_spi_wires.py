@@ -73,7 +73,7 @@ def test_who_reads_too_early_reads_the_bit_before(reader: Reader, max6675: Max66
     max6675.sense(341.25)  # 0101 0101 0101
     reader.avr.run(LONGEST_S)
     assert reader.read(16) == 0b0010101010101001
-    max6675.port.retime(replace(TIMING, output=4000))
+    max6675.port.retime(replace(TIMING, output=7000))
     late = reader.read(16)
     assert late == 0b0001010101010100
     phases = max6675.port.phases

@@ -17,11 +17,11 @@ THREE_WIRES = Wires("PB2", "PB0", "PB4")
 WRITE = 0x80
 
 
-class _Reader:
-    """A processor that talks with a chip when it is told to, by its variable `request`."""
+class RegisterReader:
+    """Reads and writes registers over four wires, by the variable `request` of registers.c."""
 
-    def __init__(self, firmware: str) -> None:
-        program = shared(firmware)
+    def __init__(self) -> None:
+        program = shared("registers.c")
         self.avr: Avr = powered(program)
         self._request = Variables(program)["request"]
         self.avr.run(0.0001)
@@ -37,42 +37,15 @@ class _Reader:
         member = self._request.step(name)
         return self.avr.read_ram(member.address, member.size)
 
-    def field(self, name: str) -> int:
-        """Return a member that is a number."""
-        return int.from_bytes(self.get(name), "little")
-
-    def go(self, **values: int | bytes) -> None:
-        """Let it talk, and wait for the end."""
-        done = self.get("done")
-        self.put(**values, go=1)
-        while self.get("done") == done:
-            self.avr.run(0.0001)
-
-
-class Reader(_Reader):
-    """Reads a word over three wires, through the firmware converter.c."""
-
-    def __init__(self) -> None:
-        super().__init__("converter.c")
-
-    def read(self, bits: int, *, hold_ms: int = 0, pull_up: bool = True) -> int:
-        """Read so many bits, keep CS low for a while, and return them."""
-        self.go(bits=bits, hold_ms=hold_ms, pull_up=pull_up)
-        return self.field("word")
-
-
-class RegisterReader(_Reader):
-    """Reads and writes registers over four wires, through the firmware registers.c."""
-
-    def __init__(self) -> None:
-        super().__init__("registers.c")
-
     def exchange(
         self, sent: bytes, *, mode: int = 1, late: int = 0, bits_short: int = 0, hold_ms: int = 0
     ) -> bytes:
         """Send some bytes, and return what came meanwhile."""
-        self.put(bytes=sent, count=len(sent), mode=mode)
-        self.go(late=late, bits_short=bits_short, hold_ms=hold_ms)
+        self.put(bytes=sent, count=len(sent), mode=mode, late=late, bits_short=bits_short)
+        done = self.get("done")
+        self.put(hold_ms=hold_ms, go=1)
+        while self.get("done") == done:
+            self.avr.run(0.0001)
         return self.get("bytes")[: len(sent)]
 
     def read(self, address: int, count: int, *, mode: int = 1, hold_ms: int = 0) -> bytes:
@@ -82,6 +55,19 @@ class RegisterReader(_Reader):
     def write(self, address: int, *values: int, mode: int = 1) -> None:
         """Write registers."""
         self.exchange(bytes([address | WRITE, *values]), mode=mode)
+
+
+class Reader(RegisterReader):
+    """Reads a word over three wires."""
+
+    def read(self, bits: int, *, hold_ms: int = 0, pull_up: bool = True) -> int:  # type: ignore[override]
+        """Read so many bits, most significant first."""
+        self.put(floats=not pull_up)
+        short = -bits % 8
+        *whole, last = self.exchange(
+            bytes((bits + 7) // 8), mode=0, bits_short=short, hold_ms=hold_ms
+        )
+        return int.from_bytes(whole) << 8 - short | last
 
 
 PINS = {

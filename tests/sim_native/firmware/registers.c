@@ -1,15 +1,17 @@
 /* A plain reader and writer of a chip with registers on four wires, timed by busy waits. CS is PB2,
    SCK PB0, SO PB4, SI PB3. A request is put in RAM: the bytes to send, which become those that
    came, how many, the clock's level at rest and the edge that takes a bit (SPI modes), whether SI is
-   too late, how many bits are left out at the end, and how long CS is low before the first. */
+   too late, how many bits are left out at the end, how long CS is low before the first, and whether
+   SO has no pull-up. It tells whether SO was high before. */
 #include <avr/io.h>
 #include <stdint.h>
 #include <util/delay.h>
 
 struct {
     uint8_t bytes[20];
-    uint8_t count, mode, late, bits_short, hold_ms;
+    uint8_t count, mode, late, bits_short, hold_ms, floats;
     volatile uint8_t go;
+    uint8_t idle_high;
     uint16_t done;
 } request;
 
@@ -28,18 +30,19 @@ static void tell(uint8_t bit) {
 }
 
 /* Modes 1 and 3: a bit changes with the edge away from rest, and is taken with the one back. In 0
-   and 2 it is taken with the edge away. */
+   and 2 it is taken just before the edge away. */
 static uint8_t exchange(uint8_t out, uint8_t bits) {
     uint8_t rest = request.mode >> 1 & 1, in = 0;
     while (bits--) {
         if (!(request.mode & 1))
             tell(out >> 7);
         _delay_us(1);
+        uint8_t bit = PINB >> PB4 & 1;
         clock(!rest);
         if (request.mode & 1 && !request.late)
             tell(out >> 7);
         _delay_us(1);
-        in = (uint8_t)(in << 1 | (PINB >> PB4 & 1));
+        in = (uint8_t)(in << 1 | (request.mode & 1 ? PINB >> PB4 & 1 : bit));
         clock(rest);
         if (request.late)
             tell(out >> 7);
@@ -49,13 +52,18 @@ static uint8_t exchange(uint8_t out, uint8_t bits) {
 }
 
 int main(void) {
-    PORTB = _BV(PB2) | _BV(PB4);
+    PORTB = _BV(PB2);
     DDRB = _BV(PB2) | _BV(PB0) | _BV(PB3);
     for (;;) {
         while (!request.go) {}
         request.go = 0;
+        if (request.floats)
+            PORTB &= (uint8_t)~_BV(PB4);
+        else
+            PORTB |= _BV(PB4);
         clock(request.mode >> 1 & 1);
         _delay_us(1);
+        request.idle_high = PINB >> PB4 & 1;
         PORTB &= (uint8_t)~_BV(PB2);
         for (uint8_t i = 0; i < request.hold_ms; i++)
             _delay_ms(1);
