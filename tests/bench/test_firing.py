@@ -36,10 +36,6 @@ def fired(*parts):
     return firing_of(np.concatenate(parts), example("kiln").loops[LOOP])
 
 
-def test_a_ramp_is_judged_from_its_second_minute_on():
-    assert fired(part(1, OVER, [5.0] * 60 + [-0.5] * 30 + [0.25] * 30)).tracking_k == 0.5
-
-
 def test_it_is_not_where_the_heater_is_at_an_end():
     ramp = part(1, OVER, [0.25] * 200)
     for rows, duty in ((slice(70, 90), 0.0), (slice(100, 120), 100.0)):
@@ -49,28 +45,26 @@ def test_it_is_not_where_the_heater_is_at_an_end():
 
 
 def test_after_a_pause_it_is_judged_from_the_second_minute_on_again():
-    first, pause, second = (
-        part(1, OVER, [0.5] * 70),
-        part(1, OVER, [9.0] * 30, state=PAUSED),
-        part(1, OVER, [5.0] * 60 + [-0.75] * 9),
-    )
+    first, pause = part(1, OVER, [0.5] * 70), part(1, OVER, [9.0] * 30, state=PAUSED)
+    second = part(1, OVER, [5.0] * 60 + [-0.75] * 9)
     second["program.segment_clock"] += 70
     assert fired(first, pause, second).tracking_k == 0.75
     assert fired(first, second).tracking_k == 5.0
 
 
 @pytest.mark.parametrize(
-    "parts",
+    ("parts", "tracking_k"),
     [
-        [part(1, HOLD, [9.0] * 100)],
-        [part(1, FAST, [9.0] * 100)],
-        [part(1, OVER, [9.0] * 60)],
-        [part(1, OVER, [9.0] * 100, way=(50.0, 50.0))],
-        [part(1, OVER, [0.0] * 60), part(1, OVER, [9.0] * 60)],  # begun anew
+        ([part(1, OVER, [5.0] * 60 + [-0.5] * 30 + [0.25] * 30)], 0.5),  # from the 2nd minute on
+        ([part(1, HOLD, [9.0] * 100)], None),
+        ([part(1, FAST, [9.0] * 100)], None),
+        ([part(1, OVER, [9.0] * 60)], None),
+        ([part(1, OVER, [9.0] * 100, way=(50.0, 50.0))], None),
+        ([part(1, OVER, [0.0] * 60), part(1, OVER, [9.0] * 60)], None),  # begun anew
     ],
 )
-def test_without_a_ramp_there_is_nothing_to_track(parts):
-    assert fired(*parts).tracking_k is None
+def test_only_a_ramp_is_tracked(parts, tracking_k):
+    assert fired(*parts).tracking_k == tracking_k
 
 
 def test_a_hold_is_passed_in_the_direction_of_the_way():

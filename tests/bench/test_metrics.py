@@ -7,14 +7,7 @@ import pytest
 from numpy.lib.recfunctions import append_fields
 
 from heatwright.sim.disturbances import disturbances
-from heatwright.sim.metrics import (
-    audible,
-    metrics,
-    overshoot,
-    rise_time,
-    settling,
-    switchings,
-)
+from heatwright.sim.metrics import audible, metrics, overshoot, rise_time, settling, switchings
 from heatwright.sim.trace import Trace, TraceEvent
 from heatwright.spec import PwmOutput, TimeProportionalOutput
 
@@ -49,10 +42,12 @@ def test_only_the_last_response_counts(chamber):
     assert (found.setpoint_c, found.maximum_c, found.overshoot_k) == (30, 30, 0)
 
 
-def test_overshoot_is_in_the_direction_of_the_step():
-    assert overshoot(np.array([20.0, 52.0, 49.0]), 50.0) == 2
-    assert overshoot(np.array([60.0, 49.0, 50.5]), 50.0) == 1
-    assert overshoot(np.array([20.0, 49.0]), 50.0) == 0
+@pytest.mark.parametrize(
+    ("readings_c", "beyond_k"),
+    [([20.0, 52.0, 49.0], 2), ([60.0, 49.0, 50.5], 1), ([20.0, 49.0], 0)],
+)
+def test_overshoot_is_in_the_direction_of_the_step(readings_c, beyond_k):
+    assert overshoot(np.array(readings_c), 50.0) == beyond_k
 
 
 @pytest.mark.parametrize(
@@ -87,18 +82,21 @@ def test_switchings_of_a_partial_duty(vary, output, expected, audible):
     assert found.audible is audible
 
 
+def counted(*duties):
+    """A log that also says how many steps of its window an output is on for."""
+    log = trace_of([20] * len(duties), [50] * len(duties), duties).steps["air"]
+    return append_fields(log, "output.on_steps", np.array(duties, "u2"), usemask=False)
+
+
 def test_spread_over_a_window_it_switches_once_for_each_pulse(vary):
     made = {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "2 s"}
     spread = {"resolution": "20 ms", "distribution": "spread"}
     controller = vary(output=TimeProportionalOutput.model_validate(made | spread))
-    log = trace_of([20] * 5, [50] * 5, [0, 100, 30, 80, 0]).steps["air"]
-    log = append_fields(log, "output.on_steps", np.array([0, 100, 30, 80, 0], "u2"), usemask=False)
+    log = counted(0, 100, 30, 80, 0)
     # Full power begins once; 30 pulses and 20 pauses in windows of 2 s, a step of 1 s each.
     assert switchings(log, controller, "air") == 1 + 30 / 2 + 20 / 2
     assert not audible(log, controller, "air")
-    half = trace_of([20], [50], [50]).steps["air"]
-    half = append_fields(half, "output.on_steps", np.array([50], "u2"), usemask=False)
-    assert audible(half, controller, "air")  # 25 Hz
+    assert audible(counted(50), controller, "air")  # 25 Hz
 
 
 def test_energy_is_what_the_pin_gave_not_what_was_asked(chamber):
@@ -124,38 +122,34 @@ def disturbed(readings_c, *events, setpoints_c=None):
     return replace(trace, events=events)
 
 
+def borne(trace, **within):
+    """How each was borne: dip, rise, and after how long it was over."""
+    found = disturbances(trace, trace.steps["air"], **within)
+    return [(each.what, each.dip_k, each.rise_k, each.recovered_after_s) for each in found]
+
+
 def test_each_lasts_until_the_next():
-    trace = disturbed(
-        [40, 50, 51, 50, 48, 49, 49.5, 49.5, 50, 50.75, 50.25, 50], FEED, TraceEvent(9, "S"), STOP
-    )
-    fed, stopped = disturbances(trace, trace.steps["air"])
-    assert (fed.at_s, fed.what, fed.dip_k, fed.rise_k) == (4.5, "extrude 5 mm/s", 2, 0)
-    assert fed.recovered_after_s == 2.5  # at 7 s, to stay
-    assert (stopped.dip_k, stopped.rise_k, stopped.recovered_after_s) == (0, 0.75, 1.5)
+    readings_c = [40, 50, 51, 50, 48, 49, 49.5, 49.5, 50, 50.75, 50.25, 50]
+    trace = disturbed(readings_c, FEED, TraceEvent(9, "S"), STOP)
+    assert borne(trace) == [(FEED.text, 2, 0, 2.5), (STOP.text, 0, 0.75, 1.5)]  # at 7 s, to stay
+    assert disturbances(trace, trace.steps["air"])[0].at_s == 4.5
 
 
-def test_one_that_is_not_borne():
-    trace = disturbed([50, 50, 50, 50, 48, 50, 48], FEED)
-    (fed,) = disturbances(trace, trace.steps["air"])
-    assert fed.recovered_after_s is None
-
-
-def test_one_that_is_hardly_felt():
-    trace = disturbed([50, 50, 50, 50, 49.5, 50.5, 50], FEED)
-    (fed,) = disturbances(trace, trace.steps["air"])
-    assert fed.recovered_after_s == 0
-    (strictly,) = disturbances(trace, trace.steps["air"], within_k=0.25)
-    assert strictly.recovered_after_s == 2.5
-
-
-def test_one_after_the_last_step_is_left_out():
-    trace = disturbed([50, 50, 50], FEED)
-    assert disturbances(trace, trace.steps["air"]) == ()
+@pytest.mark.parametrize(
+    ("readings_c", "within", "expected"),
+    [
+        ([50, 50, 50, 50, 48, 50, 48], {}, [(FEED.text, 2, 0, None)]),  # it is not borne
+        ([50, 50, 50, 50, 49.5, 50.5, 50], {}, [(FEED.text, 0.5, 0.5, 0)]),  # hardly felt
+        ([50, 50, 50, 50, 49.5, 50.5, 50], {"within_k": 0.25}, [(FEED.text, 0.5, 0.5, 2.5)]),
+        ([50, 50, 50], {}, []),  # after the last step
+    ],
+)
+def test_when_one_is_over(readings_c, within, expected):
+    assert borne(disturbed(readings_c, FEED), **within) == expected
 
 
 def test_the_response_ends_where_something_happens(chamber):
-    trace = disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED)
-    found = metrics(trace, chamber)
+    found = metrics(disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED), chamber)
     assert (found.maximum_c, found.overshoot_k) == (50.5, 0.5)
     assert found.disturbances[0].dip_k == 6
 
@@ -164,5 +158,4 @@ def test_only_what_happens_after_the_last_setpoint_counts(chamber):
     setpoints_c = [50] * 6 + [30] * 4
     trace = disturbed([50, 50, 50, 50, 45, 50, 50, 40, 30, 30], FEED, STOP, setpoints_c=setpoints_c)
     (stopped,) = metrics(trace, chamber).disturbances
-    assert stopped.what == STOP.text
-    assert stopped.recovered_after_s == pytest.approx(0.0)
+    assert (stopped.what, stopped.recovered_after_s) == (STOP.text, pytest.approx(0.0))

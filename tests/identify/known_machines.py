@@ -1,7 +1,6 @@
 """Machines with known numbers, and the logs they leave."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,26 +22,14 @@ def machine(  # noqa: PLR0917
     case: tuple[float, float] | None = None,
 ) -> ThermalNetwork:
     """A body, with a case of this capacity and resistance to the body if asked for."""
-    nodes = {"body": f"{capacity} J/K"}
-    links: list[dict[str, Any]] = [
-        {"between": ["body", "ambient"], "resistance": f"{resistance} K/W"}
-    ]
+    nodes, ways = {"body": f"{capacity} J/K"}, [("body", "ambient", resistance)]
     if case is not None:
         nodes["shell"] = f"{case[0]} J/K"
-        links = [
-            {"between": ["body", "shell"], "resistance": f"{case[1]} K/W"},
-            {"between": ["shell", "ambient"], "resistance": f"{resistance} K/W"},
-        ]
+        ways = [("body", "shell", case[1]), ("shell", "ambient", resistance)]
+    links = [{"between": [one, other], "resistance": f"{way} K/W"} for one, other, way in ways]
     sense = {"node": "body", "lag": f"{lag} s", "delay": f"{delay} s", "noise": f"{noise} K"}
-    return ThermalNetwork.model_validate(
-        {
-            "kind": "thermal_network",
-            "nodes": nodes,
-            "links": links,
-            "heat": {"heater": "body"},
-            "sense": {"sensor": sense},
-        }
-    )
+    parts = {"nodes": nodes, "links": links, "heat": {"heater": "body"}, "sense": {"sensor": sense}}
+    return ThermalNetwork.model_validate({"kind": "thermal_network", **parts})
 
 
 def recorded(
@@ -75,11 +62,8 @@ def steps(count: int = 1000, *changes: tuple[int, float]) -> Series:
     return duty
 
 
-def as_csv(record: Record, header: str = "time [s],temperature [°C],duty [%]") -> str:
+def as_csv(record: Record) -> str:
     """The record as a file."""
-    lines = [header] if header else []
-    for time_s, read_c, power_w in zip(
-        record.times_s, record.readings_c, record.powers_w, strict=True
-    ):
-        lines.append(f"{time_s:g},{read_c:.3f},{100 * power_w / POWER_W:g}")
-    return "\n".join(lines) + "\n"
+    rows = zip(record.times_s, record.readings_c, record.powers_w, strict=True)
+    lines = [f"{t:g},{read_c:.3f},{100 * power_w / POWER_W:g}" for t, read_c, power_w in rows]
+    return "\n".join(["time [s],temperature [°C],duty [%]", *lines, ""])

@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from known_machines import POWER_W, Series, machine, recorded, steps
 
 from heatwright.sim.identify import Record
-from heatwright.sim.identify.answer import (
-    APART,
-    LEAST_LAG_S,
-    WORST_CONDITION,
-    Answer,
-    modes,
-)
+from heatwright.sim.identify.answer import APART, LEAST_LAG_S, WORST_CONDITION, Answer, modes
 from heatwright.spec import ThermalNetwork
 
 EPS = float(np.finfo(float).eps)
@@ -32,26 +26,16 @@ def answered(
     return Answer(record, 0.0).readings(found, delay_s, 20.0, start_c)
 
 
-@given(
-    capacity=st.integers(1, 5000),
-    resistance=st.integers(1, 50),
-    lag=st.integers(0, 200),
-    delay=st.integers(0, 20),
-    duty=st.lists(st.floats(0, 1), min_size=2, max_size=60),
+MACHINES = st.builds(
+    machine, st.integers(1, 5000), st.integers(1, 50), st.integers(0, 200), st.integers(0, 20)
 )
-def test_one_body_answers_as_the_plant(
-    capacity: int, resistance: int, lag: int, delay: int, duty: list[float]
-) -> None:
-    network = machine(capacity, resistance, lag, delay)
+
+
+@given(network=MACHINES, duty=st.lists(st.floats(0, 1), min_size=2, max_size=60))
+@example(network=machine(10.0, 2.0, 3.0, 4.0, case=(50.0, 1.0)), duty=steps().tolist())
+def test_it_answers_as_the_plant(network: ThermalNetwork, duty: list[float]) -> None:
     record = recorded(network, duty)
-    found = answered(network, record, float(delay))
-    assert found == pytest.approx(record.readings_c, rel=0, abs=exact(record))
-
-
-def test_two_bodies_answer_as_the_plant() -> None:
-    network = machine(10.0, 2.0, 3.0, 4.0, case=(50.0, 1.0))
-    record = recorded(network, steps())
-    found = answered(network, record, 4.0)
+    found = answered(network, record, network.sense["sensor"].delay_s)
     assert found == pytest.approx(record.readings_c, rel=0, abs=exact(record))
 
 

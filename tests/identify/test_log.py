@@ -36,30 +36,22 @@ def test_rows_without_names(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "header",
+    ("text", "names", "values", "dropped"),
     [
-        "temperature,setpoint,duty",
-        "# temperature, setpoint, duty",
-        '"temperature","setpoint","duty"',
+        *((f"{header}\n20,50,100\n20.5,50,100\n", ("temperature", "setpoint", "duty"), ROWS[:2], 0)
+          for header in ("temperature,setpoint,duty", "# temperature, setpoint, duty",
+                         '"temperature","setpoint","duty"')),
+        ("temperature:20,duty:100\ntemperature:20.5,duty:100\nboot\nduty:0,temperature:21\n",
+         ("temperature", "duty"), [[20, 100], [20.5, 100], [21, 0]], 1),
+        ("ok T:20.1 /200.0 @:127\nok T:20.9 /200.0 @:64\necho:busy\n",  # a printer's reports
+         ("T", "@"), [[20.1, 127], [20.9, 64]], 1),
     ],
-)
-def test_a_header_names_the_columns(header: str) -> None:
-    found = log(f"{header}\n20,50,100\n20.5,50,100\n")
-    assert found.names == ("temperature", "setpoint", "duty")
-    assert found.dropped == 0
-
-
-def test_labels_name_the_columns() -> None:
-    found = log("temperature:20,duty:100\ntemperature:20.5,duty:100\nboot\nduty:0,temperature:21\n")
-    assert found.names == ("temperature", "duty")
-    assert found.values.tolist() == [[20, 100], [20.5, 100], [21, 0]]
-    assert found.dropped == 1
-
-
-def test_a_printers_reports() -> None:
-    found = log("ok T:20.1 /200.0 @:127\nok T:20.9 /200.0 @:64\necho:busy\n")
-    assert found.names == ("T", "@")
-    assert found.values.tolist() == [[20.1, 127], [20.9, 64]]
+)  # fmt: skip
+def test_a_header_or_labels_name_the_columns(
+    text: str, names: tuple[str, ...], values: list[list[float]], dropped: int
+) -> None:
+    found = log(text)
+    assert (found.names, found.values.tolist(), found.dropped) == (names, values, dropped)
 
 
 def test_clock_times_before_the_lines() -> None:
@@ -76,11 +68,10 @@ def test_clock_times_in_a_column(time: str) -> None:
 
 
 def test_junk_is_dropped_and_counted() -> None:
-    text = (
+    found = log(
         ".5,100\n\ufeff*** boot 1.2.3 ***\ntime,temp,duty\n0,20,100\n1,20.5,100\nBrown-out!\n"
         "2,21\n3,2�.5,100\n4,nan,100\n5,22,100\ntime,temp,duty\n6,23,100,9\n7,24,100\n\n\n"
     )
-    found = log(text)
     assert found.names == ("time", "temp", "duty")
     assert found.values[:, 0].tolist() == [0, 1, 4, 5, 7]
     assert np.isnan(found.values[2, 1])

@@ -33,90 +33,51 @@ def record(text: str, columns: str | None = None, scales: Scales = SCALES) -> Re
     return record_of(log, chosen_roles(columns, log.names, width, stamped=log.stamped), scales)
 
 
-@pytest.mark.parametrize(
-    "header",
-    [
-        "time,temperature,duty",
-        "t,temp,pwm",
-        "time [s],air.temperature_c [°C],air.duty_percent [%]",
-        "elapsed,T,heater",
-        "Timestamp (s),T0,Output (%)",
-    ],
+BY_NAME = "time,temperature,duty"
+OWN_CSV = (
+    "time [s],element [°C],air [°C],air sensed [°C],heater on [1],air.setpoint_c [°C],"
+    "air.temperature_c [°C],air.duty_percent [%],air.asked_percent [%],air.fault.temperature_c [°C]"
 )
-def test_columns_are_known_by_their_names(header: str) -> None:
-    found = record(rows(header))
-    assert found.times_s.tolist() == list(range(20))
-    assert (found.readings_c[0], found.readings_c[-1]) == (20, 34)
-    assert found.steps == ((5.0, 0.0, 40.0),)
-
-
-def test_the_simulations_own_csv_is_known() -> None:
-    header = (
-        "time [s],element [°C],air [°C],air sensed [°C],heater on [1],air.setpoint_c [°C],"
-        "air.temperature_c [°C],air.duty_percent [%],air.asked_percent [%],"
-        "air.fault.temperature_c [°C]"
-    )
-    line = "{0},1,2,3,0.5,50,{1},{2},9,9"
-    found = record(rows(header, line=line))
-    assert (found.readings_c[-1], found.powers_w[-1]) == (34, 40)
+"""What `simulate --csv` writes."""
 
 
 @pytest.mark.parametrize(
-    ("columns", "line"),
+    ("text", "columns", "scales", "ends"),
     [
-        ("time,temperature,duty", "{0},{1},{2}"),
-        ("duty,-,temperature,time", "{2},7,{1},{0}"),
-        ("temperature=2,time=1,duty=3", "{0},{1},{2}"),
+        *((rows(header), None, SCALES, (19, 34, 40)) for header in (
+            BY_NAME, "t,temp,pwm", "time [s],air.temperature_c [°C],air.duty_percent [%]",
+            "elapsed,T,heater", "Timestamp (s),T0,Output (%)",
+        )),
+        (rows(OWN_CSV, line="{0},1,2,3,0.5,50,{1},{2},9,9"), None, SCALES, (19, 34, 40)),
+        (rows(), BY_NAME, SCALES, (19, 34, 40)),
+        (rows(line="{2},7,{1},{0}"), "duty,-,temperature,time", SCALES, (19, 34, 40)),
+        (rows(), "temperature=2,time=1,duty=3", SCALES, (19, 34, 40)),
+        (rows("time,temp_in,temp_out,duty", line="{0},{1},99,{2}"), "temperature=temp_in", SCALES,
+         (19, 34, 40)),
+        (rows("time [min],temperature [°F],power [kW]", line="{0},77,{2}").replace("77", "68", 1),
+         None, SCALES, (19 * 60, 25, 100_000)),
+        (rows(), "time[ms],temperature[K],duty", SCALES, (0.019, 34 - 273.15, 40)),
+        (rows("ms,temp,duty"), None, SCALES, (0.019, 34, 40)),
+        (rows(), BY_NAME, Scales(40.0, full=255.0), (19, 34, 40 * 100 / 255)),
+        (rows(), BY_NAME, Scales(40.0, full=200.0), (19, 34, 20)),
+        (rows().replace(",100", ",1"), BY_NAME, SCALES, (19, 34, 40)),  # a switch of 0 and 1
+        (rows(line="{1} {2}"), "temperature,duty", Scales(40.0, period_s=0.5), (9.5, 34, 40)),
+        (rows(BY_NAME) + "19,35,100\n19,36,100\n", None, SCALES, (19, 36, 40)),  # count once
     ],
-)
-def test_columns_as_the_user_says(columns: str, line: str) -> None:
-    found = record(rows(line=line), columns)
-    assert (found.times_s[-1], found.readings_c[-1], found.powers_w[-1]) == (19, 34, 40)
+)  # fmt: skip
+def test_columns_and_units(
+    text: str, columns: str | None, scales: Scales, ends: tuple[float, ...]
+) -> None:
+    found = record(text, columns, scales)
+    assert found.rows == 20
+    assert (found.times_s[-1], found.readings_c[-1], found.powers_w[-1]) == pytest.approx(ends)
+    begins_s = 5 / 19 * found.times_s[-1]
+    assert found.steps == ((pytest.approx(begins_s), 0.0, pytest.approx(ends[-1])),)
 
 
-def test_a_name_chooses_among_several() -> None:
-    text = rows("time,temp_in,temp_out,duty", line="{0},{1},99,{2}")
-    with pytest.raises(Unusable, match="several columns that could be the temperature"):
-        record(text)
-    assert record(text, "temperature=temp_in").readings_c[-1] == 34
-
-
-def test_units_of_the_header_and_of_the_user() -> None:
-    found = record(
-        rows("time [min],temperature [°F],power [kW]", line="{0},68,{2}").replace("68", "77", 1)
-    )
-    assert found.times_s[-1] == 19 * 60
-    assert found.readings_c[-1] == pytest.approx(20)
-    assert found.powers_w[-1] == 100_000
-    assert record(rows(), "time[ms],temperature[K],duty").times_s[-1] == pytest.approx(0.019)
-    assert record(rows("ms,temp,duty")).times_s[-1] == pytest.approx(0.019)
-
-
-@pytest.mark.parametrize(
-    ("line", "scales", "full_w"),
-    [
-        ("{0},{1},{2}", Scales(40.0), 40.0),
-        ("{0},{1},{2}", Scales(40.0, full=255.0), 40.0 * 100 / 255),
-        ("{0},{1},{2}", Scales(40.0, full=200.0), 20.0),
-    ],
-)
-def test_what_full_duty_is(line: str, scales: Scales, full_w: float) -> None:
-    found = record(rows(line=line), "time,temperature,duty", scales)
-    assert found.powers_w[-1] == pytest.approx(full_w)
-
-
-def test_a_switch_of_zero_and_one_is_a_share() -> None:
-    found = record(rows().replace(",100", ",1"), "time,temperature,duty")
-    assert found.powers_w[-1] == 40
+def test_a_duty_of_one_is_taken_to_be_full_and_said_so() -> None:
+    found = record(rows().replace(",100", ",1"), BY_NAME)
     assert any("duty of 1 " in note for note in found.notes)
-
-
-def test_lines_without_times_take_a_period() -> None:
-    text = rows(line="{1} {2}")
-    with pytest.raises(Unusable, match="--period 1s"):
-        record(text, "temperature,duty")
-    found = record(text, "temperature,duty", Scales(40.0, period_s=0.5))
-    assert found.duration_s == 9.5
 
 
 def test_a_reset_in_between_leaves_the_longest_part() -> None:
@@ -124,13 +85,6 @@ def test_a_reset_in_between_leaves_the_longest_part() -> None:
     found = record(text)
     assert (found.rows, found.duration_s) == (30, 29)
     assert "time goes back 1 times" in found.notes[-1]
-
-
-def test_rows_of_one_time_count_once() -> None:
-    text = rows("time,temp,duty") + "19,35,100\n19,36,100\n"
-    found = record(text)
-    assert found.rows == 20
-    assert found.readings_c[-1] == 36
 
 
 def test_midnight() -> None:
@@ -143,12 +97,9 @@ def test_impossible_readings_are_left_out() -> None:
     text = rows("time,temp,duty") + "20,-300,100\n21,99999,100\n22,inf,100\n23,,100\n"
     found = record(text)
     assert found.rows == 20
-    assert (
-        found.notes
-        == (
-            "lines of the log that were no readings: 4",
-            "full power is taken to be a duty of 100 (--full says otherwise)",
-        )[::-1]
+    assert found.notes == (
+        "full power is taken to be a duty of 100 (--full says otherwise)",
+        "lines of the log that were no readings: 4",
     )
 
 
@@ -174,8 +125,11 @@ def test_the_resolution_is_the_least_difference() -> None:
         (rows("time,temp,duty", 4), None, SCALES, "has 4 readings in a row"),
         (rows("time,temp,duty").replace(",100", ",0"), None, SCALES, "never has the heater on"),
         (rows("time,temp,duty").replace(",100", ",-100"), None, SCALES, "below 0"),
-        (rows("time,x,temp", line="{0},{1},7") + "", "time,-,temperature", SCALES, "duty or power"),
+        (rows("time,x,temp", line="{0},{1},7"), "time,-,temperature", SCALES, "duty or power"),
         (rows("time,duty,temp", line="{0},{2},7"), None, SCALES, "same temperature in every line"),
+        (rows("time,temp_in,temp_out,duty", line="{0},{1},99,{2}"), None, SCALES,
+         "several columns that could be the temperature"),
+        (rows(line="{1} {2}"), "temperature,duty", SCALES, "--period 1s"),
         (rows("time [fortnight],temp,duty"), None, SCALES, "times in fortnight"),
         (rows("time,temp,power [hp]"), None, Scales(), "power in hp"),
     ],

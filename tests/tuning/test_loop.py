@@ -33,44 +33,40 @@ def test_a_sampled_lag_with_dead_time(late: int, part: float) -> None:
     assert quick == pytest.approx(expected, rel=1e-9)
 
 
+GAINS = Gains(3.0, 0.05, 40.0, 4.0)
+
+
+def reference(**more: object) -> PidControl:
+    """The reference's controller with the same gains."""
+    gains = {"kp": 3.0, "ki": 0.05, "kd": 40.0, "derivative_filter": "4 s"}
+    return PidControl(Pid.model_validate({"kind": "pid", **gains, **more}), PERIOD_S)
+
+
+def duty(pid: PidControl, celsius: float) -> float:
+    return float(pid.step(Single(celsius), Single(0), 1, Single(50.0)))
+
+
 def test_the_pid_is_the_references() -> None:
-    gains = Gains(3.0, 0.05, 40.0, 4.0)
-    algorithm = Pid.model_validate(
-        {
-            "kind": "pid",
-            "kp": 3.0,
-            "ki": 0.05,
-            "kd": 40.0,
-            "derivative_filter": "4 s",
-            "integral": {"minimum": "50 %"},
-        }
-    )
-    reference = PidControl(algorithm, PERIOD_S)
+    its = reference(integral={"minimum": "50 %"})
     # An integral that begins at 50 % and small errors about 0: nothing is limited.
     random = np.random.default_rng(0)
     errors = np.concatenate(([0.0], np.abs(random.normal(0, 0.5, 200))))
-    duties = [float(reference.step(*inputs(50.0 - error))) for error in errors]
+    duties = [duty(its, 50.0 - error) for error in errors]
     assert 0 < min(duties) < max(duties) < 100
-    linear = 50 + control.forced_response(pid(gains, PERIOD_S), U=errors).outputs
+    linear = 50 + control.forced_response(pid(GAINS, PERIOD_S), U=errors).outputs
     # Each of some ten operations in single precision rounds numbers below 100.
     assert linear == pytest.approx(duties, rel=0, abs=10 * 100 * float(np.finfo(np.float32).eps))
 
 
-def inputs(celsius: float) -> tuple[Single, Single, int, Single]:
-    return Single(celsius), Single(0), 1, Single(50.0)
-
-
 def test_the_pids_response_is_its_systems() -> None:
-    gains = Gains(3.0, 0.05, 40.0, 4.0)
-    system = pid(gains, PERIOD_S)
+    system = pid(GAINS, PERIOD_S)
     expected = np.array([system(z) for z in Z])
-    assert pid_response(gains, PERIOD_S, Z) == pytest.approx(expected, rel=1e-9)
+    assert pid_response(GAINS, PERIOD_S, Z) == pytest.approx(expected, rel=1e-9)
 
 
-def test_terms_that_are_off_have_no_states() -> None:
-    assert minimal_pid(Gains(1.0, 0.0, 0.0, 3.0), 1.0).nstates == 0
-    assert minimal_pid(Gains(1.0, 0.1, 0.0, 3.0), 1.0).nstates == 1
-    assert minimal_pid(Gains(1.0, 0.1, 5.0, 3.0), 1.0).nstates == 2
+@pytest.mark.parametrize(("ki", "kd", "states"), [(0.0, 0.0, 0), (0.1, 0.0, 1), (0.1, 5.0, 2)])
+def test_terms_that_are_off_have_no_states(ki: float, kd: float, states: int) -> None:
+    assert minimal_pid(Gains(1.0, ki, kd, 3.0), 1.0).nstates == states
 
 
 @given(integral=st.floats(2, 500), derivative=st.floats(1.01, 100), filter_s=st.floats(0.01, 1.0))
@@ -90,28 +86,20 @@ def test_a_short_derivative_behind_a_long_filter_is_left_out() -> None:
     assert Series(2.0, 10.0, 1.0).parallel(1.0) == Gains(2.0, 0.2, 0.0, 1.0)
 
 
-def test_a_load_under_proportional_control_ends_where_it_must() -> None:
-    load = load_answer(first_order(GAIN, LAG_S), Gains(3.0, 0.0, 0.0, 0.0), PERIOD_S)
+def test_a_load_under_proportional_control_stays_and_under_integral_goes_away() -> None:
     ends_k = GAIN * LOAD_PERCENT / (1 + GAIN * 3.0)
+    load = load_answer(first_order(GAIN, LAG_S), Gains(3.0, 0.0, 0.0, 0.0), PERIOD_S)
     assert load.dip_k == pytest.approx(ends_k, rel=1e-3)
     assert load.half_s is None
-
-
-def test_a_load_under_integral_control_goes_away() -> None:
     load = load_answer(first_order(GAIN, LAG_S, 2.0), Gains(3.0, 0.05, 0.0, 0.0), PERIOD_S)
-    assert load.dip_k < GAIN * LOAD_PERCENT / (1 + GAIN * 3.0)
+    assert load.dip_k < ends_k
     assert load.half_s is not None
     assert load.half_s > load.after_s
 
 
 def test_a_step_of_the_sensor_moves_all_terms() -> None:
-    algorithm = Pid.model_validate(
-        {"kind": "pid", "kp": 3.0, "ki": 0.05, "kd": 40.0, "derivative_filter": "4 s"}
-    )
-    reference = PidControl(algorithm, PERIOD_S)
-    for celsius in (49.0, 49.0, 49.0):
-        before = float(reference.step(*inputs(celsius)))
-    after = float(reference.step(*inputs(48.75)))
-    kick = step_kick(Gains(3.0, 0.05, 40.0, 4.0), 0.25, PERIOD_S)
+    its = reference()
+    *_, before = (duty(its, 49.0) for _ in range(3))
+    kick = step_kick(GAINS, 0.25, PERIOD_S)
     # The integral also adds what it would have added anyway: ki times the old error.
-    assert after - before == pytest.approx(kick + 0.05 * 1.0, rel=1e-5)
+    assert duty(its, 48.75) - before == pytest.approx(kick + 0.05 * 1.0, rel=1e-5)
