@@ -1,5 +1,6 @@
 """The wheel holds what the tree holds, and works where there is no compiler."""
 
+import re
 import shlex
 import shutil
 import subprocess
@@ -7,10 +8,12 @@ import sys
 import sysconfig
 import zipfile
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
+from platformio.dependencies import get_core_dependencies
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("cli", "generator", "sim", "spec", "templates")
@@ -52,10 +55,8 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_other(wheel: Path) ->
 
 def test_the_wheel_holds_both_licences(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    assert {name.split("/licenses/")[1] for name in names if "/licenses/" in name} == {
-        "LICENSE",
-        "LICENSES/MIT-0.txt",
-    }
+    held = {name.split("/licenses/")[1] for name in names if "/licenses/" in name}
+    assert held == {"LICENSE", "LICENSES/MIT-0.txt"}
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +102,10 @@ def test_build_without_a_compiler_is_one_line_with_the_remedy(run: Any) -> None:
     built = run("heatwright build chamber.yaml")
     assert built.returncode == 3, built.stdout + built.stderr
     assert "sudo apt-get install gcc-avr" in built.stderr
+
+
+def test_scons_is_the_one_that_platformio_asks_for() -> None:
+    # PlatformIO writes SCons 4.11.1 as 4.41101.0.
+    asked = get_core_dependencies()["tool-scons"]
+    major, minor, patch = map(int, version("scons").split("."))
+    assert re.fullmatch(rf"~{major}\.{major}{minor:02}{patch:02}\.\d+", asked)

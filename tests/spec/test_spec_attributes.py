@@ -5,27 +5,44 @@ from typing import Any
 
 import pytest
 from rig.bad_specs import bases
-from rig.specs import controller_of
+from rig.specs import changed, controller_of
 
 from heatwright.spec import (
     AfterPowerLoss,
     Autotune,
     Current,
+    Event,
     Gcode,
     HoldBack,
     Max6675,
     Max31855,
     ModbusRtu,
+    Program,
+    ProgramOrder,
     Programs,
     Runaway,
+    Segment,
+    SpecError,
+    load_text,
 )
+from heatwright.spec.names import LONGEST_NAME
+from heatwright.spec.rules import RULES
 
-LEAST = bases()["oven"].replace(", power: 240 W", "")
-"""The least that is a spec."""
+LEAST = changed(bases()["oven"], (", power: 240 W", ""))
+RULES_OFF = "{maximum: 80 °C, heating: off, runaway: off, frozen: off, rising_while_off: off}"
+TEXTS = {
+    "least": LEAST,
+    "slow": changed(LEAST, ("uno", "uno, clock: 8 MHz"), ("maximum: 70 °C", "maximum: 60 °C")),
+    "rated": changed("extruder", ("supply: 12 V", "supply: 12 V, rated: 6 V")),
+    "analog": bases()["analog_extruder"],
+    "off": f"{LEAST}    protection: {RULES_OFF}\n",
+}
+"""The least that is a spec, and what is changed in it."""
 
 READ: dict[str, dict[str, dict[str, object]]] = {
-    LEAST: {
+    "least": {
         "identity": {"title": None},
+        "board": {"clock_hz": 16_000_000},
         "loops.air": {"fan": None, "period_s": 1.0},
         "loops.air.algorithm": {"hysteresis_k": 0.0, "lead_s": 0.0, "lead_filter_s": 0.0},
         "loops.air.protection": {
@@ -38,11 +55,30 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         "safety": {"watchdog_s": 2.0},
         "": {"interfaces": (), "simulation": None, "comparison": ()},
     },
+    "slow": {
+        "identity": {"clock_hz": 8e6},
+        "board": {"clock_hz": 8_000_000, "clock_hz.__class__": int},
+        "loops.air.protection": {"maximum_c": 75.0},
+    },
+    "off": {
+        "loops.air.protection": {
+            "maximum_c": 80.0, "heating": None, "runaway": None, "frozen": None,
+            "rising_while_off": None,
+        },
+    },
     "extruder": {
         "sensors.nozzle": {"conversion_s": 0.04},
+        "outputs.heater": {"full_share": 1.0},
         "simulation.scenario.0": {"send": "M104 S200", "extrude_mm_per_s": None},
         "simulation.scenario.1": {"send": None, "extrude_mm_per_s": 5.0},
         "simulation.plant.filament": {"node": "block", "heat_j_per_k_mm": 0.0056},
+    },
+    "rated": {"outputs.heater": {"full_share": 0.25}},
+    "analog": {
+        "sensors.nozzle": {
+            "scale_v_per_k": 0.01, "offset_v": 1.0, "open_reads": "low", "oversample": 1,
+            "conversion_s": 0.01, "step_k": pytest.approx(5 / 1024 / 0.01),
+        },
     },
     "feeder": {
         "sensors.nozzle": {"divider": None, "reference": 3.3},
@@ -75,18 +111,16 @@ def at(found: Any, path: str) -> Any:
     return found
 
 
-def chosen(found: object, names: Mapping[str, object]) -> dict[str, object]:
-    return {name: getattr(found, name) for name in names}
+def chosen(found: object, paths: Mapping[str, object]) -> dict[str, object]:
+    return {path: at(found, path) for path in paths}
 
 
 @pytest.mark.parametrize(
-    ("spec", "path"),
-    [(spec, path) for spec, parts in READ.items() for path in parts],
-    ids=lambda word: "least" if word == LEAST else word,
+    ("spec", "path"), [(spec, path) for spec, parts in READ.items() for path in parts]
 )
 def test_what_a_spec_becomes(spec: str, path: str) -> None:
     expected = READ[spec][path]
-    assert chosen(at(controller_of(spec), path), expected) == expected
+    assert chosen(at(controller_of(TEXTS.get(spec, spec)), path), expected) == expected
 
 
 WIRES = {"chip_select": "D2", "clock": "D3", "data_out": "D4"}
@@ -110,9 +144,6 @@ WIRES = {"chip_select": "D2", "clock": "D3", "data_out": "D4"}
          {"range_c": (-200.0, 1350.0), "step_k": 0.25, "conversion_s": 0.1, "read_s": 0.1}),
         (Max31855, {"kind": "max31855", "thermocouple": "T", **WIRES},
          {"range_c": (-250.0, 400.0)}),
-        (Programs, {"loop": "chamber"},
-         {"points": 10, "places": 3, "stored": (), "hold_back": HoldBack(),
-          "after_power_loss": AfterPowerLoss()}),
         (Gcode, {"kind": "gcode", "loops": {"T0": "air"}}, {"fans": {}, "steppers": {}}),
     ],
 )  # fmt: skip
@@ -121,5 +152,86 @@ def test_what_is_not_given(model: Any, given: object, expected: dict[str, object
     assert chosen(model.model_validate(given), expected) == expected
 
 
+STORED = tuple({"name": str(i), "segments": ({"hold": "1 h"},)} for i in range(5))
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ({}, {"points": 10, "places": 3, "stored": (), "hold_back": HoldBack(),
+              "after_power_loss": AfterPowerLoss()}),
+        # As many places as are stored.
+        ({"stored": STORED}, {"places": 5}),
+        ({"stored": STORED, "places": 7}, {"places": 7}),
+        ({"places": 1}, {"places": 1}),
+        ({"hold_back": "5 K"}, {"hold_back.within_k": 5.0, "hold_back.limit_s": 7200.0}),
+        ({"hold_back": {"within": "5 K", "limit": "30 min"}},
+         {"hold_back.within_k": 5.0, "hold_back.limit_s": 1800.0}),
+        ({"hold_back": {"limit": "30 min"}}, {"hold_back.within_k": 8.0}),
+        ({"hold_back": "off"}, {"hold_back": None}),
+        ({"after_power_loss": "stop"},
+         {"after_power_loss.resume_within_k": 0.0, "after_power_loss.otherwise": "stop"}),
+    ],
+)  # fmt: skip
+def test_programs(keys: dict[str, object], expected: dict[str, object]) -> None:
+    assert chosen(Programs.model_validate({"loop": "chamber", **keys}), expected) == expected
+
+
+def test_a_programs_name_may_fill_the_display() -> None:
+    assert Program.model_validate({"name": "123456789012", "segments": ({"hold": "1 h"},)})
+
+
+@pytest.mark.parametrize(
+    ("written", "kind", "values"),
+    [
+        ({"to": "540 °C", "over": "60 min"}, "over", (540.0, 3600.0, None, None)),
+        ({"to": "540 °C", "at": "150 K/h"}, "rate", (540.0, None, 150.0, None)),
+        ({"to": "540 °C", "at": "2.5 K/min"}, "rate", (540.0, None, 150.0, None)),
+        ({"to": "540 °C", "at": "as fast as possible"}, "fast", (540.0, None, None, None)),
+        ({"hold": "30 min"}, "hold", (None, None, None, 1800.0)),
+        ({"hold": "until operator"}, "until", (None, None, None, None)),
+    ],
+)
+def test_the_forms_of_a_segment(written: object, kind: str, values: object) -> None:
+    segment = Segment.model_validate(written)
+    assert segment.kind == kind
+    assert (segment.to_c, segment.over_s, segment.at_k_per_h, segment.hold_s) == values
+    assert (segment.fast, segment.until) == (kind == "fast", kind == "until")
+
+
+@pytest.mark.parametrize("order", ["start 1", "pause 0", "resume 0", "skip 0", "jump 7", "stop 0"])
+def test_orders(order: str) -> None:
+    word, number = order.split()
+    event = Event.model_validate({"at": "9 s", "program": order.removesuffix(" 0")})
+    assert event.program == ProgramOrder(word, int(number))
+
+
 def test_the_default_clock_waits_before_the_default_runaway() -> None:
     assert HoldBack.model_validate({}).within_k < Runaway.model_validate({}).above_k
+
+
+IDS = """
+    sensor_no_answer sensor_short sensor_crc sensor_stale sensor_reset over_temperature
+    under_temperature rise_rate sensor_frozen heating_failed runaway_above runaway_below
+    rising_while_off watchdog_reset brown_out settings_corrupt sensor_open sensor_range
+    emergency_stop over_current current_while_off no_current master_lost program_lags
+    relay_welded relay_open
+"""
+"""Of the rules, from code 1 on."""
+
+
+def test_rules_keep_their_codes() -> None:
+    assert {code: rule.id for code, rule in RULES.items()} == dict(enumerate(IDS.split(), start=1))
+    for code, rule in RULES.items():
+        assert rule.code == code
+        assert rule.display.isascii()
+        assert rule.display == rule.display.upper()[:12] != ""
+        assert rule.meaning.endswith(".")
+        assert rule.remedy.endswith(".")
+
+
+def test_a_name_may_be_as_long_as_it_says() -> None:
+    longest = "a" * LONGEST_NAME
+    assert load_text(changed(LEAST, ("name: oven", f"name: {longest}")))
+    with pytest.raises(SpecError, match=f"Use at most {LONGEST_NAME} characters"):
+        load_text(changed(LEAST, ("name: oven", f"name: {longest}a")))

@@ -17,15 +17,8 @@ from heatwright.spec import (
 from heatwright.spec.checks import firing
 from heatwright.spec.checks.firing import Ramp
 from heatwright.spec.checks.machine import Machine
-from heatwright.spec.checks.measured import measured
 
 FIRST = "{to: 540 °C, over: 60 min}"
-
-
-def fabricator(*changes: tuple[str, str], switched: bool = False) -> Controller:
-    """The fabricator; switched, its heater is on or off, and its current is not measured."""
-    name = "simulated_switched_fabricator" if switched else "simulated_fabricator"
-    return controller_of(changed(bases()[name], *changes))
 
 
 def machine_of(controller: Controller) -> Machine:
@@ -36,46 +29,18 @@ def machine_of(controller: Controller) -> Machine:
     return Machine(controller, name, heater, controller.simulation)
 
 
-def test_what_the_current_is_judged_by() -> None:
-    """5 V / 1024 steps at 0.2 V/A; a code stands for the middle of its step."""
-    (found,) = measured(fabricator())
-    assert found.step_a == pytest.approx(5 / 1024 / 0.2)
-    assert found.highest_a == pytest.approx(5 / 0.2 * 1023.5 / 1024)
-    assert found.idle_a == pytest.approx(max(0.05 * 3, 3 * found.step_a))
-    assert found.full_a == pytest.approx(76.6 / 43)
-
-
-def test_a_limit_takes_power_away() -> None:
-    assert machine_of(fabricator()).full_power_w == 76.6
-    less = fabricator(("limit: 3 A", "limit: 1.7 A"))
-    assert machine_of(less).full_power_w == pytest.approx(1.7 * 43)
-
-
 def test_a_cooler_cools_faster() -> None:
     """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that.
 
     The sensor follows with its lag, so it never falls as fast as the block at the start.
     """
     alone_k_per_s = 300 / (8 * 27)
+    course = machine_of(controller_of(bases()["simulated_fabricator"])).cooling()
     steepest = max(
         (before - after) / (after_s - before_s)
-        for (before_s, before), (after_s, after) in pairwise(machine_of(fabricator()).cooling())
+        for (before_s, before), (after_s, after) in pairwise(course)
     )
     assert alone_k_per_s < steepest < 4 * alone_k_per_s
-
-
-def test_held_times_count_where_they_matter() -> None:
-    free = machine_of(fabricator(switched=True))
-    assert (free.held_on_s, free.held_off_s, free.cooler_held_on_s) == (0, 0, 0)
-    held = machine_of(
-        fabricator(
-            ("power: 76.6 W", "power: 76.6 W, minimum_on: 300 ms, minimum_off: 2 s"),
-            ("{kind: digital, pin: PD6}", "{kind: digital, pin: PD6, minimum_on: 400 ms}"),
-            switched=True,
-        )
-    )
-    assert (held.held_on_s, held.held_off_s, held.cooler_held_on_s) == (0.3, 2.0, 0.4)
-    assert max(k for _, k in held.coasting()) > max(k for _, k in free.coasting())
 
 
 def kiln(first: str = FIRST) -> Controller:

@@ -46,12 +46,6 @@ def test_reads(dimension: Dimension, texts: dict[str, float]) -> None:
         assert math.copysign(1, found) == math.copysign(1, expected)
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS, ids=lambda dimension: dimension.name)
-def test_the_example_of_the_messages_is_right(dimension: Dimension) -> None:
-    assert math.isfinite(parse(dimension.example, dimension))
-    assert abs(parse(dimension.example, dimension)) <= dimension.largest
-
-
 REFUSED = [
     "", " ", "°C", "1 2 °C", "1e °C", "0x10 °C", "1_000 °C", "nan °C", "inf °C", "1..2 °C",
     "1 °C °C", "١ °C", "1e9999 °C", "1e999 °C", "5 °Ré", "50 % °C", "1,5 °C", "½ °C",
@@ -89,15 +83,10 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 def test_limits() -> None:
     quantity = Quantity(units.DURATION, least=0.01, most=10)
-    assert quantity.read_one("10 ms") == 0.01
-    assert quantity.read_one("10 s") == 10
-    for text, remedy in (("9 ms", "Use at least 10 ms"), ("11 s", "Use at most 10 s")):
-        with pytest.raises(PydanticCustomError) as caught:
+    assert (quantity.read_one("10 ms"), quantity.read_one("10 s")) == (0.01, 10)
+    for text in ("9 ms", "11 s"):
+        with pytest.raises(PydanticCustomError):
             quantity.read_one(text)
-        assert caught.value.context == {
-            "reason": f"{text} is too {'small' if 'least' in remedy else 'large'}",
-            "remedy": remedy,
-        }
 
 
 def test_choices_keep_their_type() -> None:

@@ -5,10 +5,9 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter
 from rig.bad_specs import bases
-from rig.specs import changed, controller_of, example
+from rig.specs import changed, example
 
 from heatwright.spec import (
-    Analog,
     BetaCurve,
     PointsCurve,
     Sensor,
@@ -54,15 +53,6 @@ def test_curves_are_told_by_their_keys(curve: str, expected: type) -> None:
         assert sensor.curve.points[1] == (25.0, 1e5)
 
 
-def test_an_analog_sensor() -> None:
-    sensor = controller_of(bases()["analog_extruder"]).sensors["nozzle"]
-    assert isinstance(sensor, Analog)
-    assert (sensor.scale_v_per_k, sensor.offset_v, sensor.open_reads) == (0.01, 1.0, "low")
-    assert (sensor.oversample, sensor.conversion_s) == (1, 0.01)
-    assert sensor.step_k == pytest.approx(5 / 1024 / 0.01)
-    assert sensor.error_k(100) == pytest.approx(sensor.step_k)
-
-
 @pytest.mark.parametrize("kind", RANGE_C)
 def test_every_type_of_a_max31856_has_its_range(kind: str) -> None:
     lowest_c, highest_c = RANGE_C[kind]
@@ -90,15 +80,3 @@ def test_steps_of_the_adc(name: str) -> None:
         temperature_c = low_c + (high_c - low_c) * share / 8
         assert step_at_k(sensor, temperature_c, mcu) <= sensor.step_k * 1.05
         assert sensor.error_k(temperature_c) == step_at_k(sensor, temperature_c, mcu)
-
-
-def test_a_current_is_no_temperature() -> None:
-    assert set(example("fabricator").controller.thermometers) == {"nozzle"}
-
-
-@pytest.mark.parametrize(
-    ("rated", "share"), [("", 1.0), (", rated: 12 V", 1.0), (", rated: 6 V", 0.25)]
-)
-def test_what_a_heater_is_rated_for(rated: str, share: float) -> None:
-    text = changed("extruder", ("supply: 12 V", f"supply: 12 V{rated}"))
-    assert getattr(controller_of(text).outputs["heater"], "full_share", None) == share

@@ -2,16 +2,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatwright.spec import BOARDS, Controller, Ds18b20, PwmOutput, Stepper, Timer
+from heatwright.spec import Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
-from heatwright.spec.interfaces import BUS_BAUDS
 from heatwright.spec.pwm import (
     FASTEST_BY_INTERRUPTS_HZ,
     FEWEST_COUNTS,
     MOST_COUNTS_BY_INTERRUPTS,
     keeps_frequency,
-    pwm_setting,
     settings_by_interrupts,
 )
 from heatwright.spec.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
@@ -27,13 +25,9 @@ def pwm(pin: str, frequency: str) -> PwmOutput:
 
 
 def stepper(maximum: str) -> Stepper:
-    return Stepper.model_validate(
-        {
-            "kind": "stepper", "step": "D4", "direction": "D5", "enable": "D6",
-            "steps": 200, "microsteps": 16, "lead": "25 mm",
-            "maximum": maximum, "acceleration": "50 mm/s²",
-        }
-    )  # fmt: skip
+    pins = {"kind": "stepper", "step": "D4", "direction": "D5", "enable": "D6"}
+    motor = {"steps": 200, "microsteps": 16, "lead": "25 mm", "acceleration": "50 mm/s²"}
+    return Stepper.model_validate({**pins, **motor, "maximum": maximum})
 
 
 def asked(chamber: Controller, board: str, sensors: int, outputs: str) -> Controller:
@@ -74,6 +68,10 @@ def told(use: TimerUse) -> str:
         # PWM comes first; there are five interrupts a tick on timer 2 as on timer 0, which is last.
         ("uno", 1, "D9 1 kHz", "tick: 2, s0: 0, D9: 1A 1*16000"),
         ("uno", 1, "D3 490 Hz", "tick: 1, s0: 0, D3: 2B 128*256"),
+        ("uno", 1, "D3 62.5 kHz", "tick: 1, s0: 0, D3: 2B 1*256"),
+        ("uno", 1, "D5 244 Hz", "tick: 1, s0: 2, D5: 0B 256*256"),
+        ("uno", 1, "D9 160 kHz", "tick: 2, s0: 0, D9: 1A 1*100"),
+        ("uno", 1, "D9 1 Hz", "tick: 2, s0: 0, D9: 1A 256*62500"),
         # RAMPS: 30 Hz for the hotend and 122 Hz for the fan, both pins of timer 2, which makes
         # neither. One prescaler for both: 30 Hz would be 66667 counts of clock/8.
         (
@@ -169,29 +167,6 @@ def test_ticks_of_odd_clocks() -> None:
 
 
 @pytest.mark.parametrize(
-    ("pin", "frequency", "prescaler", "counts", "kept"),
-    [
-        ("D3", "490 Hz", 128, 256, True),  # 488.28 Hz, what Arduino calls 490
-        ("D3", "61 Hz", 1024, 256, True),
-        ("D3", "62.5 kHz", 1, 256, True),
-        ("D5", "490 Hz", 64, 256, False),  # no prescaler of 128 there: 977 or 244 Hz
-        ("D5", "244 Hz", 256, 256, True),
-        ("D9", "1 kHz", 1, 16000, True),
-        ("D9", "25 kHz", 1, 640, True),
-        ("D9", "160 kHz", 1, 100, True),
-        ("D9", "200 kHz", 1, 100, False),
-        ("D9", "1 Hz", 256, 62500, True),
-    ],
-)
-def test_pwm(pin: str, frequency: str, prescaler: int, counts: int, kept: bool) -> None:
-    output = pwm(pin, frequency)
-    setting = pwm_setting(BOARDS["uno"], output)
-    assert (setting.prescaler, setting.counts) == (prescaler, counts)
-    assert setting.frequency_hz == 16e6 / prescaler / counts
-    assert keeps_frequency(setting, output.frequency_hz) == kept
-
-
-@pytest.mark.parametrize(
     ("clock_hz", "baud", "divisor", "borne"),
     [
         # The data sheet's table of UBRR for U2X = 1, with its errors.
@@ -209,11 +184,3 @@ def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
     assert setting.divisor == divisor
     assert setting.baud == clock_hz / 8 / (divisor + 1)
     assert (abs(setting.error) <= BAUD_TOLERANCE) == borne
-
-
-@pytest.mark.parametrize("baud", BUS_BAUDS)
-@pytest.mark.parametrize("clock_mhz", [8, 16])
-def test_the_usual_speeds_of_a_bus_can_be_made(baud: int, clock_mhz: int) -> None:
-    """All of them from the boards' 16 MHz; from 8 MHz all but the fastest."""
-    borne = abs(baud_setting(clock_mhz * 1_000_000, baud).error) <= BAUD_TOLERANCE
-    assert borne == ((clock_mhz, baud) != (8, 115_200))

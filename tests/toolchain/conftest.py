@@ -31,33 +31,24 @@ SMALLEST = {
 }
 
 
-def smallest(folder: Path) -> Path:
-    """Write the small project."""
-    for name, text in SMALLEST.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(textwrap.dedent(text).strip() + "\n")
-    return folder
-
-
-@pytest.fixture
-def blink(tmp_path: Path) -> Path:
-    """The small project as it is."""
-    return smallest(tmp_path / "blink")
-
-
 @pytest.fixture
 def project(tmp_path: Path) -> Callable[..., Path]:
-    """The small project, with other lines in its files."""
+    """Write the small project, with other lines in its files."""
 
-    def changed(board: str = "uno", ini: str = "", main: str | None = None) -> Path:
-        folder = smallest(tmp_path / "project")
-        text = (folder / "platformio.ini").read_text().replace("uno", board)
-        (folder / "platformio.ini").write_text(text + ini)
+    def written(
+        board: str = "uno", ini: str = "", main: str | None = None, at: str = "project"
+    ) -> Path:
+        for path, text in SMALLEST.items():
+            file = tmp_path / at / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(textwrap.dedent(text).strip() + "\n")
+        file = tmp_path / at / "platformio.ini"
+        file.write_text(file.read_text().replace("uno", board) + ini)
         if main is not None:
-            (folder / "src" / "main.c").write_text(main)
-        return folder
+            (tmp_path / at / "src" / "main.c").write_text(main)
+        return tmp_path / at
 
-    return changed
+    return written
 
 
 @pytest.fixture

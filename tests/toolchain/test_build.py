@@ -35,17 +35,13 @@ def contents(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def section_sizes(elf: Path) -> dict[str, int]:
-    listed = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True)
-    sizes = re.findall(r"^(\.\w+)\s+(\d+)", listed.stdout, re.MULTILINE)
-    return {name: int(size) for name, size in sizes}
-
-
-def test_the_figures_are_those_of_avr_size(blink: Path) -> None:
-    result = build(blink)
-    size = section_sizes(result.elf)
-    assert result.flash_bytes == size[".text"] + size[".data"]
-    assert result.ram_bytes == size[".data"] + size[".bss"] == 6
+def test_the_figures_are_those_of_avr_size(project: Project) -> None:
+    result = build(project())
+    words = ["avr-size", result.elf]
+    listed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    text, data, bss = map(int, listed.splitlines()[1].split()[:3])
+    assert (result.flash_bytes, result.ram_bytes) == (text + data, data + bss)
+    assert result.ram_bytes == 6
     assert (result.flash_limit, result.ram_limit) == (32768 - 512, 2048)
     assert f"used {result.flash_bytes} bytes from {result.flash_limit} bytes" in result.log
 
@@ -58,19 +54,16 @@ def test_every_board_builds(board: Board, project: Project) -> None:
 
 
 def test_the_clock_and_the_flags_are_the_projects_own(project: Project) -> None:
-    main = (
-        "#if F_CPU != 8000000L || !defined(HOT)\n#error no\n#endif\nint main(void) { for (;;); }\n"
-    )
+    checks = "#if F_CPU != 8000000L || !defined(HOT)\n#error no\n#endif\n"
+    main = f"{checks}int main(void) {{ for (;;); }}\n"
     build(project(ini=" -DHOT\nboard_build.f_cpu = 8000000L\n", main=main))
 
 
 def test_a_flag_of_the_platform_can_be_taken_off(project: Project) -> None:
-    folder = project(main="int main(void) { int never; for (;;); }\n")
+    main = "int main(void) { int never; for (;;); }\n"
     with pytest.raises(BuildFailed, match="unused variable"):
-        build(folder)
-    ini = folder / "platformio.ini"
-    ini.write_text(ini.read_text() + "build_unflags = -Wall\n")
-    build(folder)
+        build(project(main=main))
+    build(project(main=main, ini="build_unflags = -Wall\n"))
 
 
 def test_the_project_is_left_as_it_was(project: Project, fresh_cache: Path) -> None:
@@ -81,25 +74,28 @@ def test_the_project_is_left_as_it_was(project: Project, fresh_cache: Path) -> N
     assert result.elf.is_relative_to(fresh_cache)
 
 
-def test_the_same_project_is_built_once(blink: Path, project: Project, fresh_cache: Path) -> None:
-    first = build(project())
-    lines: list[str] = []
-    again = build(blink, progress=lines.append)
-    assert not first.cached
-    assert again.cached
-    assert lines == []
+def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> None:
+    """And each step of it is told."""
+    told: list[str] = []
+    first = build(project(), progress=told.append)
+    assert {line.split()[0] for line in told} == {"Compiling", "Linking"}
+    assert "Linking uno/firmware.elf" in told
+    told.clear()
+    again = build(project(at="elsewhere"), progress=told.append)
+    assert (first.cached, again.cached, told) == (False, True, [])
     assert (again.elf, again.flash_bytes) == (first.elf, first.flash_bytes)
 
 
 def test_another_place_gives_the_same_image(
-    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+    project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     images = []
-    for elf in (build(project()).elf, build(blink).elf):
+    for place in ("here", "there"):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(fresh_cache / place))
         image = fresh_cache / "image.hex"
-        subprocess.run(["avr-objcopy", "-O", "ihex", elf, image], check=True)
+        words = ["avr-objcopy", "-O", "ihex", build(project(at=place)).elf, image]
+        subprocess.run(words, check=True)
         images.append(image.read_bytes())
-        monkeypatch.setenv("XDG_CACHE_HOME", str(fresh_cache / "another"))
     assert images[0] == images[1]
 
 
@@ -109,13 +105,6 @@ def test_a_changed_byte_is_built_anew(project: Project) -> None:
     source = folder / "src" / "level.c"
     source.write_text(source.read_text().replace("0.25f", "0.5f"))
     assert build(folder).elf != first.elf
-
-
-def test_progress_names_each_step(project: Project, fresh_cache: Path) -> None:
-    lines: list[str] = []
-    build(project(), progress=lines.append)
-    assert {line.split()[0] for line in lines} == {"Compiling", "Linking"}
-    assert "Linking uno/firmware.elf" in lines
 
 
 def test_the_compilers_errors_are_told(project: Project) -> None:
@@ -193,23 +182,24 @@ def test_a_missing_compiler_is_one_line_with_the_remedy(
     assert "\n" not in str(caught.value)
 
 
-def test_the_users_own_platformio_is_run_as_it_is(
-    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    "settings",
+    [
+        # A core directory with all that is needed stands for one that PlatformIO filled online.
+        {"PLATFORMIO_CORE_DIR": str(core_dir()), "HEATWRIGHT_PLATFORMIO": "online"},
+        {"PLATFORMIO_BUILD_FLAGS": "-DNONSENSE -O0", "PLATFORMIO_BUILD_DIR": "elsewhere"},
+    ],
+    ids=["the user's own PlatformIO", "settings of the user's shell"],
+)
+def test_the_users_surroundings_do_not_change_the_binary(
+    settings: dict[str, str], project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # A core directory with all that is needed stands for one that PlatformIO has filled online.
-    monkeypatch.setenv("PLATFORMIO_CORE_DIR", str(core_dir()))
-    monkeypatch.setenv("HEATWRIGHT_PLATFORMIO", "online")
-    assert build(project()).flash_bytes == build(blink).flash_bytes
-
-
-def test_settings_of_the_users_shell_do_not_change_the_binary(
-    blink: Path, project: Project, fresh_cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("PLATFORMIO_BUILD_FLAGS", "-DNONSENSE -O0")
-    monkeypatch.setenv("PLATFORMIO_BUILD_DIR", str(fresh_cache / "elsewhere"))
-    flash = build(project()).flash_bytes
-    monkeypatch.undo()
-    assert flash == build(blink).flash_bytes
+    with monkeypatch.context() as patch:
+        for name, value in settings.items():
+            patch.setenv(name, value)
+        built = build(project())
+    monkeypatch.setenv("XDG_CACHE_HOME", str(fresh_cache / "another"))
+    assert built.flash_bytes == build(project()).flash_bytes
 
 
 def test_two_at_once_share_one_build(project: Project, fresh_cache: Path) -> None:
@@ -226,12 +216,8 @@ def test_two_at_once_share_one_build(project: Project, fresh_cache: Path) -> Non
 
 def test_an_interrupted_build_leaves_nothing_behind(project: Project, fresh_cache: Path) -> None:
     folder = project()
-    process = subprocess.Popen(
-        [sys.executable, "-c", BUILD, folder],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
+    words = [sys.executable, "-c", BUILD, folder]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("Compiling")
     process.send_signal(signal.SIGINT)

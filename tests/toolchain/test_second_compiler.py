@@ -45,20 +45,6 @@ def built(name: str, folder: Path) -> BuildResult:
     return build(folder)
 
 
-def verified(name: str, folder: Path, *more: str) -> dict[str, object]:
-    """Verify the example's binary as one that was built elsewhere; return the evidence."""
-    elf = shutil.copy(built(name, folder / "project").elf, folder / "elsewhere.elf")
-    spec = EXAMPLES / f"{name}.yaml"
-    words = ["verify", str(spec), "--elf", str(elf), "--json", *more]
-    done = subprocess.run(
-        [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr + done.stdout[-2000:]
-    found: dict[str, object] = json.loads(done.stdout)
-    assert found["elf"] == str(elf)
-    return found
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_every_example_builds_without_a_warning(name: str, second: str, tmp_path: Path) -> None:
     assert second == "7.3.0"
@@ -73,11 +59,15 @@ def test_all_examples_are_among_them() -> None:
     assert sorted(NAMES) == sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 
 
+@pytest.mark.parametrize("core", ["own", "simavr"])
 @pytest.mark.parametrize("name", NAMES[: amount("examples_verified_with_gcc_7")])
-def test_its_binaries_verify(name: str, tmp_path: Path) -> None:
-    assert verified(name, tmp_path)["core"] == "own"
-
-
-@pytest.mark.parametrize("name", NAMES[: amount("examples_verified_with_gcc_7")])
-def test_its_binaries_verify_on_simavrs_core(name: str, tmp_path: Path) -> None:
-    assert verified(name, tmp_path, "--core", "simavr")["core"] == "simavr"
+def test_its_binaries_verify(name: str, core: str, tmp_path: Path) -> None:
+    """As a binary that was built elsewhere."""
+    elf = shutil.copy(built(name, tmp_path / "project").elf, tmp_path / "elsewhere.elf")
+    words = ["verify", str(EXAMPLES / f"{name}.yaml"), "--elf", str(elf), "--json", "--core", core]
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr + done.stdout[-2000:]
+    evidence = json.loads(done.stdout)
+    assert (evidence["elf"], evidence["core"]) == (str(elf), core)

@@ -12,99 +12,76 @@ from rig.avr import compiled
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
 
-LOOP = "int main(void) { for (;;); }\n"
 C = {"atmega328p": 2, "atmega2560": 3, "atmega16": 2}
+LOOP = "int main(void) { for (;;); }\n"
+FILL = """
+__attribute__((noinline)) void fill(uint16_t i)
+{{ volatile uint8_t frame[{0}]; {1} frame[i] = 1; frame[i / 2] = frame[i]; }}
+int main(void) {{ for (;;) fill(PINB); }}
+"""
+SAVED = ", ".join(f'"r{number}"' for number in range(8, 18))
+
+# Source, flags; of the program the calls and all else in bytes, of the interrupts the same.
+COUNTED = {
+    "main alone": (LOOP, "", (1, 0), (0, 0)),
+    "calls and pushes": (
+        r"""
+        __attribute__((naked, used)) void leaf(void) { asm("push r2\n pop r2\n ret"); }
+        __attribute__((naked, used)) void deep(void)
+        { asm("push r2\n push r3\n push r4\n call leaf\n pop r4\n pop r3\n pop r2\n ret"); }
+        int main(void) { for (;;) { asm("call leaf"); asm("call deep"); } }
+        """,
+        "", (3, 3 + 1), (0, 0),
+    ),
+    # The compiler makes room by `push`, `rcall .+0`, `sbiw` or `subi` and `sbci`, by its size.
+    **{
+        f"room for {room}": (FILL.format(room, ""), "", (2, 2 + room), (0, 0))  # Y and the frame
+        for room in (1, 5, 40, 100, 700)
+    },
+    "a shared prologue": (
+        FILL.format(40, f'asm volatile("" ::: {SAVED});'), "-mcall-prologues", (2, 12 + 40), (0, 0)
+    ),
+    # n and two longs; sum keeps Y to find them.
+    "arguments on the stack": (
+        r"""
+        __attribute__((noinline, noclone)) uint8_t sum(uint8_t n, ...)
+        { asm volatile(""); return n; }
+        int main(void) { for (;;) PORTB = sum(3, 1L, 2L); }
+        """,
+        "", (2, 1 + 4 + 4 + 2), (0, 0),
+    ),
+    "the deepest interrupt": (
+        r"""
+        ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("push r2\n pop r2\n reti"); }
+        ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
+        """ + LOOP,
+        "", (1, 0), (1, 2),
+    ),
+    "an interrupt that lets others in": (
+        r"""
+        ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("sei\n push r2\n pop r2\n reti"); }
+        ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
+        ISR(TIMER2_OVF_vect, ISR_NAKED) { asm("push r2\n pop r2\n reti"); }
+        """ + LOOP,
+        "", (1, 0), (2, 1 + 2),
+    ),
+}  # fmt: skip
 
 
 def measure(source: str, mcu: str = "atmega328p", *flags: str) -> WorstStack:
     return worst_stack(compiled(source, "-lm", *flags, mcu=mcu).path)
 
 
+@pytest.mark.parametrize("case", COUNTED)
 @pytest.mark.parametrize("mcu", C)
-def test_main_alone_takes_the_call_to_it(mcu: str) -> None:
-    stack = measure(LOOP, mcu)
-    assert stack == WorstStack(C[mcu], 0, ("reset", "main"), ())
-
-
-@pytest.mark.parametrize("mcu", C)
-def test_calls_and_pushes_add_up_along_the_deepest_chain(mcu: str) -> None:
-    source = r"""
-    __attribute__((naked, used)) void leaf(void) { asm("push r2\n pop r2\n ret"); }
-    __attribute__((naked, used)) void deep(void)
-    { asm("push r2\n push r3\n push r4\n call leaf\n pop r4\n pop r3\n pop r2\n ret"); }
-    int main(void) { for (;;) { asm("call leaf"); asm("call deep"); } }
-    """
-    stack = measure(source, mcu)
-    assert stack.program == 3 * C[mcu] + 3 + 1  # main, deep, leaf
-    assert stack.program_chain == ("reset", "main", "deep", "leaf")
-
-
-@pytest.mark.parametrize(("room", "kept"), [(1, 2), (5, 2), (40, 2), (100, 2), (700, 2)])
-@pytest.mark.parametrize("mcu", C)
-def test_room_for_variables_counts(mcu: str, room: int, kept: int) -> None:
-    # The compiler makes room by `push`, `rcall .+0`, `sbiw` or `subi` and `sbci`, by its size.
-    source = f"""
-    __attribute__((noinline)) void fill(uint16_t i)
-    {{ volatile uint8_t frame[{room}]; frame[i] = 1; frame[i / 2] = frame[i]; }}
-    int main(void) {{ for (;;) fill(PINB); }}
-    """
-    assert measure(source, mcu).program == 2 * C[mcu] + kept + room  # main, fill: Y and the frame
-
-
-def test_arguments_on_the_stack_count() -> None:
-    source = r"""
-    __attribute__((noinline, noclone)) uint8_t sum(uint8_t n, ...) { asm volatile(""); return n; }
-    int main(void) { for (;;) PORTB = sum(3, 1L, 2L); }
-    """
-    # main's call, then n and two longs, then the call of sum; sum keeps Y to find them.
-    assert measure(source).program == 2 + 1 + 4 + 4 + 2 + 2
-
-
-@pytest.mark.parametrize("mcu", C)
-def test_the_deepest_interrupt_comes_on_top(mcu: str) -> None:
-    source = r"""
-    ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("push r2\n pop r2\n reti"); }
-    ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
-    """
-    stack = measure(source + LOOP, mcu)
-    assert (stack.program, stack.interrupts) == (C[mcu], C[mcu] + 2)
-    assert stack.total == 2 * C[mcu] + 2
-
-
-def test_an_interrupt_that_lets_others_in_adds_to_them() -> None:
-    source = r"""
-    ISR(TIMER0_OVF_vect, ISR_NAKED) { asm("sei\n push r2\n pop r2\n reti"); }
-    ISR(TIMER1_OVF_vect, ISR_NAKED) { asm("push r2\n push r3\n pop r3\n pop r2\n reti"); }
-    ISR(TIMER2_OVF_vect, ISR_NAKED) { asm("push r2\n pop r2\n reti"); }
-    """
-    assert measure(source + LOOP).interrupts == (2 + 1) + (2 + 2)
-
-
-SWITCH = """
-__attribute__((noinline)) uint8_t leaf(uint8_t n) { volatile uint8_t b[20]; b[n] = n; return *b; }
-__attribute__((noinline)) uint8_t choose(uint8_t n)
-{
-    switch (n) {
-    case 0: return PINB;
-    case 1: return PINC;
-    case 2: return 9;
-    case 3: PORTC = 4; return 7;
-    case 4: return PIND;
-    case 5: PORTB = 1; return 3;
-    case 6: return leaf(n) + 3;
-    case 7: PORTD = 2; return 1;
-    }
-    return 0;
-}
-int main(void) { for (;;) PORTB = choose(PINB); }
-"""
-
-
-@pytest.mark.parametrize("mcu", C)
-def test_a_switch_by_table_is_followed_into_every_case(mcu: str) -> None:
-    stack = measure(SWITCH, mcu)
-    assert stack.program_chain == ("reset", "main", "choose", "leaf")
-    assert stack.program == 3 * C[mcu] + 2 + 20
+def test_the_stack_is_what_is_counted_by_hand(mcu: str, case: str) -> None:
+    source, flags, *counted = COUNTED[case]
+    stack = measure(source, mcu, *flags.split())
+    program, interrupts = (calls * C[mcu] + rest for calls, rest in counted)
+    assert (stack.program, stack.interrupts) == (program, interrupts)
+    assert stack.total == program + interrupts
+    if case == "calls and pushes":
+        assert stack.program_chain == ("reset", "main", "deep", "leaf")
 
 
 TABLE_IN_THE_CODE = """
@@ -172,20 +149,6 @@ def test_a_table_between_a_switch_and_its_cases_is_read(tmp_path: Path) -> None:
     stack = worst_stack(tmp_path / "main.elf")
     assert stack.program_chain == ("reset", "choose", "leaf")
     assert stack.program == 2 + 2 + 20 + 2 + 1
-
-
-@pytest.mark.parametrize("mcu", C)
-def test_shared_prologues_are_followed(mcu: str) -> None:
-    source = """
-    __attribute__((noinline)) void fill(uint16_t i)
-    {
-        volatile uint8_t frame[40];
-        asm volatile("" ::: "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16", "r17");
-        frame[i] = frame[i / 2];
-    }
-    int main(void) { for (;;) fill(PINB); }
-    """
-    assert measure(source, mcu, "-mcall-prologues").program == 2 * C[mcu] + 10 + 2 + 40
 
 
 def test_library_routines_are_followed() -> None:
