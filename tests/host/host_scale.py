@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from heatwright.spec import Controller, Max31856
+from heatwright.spec import Controller, Max6675, Max31855, Max31856
 from heatwright.spec.sensors import Ds18b20
 
 ADC_CODES = 1024
@@ -61,6 +61,14 @@ class Parts128(_Steps):
     per_k = 128
 
 
+class Quarters(_Steps):
+    """Of a MAX6675, and of a MAX31855 from 0 °C on."""
+
+    lowest, highest = 0, 4095
+    noise = (0, 4095)
+    per_k = 4
+
+
 class _Table:
     """A sum of codes of the ADC, made a temperature by the reference's table."""
 
@@ -105,4 +113,6 @@ def scale_of(controller: Controller) -> Scale:
         return Sixteenths()
     if isinstance(sensor, Max31856):
         return Parts128()
+    if isinstance(sensor, Max6675 | Max31855):
+        return Quarters()
     return _Table(controller, loop.sensor)
