@@ -11,13 +11,16 @@ from heatwright.sim.sensors.ds18b20 import CONVERSION_S, Ds18b20, crc8, raw_code
 
 SKIP, CONVERT, READ, WRITE, COPY, RECALL, SUPPLY = 0xCC, 0x44, 0xBE, 0x4E, 0x48, 0xB8, 0xB4
 POWER_ON = bytes([0x50, 0x05, 75, 70, 0x7F, 0xFF, 0x0C, 0x10])
+TIMES_US = {"reset_low": 500, "reset_sample": 70, "reset_high": 490, "one_low": 5, "zero_low": 70,
+            "read_at": 10, "slot": 75}  # fmt: skip
 
 
 class Master(Small):
     """Sends requests through the firmware thermometer.c."""
 
-    def __init__(self, *flags: str, chip: bool = True, timing: Timing | None = None) -> None:
-        super().__init__((SHARED / "thermometer.c").read_text("utf-8"), *flags)
+    def __init__(self, *, chip: bool = True, timing: Timing | None = None, **us: int) -> None:
+        defines = [f"-D{time.upper()}_US={each}" for time, each in (TIMES_US | us).items()]
+        super().__init__((SHARED / "thermometer.c").read_text("utf-8"), *defines)
         if chip:
             self.chip = Ds18b20(self.avr, "PC1", serial=0x123456789A, timing=timing)
         self.avr.run(0.001)
@@ -230,10 +233,8 @@ def test_other_times_from_now_on(master: Master) -> None:
      ("read_at", 16)],
 )  # fmt: skip
 def test_a_master_out_of_limits_is_noticed(phase: str, us: int) -> None:
-    flags = [f"-D{phase.upper()}_US={us}"]
-    if phase in {"slot", "one_low"}:
-        flags += ["-DREAD_AT_US=20", "-DZERO_LOW_US=40"]
-    master = Master(*flags)
+    others = {"read_at": 20, "zero_low": 40} if phase in {"slot", "one_low"} else {}
+    master = Master(**others, **{phase: us})
     master.ask(SKIP, READ, receive=2)
     line = master.chip.line
     assert line.violations >= line.phases[phase].violations > 0

@@ -13,32 +13,19 @@ import pytest
 from rig.avr import CLOCK_HZ, compiled, powered, running, shared
 
 from heatwright.sim.avr import RAM_FILL, Avr
-from heatwright.sim.dwarf import Variables
-from heatwright.sim.native.parts import PARTS
 
 ENDLESS = "int main(void) { for (;;) PORTB++; }"
 
 
-@pytest.mark.parametrize("mcu", PARTS)
-def test_every_part_runs(mcu: str) -> None:
-    program = compiled("volatile uint8_t mark; int main(void) { mark = 77; for (;;) {} }", mcu=mcu)
-    avr = powered(program, mcu)
-    avr.run(0.001)
-    mark = Variables(program)["mark"].address
-    assert mark == avr.part.ram_start == program.static_ram[0]
-    assert avr.read_ram(mark, 1) == b"\x4d"
-
-
-def test_an_unknown_part() -> None:
+def test_what_does_not_fit() -> None:
     with pytest.raises(ValueError, match="attiny85 is not simulated; atmega328p"):
         Avr("attiny85", 8e6)
-
-
-def test_a_program_too_large() -> None:
     program = compiled("int main(void) { for (;;) {} }", "-Wl,--defsym=x=1", mcu="atmega2560")
     program.flash = bytes(40_000)
     with pytest.raises(ValueError, match="40000 bytes, the flash 32768"):
         Avr("atmega328p", CLOCK_HZ).load(program)
+    with pytest.raises(ValueError, match="not in RAM"):
+        Avr("atmega328p", CLOCK_HZ).snapshots((0x100, 2), (0x800, 0x200))
 
 
 def test_ram_is_not_zero_at_power_on() -> None:
@@ -64,30 +51,6 @@ def test_stack_use_by_the_fill_and_by_the_pointer() -> None:
     assert fast.stack_used == stepped.stack_used
     assert 0 <= profile.stack_used - fast.stack_used <= 2
     assert profile.stack_used > 6 * 22
-
-
-def test_snapshots_follow_the_counter() -> None:
-    program = shared("blink.c")
-    avr = powered(program)
-    variables = Variables(program)
-    steps = variables["loop_air.steps"]
-    first, end = program.static_ram
-    snapshots = avr.snapshots((steps.address, steps.size), (first, end - first))
-    avr.run(1.0)
-    assert len(snapshots) == 9
-    cycles, images = snapshots.take()
-    state = variables.decode(images, first, ["loop_air", "mode"])
-    assert state["loop_air"]["steps"].tolist() == list(range(1, 10))
-    assert state["loop_air"]["temperature_c"].tolist() == [0.5 * n for n in range(1, 10)]
-    assert set(state["mode"].tolist()) == {300}
-    assert np.all(abs(np.diff(cycles.astype(int)) - CLOCK_HZ // 10) < 200)
-    assert len(snapshots) == 0
-
-
-def test_snapshots_outside_ram() -> None:
-    avr = Avr("atmega328p", CLOCK_HZ)
-    with pytest.raises(ValueError, match="not in RAM"):
-        avr.snapshots((0x100, 2), (0x800, 0x200))
 
 
 def test_long_logs_are_kept_whole() -> None:

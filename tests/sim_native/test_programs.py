@@ -31,6 +31,12 @@ int main(void) {
     for (;;) {}
 }
 """
+TYPES = {
+    "state.code": "u1", "state.temperature": "<f4", "state.latched": "?", "state.mode": "<u2",
+    "state.big": "<i4", "state.huge": "<u8", "state.path[2].y": "<i2", "state.grid[1][3]": "u1",
+    "state.name": "<u2", "state.also": "<f4", "state.small": "i1", "state.both.word": "<u2",
+    "state.both.bytes[1]": "u1", "hidden": "u1", "initialised": "<u2", "local": "u1", "kept": "u1",
+}  # fmt: skip
 
 
 @pytest.fixture(params=["", "-flto"], ids=["plain", "lto"])
@@ -40,33 +46,11 @@ def program(request: pytest.FixtureRequest) -> Elf:
 
 def test_every_kind_of_variable(program: Elf) -> None:
     variables = Variables(program)
-    types = {
-        "state.code": "u1",
-        "state.temperature": "<f4",
-        "state.latched": "?",
-        "state.mode": "u1" if variables["state.mode"].size == 1 else "<u2",
-        "state.big": "<i4",
-        "state.huge": "<u8",
-        "state.path[2].y": "<i2",
-        "state.grid[1][3]": "u1",
-        "state.name": "<u2",
-        "state.also": "<f4",
-        "state.small": "i1",
-        "state.both.word": "<u2",
-        "state.both.bytes[1]": "u1",
-        "hidden": "u1",
-        "initialised": "<u2",
-        "local": "u1",
-        "kept": "u1",
-    }
-    assert {name: variables[name].dtype for name in types} == {
-        name: np.dtype(kind) for name, kind in types.items()
-    }
     first, end = program.static_ram
-    for name in types:
-        assert (
-            first <= variables[name].address < variables[name].address + variables[name].size <= end
-        )
+    for name, kind in TYPES.items():
+        found = variables[name]
+        assert found.dtype == np.dtype(kind), name
+        assert first <= found.address < found.address + found.size <= end
 
 
 def test_values_as_the_program_sets_them(program: Elf) -> None:

@@ -46,29 +46,22 @@ def test_sent_bytes_are_not_printed(capfd: pytest.CaptureFixture[str]) -> None:
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_cut_of_a_run_does_not_show() -> None:
+def test_the_cut_of_a_run_and_single_steps_do_not_show() -> None:
     """Bursts, stops and yields are the shim's own business: traces are equal to the cycle."""
     program = shared("blink.c")
-    whole, pieces = powered(program), powered(program)
-    for avr in (whole, pieces):
+    whole, pieces, stepped = processors = [powered(program) for _ in range(3)]
+    for avr in processors:
         avr.pins.watch("PB5")
-    whole.run_to(3_000_000)
+    stepped.profile(program)
+    for avr in (whole, stepped):
+        avr.run_to(3_000_000)
     rng = np.random.default_rng(1)
     while pieces.cycle < 3_000_000:
         pieces.run_to(min(3_000_000, pieces.cycle + int(rng.integers(1, 50_000))))
-    assert np.array_equal(whole.pins.take(), pieces.pins.take())
-    assert whole.cycle == pieces.cycle
-    assert whole.sleep_cycles == pieces.sleep_cycles
-
-
-def test_single_steps_give_the_same_trace() -> None:
-    program = shared("blink.c")
-    fast, stepped = powered(program), powered(program)
-    stepped.profile(program)
-    for avr in (fast, stepped):
-        avr.pins.watch("PB5")
-        avr.run_to(3_000_000)
-    assert np.array_equal(fast.pins.take(), stepped.pins.take())
+    trace = whole.pins.take()
+    for other in (pieces, stepped):
+        assert np.array_equal(trace, other.pins.take())
+        assert (whole.cycle, whole.sleep_cycles) == (other.cycle, other.sleep_cycles)
 
 
 @pytest.mark.parametrize("cycle", [1_000_003, 1_234_567, 1_999_999])

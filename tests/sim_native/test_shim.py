@@ -4,6 +4,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -17,10 +18,8 @@ def test_it_is_built_into_the_users_cache(tmp_path: Path, monkeypatch: pytest.Mo
     """By several processes at once, whole or not at all, and then found again."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with ThreadPoolExecutor(3) as pool:
-        runs = list(
-            pool.map(lambda _: subprocess.run(BUILD, check=False, capture_output=True), range(3))
-        )
-    assert [run.returncode for run in runs] == [0, 0, 0]
+        build = partial(subprocess.run, BUILD, check=True, capture_output=True)
+        runs = list(pool.map(lambda _: build(), range(3)))
     assert {run.stderr for run in runs} == {b""}
     (path,) = {Path(run.stdout.decode().strip()) for run in runs}
     assert [path] == list((tmp_path / "heatwright" / "native").iterdir())

@@ -6,28 +6,6 @@
 #include <stdint.h>
 #include <util/delay.h>
 
-#ifndef RESET_LOW_US
-#define RESET_LOW_US 500
-#endif
-#ifndef RESET_SAMPLE_US
-#define RESET_SAMPLE_US 70
-#endif
-#ifndef RESET_HIGH_US
-#define RESET_HIGH_US 490
-#endif
-#ifndef ONE_LOW_US
-#define ONE_LOW_US 5
-#endif
-#ifndef ZERO_LOW_US
-#define ZERO_LOW_US 70
-#endif
-#ifndef READ_AT_US
-#define READ_AT_US 10
-#endif
-#ifndef SLOT_US
-#define SLOT_US 75
-#endif
-
 struct {
     uint8_t send, receive, data[16];
     volatile uint8_t go;
