@@ -3,7 +3,7 @@
 from functools import partial
 
 import test_adc as adc
-from analog_specs import bed, powered, sensor
+from rig.analog_specs import bed, powered, sensor
 from rig.avr import Firmware, Program, on
 
 from heatwright.sim.device import AvrDevice

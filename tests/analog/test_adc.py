@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from analog_specs import KEYS, bed, powered, sensor, two_sensors
+from rig.analog_specs import KEYS, bed, powered, sensor, two_sensors
 from rig.specs import spec_of
 
 from heatwright.sim.circuits import shares

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from analog_specs import AnalogSensor, bed
+from rig.analog_specs import AnalogSensor, bed
 from rig.avr import whole
 from rig.specs import example, spec_of
 

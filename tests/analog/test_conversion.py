@@ -1,14 +1,15 @@
 """The firmware's tables: as exact as they say, and no table with fewer points is."""
 
+from bisect import bisect_left
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from analog_specs import CIRCUITS, sensor
-from numpy.typing import NDArray
+from rig.analog_specs import CIRCUITS, sensor
 from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
+from heatwright.sim.reference.adc import converter
 from heatwright.spec import BOARDS
 from heatwright.spec.circuits import circuit
 from heatwright.spec.conversion import CODES, conversion, limits
@@ -18,24 +19,14 @@ UNO = BOARDS["uno"]
 every_circuit = pytest.mark.parametrize("name", CIRCUITS)
 
 
-def table_c(name: str, raw: NDArray[np.int_]) -> NDArray[np.float64]:
-    """What the table makes of sums: docs/control.md, "Conversion", in single precision."""
-    table = conversion(sensor(name), UNO.mcu)
-    raws = np.array([point.raw for point in table.points])
-    celsius = np.array([point.celsius for point in table.points], np.float32)
-    slopes = np.array(table.slopes, np.float32)
-    place = np.clip(np.searchsorted(raws, raw, side="right") - 1, 0, len(raws) - 2)
-    counts = (raw - raws[place]).astype(np.float32)
-    return (celsius[place] + counts * slopes[place]).astype(np.float64)
-
-
 @every_circuit
 def test_every_sum_is_within_half_a_step_of_the_exact_curve(name: str) -> None:
     part = sensor(name)
     bounds = limits(part, UNO.mcu)
     raw = np.arange(part.oversample * bounds.low, part.oversample * bounds.high + 1)
-    exact = CODES * shares(part, UNO, table_c(name, raw))
-    error = np.abs(exact - (raw / part.oversample + 0.5))
+    law = converter(part, UNO)
+    celsius = np.array([law(int(each)) for each in raw], float)
+    error = np.abs(CODES * shares(part, UNO, celsius) - (raw / part.oversample + 0.5))
     assert error.max() < 0.5
 
 
@@ -56,16 +47,8 @@ def test_no_table_of_fewer_points_would_be(name: str) -> None:
 
 def furthest(lows: list[float], highs: list[float], start: int) -> int:
     """The last code that one straight line from code `start` can include."""
-    near, far = start + 1, len(lows)  # near: can be reached; far: cannot
-    if is_straight(lows, highs, start, far - 1):
-        return far - 1
-    while far - near > 1:
-        middle = (near + far) // 2
-        if is_straight(lows, highs, start, middle):
-            near = middle
-        else:
-            far = middle
-    return near
+    ends = range(start + 1, len(lows))
+    return start + bisect_left(ends, 1, key=lambda end: not is_straight(lows, highs, start, end))
 
 
 def is_straight(lows: list[float], highs: list[float], start: int, end: int) -> bool:

@@ -52,10 +52,7 @@ def test_beta_both_ways(celsius: float, nominal_ohm: float, beta_k: float) -> No
     other = beta_ohm(np.array(celsius + ZERO_C), nominal_ohm, 25 + ZERO_C, beta_k)
     assert ohm == pytest.approx(float(other), rel=AGREE)
     assert curve.celsius(ohm) == pytest.approx(celsius, abs=1e-9)
-
-
-def test_beta_goes_through_its_nominal_point() -> None:
-    assert Beta(100e3, 25.0, 4267).ohm(25.0) == 100e3
+    assert curve.ohm(25.0) == nominal_ohm
 
 
 @given(hot_c, st.floats(1e-4, 2e-3), st.floats(1e-4, 4e-4), st.floats(1e-9, 5e-7))
@@ -96,12 +93,8 @@ def test_points_both_ways(celsius: float, points: tuple[tuple[float, float], ...
     other = interpolated_ohm(np.array(celsius + ZERO_C), at_c + ZERO_C, ohms)
     assert ohm == pytest.approx(float(other), rel=1e-11)
     assert curve.celsius(ohm) == pytest.approx(celsius, abs=1e-9)
-
-
-@pytest.mark.parametrize("points", [POINTS, RISING])
-def test_points_are_met(points: tuple[tuple[float, float], ...]) -> None:
-    for celsius, ohm in points:
-        assert Points(points).ohm(celsius) == pytest.approx(ohm, rel=AGREE)
+    for point_c, point_ohm in points:
+        assert curve.ohm(point_c) == pytest.approx(point_ohm, rel=AGREE)
 
 
 @given(st.floats(0, 300))

@@ -2,12 +2,17 @@
 
 from typing import Any
 
-from rig.chips import THREE_WIRES, WIRES, Reader, RegisterReader
+from rig.avr import SHARED
+from rig.small import Small
 
 from heatwright.sim.sensors.max6675 import Max6675
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.max31856 import Max31856
+from heatwright.sim.sensors.spi_chip import Wires
 
+WIRES = Wires("PB2", "PB0", "PB4", "PB3")
+THREE_WIRES = Wires("PB2", "PB0", "PB4")
+WRITE = 0x80
 KINDS = {"max6675": Max6675, "max31855": Max31855, "max31856": Max31856}
 BITS = {"max6675": 16, "max31855": 32}
 REGISTERS = (
@@ -21,31 +26,53 @@ AUTO, FIFTY = 0x80, 1
 FIRST_S, NEXT_S = 0.185, 0.110
 
 
+class Reader(Small):
+    """Talks with a chip over three or four wires, by the variable `request` of registers.c."""
+
+    def __init__(self) -> None:
+        super().__init__((SHARED / "registers.c").read_text("utf-8"), seconds=0.0001)
+
+    def exchange(self, *sent: int, mode: int = 1, **how: int) -> bytes:
+        """Send bytes, and return what came meanwhile."""
+        usual = {"late": 0, "bits_short": 0, "hold_ms": 0, "floats": 0} | how
+        done = self["request.done"]
+        for name, value in (usual | {"count": len(sent), "mode": mode}).items():
+            self[f"request.{name}"] = value
+        self["request.bytes"] = sent
+        self["request.go"] = 1
+        while self["request.done"] == done:
+            self.avr.run(0.0001)
+        return bytes(self["request.bytes"][: len(sent)])
+
+    def read(self, bits: int, *, hold_ms: int = 0, pull_up: bool = True) -> int:
+        """Read so many bits over three wires, most significant first; keep CS low for a while."""
+        how = {"bits_short": -bits % 8, "hold_ms": hold_ms, "floats": not pull_up}
+        *whole, last = self.exchange(*[0] * -(-bits // 8), mode=0, **how)
+        return int.from_bytes(whole) << 8 - how["bits_short"] | last
+
+
 class Bench:
     """The chip and its reader."""
 
     def __init__(self, kind: str, **more: Any) -> None:
         self.kind = kind
         by_registers = kind == "max31856"
-        self.reader: Any = RegisterReader() if by_registers else Reader()
+        self.reader = Reader()
         self.run = self.reader.avr.run
-        self.chip: Any = KINDS[kind](
-            self.reader.avr, WIRES if by_registers else THREE_WIRES, **more
-        )
+        wires = WIRES if by_registers else THREE_WIRES
+        self.chip: Any = KINDS[kind](self.reader.avr, wires, **more)
 
-    def word(self, **how: int) -> int:
+    def word(self, **how: Any) -> int:
         """Return an answer of a chip without registers."""
-        word: int = self.reader.read(BITS[self.kind], **how)
-        return word
+        return self.reader.read(BITS[self.kind], **how)
 
     def read(self, register: str, count: int, **how: int) -> bytes:
         """Return registers from this one on."""
-        found: bytes = self.reader.read(REGISTERS.index(register), count, **how)
-        return found
+        return self.reader.exchange(REGISTERS.index(register), *[0] * count, **how)[1:]
 
     def write(self, register: str, *values: int, **how: int) -> None:
         """Write registers from this one on."""
-        self.reader.write(REGISTERS.index(register), *values, **how)
+        self.reader.exchange(REGISTERS.index(register) | WRITE, *values, **how)
 
     def begin(self, letter: str = "", *, cr0: int = AUTO | FIFTY) -> None:
         """Let it convert, and wait for the first one."""

@@ -5,8 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from chip_bench import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, TYPES, Bench, code_of
-from rig.chips import THREE_WIRES, WRITE
+from chip_bench import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench, code_of
 
 from heatwright.sim.sensors import max6675, max31855
 from heatwright.sim.sensors.max31856 import TIMING
@@ -14,7 +13,6 @@ from heatwright.sim.sensors.max31856 import code_of as code_31856
 
 FAULT, ALWAYS_ZERO = 1 << 16, 1 << 17 | 1 << 3
 ALWAYS_ZERO_6675 = 0x8002
-CR1 = 1
 TOO_LONG_NS = 1e6
 
 
@@ -172,8 +170,8 @@ def test_registers_are_read_and_written(chip: Bench, mode: int) -> None:
 def test_a_part_of_a_byte_and_one_that_is_late_are_not_understood(
     chip: Bench, wrong: dict[str, int]
 ) -> None:
-    chip.reader.exchange(bytes([CR1 | WRITE, 0x55]), **wrong)
-    assert chip.read("CR1", 1) == POWER_ON[CR1 : CR1 + 1]
+    chip.write("CR1", 0x55, **wrong)
+    assert chip.read("CR1", 1) == POWER_ON[1:2]
 
 
 @pytest.mark.parametrize("phase", ["told", "kept"])

@@ -58,7 +58,7 @@ class Orders:
 
     def idles(self, level: str) -> None:
         """Compare the data line's level before the chip was selected."""
-        assert bool(self._bench.reader.get("idle_high")[0]) == (level == "high")
+        assert bool(self._bench.reader["request.idle_high"]) == (level == "high")
 
     def write(self, register: str, *values: str) -> None:
         self._bench.write(register, *(int(value, 16) for value in values))

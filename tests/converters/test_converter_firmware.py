@@ -2,22 +2,10 @@
 
 from random import Random
 
+import converter_checks as checks
 import numpy as np
 import pytest
-from converter_checks import (
-    ANSWERS,
-    CRC,
-    NO_ANSWER,
-    OPEN,
-    SHORT,
-    SHORTEST_S,
-    STALE,
-    VALID,
-    answers_problem,
-    reading_problem,
-    short_problem,
-    words,
-)
+from converter_checks import CRC, NO_ANSWER, OPEN, RANGE, RESET, SHORT, SHORTEST_S, STALE, VALID
 from rig.chips import KINDS, PINS, Crucible, crucible
 from rig.specs import files_of
 
@@ -29,7 +17,7 @@ MOST_US = 100.0
 MOST_MASKED_US = 20.0
 
 of_all = pytest.mark.parametrize("kind", KINDS)
-of_both = pytest.mark.parametrize("kind", ANSWERS)
+of_both = pytest.mark.parametrize("kind", checks.ANSWERS)
 
 
 @of_all
@@ -56,14 +44,14 @@ def test_it_keeps_to_the_data_sheet_and_reads_in_time(kind: str, board: str, clo
 @pytest.mark.parametrize("board", PINS)
 def test_temperatures_over_its_range(kind: str, board: str) -> None:
     bench = Crucible(crucible(kind, board))
-    assert reading_problem(bench, 60) == ""
+    assert checks.reading_problem(bench, 60) == ""
 
 
 @of_both
 def test_any_answer(kind: str) -> None:
-    judged, bits, often_zero = ANSWERS[kind]
-    drawn = words(Random(7), bits, often_zero, 60)  # noqa: S311 - no secret
-    assert answers_problem(Crucible(crucible(kind)), drawn, judged) == ""
+    judged, bits, often_zero = checks.ANSWERS[kind]
+    drawn = checks.words(Random(7), bits, often_zero, 60)  # noqa: S311 - no secret
+    assert checks.answers_problem(Crucible(crucible(kind)), drawn, judged) == ""
     seen = {judged(word)[0] for word in drawn}
     assert seen == ({VALID, NO_ANSWER, CRC, OPEN} | ({SHORT} if kind == "max31855" else set()))
 
@@ -74,6 +62,7 @@ WIRED = {
     ("select", "high"): NO_ANSWER,  # as a broken wire with a pull-up at the chip
     ("clock", "low"): NO_ANSWER,  # the first bit is 0, and no other comes
 }
+SELECTED = {("select", "low"): SHORT}  # it never lets go of the data line, whose first bit is 0
 WITH_REGISTERS = {
     ("clock", "high"): NO_ANSWER,
     ("told", "low"): VALID,  # every answer begins with the first register: it asks for that
@@ -87,7 +76,7 @@ WITH_REGISTERS = {
     [
         (kind, *each)
         for kind in KINDS
-        for each in (WIRED | (WITH_REGISTERS if kind == "max31856" else {})).items()
+        for each in (WIRED | (WITH_REGISTERS if kind == "max31856" else SELECTED)).items()
     ],
 )
 def test_each_wire(kind: str, wire: tuple[str, str], due: int) -> None:
@@ -104,21 +93,10 @@ def test_each_wire(kind: str, wire: tuple[str, str], due: int) -> None:
     assert bench.statuses(3)[-1] == VALID
 
 
-@of_both
-def test_a_select_that_is_held_low_is_a_short(kind: str) -> None:
-    """The chip then never lets go of the data line, whose first bit is 0."""
-    bench = Crucible(crucible(kind))
-    bench.sense(100.0)
-    bench.steps(3)
-    bench.device.avr.pins.drive("PB2", "low")
-    bench.device.avr.run(0.001)
-    assert bench.statuses(2) == [SHORT] * 2
-
-
 @of_all
 def test_a_short_of_its_answers_and_a_chip_that_is_not_there(kind: str) -> None:
     period_s = SHORTEST_S if kind == "max31856" else 0
-    assert short_problem(Crucible(crucible(kind, period_s=period_s))) == ""
+    assert checks.short_problem(Crucible(crucible(kind, period_s=period_s))) == ""
 
 
 @pytest.mark.parametrize(("kind", "period_s"), [("max6675", 0.23), ("max31855", 0.2)])
@@ -134,16 +112,6 @@ def test_the_shortest_period(kind: str, period_s: float) -> None:
     assert steps["reading_status"].tolist() == [STALE] * late + [VALID] * (20 - late)
     wanted = [4 * (100 + max(turn - 1, 0)) for turn in range(20)]
     assert (abs(steps["reading_raw"] - np.array(wanted))[2:] <= 4).all()
-
-
-@of_both
-def test_a_reset_of_the_processor_alone(kind: str) -> None:
-    """The chip goes on; the program waits for it as after power-up."""
-    bench = Crucible(crucible(kind))
-    bench.sense(100.0)
-    bench.steps(4)
-    bench.device.avr.reset("external")
-    assert bench.statuses(4)[-1] == VALID
 
 
 @of_all
@@ -171,3 +139,67 @@ def test_the_readme_says_how_to_wire_it(kind: str) -> None:
     wanted = {"max6675": "T- to its ground", "max31855": "must not touch ground"}
     assert wanted[kind] in rows[3]
     assert ("level shifter" in rows[0]) == (kind == "max31855")
+
+
+@pytest.fixture
+def bench() -> Crucible:
+    return Crucible(crucible("max31856"))
+
+
+@pytest.mark.parametrize("letter", "BEJKNRST")
+@pytest.mark.parametrize(("average", "mains"), [(1, 60), (2, 50), (4, 60), (16, 50)])
+def test_every_setting(letter: str, average: int, mains: int) -> None:
+    extra = f", thermocouple: {letter}, average: {average}, mains_filter: {mains} Hz"
+    bench = Crucible(crucible("max31856", period_s=0.35 if average == 1 else 1, extra=extra))
+    celsius = 640 if letter == "B" else 240
+    bench.sense(celsius)
+    bench.device.advance(4.0)
+    log = bench.device.steps("crucible")
+    assert set(log["reading_status"][1:]) <= {VALID}
+    assert log["reading_raw"][-1] == celsius * 128
+    code = {1: 0, 2: 1, 4: 2, 16: 4}[average]
+    settings = [0x90 | (mains == 50), code << 4 | "BEJKNRST".index(letter)]
+    assert bench.chip._registers[:2] == bytes(settings)
+    assert bench.chip.misused == 0
+
+
+def test_a_max31856_is_set_up_and_answers_anything() -> None:
+    """Settings that are not as they were written are written again: then it must read once more."""
+    brisk = Crucible(crucible("max31856", period_s=SHORTEST_S))
+    assert checks.set_up_problem(brisk) == ""
+    answers = checks.registers_said(60)
+    assert checks.registers_problem(brisk, answers) == ""
+    seen = {checks.judged_31856(answer)[0] for answer in answers}
+    assert seen == {VALID, NO_ANSWER, SHORT, CRC, RESET, OPEN, RANGE}
+
+
+def test_never_told_it_never_converts(bench: Crucible) -> None:
+    """Its input is at ground from the start: it keeps the settings of its power-up."""
+    bench.chip.short_orders("low")
+    bench.steps()
+    bench.chip.brown_out()
+    assert set(bench.statuses(6)[1:]) == {RESET}
+
+
+def test_an_interrupted_supply_costs_one_reading(bench: Crucible) -> None:
+    bench.steps(3)
+    bench.chip.brown_out()
+    assert bench.statuses(4) == [RESET, VALID, VALID, VALID]
+    assert bench.chip._registers[: checks.CJTO + 1] == checks.SETTINGS
+
+
+@of_all
+@pytest.mark.parametrize("early_s", np.arange(0.0, 0.08, 0.01))
+def test_a_reset_of_the_controller_in_the_middle_of_an_answer(kind: str, early_s: float) -> None:
+    """The chip goes on, selected or not; it is set up anew, and no reading is wrong."""
+    bench = Crucible(crucible(kind))
+    device = bench.device
+    bench.sense(77.0)
+    device.advance(4 * bench.period_s - early_s + 0.0005)
+    device.avr.reset("external")
+    device.advance(device.time_s + 4 * bench.period_s)
+    log, steps = device.steps("crucible"), checks.STEPS_PER_K[kind]
+    good = log["reading_raw"][log["reading_status"] == VALID]
+    assert set(good.tolist()) <= {20 * steps, 77 * steps}
+    assert log["reading_status"][-1] == VALID
+    assert kind != "max31856" or bench.chip.misused == 0

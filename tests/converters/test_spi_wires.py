@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chip_bench import THREE_WIRES as WIRES
+from chip_bench import Reader
 from numpy.typing import NDArray
 from rig.avr import running
-from rig.chips import THREE_WIRES as WIRES
-from rig.chips import Reader
 
 from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.shim import load

@@ -6,7 +6,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from fault_rules import rules_of
+from rig.analog_specs import KEYS, bed
 from rig.avr import whole
+from rig.chips import KINDS, crucible
 from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, catalogue
@@ -94,6 +96,12 @@ MACHINES = {
             "cooler_shorted", "heating_and_cooling_by_turns", "hung_while_cooling",
         ),
     ),
+    **{kind: Machine(crucible(kind), healthy=True) for kind in KINDS},
+    # In 200 ms, too, they fall too little to jump.
+    **{
+        name: Machine(bed(name, interface=KEYS), otherwise={"fallen_out": "heating_failed"})
+        for name in ("hotend", "frost", "falling")
+    },
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
         changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)

@@ -22,25 +22,34 @@ _CHIP = _of(
     "answers_damaged_in_bursts supply_interrupted_once slow_conversions",
     sensor_no_answer="unplugged", sensor_crc="damaged_answers", sensor_reset="failing_supply",
 )  # fmt: skip
-_CIRCUIT = _of(
+_THERMOCOUPLE = _of(
+    "answers_damaged_in_bursts supply_interrupted_once",
+    sensor_no_answer="unplugged data_shorted_to_supply no_clock failing_supply",
+    sensor_short="data_shorted_to_ground", sensor_crc="damaged_answers",
+    sensor_open="thermocouple_broken",
+)  # fmt: skip
+_ADC = _of(
     "intermittent_wire",
     sensor_open="open", sensor_short="shorted", sensor_stale="adc_hangs",
     sensor_range="beyond_the_cold_end beyond_the_hot_end",
-    rise_rate="contact_corrodes insulation_leaks",
 )  # fmt: skip
+_CIRCUIT = _ADC | _of(rise_rate="contact_corrodes insulation_leaks")
 _SENSORS = {
     "ds18b20": _CHIP | _of(
         sensor_short="shorted_to_ground", sensor_no_answer="shorted_to_supply",
         sensor_reset="never_converts",
     ),
-    "max31856": _CHIP | _of(
-        sensor_short="data_shorted_to_ground thermocouple_beyond_supply",
-        sensor_no_answer="data_shorted_to_supply orders_shorted_to_supply no_clock",
-        sensor_open="thermocouple_broken", rise_rate="thermocouple_broken_at_bias",
-        sensor_range="chip_too_hot",
+    "max6675": _THERMOCOUPLE,
+    "max31855": _THERMOCOUPLE | _of(
+        "slow_conversions", sensor_short="thermocouple_touches_ground thermocouple_touches_supply"
+    ),
+    "max31856": _THERMOCOUPLE | _CHIP | _of(
+        sensor_short="thermocouple_beyond_supply", sensor_no_answer="orders_shorted_to_supply",
+        rise_rate="thermocouple_broken_at_bias", sensor_range="chip_too_hot",
     ),
     "thermistor": _CIRCUIT,
     "rtd": _CIRCUIT,
+    "analog": _ADC,
 }  # fmt: skip
 _CURRENT = _of(
     "heater_part_shorted",
@@ -109,7 +118,7 @@ def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
     sooner = heating is None or (frozen is not None and frozen.for_s <= heating.within_s)
     rise = "no_current" if measured else "heating_failed"
     found: Rules = {}
-    if controller.sensors[loop.sensor].kind in {"thermistor", "rtd"}:
+    if controller.sensors[loop.sensor].kind in {"thermistor", "rtd", "analog"}:
         found["adc_stuck"] = rise
     else:
         found["frozen"] = "sensor_frozen" if sooner else "heating_failed"

@@ -1,74 +1,14 @@
-"""Chips on SPI wires: under a plain reader, and under a firmware with a crucible."""
+"""A firmware with a crucible, whose temperature a converter on SPI wires measures."""
 
 from typing import Any
 
 from numpy.typing import NDArray
-from rig.avr import powered, shared, whole
+from rig.avr import whole
 from rig.specs import spec_of
 
-from heatwright.sim.avr import Avr
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf
-from heatwright.sim.sensors.spi_chip import SpiChip, Wires
-
-WIRES = Wires("PB2", "PB0", "PB4", "PB3")
-THREE_WIRES = Wires("PB2", "PB0", "PB4")
-WRITE = 0x80
-
-
-class RegisterReader:
-    """Reads and writes registers over four wires, by the variable `request` of registers.c."""
-
-    def __init__(self) -> None:
-        program = shared("registers.c")
-        self.avr: Avr = powered(program)
-        self._request = Variables(program)["request"]
-        self.avr.run(0.0001)
-
-    def put(self, **values: int | bytes) -> None:
-        """Set members of the request; numbers are bytes."""
-        for name, value in values.items():
-            data = value if isinstance(value, bytes) else bytes([value])
-            self.avr.write_ram(self._request.step(name).address, data)
-
-    def get(self, name: str) -> bytes:
-        """Return a member of the request."""
-        member = self._request.step(name)
-        return self.avr.read_ram(member.address, member.size)
-
-    def exchange(
-        self, sent: bytes, *, mode: int = 1, late: int = 0, bits_short: int = 0, hold_ms: int = 0
-    ) -> bytes:
-        """Send some bytes, and return what came meanwhile."""
-        self.put(bytes=sent, count=len(sent), mode=mode, late=late, bits_short=bits_short)
-        done = self.get("done")
-        self.put(hold_ms=hold_ms, go=1)
-        while self.get("done") == done:
-            self.avr.run(0.0001)
-        return self.get("bytes")[: len(sent)]
-
-    def read(self, address: int, count: int, *, mode: int = 1, hold_ms: int = 0) -> bytes:
-        """Read registers."""
-        return self.exchange(bytes([address, *[0] * count]), mode=mode, hold_ms=hold_ms)[1:]
-
-    def write(self, address: int, *values: int, mode: int = 1) -> None:
-        """Write registers."""
-        self.exchange(bytes([address | WRITE, *values]), mode=mode)
-
-
-class Reader(RegisterReader):
-    """Reads a word over three wires."""
-
-    def read(self, bits: int, *, hold_ms: int = 0, pull_up: bool = True) -> int:  # type: ignore[override]
-        """Read so many bits, most significant first."""
-        self.put(floats=not pull_up)
-        short = -bits % 8
-        *whole, last = self.exchange(
-            bytes((bits + 7) // 8), mode=0, bits_short=short, hold_ms=hold_ms
-        )
-        return int.from_bytes(whole) << 8 - short | last
-
+from heatwright.sim.sensors.spi_chip import SpiChip
 
 PINS = {
     "uno": ("D10", "D8", "D12", "D11", "D9"),
@@ -124,15 +64,7 @@ HOTTER = {
 """For type B, which measures nothing below 250 °C."""
 
 
-def crucible(
-    kind: str,
-    board: str = "uno",
-    *,
-    period_s: float = 0,
-    clock: str = "",
-    extra: str = "",
-    more: str = "",
-) -> str:
+def crucible(kind: str, board: str = "uno", *, period_s: float = 0, **said: str) -> str:
     """Write the spec of a crucible under PID with a converter.
 
     `clock` and `extra` are what more the file says of the controller and of the converter, `more`
@@ -140,18 +72,11 @@ def crucible(
     """
     select, sck, out, into, heater = PINS[board]
     wires = f"chip_select: {select}, clock: {sck}, data_out: {out}"
-    text = CRUCIBLE.format(
-        kind=kind,
-        board=board,
-        clock=clock,
-        wires=f"{wires}, data_in: {into}" if kind == "max31856" else wires,
-        extra=extra,
-        heater=heater,
-        period_ms=1000 * (period_s or PERIOD_S[kind]),
-        minimum=MINIMUM[kind],
-        more=more,
-    )
-    for usual, hot in HOTTER.items() if "thermocouple: B" in extra else ():
+    wires += f", data_in: {into}" if kind == "max31856" else ""
+    given = {"kind": kind, "board": board, "wires": wires, "heater": heater}
+    given |= {"clock": "", "extra": "", "more": "", "minimum": MINIMUM[kind]} | said
+    text = CRUCIBLE.format(period_ms=1000 * (period_s or PERIOD_S[kind]), **given)
+    for usual, hot in HOTTER.items() if "thermocouple: B" in given["extra"] else ():
         text = text.replace(usual, hot)
     return text
 
