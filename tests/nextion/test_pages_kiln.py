@@ -1,19 +1,30 @@
-"""The pages of every spec with a touch display: all fits, nothing overlaps, all code can be run."""
+"""The pages of every spec with a touch display: all fits, nothing overlaps, all code can be run;
+the documents for the Nextion editor say all of them, and nothing breaks those."""
 
+import json
 import re
 from itertools import combinations
 from pathlib import Path
 
 import pytest
+from hosted_kiln import PAGE, SPEC, TOUCHED
+from rig.avr import whole
+from rig.specs import EXAMPLES, example, files_of, spec_of
 
+from heatwright.generator import plan_firmware, render, write
+from heatwright.generator.output import compare
+from heatwright.generator.plan.core import rules
+from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.interfaces.nextion_codes import LONGEST_NAME
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_events import Choice, read
 from heatwright.sim.interfaces.nextion_screen import font
-from heatwright.spec import load
+from heatwright.spec import Controller, load
+from heatwright.spec.breakable import breakable
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Component, Page, display_pages
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+FILES = files_of(SPEC)
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 SEEN = ("text", "number", "button", "dual_state", "waveform")
 FIGURES = 12
 """Fields of so many characters or less hold figures; longer ones hold words."""
@@ -22,12 +33,7 @@ DIGITS = {"temp": 4, "set": 4, "duty": 3, "ot": 3}
 COMMAND = re.compile(rb"(#\d+( [^#;]*)?;)*")
 
 
-def _displays() -> list[tuple[Page, ...]]:
-    controllers = [load(path).controller for path in sorted(EXAMPLES.glob("*.yaml"))]
-    return [pages for each in controllers if (pages := display_pages(each))]
-
-
-DISPLAYS = _displays()
+DISPLAYS = [pages for name in NAMES if (pages := display_pages(example(name).controller))]
 PAGES = {page.name: page for pages in DISPLAYS for page in pages}
 every_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 
@@ -106,36 +112,112 @@ def test_every_touch_sends_whole_commands(pages: tuple[Page, ...]) -> None:
             assert shown.page != page.name or b"#21" not in sent
 
 
-def led_to(pages: tuple[Page, ...], path: tuple[str, ...]) -> Display:
-    """A display after touches, the first of its pages, or one that the board shows."""
+def after(pages: tuple[Page, ...], *touched: str) -> str:
+    """The page that is shown after touches, the first of them a page's name."""
     shown = Display(pages)
     shown.start()
-    shown.show(next(number for number, page in enumerate(pages) if page.name == path[0]))
-    for name in path[1:]:
+    shown.show(next(number for number, page in enumerate(pages) if page.name == touched[0]))
+    for name in touched[1:]:
         shown.press(name)
         shown.release()
-    return shown
+    return shown.page
 
 
 @pytest.mark.parametrize("pages", DISPLAYS, ids=lambda pages: f"{len(pages)} pages")
 def test_every_page_is_reached_and_left(pages: tuple[Page, ...]) -> None:
     """By touches alone, but for the pages of faults, which the board shows; all lead back."""
-    paths = {"main": ("main",)}
-    by_board = [page.name for page in pages if page.name.startswith("fault")]
-    waiting = ["main"]
-    while waiting or by_board:
-        if not waiting:
-            waiting, by_board = by_board, []
-            paths |= {name: (name,) for name in waiting if name not in paths}
+    firsts = ["main", *(page.name for page in pages if page.name.startswith("fault"))]
+    paths = {name: (name,) for name in firsts}
+    waiting = list(paths)
+    while waiting:
         name = waiting.pop()
-        buttons = [each.name for each in PAGES[name].components if each.release]
-        for path in ((*paths[name], touched) for touched in buttons):
-            to = led_to(pages, path).page
-            if to not in paths:
+        for path in ((*paths[name], each.name) for each in PAGES[name].components if each.release):
+            if (to := after(pages, *path)) not in paths:
                 paths[to] = path
                 waiting.append(to)
     assert set(paths) == {page.name for page in pages}
-    for name, path in paths.items():
-        if name != "main":
-            back = {"stop": "no"}.get(name, "back")
-            assert led_to(pages, (*path, back)).page != name
+    for name in paths.keys() - {"main"}:
+        back = {"stop": "no"}.get(name, "back")
+        assert after(pages, *paths[name], back) != name
+
+
+# -- the documents for the Nextion editor
+
+
+def test_the_data_and_the_page_to_read_have_every_component_and_every_line() -> None:
+    data, to_read = FILES["nextion/pages.json"], FILES["nextion/pages.md"]
+    for page, told in zip(display_pages(TOUCHED), json.loads(data)["pages"], strict=True):
+        assert (told["id"], told["name"]) == (page.id, page.name)
+        assert told["postinitialize"] == list(page.postinitialize)
+        assert f"## {page.id}: page `{page.name}`" in to_read
+        for part, other in zip(page.components, told["components"], strict=True):
+            assert (other["id"], other["name"]) == (part.id, part.name)
+            assert other["place"] == [part.x, part.y, part.w, part.h]
+            assert other["attributes"] == dict(part.attributes)
+            assert (other["scope"] == "global") == part.shared
+            for event in ("press", "release", "timer"):
+                assert other.get(event, []) == list(getattr(part, event))
+            assert f"| {part.id} | " in to_read
+            assert f"| `{part.name}` |" in to_read
+            for line in (*part.press, *part.release, *part.timer):
+                assert f"    {line}\n" in to_read
+
+
+@pytest.mark.parametrize(
+    "name", ['say "no".yaml', "back\\slash.yaml", "{brace}.yaml", "ofen°.yaml"]
+)
+def test_a_strange_name_of_the_spec_spoils_no_document(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_text(SPEC, encoding="utf-8")
+    files = render(plan_firmware(load(path)))
+    assert json.loads(files["nextion/pages.json"])["_"].startswith("Generated by heatwright from ")
+    folder = tmp_path / "made"
+    write(files, folder)
+    assert write(files, folder) == ()  # they are known as ours
+    assert compare(files, folder) == ()
+
+
+def test_what_the_firmware_shows_is_on_the_pages() -> None:
+    """Each name in the C is a component's, with the attribute that it is given."""
+    source = FILES["src/nextion_show.c"]
+    names = re.findall(r'^static const char NAME_.*\] PROGMEM = "([^"]*)"', source, re.MULTILINE)
+    assert names
+    parts = [
+        f"{page.name}.{part.name}" for page in display_pages(TOUCHED) for part in page.components
+    ]
+    for name in names:
+        if "." in name:
+            assert any(part.startswith(name) for part in parts), name
+
+
+# -- which rules have a page: those that can trip, and no others
+
+
+def codes(controller: Controller) -> set[int]:
+    return {rule.code for rule in breakable(controller)}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_firmware_knows_all_that_can_trip(name: str) -> None:
+    controller = example(name).controller
+    assert codes(controller) <= {rule["code"] for rule in rules(controller)}
+
+
+@pytest.mark.parametrize("name", ["kiln", "kiln_uno", "fabricator", "feeder"])
+def test_whatever_the_catalogue_trips_is_among_them(name: str) -> None:
+    controller = example(name).controller
+    faults = catalogue(controller, whole(name))
+    tripped = {rule for each in faults if each.trip for rule in each.trip.rules}
+    assert tripped <= {rule.id for rule in breakable(controller)}
+
+
+@pytest.mark.parametrize(
+    ("key", "code"), [("frozen", 9), ("heating", 10), ("rising_while_off", 13)]
+)
+def test_each_that_is_on_has_its_page(key: str, code: int) -> None:
+    assert codes(TOUCHED) == {1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 17, 18}
+    assert {f"fault{number:02d}" for number in codes(TOUCHED)} | {"faults"} == {
+        name for name in PAGE if name.startswith("fault")
+    }
+    on = spec_of(re.sub(f"      {key}: off\n", "", SPEC)).controller
+    assert codes(on) - codes(TOUCHED) == {code}
