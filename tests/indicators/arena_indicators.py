@@ -1,28 +1,23 @@
 """The indicators' C before the mutation engine: what LEDs show of a loop, and of its master."""
 
-import test_indicators as shown
-from indicated_board import LEDS, MASTER, Shown, text_of
-from rig.avr import Firmware, Program, on
+from functools import partial
 
-from heatwright.sim.elf import Elf
+import test_indicators as leds
+from rig.avr import Firmware, Program, on
 
 
 class Lights(Firmware):
     """An oven with LEDs."""
 
 
-def heard(elf: Elf) -> str:
-    """Let a master come and go."""
-    found = shown.course(shown.alone(MASTER, elf))
-    return "" if found == shown.HEARD else f"{found}"
-
-
-LOOP = on(
-    lambda elf: Shown(elf=elf),
-    shown.test_each_state_has_its_lights,
-    shown.test_blinking_is_half_a_second_each_way_to_the_tick,
-)
+CHECKS = {
+    "loop": (leds.LOOP_LOW, leds.test_each_state_has_its_lights,
+             leds.test_they_are_dark_from_the_reset_on_until_there_is_something_to_show,
+             leds.test_blinking_is_half_a_second_each_way_to_the_tick),
+    "master": (leds.HOSTED, leds.test_switched_by_the_master, leds.it_hears_its_master),
+}  # fmt: skip
 ARENAS = [
-    Lights(f"indicators/{name}", Program(text_of(interfaces)), ("indicators_block",), checks)
-    for name, interfaces, checks in (("loop", LEDS, LOOP), ("master", MASTER, (heard,)))
-]
+    Lights(f"indicators/{name}", Program(text), ("indicators_block",),
+           on(partial(leds.Shown, text), *checks))
+    for name, (text, *checks) in CHECKS.items()
+]  # fmt: skip
