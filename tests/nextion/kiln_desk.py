@@ -36,23 +36,14 @@ class KilnDesk:
 
     def __init__(self, built: Built) -> None:
         self.controller = built.controller
-        self.device = AvrDevice(built.controller, built.program)
-        self._rows = 0
-        self._begin_s = 0.0
-        self._step_s = STEP_S
-        simulation = built.controller.simulation
-        if simulation is None:
-            self._plant = None
-            return
-        self._step_s = step_of(built.controller)
-        self._plant = plant_of(
-            built.controller,
-            simulation.plant,
-            ambient_c=simulation.ambient_c,
-            step_s=self._step_s,
-            seed=0,
-        )
-        self._coupling = Coupling(built.controller, self.device, self._step_s)
+        self.device = AvrDevice(*built)
+        self._rows, self._begin_s = 0, 0.0
+        self._step_s, self._plant = STEP_S, None
+        if simulation := built.controller.simulation:
+            self._step_s = step_of(built.controller)
+            self._plant = plant_of(built.controller, simulation.plant, seed=0,
+                                   ambient_c=simulation.ambient_c, step_s=self._step_s)  # fmt: skip
+            self._coupling = Coupling(built.controller, self.device, self._step_s)
 
     @property
     def display(self) -> Nextion:
