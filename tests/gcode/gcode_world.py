@@ -44,6 +44,11 @@ def celsius(value: int, of: str = "nozzle") -> bytes:
     return {"nozzle": b"c", "bed": b"b"}[of] + struct.pack("<h", value)
 
 
+def setpoint_becomes(degrees: int) -> bytes:
+    """By somebody else."""
+    return b"s" + struct.pack("<H", degrees)
+
+
 def switched(times: int) -> bytes:
     """How often the relay of a tuning has switched on."""
     return b"w" + bytes([times])
@@ -57,9 +62,9 @@ def fault(code: int) -> bytes:
     return b"f" + bytes([code])
 
 
-def numbered(number: int, line: str) -> bytes:
+def numbered(number: int, line: str, begin: str = "N") -> bytes:
     """A line with its number and checksum."""
-    text = f"N{number} {line}".encode()
+    text = f"{begin}{number} {line}".encode()
     return text + b"*%d\n" % reduce(xor, text)
 
 

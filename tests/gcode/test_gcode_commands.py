@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import gcode_world
 import pytest
 from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
 
@@ -11,9 +12,11 @@ COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
 UNKNOWN = {
     "G28": "G28", "G1 E5": "G1", "M9999": "M9999", "M99999": "M", "M105.5": "M", "M": "M",
     "X5": "X5", "?": "?", "~": "~", "°": "?", "AT+GMM": "A", "M410": "M410",
+    "A1": "A1", "a1": "A1", "Z9": "Z9", "z9": "Z9", "@1": "@", "[1": "[", "`": "`", "{": "{",
 }  # fmt: skip
 HOWEVER_WRITTEN = (
-    "M105", "m105", " M105", "M 105", "M0105", "M105 ; how warm", "(now) M105", "M105\r",
+    "M105", "m105", " M105", "M\t105", "M 105", "M0105", "M105 ; how warm", "(now) M105", "M105\r",
+    "(a;b) M105",
 )  # fmt: skip
 NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
 
@@ -28,6 +31,8 @@ NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
           for line in ("M140", "M190", "M141", "M191")),
         ("T0", ["ok"]),
         ("M500", ["echo:Settings Stored", "ok"]),
+        ("M501", ["echo:Stored settings retrieved", "ok"]),
+        ("M502", ["echo:Hardcoded Default Settings Loaded", "ok"]),
         ("M301 P12345.67 I0.00005", ["echo:  M301 E0 P12345.67 I0.00005 D0.00000", "ok"]),
     ],
 )  # fmt: skip
@@ -51,6 +56,9 @@ def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
         ("M301 P1000000 I1000000 D1000000", "gains", [1e6, 1e6, 1e6]),
         ("M301 P9.41 I0.345 D31.4|M301 I0.00005|M301 E0 P12345.67", "gains",
          [12345.67, 0.00005, 31.4]),
+        ("M301 P9 I1 D31|M301 I2", "gains", [9, 2, 31]),
+        ("M301 P9 I1 D31|M301 D5", "gains", [9, 1, 5]),
+        ("M104\tS60", "setpoint", [60]),
         ("M500|M501|M501|M502|M502|M502", "stored", [1, 2, 3]),
     ],
 )  # fmt: skip
@@ -74,6 +82,7 @@ NOT_WITHIN = "is outside its limits; nothing was changed"
         ("M104 S", NO_NUMBER), ("M104 Sx", NO_NUMBER), ("M155 S1E1", NO_NUMBER),
         ("M104 S2 00", NO_NUMBER), ("M104 S2,5", NO_NUMBER), ("M104 S2.0.0", NO_NUMBER),
         ("M104 S--2", NO_NUMBER), ("M104 S.", NO_NUMBER), ("M104 T S200", NO_NUMBER),
+        ("M104 S/1", NO_NUMBER), ("M104 S1:", NO_NUMBER),
         ("M104 T0.5 S200", NO_NUMBER), ("M104 T256 S200", NO_NUMBER),
         ("M104 S" + "9" * 60, NO_NUMBER),
         ("M104 D101", NOT_WITHIN), ("M104 D-1", NOT_WITHIN), ("M104 Dx", NO_NUMBER),
@@ -112,9 +121,13 @@ def test_what_is_for_another_tool_or_fan_changes_nothing(
 @pytest.mark.parametrize(
     ("lines", "count", "answers"),
     [
-        (b"M155 S2\n", 650, ["ok", COLD, COLD, COLD]), (b"M155 S2\nM155 S0\n", 650, ["ok", "ok"]),
+        (b"M155 S2\n", 650, ["ok", COLD, COLD, COLD]),
+        (b"M155 S2\nM155 Sx\n", 650,
+         ["ok", f"Error:M155 {NO_NUMBER}", "ok", COLD, COLD, COLD]),
+        (b"M155 S2\nM155 S0\n", 650, ["ok", "ok"]),
         *((line, 300 * every_s + more, ["ok", COLD, COLD, *last])
-          for line, every_s in ((b"M155\n", 1), (b"M155 S60\n", 60), (b"M155 S200\n", 60))
+          for line, every_s in ((b"M155\n", 1), (b"M155 S60\n", 60), (b"M155 S61\n", 60),
+                               (b"M155 S200\n", 60))
           for more, last in ((-50, []), (50, [COLD]))),
     ],
 )  # fmt: skip
@@ -133,6 +146,9 @@ def test_m109_and_m303_tell_how_it_goes(world: Path) -> None:
     said = run(world, M109, ticks(1000)).answers
     assert said.count("T:20.0 /200.0 B:0.0 /0.0 @:0 W:?") == 9
     assert said.count("echo:busy: processing") == 4
+    there = run(world, celsius(200), M109[3:], ticks(1010)).answers
+    left = [answer.rpartition(":")[2] for answer in there if " W:" in answer]
+    assert left == list("987654321")
     tuning = run(world, TUNE)
     assert tuning.answers[0] == "PID Autotune start"
     assert tuning.answers.count("T:0.0 /200.0 B:0.0 /0.0 @:0") == 2
@@ -150,11 +166,13 @@ def test_m109_and_m303_tell_how_it_goes(world: Path) -> None:
         ([celsius(250), received(b"M109 S200\n"), ticks(50)], True),
         ([celsius(250), received(b"M109 R200\n"), ticks(50)], False),
         ([M109, received(b"M104 S100\n"), ticks(300)], False),
+        ([M109, ticks(100), gcode_world.setpoint_becomes(200), ticks(100)], False),
         *(([M109, ticks(90), received(urgent), ticks(10)], True)
           for urgent in (b"M108\n", b"N7 M108*99\n", b"m108 ;\n")),
     ],
     ids=["not_yet", "10_s_after_the_heat_is_there", "interrupted", "cooling", "cooling_with_R",
-         "nothing_else_is_done", "M108", "numbered_M108", "M108_with_comment"],
+         "nothing_else_is_done", "still_the_same_setpoint",
+         "M108", "numbered_M108", "M108_with_comment"],
 )  # fmt: skip
 def test_when_a_wait_ends(world: Path, script: list[bytes], ended: bool) -> None:
     said = run(world, *script)
@@ -167,6 +185,15 @@ def test_a_fault_that_trips_again_at_once_is_told_again(world: Path) -> None:
     script = (fault(6), ticks(20), received(b"M999\n"), ticks(1), fault(6), ticks(20))
     told = run(world, *script).answers
     assert sum(answer.startswith("Error:E06") for answer in told) == 2
+
+
+@pytest.mark.parametrize("line", ["M112", "M 112"])
+def test_a_stop_is_told(world: Path, line: str) -> None:
+    """Also by a line that the receiver does not recognise at once."""
+    said = talk(world, line)
+    told = {"ok", "Error:E19 STOPPED (M112): heaters are off until M999"}
+    assert set(said.answers) == told
+    assert (said.state["fault"], said.state["tripped"]) == ("19", "0")
 
 
 def test_m303_tells_of_its_swings(world: Path) -> None:
@@ -191,9 +218,11 @@ ENDS = {
         [part for line in LATCHED[:4] for part in (
             f"Error:{line[:4]} refused: acknowledge the fault with M999", "ok")] + 3 * ["ok"],
         "100"),
+    "another setpoint while it waits": (
+        [M109, ticks(50), gcode_world.setpoint_becomes(60), ticks(10)], ["ok"], "60"),
     "a tuning": (
-        [TUNING, tuning_ends(2), ticks(10)],
-        ["Kp: 0.00000 Ki: 0.00000 Kd: 0.00000",
+        [*spoken("M301 P1 I2 D3"), TUNING, tuning_ends(2), ticks(10)],
+        ["Kp: 1.00000 Ki: 2.00000 Kd: 3.00000",
          "PID Autotune finished! The gains are in use and stored.", "ok"], "200"),
     **{f"a tuning: {why}": ([TUNING, tuning_ends(result), ticks(10)],
                             [f"PID Autotune failed! {why}", "ok"], "200")

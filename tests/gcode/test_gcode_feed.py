@@ -2,9 +2,13 @@
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, ready
+from rig.specs import controller_of
+
+from heatwright.spec import digest
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
+DIGEST = digest(controller_of("feeder"))
 
 
 @pytest.fixture(params=["host", "binary"])
@@ -28,13 +32,16 @@ def place(board: Board) -> str:
         ("G1 E4|G92|G1 E1", 5.0), ("G1 E4|G92 X0|G1 E1", 1.0), ("G1 E4|G92 Y0|G1 E1", 1.0),
         ("G1 E4|G92 Z0|G1 E1", 1.0), ("M83|G1 E2|M82|G1 E5", 5.0),
         ("M83|G1 E0.003|G1 E0.003|G1 E0.003", 1 / STEPS_PER_MM),
-        ("M83|G1 E0.003|M83|G1 E0.0005", 0.0),
-        ("M83|G1 E0.003|G92 E0|G1 E0.0005", 0.0),
+        *((f"M83|G1 E0.003|{forgets}|G1 E0.001", 0.0) for forgets in ("M83", "G92 E0", "M410")),
+        ("G1 E0.0043", 1 / STEPS_PER_MM), ("G1 E-0.0043", -1 / STEPS_PER_MM), ("G1 E-0.0035", 0.0),
+        ("G1 E5|G1 E5", 5.0), ("G1 E5|M400|G1 E6", 6.0), ("G1 E5|M84|G1 E6", 6.0),
     ],
 )  # fmt: skip
 def test_lengths(feeder: Board, lines: str, length_mm: float) -> None:
     for line in lines.split("|"):
-        assert feeder.told(line, 3.0)[-1] == "ok"
+        answers = feeder.told(line, 3.0)
+        assert answers[-1] == "ok"
+        assert not any(answer.startswith("Error") for answer in answers)
     assert feeder.steps == round(length_mm * STEPS_PER_MM)
     if isinstance(feeder, BinaryBoard):
         assert feeder.device.outputs["feed"].violations == 0
@@ -62,10 +69,10 @@ def test_speeds(feeder: Board, speed: str, mm_per_s: float) -> None:
     """Kept for the lines that name none, and no faster than the feed may run."""
     feeder.tell(f"G1 {speed}")
     feeder.tell("M83")
-    feeder.tell("G1 E100", 2.0)
+    feeder.tell("G1 E100", 0.5)
     begun = feeder.steps
-    feeder.wait(1.0)
-    assert (feeder.steps - begun) / STEPS_PER_MM == pytest.approx(mm_per_s, rel=0.02)
+    feeder.wait(4.0)
+    assert (feeder.steps - begun) / STEPS_PER_MM == pytest.approx(4 * mm_per_s, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -80,6 +87,21 @@ def test_what_is_refused_moves_nothing(feeder: Board, line: str, reason: str) ->
     command = line.split(maxsplit=1)[0]
     assert feeder.told(line, 1.0) == [f"Error:{command} {reason}; nothing was changed", "ok"]
     assert feeder.steps == 0
+
+
+@pytest.mark.parametrize(("line", "ahead"), [("G1 E1 F600", 10), ("G1 E-1 F600", 10),
+                                             ("G1 E1 F300", 5)])  # fmt: skip
+def test_a_host_that_does_not_wait_is_a_second_ahead(feeder: Board, line: str, ahead: int) -> None:
+    """Further moves the same way are taken while less than a second of them is left."""
+    answers = feeder.told("\n".join(["M83", *[line] * 18]), 0.5)
+    done_mm = abs(feeder.steps) / STEPS_PER_MM
+    assert 0.1 * ahead < done_mm < ahead
+    assert answers.count("ok") - 1 == pytest.approx(ahead + done_mm, abs=1)
+
+
+def test_it_says_what_it_is(feeder: Board) -> None:
+    assert feeder.lines()[:2] == ["start", f"echo:heatwright feeder, spec {DIGEST}"]
+    assert feeder.told("M115")[0].startswith(f"FIRMWARE_NAME:heatwright spec {DIGEST} ")
 
 
 def test_no_feed_while_the_heater_is_off(feeder: Board) -> None:

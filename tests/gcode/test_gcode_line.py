@@ -16,6 +16,7 @@ BEGIN = numbered(0, "M110")
 LONG = numbered(1, "M117 " + 200 * "x")
 AGAIN = numbered(1, "M104 S50"), numbered(2, "M104 S60")
 REMINDED = received(numbered(1, "M105")), ticks(20)
+ORDER = "Line Number is not Last Line Number+1"
 WRONG = {
     b"N4 M105*0\n": "checksum mismatch",
     b"N4 M105*\n": "checksum mismatch",
@@ -23,10 +24,10 @@ WRONG = {
     b"N4 M105*99999999999\n": "checksum mismatch",
     b"N4 M105\n": "No Checksum with line number",
     b"M105*37\n": "No Line Number with checksum",
-    numbered(6, "M105"): "Line Number is not Last Line Number+1",
-    numbered(3, "M105"): "Line Number is not Last Line Number+1",
-    numbered(99999999999, "M105"): "Line Number is not Last Line Number+1",
-    numbered(-5, "M105"): "Line Number is not Last Line Number+1",
+    numbered(6, "M105"): ORDER,
+    numbered(3, "M105"): ORDER,
+    numbered(99999999999, "M105"): ORDER,
+    numbered(-5, "M105"): ORDER,
     b"N4 M1\x0005*37\n": "Line damaged",
     b"\x01\n": "Line damaged",
 }
@@ -46,6 +47,21 @@ def gapped(size: int) -> list[bytes]:
 ANSWERS = {
     "numbers": (spoken(numbered(-1, "M110 N-1"), *(numbered(n, "M105") for n in range(5))),
                 ["ok", *5 * [WARM]]),
+    "blanks and a small n": (spoken(numbered(0, "M110", " \tN"), numbered(1, "M105", "n")),
+                             ["ok", WARM]),
+    "renumbered": (spoken(BEGIN, numbered(1, "M110 N41"), numbered(42, "M105"), "M110 N7",
+                          numbered(8, "M105")), ["ok", "ok", WARM, "ok", WARM]),
+    **{f"not renumbered: {line}": (spoken(numbered(5, "M105"), line, numbered(6, "M105")),
+                                   [WARM, f'echo:Unknown command: "{line[:4]}"', "ok", WARM])
+       for line in ("G110 N20", "Z110 N20", "M111 N20")},
+    "repeated": (spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(69, "M105"),
+                        *(numbered(n, "M105") for n in range(101, 132)), numbered(131, "M105"),
+                        numbered(132, "M105"), numbered(132, "M105")),
+                 ["ok", *asked_again("checksum mismatch", 100), "ok", *31 * [WARM], "ok", WARM,
+                  *asked_again(ORDER, 132)]),
+    "too old to be repeated": (
+        spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(68, "M105")),
+        ["ok", *asked_again("checksum mismatch", 100), *asked_again(ORDER, 100)]),
     "the first number": (spoken(numbered(17, "M105"), numbered(18, "M105")), [WARM, WARM]),
     **{f"wrong: {line!r}": (spoken(numbered(3, "M110"), line, numbered(4, "M105")),
                             ["ok", *asked_again(problem, 3), WARM])

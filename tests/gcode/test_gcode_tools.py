@@ -78,6 +78,23 @@ def test_a_wait_is_for_its_own_tool(board: Board) -> None:
     assert board.told("M108", 0.2)[-1] == "ok"
 
 
+def test_what_is_told_of_itself_is_of_the_active_tool(board: Board) -> None:
+    told(board, "T3", "M155 S1", "M104 T1 S15")
+    assert whole_degrees(board.told("", 1.3))[0].startswith("T:20 /0.0 B")
+    board.told("M109 T1 S100", 1.3)
+    assert whole_degrees(board.told("M108", 1.5))[-1].startswith("T:20 /0.0 B")
+
+
+def test_duties_and_names_are_told(board: Board) -> None:
+    assert board.lines()[1].startswith("echo:heatwright pair, spec ")
+    (said, *_) = board.told("M115")
+    assert said.startswith("FIRMWARE_NAME:heatwright spec ")
+    assert "MACHINE_TYPE:pair EXTRUDER_COUNT:2" in said
+    told(board, "M104 T3 S50", "M104 T1 D50")
+    board.wait(1.0)
+    assert board.told("M105")[0].endswith(" @:64 @1:64 @3:127")
+
+
 BEYOND = "Error:M104 is outside its limits; nothing was changed"
 UNABLE = "refused: this tool has no such control"
 ANSWERS = {

@@ -2,7 +2,7 @@
  *
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
  * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of
- * nozzle and bed in degrees (16 bits, signed); 'f', a fault's code, 'a', a tuning's result, and 'w',
+ * nozzle and bed in degrees (16 bits, signed), 's', the nozzle's setpoint by somebody else; 'f', a fault's code, 'a', a tuning's result, and 'w',
  * how often its relay has switched (8 bits each). What is sent goes to standard output; `=` lines
  * show the state at the end.
  */
@@ -76,8 +76,13 @@ TAKES_A_SETPOINT(nozzle, NOZZLE)
 struct loop_bed_state loop_bed;
 TAKES_A_SETPOINT(bed, BED)
 #define BED_C loop_bed.temperature_c
+static void heat_bed(void)
+{
+    loop_bed.duty_percent = settings.bed_setpoint_c > loop_bed.temperature_c ? 100.0f : 0.0f;
+}
 #else
 #define BED_C loop_nozzle.temperature_c
+static void heat_bed(void) { }
 #endif
 
 bool loop_nozzle_set_manual(float percent)
@@ -85,7 +90,7 @@ bool loop_nozzle_set_manual(float percent)
     if (fault.code != FAULT_NONE || !(percent >= 0.0f) || percent > 100.0f) {
         return false;
     }
-    loop_nozzle.manual_percent = percent;
+    loop_nozzle.manual_percent = loop_nozzle.duty_percent = percent;
     loop_nozzle.mode = 1;
     return true;
 }
@@ -121,7 +126,7 @@ static unsigned disabled;
 #if __has_include("output_feed.h")
 #include "output_feed.h"
 
-enum { BRAKING_STEPS = 20 };
+enum { BRAKING_STEPS = 150 }; /* several ticks */
 
 static float steps_per_tick;
 static bool braking;
@@ -133,7 +138,8 @@ void output_feed_move(int32_t steps, float mm_per_s)
     must(left == 0 || (left < 0) == (steps < 0), "a move that turns round while the feed is busy");
     must(mm_per_s > 0.0f && mm_per_s <= OUTPUT_FEED_MAXIMUM_MM_PER_S,
         "a speed that is none, or too high");
-    must(!braking, "a move while the feed slows down");
+    must(!braking || left == 0, "a move while the feed slows down");
+    braking = false;
     feed_ends_at += steps;
     steps_per_tick = mm_per_s * OUTPUT_FEED_STEPS_PER_MM / 100.0f;
 }
@@ -218,6 +224,7 @@ static void ticks(uint16_t count)
     while (count-- != 0) {
         gcode_tick();
         feed_tick();
+        heat_bed();
         send_now();
     }
 }
@@ -231,6 +238,7 @@ int main(void)
         case 't': ticks(next_word()); break;
         case 'c': loop_nozzle.temperature_c = (float)(int16_t)next_word(); break;
         case 'b': BED_C = (float)(int16_t)next_word(); break;
+        case 's': settings.nozzle_setpoint_c = (float)next_word(); break;
         case 'w': autotune_nozzle.switches = next_byte(); break;
         case 'a': autotune_nozzle.result = next_byte(); break;
         case 'f': fault_trip(next_byte(), 20.0f); break;
@@ -244,7 +252,7 @@ int main(void)
         (double)settings.nozzle_kd);
     printf("=tuning %u\n=feed %d %d %u\n", cycles_asked, feed_is_at, feed_ends_at, disabled);
     printf("=line %u %u %u %u\n", UBRR0, UCSR0A & (1u << U2X0), UCSR0B & ~(1u << UDRIE0), UCSR0C);
-    printf("=fault %d\n=acknowledged %u\n=stored %u %u %u\n", fault.code, acknowledgements, kept,
-        reloaded, defaulted);
+    printf("=fault %d\n=acknowledged %u\n=stored %u %u %u\n=tripped %.9g\n", fault.code,
+        acknowledgements, kept, reloaded, defaulted, (double)fault.temperature_c);
     return 0;
 }
