@@ -2,10 +2,10 @@
 
 import re
 import subprocess
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from rig.specs import files_of
 
 from heatwright.generator import write
 
@@ -45,9 +45,8 @@ def core(folder: Path, lto: bool, where: list[str]) -> Path:
 
 
 @pytest.mark.parametrize("lto", [True, False], ids=["lto", "plain"])
-def test_the_ide_builds_the_chamber(
-    lto: bool, tmp_path: Path, chamber_files: Mapping[str, str]
-) -> None:
+def test_the_ide_builds_the_chamber(lto: bool, tmp_path: Path) -> None:
+    chamber_files = files_of("chamber")
     write(chamber_files, tmp_path / "chamber")
     sources = sorted((tmp_path / "chamber" / "src").glob("*.c"))
     where = [

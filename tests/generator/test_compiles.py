@@ -1,11 +1,9 @@
 """What compiles whatever a spec says: any name, another crystal; and what must not."""
 
-from collections.abc import Mapping
-
 import pytest
 from jinja2 import UndefinedError
 from rig.avr import whole
-from rig.specs import files_of, spec_of
+from rig.specs import changed, controller_of, files_of
 
 from heatwright.generator import render
 from heatwright.generator.plan import File, Plan
@@ -37,26 +35,12 @@ interfaces: [{{kind: lcd_keypad, loop: {name}}}, {{kind: serial_plotter, loop: {
 """)
 
 
-CLOCKED = """
-heatwright: 1
-controller: {{name: clocked, board: atmega328p, clock: {} MHz}}
-sensors: {{air: {{kind: ds18b20, pin: PC1}}}}
-outputs: {{heater: {{kind: digital, pin: PD2, power: 100 W}}}}
-loops:
-  air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {{initial: 20 °C, minimum: 10 °C, maximum: 70 °C}}
-    algorithm: {{kind: on_off}}
-"""
-
-
 @pytest.mark.parametrize("clock_mhz", [8, 14.7456, 20])
 def test_another_crystal(clock_mhz: float) -> None:
     """PlatformIO is told of it, and no other clock compiles: every time would be wrong."""
-    text = CLOCKED.format(clock_mhz)
-    clock_hz = spec_of(text).controller.board.clock_hz
+    text = changed("chamber", ("board: uno", f"board: uno\n  clock: {clock_mhz} MHz"))
+    text = text.partition("interfaces:")[0]
+    clock_hz = controller_of(text).board.clock_hz
     assert clock_hz == round(clock_mhz * 1e6)
     assert f"\nboard_build.f_cpu = {clock_hz}L\n" in files_of(text)["platformio.ini"]
     whole(text)
@@ -66,5 +50,5 @@ def test_another_crystal(clock_mhz: float) -> None:
         whole(text, "-U__AVR_ATmega328P__")
 
 
-def test_the_boards_own_clock_is_left_to_platformio(chamber_files: Mapping[str, str]) -> None:
-    assert "f_cpu" not in chamber_files["platformio.ini"]
+def test_the_boards_own_clock_is_left_to_platformio() -> None:
+    assert "f_cpu" not in files_of("chamber")["platformio.ini"]

@@ -1,4 +1,4 @@
-"""Same spec, same bytes: no date, version, path or hash order, and a banner first."""
+"""Same spec, same bytes, here and committed: no date, version, path or hash order; and how many."""
 
 import datetime
 import hashlib
@@ -6,16 +6,19 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from rig.specs import files_of
+from rig.specs import EXAMPLES, example, files_of
 
+from heatwright.generator import compare, write
 from heatwright.generator.plan.parts import MARK
+from heatwright.generator.toolchain import build
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+GENERATED = Path(__file__).parents[2] / "generated"
+NAMES = ("chamber", "extruder", "fabricator", "feeder", "kiln")
+"""The examples whose firmware is committed."""
 PRINT_DIGEST = """
 import hashlib, sys
 from heatwright.generator import plan_firmware, render
@@ -24,10 +27,6 @@ for name in sys.argv[1:]:
     files = render(plan_firmware(load(name)))
     print(hashlib.sha256(repr(list(files.items())).encode()).hexdigest())
 """
-
-
-def sha256(files: Mapping[str, str]) -> str:
-    return hashlib.sha256(repr(list(files.items())).encode()).hexdigest()
 
 
 @pytest.mark.parametrize("seed", ["0", "1", "4294967295"])
@@ -39,13 +38,10 @@ def test_hash_order_does_not_show(seed: str, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", PRINT_DIGEST, *copies],
         env=os.environ | {"PYTHONHASHSEED": seed, "TZ": f"UTC{int(seed) % 9}", "LC_ALL": "C"},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    here = [sha256(files_of(spec.stem)) for spec in specs]
-    assert done.stdout.split() == here
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    texts = [repr(list(files_of(spec.stem).items())) for spec in specs]
+    assert done.stdout.split() == [hashlib.sha256(text.encode()).hexdigest() for text in texts]
 
 
 @pytest.mark.parametrize("spec", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
@@ -64,22 +60,44 @@ def test_nothing_of_the_day_or_the_machine_shows(spec: Path) -> None:
             assert word not in text, (path, word)
 
 
-def test_every_file_begins_with_the_banner(chamber_files: Mapping[str, str]) -> None:
+def test_every_file_begins_with_the_banner() -> None:
     said = f"{MARK} from chamber.yaml: edit that file, not this one. SPDX-License-Identifier: MIT-0"
     signs = {".ini": f"; {said}", ".md": f"<!-- {said} -->"}
-    for path, text in chamber_files.items():
+    for path, text in files_of("chamber").items():
         assert text.partition("\n")[0] == signs.get(Path(path).suffix, f"// {said}"), path
 
 
-def test_every_file_is_tidy(chamber_files: Mapping[str, str]) -> None:
-    for path, text in chamber_files.items():
+def test_every_file_is_tidy() -> None:
+    for path, text in files_of("chamber").items():
         assert text.endswith("\n"), path
-        assert not text.endswith("\n\n"), path
-        assert "\t" not in text, path
-        assert "\r" not in text, path
-        assert not re.search(r"[ ]$", text, re.MULTILINE), path
-        assert "\n\n\n" not in text, path
-        assert "{%" not in text, path
-        assert "//%" not in text, path
+        assert not re.search(r"\n\n\Z|\n\n\n|[\t\r]| $|\{%|//%", text, re.MULTILINE), path
         if path.endswith((".c", ".h")):
             assert text.isascii(), path
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_committed_firmware_is_current(name: str) -> None:
+    files, folder = files_of(name), GENERATED / name
+    assert compare(files, folder) == ()
+    committed = {path.relative_to(folder).as_posix() for path in folder.rglob("*")}
+    assert {path for path in committed if (folder / path).is_file()} == set(files)
+    assert example(name).controller.identity.name == name
+
+
+def test_nothing_else_is_committed() -> None:
+    assert {path.name for path in GENERATED.iterdir()} == set(NAMES)
+
+
+def test_the_chamber_takes_three_quarters_of_the_sketch_and_leaves_room(tmp_path: Path) -> None:
+    """The sketch with its libraries takes 8826 bytes of flash and 345 of RAM, and protects less."""
+    protection = example("chamber").controller.loops["air"].protection
+    rules = (
+        protection.heating, protection.runaway, protection.frozen, protection.rising_while_off
+    )  # fmt: skip
+    assert all(rules)
+    write(files_of("chamber"), tmp_path)
+    built = build(tmp_path)
+    assert built.flash_bytes <= 6620
+    assert built.ram_bytes <= 259
+    assert built.ram_bytes + built.stack_bytes <= built.ram_limit
+    assert built.flash_bytes <= built.flash_limit
