@@ -7,24 +7,8 @@ import pytest
 from rig.bad_specs import bases
 from rig.specs import changed, controller_of
 
-from heatwright.spec import (
-    AfterPowerLoss,
-    Autotune,
-    Current,
-    Event,
-    Gcode,
-    HoldBack,
-    Max6675,
-    Max31855,
-    ModbusRtu,
-    Program,
-    ProgramOrder,
-    Programs,
-    Runaway,
-    Segment,
-    SpecError,
-    load_text,
-)
+import heatwright.spec as language
+from heatwright.spec import SpecError, load_text
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
 
@@ -129,22 +113,22 @@ WIRES = {"chip_select": "D2", "clock": "D3", "data_out": "D4"}
 @pytest.mark.parametrize(
     ("model", "given", "expected"),
     [
-        (Autotune, {}, {"cycles": 5, "swing_percent": 100.0, "timeout_s": 1200.0}),
-        (Current, {"sensor": "wire", "limit": "4 A"}, {"over_a": 5.0, "nominal_a": 4.0}),
-        (Current, {"sensor": "wire", "trip": "5 A"}, {"over_a": 5.0, "nominal_a": 4.0}),
+        (language.Autotune, {}, {"cycles": 5, "swing_percent": 100.0, "timeout_s": 1200.0}),
+        (language.Current, {"sensor": "wire", "limit": "4 A"}, {"over_a": 5.0, "nominal_a": 4.0}),
+        (language.Current, {"sensor": "wire", "trip": "5 A"}, {"over_a": 5.0, "nominal_a": 4.0}),
         # A character has eleven bits after the standard.
-        (ModbusRtu, {"kind": "modbus_rtu"}, {"stop_bits": 1, "character_bits": 11}),
-        (ModbusRtu, {"kind": "modbus_rtu", "parity": "odd"}, {"character_bits": 11}),
-        (ModbusRtu, {"kind": "modbus_rtu", "parity": "none"}, {"character_bits": 11}),
-        (ModbusRtu, {"kind": "modbus_rtu", "parity": "none", "stop_bits": 1},
+        (language.ModbusRtu, {"kind": "modbus_rtu"}, {"stop_bits": 1, "character_bits": 11}),
+        (language.ModbusRtu, {"kind": "modbus_rtu", "parity": "odd"}, {"character_bits": 11}),
+        (language.ModbusRtu, {"kind": "modbus_rtu", "parity": "none"}, {"character_bits": 11}),
+        (language.ModbusRtu, {"kind": "modbus_rtu", "parity": "none", "stop_bits": 1},
          {"character_bits": 10}),
-        (Max6675, {"kind": "max6675", **WIRES},
+        (language.Max6675, {"kind": "max6675", **WIRES},
          {"range_c": (0.0, 1023.75), "step_k": 0.25, "conversion_s": 0.22, "read_s": 0.01}),
-        (Max31855, {"kind": "max31855", **WIRES},
+        (language.Max31855, {"kind": "max31855", **WIRES},
          {"range_c": (-200.0, 1350.0), "step_k": 0.25, "conversion_s": 0.1, "read_s": 0.1}),
-        (Max31855, {"kind": "max31855", "thermocouple": "T", **WIRES},
+        (language.Max31855, {"kind": "max31855", "thermocouple": "T", **WIRES},
          {"range_c": (-250.0, 400.0)}),
-        (Gcode, {"kind": "gcode", "loops": {"T0": "air"}}, {"fans": {}, "steppers": {}}),
+        (language.Gcode, {"kind": "gcode", "loops": {"T0": "air"}}, {"fans": {}, "steppers": {}}),
     ],
 )  # fmt: skip
 def test_what_is_not_given(model: Any, given: object, expected: dict[str, object]) -> None:
@@ -158,8 +142,8 @@ STORED = tuple({"name": str(i), "segments": ({"hold": "1 h"},)} for i in range(5
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({}, {"points": 10, "places": 3, "stored": (), "hold_back": HoldBack(),
-              "after_power_loss": AfterPowerLoss()}),
+        ({}, {"points": 10, "places": 3, "stored": (), "hold_back": language.HoldBack(),
+              "after_power_loss": language.AfterPowerLoss()}),
         # As many places as are stored.
         ({"stored": STORED}, {"places": 5}),
         ({"stored": STORED, "places": 7}, {"places": 7}),
@@ -174,11 +158,12 @@ STORED = tuple({"name": str(i), "segments": ({"hold": "1 h"},)} for i in range(5
     ],
 )  # fmt: skip
 def test_programs(keys: dict[str, object], expected: dict[str, object]) -> None:
-    assert chosen(Programs.model_validate({"loop": "chamber", **keys}), expected) == expected
+    programs = language.Programs.model_validate({"loop": "chamber", **keys})
+    assert chosen(programs, expected) == expected
 
 
 def test_a_programs_name_may_fill_the_display() -> None:
-    assert Program.model_validate({"name": "123456789012", "segments": ({"hold": "1 h"},)})
+    assert language.Program.model_validate({"name": "123456789012", "segments": ({"hold": "1 h"},)})
 
 
 @pytest.mark.parametrize(
@@ -193,7 +178,7 @@ def test_a_programs_name_may_fill_the_display() -> None:
     ],
 )
 def test_the_forms_of_a_segment(written: object, kind: str, values: object) -> None:
-    segment = Segment.model_validate(written)
+    segment = language.Segment.model_validate(written)
     assert segment.kind == kind
     assert (segment.to_c, segment.over_s, segment.at_k_per_h, segment.hold_s) == values
     assert (segment.fast, segment.until) == (kind == "fast", kind == "until")
@@ -202,12 +187,12 @@ def test_the_forms_of_a_segment(written: object, kind: str, values: object) -> N
 @pytest.mark.parametrize("order", ["start 1", "pause 0", "resume 0", "skip 0", "jump 7", "stop 0"])
 def test_orders(order: str) -> None:
     word, number = order.split()
-    event = Event.model_validate({"at": "9 s", "program": order.removesuffix(" 0")})
-    assert event.program == ProgramOrder(word, int(number))
+    event = language.Event.model_validate({"at": "9 s", "program": order.removesuffix(" 0")})
+    assert event.program == language.ProgramOrder(word, int(number))
 
 
 def test_the_default_clock_waits_before_the_default_runaway() -> None:
-    assert HoldBack.model_validate({}).within_k < Runaway.model_validate({}).above_k
+    assert language.HoldBack().within_k < language.Runaway().above_k
 
 
 IDS = """

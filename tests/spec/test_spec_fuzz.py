@@ -38,30 +38,10 @@ def check(data: bytes) -> None:
         assert problem.remedy
 
 
-KEYS = ["heatwright", "controller", "sensors", "outputs", "loops", "air", "kind", "name", "board",
-        "pin", "setpoint", "algorithm", "plant", "simulation"]  # fmt: skip
-structures = st.recursive(
-    st.sampled_from(["1 s", "air", "heater", "20 °C", "off", "1", "x", "", "ds18b20", "pid"]),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)
-    ),
-    max_leaves=20,
-)
-
-
-@pytest.mark.parametrize(
-    "given_bytes",
-    [
-        st.binary(max_size=400),
-        st.text(st.characters(codec="utf-8"), max_size=200).map(str.encode),
-        structures.map(repr).map(str.encode),
-    ],
-    ids=["bytes", "text", "structures"],
-)
 @many
-@given(st.data())
-def test_what_was_never_a_spec(given_bytes: st.SearchStrategy[bytes], data: st.DataObject) -> None:
-    check(data.draw(given_bytes))
+@given(st.binary(max_size=400) | st.text(st.characters(codec="utf-8")).map(str.encode))
+def test_what_was_never_a_spec(data: bytes) -> None:
+    check(data)
 
 
 good_specs = st.one_of(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLES, changed, example
 
 from heatwright.spec import Spec, SpecError, digest, load, load_text
 from heatwright.spec.base import ReadOnlyDict
@@ -13,11 +13,7 @@ from heatwright.spec.text import LARGEST_FILE, Unreadable
 from heatwright.spec.tree import parse
 
 CHAMBER = EXAMPLES / "chamber.yaml"
-
-
-@pytest.fixture
-def text() -> str:
-    return CHAMBER.read_text(encoding="utf-8")
+TEXT = CHAMBER.read_text("utf-8")
 
 
 @pytest.fixture
@@ -30,30 +26,25 @@ def test_the_line_of_what_was_left_out_is_the_first(chamber: Spec) -> None:
     assert (chamber.line(("comparison", 3)), chamber.line(())) == (1, 1)
 
 
-def test_line_ends_and_a_byte_order_mark_change_nothing(text: str, chamber: Spec) -> None:
-    for data in (
-        text.replace("\n", "\r\n").encode(),
-        text.replace("\n", "\r").encode(),
-        b"\xef\xbb\xbf" + text.encode(),
-    ):
-        spec = load_text(data, "chamber.yaml")
+def test_line_ends_and_a_byte_order_mark_change_nothing(chamber: Spec) -> None:
+    for text in (TEXT.replace("\n", "\r\n"), TEXT.replace("\n", "\r"), f"\ufeff{TEXT}"):
+        spec = load_text(text.encode(), "chamber.yaml")
         assert spec.controller == chamber.controller
         assert spec.line(("safety", "watchdog")) == chamber.line(("safety", "watchdog"))
 
 
-def test_what_yaml_1_1_would_misread(text: str) -> None:
-    spec = load_text(text.replace("heating: {rise: 2 K, within: 120 s}", "heating: off"))
+def test_what_yaml_1_1_would_misread() -> None:
+    spec = load_text(TEXT.replace("heating: {rise: 2 K, within: 120 s}", "heating: off"))
     assert spec.controller.loops["air"].protection.heating is None
     with pytest.raises(SpecError, match="'1:30' does not have the unit of a duration"):
-        load_text(text.replace("period: 1 s", "period: 1:30"))
-    octal = text.replace("baud: 9600", "baud: 0009600")
+        load_text(TEXT.replace("period: 1 s", "period: 1:30"))
+    octal = TEXT.replace("baud: 9600", "baud: 0009600")
     assert load_text(octal).controller.interfaces[1].baud == 9600  # type: ignore[union-attr]
 
 
-def test_the_digest_is_of_what_shapes_the_firmware(chamber: Spec, text: str) -> None:
+def test_the_digest_is_of_what_shapes_the_firmware(chamber: Spec) -> None:
     def other(old: str, new: str) -> str:
-        assert old in text
-        return load_text(text.replace(old, new)).digest
+        return load_text(changed("chamber", (old, new))).digest
 
     assert chamber.digest == digest(chamber.controller)
     assert other("# Air heater", "# Heater") == chamber.digest
