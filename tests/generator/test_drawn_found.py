@@ -11,9 +11,7 @@ PERIOD, STALE = "period: 1 s", "stale_after: 5 s"
 RULES = """      heating: {rise: 2 K, within: 120 s}
       runaway: {above: 10 K, for: 60 s}
 """
-NO_RULES = (
-    "      heating: off\n      runaway: off\n      frozen: off\n      rising_while_off: off\n"
-)
+RULE_NAMES = ("heating", "runaway", "frozen", "rising_while_off")
 SENSOR = "{kind: ds18b20, pin: A1, resolution: 12 bit}"
 
 
