@@ -1,8 +1,8 @@
 from pathlib import Path
-from shutil import copyfile
+from shutil import copy
 
 import pytest
-from rig.commands import Heatwright, Outcome, run
+from rig.commands import Heatwright, run
 from rig.specs import EXAMPLES
 
 
@@ -10,15 +10,8 @@ from rig.specs import EXAMPLES
 def heatwright(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> Heatwright:
-    """Runs a command line in an empty folder that holds chamber.yaml and oven.yaml.
-
-    It must end with the given status.
-    """
+    """Runs a line, which must end with a status, in a folder with chamber.yaml and oven.yaml."""
     for example in ("chamber.yaml", "oven.yaml"):
-        copyfile(EXAMPLES / example, tmp_path / example)
+        copy(EXAMPLES / example, tmp_path)
     monkeypatch.chdir(tmp_path)
-
-    def line(words: str, status: int = 0) -> Outcome:
-        return run(capfd, words, status)
-
-    return line
+    return lambda words, status=0: run(capfd, words, status)

@@ -1,20 +1,13 @@
 """build, simulate, verify and compare for real: PlatformIO's binary in the simulated processor."""
 
-import contextlib
-import io
 import json
 import re
 from pathlib import Path
 from types import NoneType
 from typing import Any
 
-import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES
-
-from heatwright.cli.ends import ended
-from heatwright.cli.main import cli
-from heatwright.spec import load
+from rig.specs import EXAMPLES, example
 
 NUMBER = int | float
 BUILD = dict.fromkeys(("flash", "ram", "stack", "flash_limit", "ram_limit"), int)
@@ -45,46 +38,27 @@ def fits(found: Any, form: Any) -> bool:
     return isinstance(found, form)
 
 
-Verified = tuple[dict[str, Any], str]
-
-
-@pytest.fixture(scope="module")
-def verified(tmp_path_factory: pytest.TempPathFactory) -> Verified:
-    """The chamber, verified once: the JSON, and the page."""
-    page = tmp_path_factory.mktemp("verified") / "chamber.html"
-    spec, out = str(EXAMPLES / "chamber.yaml"), io.StringIO()
-    with contextlib.redirect_stdout(out):
-        status = ended(cli, ["verify", spec, "--json", "--report", str(page)])
-    assert status in {0, 1}, out.getvalue()
-    return json.loads(out.getvalue()), page.read_text(encoding="utf-8")
-
-
 class TestVerify:
-    def test_the_evidence_has_the_promised_form(self, verified: Verified) -> None:
-        assert fits(verified[0], EVIDENCE)
-
-    def test_the_chamber_passes(self, verified: Verified) -> None:
-        evidence = verified[0]
+    def test_the_chamber_passes_and_its_page_tells_the_same(self, heatwright: Heatwright) -> None:
+        evidence = heatwright("verify chamber.yaml --json --report chamber.html").json
+        assert fits(evidence, EVIDENCE)
         assert [each for each in evidence["faults"] if not each["passed"]] == []
         assert evidence["timing"]["passed"] is True
         assert evidence["passed"] is True
-        assert evidence["digest"] == load(EXAMPLES / "chamber.yaml").digest
+        assert evidence["digest"] == example("chamber").digest
         assert evidence["replay"]["ticks"] >= 1800
         assert evidence["replay"]["mismatches"] == 0
         assert evidence["build"]["flash"] <= 8826, "what the source's own sketch takes"
         assert evidence["build"]["ram"] <= 345, "what the source's own sketch takes"
         assert evidence["speed"]["simulated_s"] >= 1800
-
-    def test_the_page_tells_the_same_and_needs_nothing_else(self, verified: Verified) -> None:
-        evidence, page = verified
-        assert ("Passed: all" in page) == evidence["passed"]
+        page = Path("chamber.html").read_text(encoding="utf-8")
+        assert "Passed: all" in page
         assert f"<b>{evidence['build']['flash']}</b>" in page
         assert evidence["digest"] in page
-        assert not re.search(r"(src|href)=", page)
+        assert not re.search(r"(src|href)=", page), "it needs nothing else"
         (text,) = re.findall(r'json">(.*?)</script>', page)
         chart = json.loads(text)
-        assert chart["unit"] == "min"
-        assert len(chart["panels"]) == 3
+        assert (chart["unit"], len(chart["panels"])) == ("min", 3)
 
 
 def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
@@ -118,9 +92,7 @@ def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
 
 
 class TestCompare:
-    def test_rows_of_a_comparison_equal_the_model_on_their_binaries(
-        self, heatwright: Heatwright
-    ) -> None:
+    def test_rows_equal_the_model_on_their_binaries(self, heatwright: Heatwright) -> None:
         (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
         assert row["replay"]["mismatches"] == 0
         assert row["replay"]["ticks"] >= 3599

@@ -1,4 +1,4 @@
-"""How commands end: statuses, one line for the reason, nothing left behind."""
+"""How commands and their workers end: statuses, one line for the reason, nothing left behind."""
 
 import errno
 import os
@@ -6,14 +6,18 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import click
 import pytest
 from rig.specs import EXAMPLES
 
 from heatwright.cli.ends import Refused, ended
+from heatwright.cli.pool import WorkerDied, spread
+from heatwright.cli.talk import Job
 from heatwright.generator.toolchain import BuildFailed, ToolMissing
 from heatwright.sim.avr import AvrError
 from heatwright.sim.native.shim import SimulatorMissing
@@ -65,29 +69,25 @@ def test_a_bug_shows_its_place_where_asked_for(
     assert "Traceback" in capfd.readouterr().err
 
 
-def started(*words: object, **streams: Any) -> subprocess.Popen[str]:
-    """Start a command as a process of its own."""
-    return subprocess.Popen(
-        [*PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True, **streams
-    )
-
-
-def said(process: subprocess.Popen[str]) -> IO[str]:
-    assert process.stderr is not None
-    return process.stderr
+@contextmanager
+def started(*words: object, stdout: Any = subprocess.PIPE, **more: Any) -> Iterator[Any]:
+    """Start a command as a process of its own; what it says of itself is the file `stderr`."""
+    line = [*PROGRAM, *map(str, words)]
+    pipes = {"stdout": stdout, "stderr": subprocess.PIPE}
+    with subprocess.Popen(line, text=True, **pipes, **more) as process:
+        yield process
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
-    with started("schema", stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
+    with started("schema") as process:
         process.stdout.close()
-        assert said(process).read() == ""
+        assert process.stderr.read() == ""
     assert process.returncode == 141
 
 
 def test_a_full_disk_is_told_in_a_line() -> None:
     with Path("/dev/full").open("w") as full, started("schema", stdout=full) as process:
-        assert said(process).read() == "The output cannot be written: no space left on device.\n"
+        assert process.stderr.read() == "The output cannot be written: no space left on device.\n"
     assert process.returncode == 2
 
 
@@ -95,7 +95,7 @@ def test_a_poor_terminal_gets_replacements() -> None:
     surroundings = os.environ | {"PYTHONIOENCODING": "ascii", "COLUMNS": "60"}
     words = ("simulate", CHAMBER, "--model", "--for", "5 s")
     with started(*words, stdout=subprocess.DEVNULL, env=surroundings) as process:
-        assert "Traceback" not in said(process).read()
+        assert "Traceback" not in process.stderr.read()
     assert process.returncode == 0
 
 
@@ -104,31 +104,79 @@ def test_an_interrupted_simulation_leaves_nothing(
     tmp_path: Path, sign: signal.Signals, status: int
 ) -> None:
     words = ("simulate", CHAMBER, "--model", "--for", "20 d", "--csv", tmp_path / "x.csv")
-    with started(*words, stdout=subprocess.PIPE, cwd=tmp_path) as process:
-        assert said(process).readline() == "Simulating the model …\n"
+    with started(*words, cwd=tmp_path) as process:
+        assert process.stderr.readline() == "Simulating the model …\n"
         process.send_signal(sign)
-        assert said(process).read() == ("Interrupted.\n" if sign == signal.SIGINT else "")
+        assert process.stderr.read() == ("Interrupted.\n" if sign == signal.SIGINT else "")
     assert process.returncode == status
     assert list(tmp_path.iterdir()) == []
 
 
-def _group_ends(group: int, within_s: float) -> bool:
+def group_ends(group: int, within_s: float) -> bool:
     """Whether no process of a group is left; the last ones may still be on their way out."""
     deadline = time.monotonic() + within_s
-    while time.monotonic() < deadline:
-        try:
+    with suppress(ProcessLookupError):
+        while time.monotonic() < deadline:
             os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.01)
-    return False
+            time.sleep(0.01)
+        return False
+    return True
 
 
 def test_an_interrupted_comparison_ends_its_workers(tmp_path: Path) -> None:
     words = ("compare", EXAMPLES / "oven.yaml", "--model")
-    with started(*words, stdout=subprocess.PIPE, cwd=tmp_path, start_new_session=True) as process:
-        said(process).readline()
+    with started(*words, cwd=tmp_path, start_new_session=True) as process:
+        process.stderr.readline()
         os.killpg(process.pid, signal.SIGINT)
-        assert said(process).read().splitlines()[-1] == "Interrupted."
+        assert process.stderr.read().splitlines()[-1] == "Interrupted."
     assert process.returncode == 130
-    assert _group_ends(process.pid, within_s=60)
+    assert group_ends(process.pid, within_s=60)
+
+
+# ---- work in two processes ----
+
+
+class Listener:
+    def __init__(self) -> None:
+        self.heard: list[object] = []
+
+    def __call__(self, *progress: float) -> None:
+        self.heard.append(progress)
+
+    def note(self, text: str) -> None:
+        self.heard.append(text)
+
+    def end(self, text: str = "") -> None:
+        self.heard.append(f"end{text}")
+
+
+def double(piece: int, job: Job) -> int:
+    job.note(f"doubling {piece}")
+    job(piece, 10)
+    return 2 * piece
+
+
+def refuse(piece: int, _: Job) -> int:
+    if piece == 2:
+        raise Refused("not two")
+    return piece
+
+
+def die(_: int, __: Job) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0
+
+
+def test_results_come_in_order_and_progress_goes_to_its_job() -> None:
+    jobs = [Listener() for _ in range(3)]
+    assert spread(double, [3, 1, 2], jobs) == [6, 2, 4]
+    for piece, job in zip([3, 1, 2], jobs, strict=True):
+        assert job.heard[-1] == "end"
+        assert set(job.heard) <= {f"doubling {piece}", (piece, 10), "end"}
+
+
+def test_an_error_comes_through_and_a_worker_that_dies_is_noticed() -> None:
+    with pytest.raises(Refused, match="not two"):
+        spread(refuse, [1, 2], [Listener(), Listener()])
+    with pytest.raises(WorkerDied):
+        spread(die, [1], [Listener()])

@@ -2,6 +2,7 @@
 
 import errno
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rig.commands import Heatwright
@@ -15,32 +16,24 @@ def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
     Path("two.yaml").write_text(text.replace("maximum: 85 °C", "maximm: 85 °C"), encoding="utf-8")
     told = heatwright("check one.yaml chamber.yaml none.yaml . two.yaml", status=2).out
     for expected in (
-        "chamber.yaml: good\n",
+        "chamber.yaml: good\n", "none.yaml:1:1: no such file", ".:1:1: is a directory",
         "one.yaml:21:5: loops.air.period: 1 has no unit",
-        "none.yaml:1:1: no such file",
-        ".:1:1: is a directory",
         "two.yaml:25:7: loops.air.protection.maximm: there is no such key",
-    ):
+    ):  # fmt: skip
         assert expected in told
 
 
-def test_problems_as_json(heatwright: Heatwright) -> None:
+def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) -> None:
     Path("bad.yaml").write_text("heatwright: 2\n", encoding="utf-8")
     found = heatwright("check chamber.yaml bad.yaml --json", status=2).json
     assert [each["file"] for each in found["good"]] == ["chamber.yaml"]
     first = found["problems"][0]
     assert (first["file"], first["line"], first["column"]) == ("bad.yaml", 1, 1)
     assert set(first) == {"file", "line", "column", "path", "reason", "remedy"}
-
-
-@pytest.mark.parametrize("command", ["generate", "build", "simulate", "verify", "compare"])
-def test_problems_of_a_spec_end_the_other_commands_alike(
-    heatwright: Heatwright, command: str
-) -> None:
-    Path("bad.yaml").write_text("heatwright: 2\n", encoding="utf-8")
     reported = heatwright("check bad.yaml", status=2).out
-    done = heatwright(f"{command} bad.yaml", status=2)
-    assert (done.out, done.err) == ("", reported)
+    for command in ("generate", "build", "simulate", "verify", "compare"):
+        done = heatwright(f"{command} bad.yaml", status=2)
+        assert (done.out, done.err) == ("", reported)
 
 
 def test_a_started_spec_runs_in_the_model_as_it_expects(heatwright: Heatwright) -> None:
@@ -54,9 +47,7 @@ def test_a_started_spec_runs_in_the_model_as_it_expects(heatwright: Heatwright) 
 
 
 @pytest.mark.parametrize("name", ["while.yaml", "1.yaml", "···.yaml", "x" * 100 + ".yaml"])
-def test_a_file_that_gives_no_name_still_gives_a_good_spec(
-    heatwright: Heatwright, name: str
-) -> None:
+def test_a_file_without_a_name_gives_a_good_spec(heatwright: Heatwright, name: str) -> None:
     heatwright(f"init {name}")
     heatwright(f"check {name}")
 
@@ -65,6 +56,7 @@ def test_generate_writes_where_one_would_look(heatwright: Heatwright) -> None:
     assert heatwright("generate chamber.yaml").out.startswith("generated/chamber: ")
     assert "all up to date" in heatwright("generate chamber.yaml").out
     heatwright("generate chamber.yaml --check")
+    assert heatwright("schema").json["title"] == "heatwright"
 
 
 def test_what_differs_is_named_both_ways(heatwright: Heatwright) -> None:
@@ -96,16 +88,10 @@ def test_generate_replaces_nothing_of_the_users(heatwright: Heatwright) -> None:
     assert sorted(path.name for path in Path("out").rglob("*")) == ["main.c", "src"]
 
 
-def test_schema_is_json(heatwright: Heatwright) -> None:
-    assert heatwright("schema").json["title"] == "heatwright"
-
-
 def test_a_full_disk_names_the_file(
     heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object) -> int:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
+    full = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
     monkeypatch.setattr("heatwright.sim.trace.Trace._rows", full)
     done = heatwright("simulate chamber.yaml --model --for 10s --csv x.csv", status=2)
     assert done.err.splitlines()[-1] == "x.csv: no space left on device."

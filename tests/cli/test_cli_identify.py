@@ -3,6 +3,7 @@
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -12,20 +13,23 @@ from rig.specs import EXAMPLES
 from heatwright.cli.identify.block import digits
 from heatwright.sim.identify import Found
 from heatwright.sim.identify.structure import Parameter
-from heatwright.spec import load_text
+from heatwright.spec import ThermalNetwork, load_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 
 from known_machines import as_csv, machine, recorded, steps
 
 
+def written(name: str, network: ThermalNetwork, duty: Any) -> Path:
+    """Write what a machine does under steps of the duty."""
+    Path(name).write_text(as_csv(recorded(network, steps(*duty))), encoding="utf-8")
+    return Path(name)
+
+
 @pytest.fixture
 def step_log(heatwright: Heatwright) -> Path:
     """A noisy step, in the folder that the commands run in."""
-    path = Path("step.csv")
-    record = recorded(machine(delay=2.0, noise=0.05), steps(600, (20, 1.0), (400, 0.3)))
-    path.write_text(as_csv(record), encoding="utf-8")
-    return path
+    return written("step.csv", machine(delay=2.0, noise=0.05), (600, (20, 1.0), (400, 0.3)))
 
 
 def test_what_is_printed_is_yaml_of_the_language(heatwright: Heatwright, step_log: Path) -> None:
@@ -54,15 +58,14 @@ def test_the_block_pastes_into_a_spec(heatwright: Heatwright) -> None:
 def test_json_has_the_intervals_and_files_are_written(
     heatwright: Heatwright, step_log: Path
 ) -> None:
-    words = f"identify {step_log} --power 40W -o plant.yaml --plot fit.svg --json"
-    found = heatwright(words).json
+    words = "--power 40W -o plant.yaml --plot fit.svg --json"
+    found = heatwright(f"identify {step_log} {words}").json
     assert found["log"] == "step.csv"
     assert (found["readings"], found["warnings"]) == (600, [])
     assert found["steps"][0] == {"time_s": 20.0, "before_W": 0.0, "after_W": 40.0}
     capacity = found["parameters"]["capacity_body"]
     assert capacity["low"] < capacity["value"] < capacity["high"]
-    assert capacity["unit"] == "J/K"
-    assert capacity["told"]
+    assert (capacity["unit"], capacity["told"]) == ("J/K", True)
     assert found["fit"]["rms"] == pytest.approx(0.05, rel=0.1)
     assert yaml.safe_load(found["yaml"])["simulation"]["plant"]["kind"] == "thermal_network"
     assert Path("plant.yaml").read_text(encoding="utf-8") == found["yaml"]
@@ -89,8 +92,7 @@ def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) 
 
 
 def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright) -> None:
-    record = recorded(machine(noise=0.3), steps(40, (20, 1.0)))
-    Path("short.csv").write_text(as_csv(record), encoding="utf-8")
+    written("short.csv", machine(noise=0.3), (40, (20, 1.0)))
     told = heatwright("identify short.csv --power 40W").out
     assert "# WARNING: the resistance body – ambient cannot be told" in told
     assert "# NOT TOLD by this record" in told
@@ -99,14 +101,10 @@ def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright)
 @pytest.mark.parametrize(
     ("value", "half", "text"),
     [
-        (16.7123, 0.02, "16.712"),
-        (-5.43, 0.4, "-5.43"),
-        (1e-15, 36.0, "0.00"),
-        (-1e-15, 0.1, "0.0000"),
-        (123456.0, 5000.0, "123500"),
-        (0.173, float("inf"), "0.173"),
+        (16.7123, 0.02, "16.712"), (-5.43, 0.4, "-5.43"), (1e-15, 36.0, "0.00"),
+        (-1e-15, 0.1, "0.0000"), (123456.0, 5000.0, "123500"), (0.173, float("inf"), "0.173"),
     ],
-)
+)  # fmt: skip
 def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: str) -> None:
     parameter = Parameter("lag", "lag of the sensor", "s", False)
     assert digits(Found(parameter, value, value - half, value + half, told=True)) == text

@@ -51,10 +51,8 @@ SCENARIOS = {
         ("compare oven.yaml --algorithm none", "no row is called none; there are"),
         ("simulate chamber.yaml --scenario no.yaml", "no.yaml: no such file"),
         ("simulate chamber.yaml --model --scenario no.yaml --csv step.csv", "no such file"),
-        *(
-            (f"simulate chamber.yaml --model --scenario {name}", reason)
-            for name, (_, reason) in SCENARIOS.items()
-        ),
+        *((f"simulate chamber.yaml --model --scenario {name}", reason)
+          for name, (_, reason) in SCENARIOS.items()),
         ("identify", "Missing argument 'LOG'"),
         ("identify no.csv", "no.csv: no such file"),
         ("identify . --power 40W", "is a directory"),
@@ -66,10 +64,7 @@ SCENARIOS = {
         ("identify step.csv --power 40W --plot no/x.png", "there is no folder no"),
         ("identify step.csv --power 40W --columns time,x", "has no use for a column x"),
         ("identify step.csv --loop air", "--loop names a loop of a spec"),
-        (
-            "identify step.csv --spec oven.yaml --loop x",
-            "oven.yaml: has no loop x; there are air",
-        ),
+        ("identify step.csv --spec oven.yaml --loop x", "oven.yaml: has no loop x; there are air"),
         ("identify step.csv --spec step.csv", "step.csv:1:"),
         ("tune no.yaml", "no.yaml: no such file"),
         ("tune bare.yaml", "bare.yaml: has no `simulation`"),
@@ -83,7 +78,7 @@ SCENARIOS = {
         ("tune oven.yaml --lambda 0s", "--lambda: must be above 0"),
         ("tune oven.yaml --plot tune.html", "name it with .png or .svg"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_done(heatwright: Heatwright, words: str, reason: str) -> None:
     copyfile(EXAMPLES / "kiln.yaml", "kiln.yaml")
     text = Path("oven.yaml").read_text("utf-8")

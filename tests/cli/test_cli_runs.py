@@ -1,6 +1,5 @@
 """simulate and compare, with the model: figures, files, options."""
 
-import csv
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -41,16 +40,6 @@ def test_what_is_done_and_for_how_long(
     found = heatwright(f"simulate chamber.yaml --model --json {words}").json
     assert found["speed"]["simulated_s"] == pytest.approx(length_s, abs=1)
     assert figures.items() <= found["loops"]["air"]["closed_loop"].items()
-
-
-def test_csv_has_units_and_every_step(heatwright: Heatwright) -> None:
-    heatwright("simulate chamber.yaml --model --for 2min --csv run.csv")
-    with Path("run.csv").open(encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
-    assert header[:3] == ["time [s]", "element [°C]", "air [°C]"]
-    assert "air.temperature_c [°C]" in header
-    assert len(rows) == 602
-    assert float(rows[-1][0]) == pytest.approx(120.2)
 
 
 def drawn(heatwright: Heatwright, title: str, picture: str) -> str:
