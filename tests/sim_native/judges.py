@@ -36,11 +36,9 @@ DONE = 0xA5
 # Section of the manual: what the judge does instead.
 SIMAVR = {"CPSE, SBRC, SBRS, SBIC, SBIS": "skips two words over ADIW, SBIW with K & 12 == 12"}
 """simavr 1.6 (is_instruction_32_bits masks with 0xfc0f; later versions with 0xfe0f)."""
-AVR8JS_HALF_CARRY = dict.fromkeys(
-    ("add", "adc", "sub", "sbc", "cp", "cpc", "cpi", "subi", "sbci"), (H,)
-)
+ADDITIONS = ("add", "adc", "sub", "sbc", "cp", "cpc", "cpi", "subi", "sbci")
 """avr8js 0.21, sections ADD to SBCI: H is the carry out of bit 3; it takes bit 0's."""
-AVR8JS_FLAGS = AVR8JS_HALF_CARRY | {
+AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {
     "sbiw": (H,),  # section SBIW: H is left as it was; it is cleared
     "neg": (H, V, S),  # section NEG: H = R3 + Rd3, V only for 0x80; both by another operation
     "fmulsu": (Z,),  # section FMULSU: Z from the result; from the product before its shift
@@ -73,15 +71,11 @@ def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
 def on_avr8js(images: Sequence[Image]) -> list[bytes]:
     """Run images on avr8js; return what is in their RAM."""
     told = [
-        {
-            "flash": base64.b64encode(image.flash).decode(),
-            "ram_start": image.chip.ram_start,
-            "ram_end": image.chip.ram_end,
-            "end": image.end,
-            "timer1": VECTORS[image.chip.mcu]["timer1"],
-        }
+        {"flash": base64.b64encode(image.flash).decode(), "end": image.end,
+         "ram_start": image.chip.ram_start, "ram_end": image.chip.ram_end,
+         "timer1": VECTORS[image.chip.mcu]["timer1"]}
         for image in images
-    ]
+    ]  # fmt: skip
     return [base64.b64decode(ram) for ram in node("avr8js_streams.cjs", {"images": told})]
 
 
@@ -118,9 +112,8 @@ def _qemu(image: Image, folder: Path) -> bytes:
         assert qemu.stdout is not None
 
         def ask(order: str, **arguments: Any) -> None:
-            print(
-                json.dumps({"execute": order, "arguments": arguments}), file=qemu.stdin, flush=True
-            )
+            told = json.dumps({"execute": order, "arguments": arguments})
+            print(told, file=qemu.stdin, flush=True)
             while "return" not in (answer := json.loads(qemu.stdout.readline())):
                 assert "error" not in answer, answer
 
@@ -148,12 +141,8 @@ def differences(image: Image, ours: bytes, theirs: bytes, *, timed: bool) -> Ite
     """Yield what differs, a line for each stream."""
     for number, names in enumerate(image.names):
         start = number * RECORD
-        records = [ram[start : start + RECORD] for ram in (ours, theirs)]
-        found = [
-            f"{place} {a:#04x} {b:#04x}"
-            for place, a, b in zip(PLACES, *records, strict=False)
-            if a != b
-        ]
+        records = zip(PLACES, ours[start : start + RECORD], theirs[start:], strict=False)
+        found = [f"{place} {a:#04x} {b:#04x}" for place, a, b in records if a != b]
         if timed and number and number not in image.untimed:
             a, b = (cycles(ram, number) for ram in (ours, theirs))
             found += [f"cycles {a} {b}"] if a != b else []
@@ -163,11 +152,9 @@ def differences(image: Image, ours: bytes, theirs: bytes, *, timed: bool) -> Ite
 
 def cycles(ram: bytes, number: int) -> int:
     """Return the cycles between the ends of the stream before and of this one."""
-    ends = [
-        int.from_bytes(ram[each * RECORD - 2 : each * RECORD], "little")
-        for each in (number, number + 1)
-    ]
-    return (ends[1] - ends[0]) & 0xFFFF
+    places = (number * RECORD, (number + 1) * RECORD)
+    before, end = (int.from_bytes(ram[place - 2 : place], "little") for place in places)
+    return (end - before) & 0xFFFF
 
 
 def flags_of(ram: bytes, chip: Chip) -> list[int]:

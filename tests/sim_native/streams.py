@@ -7,6 +7,7 @@ timer 1, which counts cycles. Whoever runs the image on another processor compar
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from random import Random
 
 H, S, V, N, Z, C = 5, 4, 3, 2, 1, 0
@@ -153,15 +154,14 @@ class _Writer:
         pattern, word = PATTERNS[name], 0
         if name in IO_SKIPS or name in IO_BITS:
             fields["A"] = GPIOR0
-        for letter in dict.fromkeys(c for c in pattern if c.isalpha()):
-            fields.setdefault(letter, self.rng.getrandbits(pattern.count(letter)))
-        left = {letter: pattern.count(letter) for letter in fields}
+        left = {letter: pattern.count(letter) for letter in pattern if letter.isalpha()}
+        for letter, count in left.items():
+            fields.setdefault(letter, self.rng.getrandbits(count))
         for character in pattern:
-            bit = int(character) if character.isdigit() else 0
-            if not character.isdigit():
+            if character.isalpha():
                 left[character] -= 1
-                bit = fields[character] >> left[character] & 1
-            word = word << 1 | bit
+            bit = fields[character] >> left[character] if character.isalpha() else int(character)
+            word = word << 1 | bit & 1
         if self.skipped and self.errors.wide_skips and word & 0xFE0C == 0x960C:
             word &= ~8
         self.skipped = name in SKIPS or name in IO_SKIPS
@@ -284,19 +284,11 @@ class _Writer:
 
     def skip(self) -> None:
         """A skip over one or two words, and often over ADIW or SBIW."""
-        if self.errors.registers and self.rng.random() < 0.3:
-            self.emit(self.rng.choice(sorted(IO_SKIPS)))
-        else:
-            self.emit(self.rng.choice(sorted(SKIPS)))
-        kind = self.rng.randrange(5)
-        if kind == 0:
-            self.direct()
-        elif kind == 1:
-            self.far("jmp", len(self.words) + 2, k=0)
-        elif kind == 2:
-            self.emit(self.rng.choice(("adiw", "sbiw")))
-        else:
-            self.simple()
+        kinds = IO_SKIPS if self.errors.registers and self.rng.random() < 0.3 else SKIPS
+        self.emit(self.rng.choice(sorted(kinds)))
+        jump = partial(self.far, "jmp", len(self.words) + 2, k=0)
+        wide = partial(self.emit, self.rng.choice(("adiw", "sbiw")))
+        self.rng.choice((self.direct, jump, wide, self.simple, self.simple))()
 
     def over(self, name: str, **fields: int) -> None:
         """A jump or branch over a few simple instructions."""
@@ -314,42 +306,37 @@ class _Writer:
         if name == "rjmp":
             self.over(name, k=0)
             return
-        words = 2 if name == "jmp" else 1
-        target = self.landing(name, words)
-        self.emit(name, **({"k": 0} if name == "jmp" else {}))
-        self.words += [target] if name == "jmp" else []
+        target = self.landing(name, self.rng.randrange(3))
+        self.go(name, target)
         self.words += [self.rng.getrandbits(16)] * (target - len(self.words))
 
-    def landing(self, name: str, words: int) -> int:
-        """Prepare the registers of a jump some words on; return where it goes."""
-        indirect = name != "jmp"
-        extended = name == "eijmp"
-        target = len(self.words) + 2 * indirect + 2 * extended + words + self.rng.randrange(3)
-        if extended:
+    def landing(self, name: str, behind: int) -> int:
+        """Return where a jump or call leads, so many words behind it; prepare its registers."""
+        if name in {"eijmp", "eicall"}:
             self.put(EIND, 0)
-        if indirect:
-            self.point("Z", target)
+        if name in {"jmp", "call"}:
+            return len(self.words) + 2 + behind
+        target = len(self.words) + 2 + 1 + behind
+        self.point("Z", target)
         return target
+
+    def go(self, name: str, target: int) -> None:
+        """Append a jump or call whose registers are prepared."""
+        if name in {"jmp", "call"}:
+            self.far(name, target, k=0)
+        else:
+            self.emit(name)
 
     def call(self) -> None:
         """A call of a function of one instruction, which lies right behind."""
         size = 3 if self.chip.far else 2
         if self.depth + size > STACK // 2 - 4:
             return
-        kinds = ("rcall", "call", "icall", *(["eicall"] if self.chip.far else []))
-        name = self.rng.choice(kinds)
-        words = 2 if name == "call" else 1
-        function = len(self.words) + words + 1
-        if name == "eicall":
-            self.put(EIND, 0)
-            function += 2
-        if name in {"icall", "eicall"}:
-            function += 2
-            self.point("Z", function)
-        if name == "call":
-            self.far(name, function, k=0)
+        name = self.rng.choice(("rcall", "call", "icall", *(["eicall"] if self.chip.far else [])))
+        if name == "rcall":
+            self.emit(name, k=1)
         else:
-            self.emit(name, **({"k": 1} if name == "rcall" else {}))
+            self.go(name, self.landing(name, 1))
         place = len(self.words)
         self.emit("rjmp", k=0)
         self.simple()
@@ -377,14 +364,11 @@ class _Writer:
 
     def registers(self) -> None:
         """IN and OUT of what belongs to the core."""
-        if self.rng.random() < 0.4:
-            self.emit("out", A=SREG)
-        else:
-            self.emit("in", A=self.rng.choice((SREG, SPL, SPH)))
+        names = (("out", SREG), *(("in", each) for each in (SREG, SPL, SPH)))
+        name, place = self.rng.choice(names)
+        self.emit(name, A=place)
 
     def io(self) -> None:
         """Bits and bytes of a register that is nothing but memory."""
-        if not self.errors.registers:
-            return
-        name = self.rng.choice(("in", "out", *IO_BITS))
-        self.emit(name, A=GPIOR0)
+        if self.errors.registers:
+            self.emit(self.rng.choice(("in", "out", *IO_BITS)), A=GPIOR0)
