@@ -8,21 +8,9 @@ import base64
 from itertools import pairwise
 from pathlib import Path
 
+import judges
 import numpy as np
 import pytest
-from judges import (
-    AVR8JS_CYCLES,
-    AVR8JS_FLAGS,
-    ERRORS,
-    VECTORS,
-    cycles,
-    differences,
-    flags_of,
-    node,
-    on_avr8js,
-    on_ours,
-    on_qemu,
-)
 from rig.avr import Board, shared, whole
 from rig.specs import example
 from streams import CHIPS, Chip, Errors, Image, image
@@ -37,46 +25,46 @@ EVERYTHING = Errors()
 
 
 def judged(judge: str, images: list[Image], folder: Path) -> list[bytes]:
-    return on_avr8js(images) if judge == "avr8js" else on_qemu(images, folder)
+    return judges.on_avr8js(images) if judge == "avr8js" else judges.on_qemu(images, folder)
 
 
 @pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
 @pytest.mark.parametrize("judge", ["avr8js", "qemu"])
 def test_streams_run_alike(judge: str, chip: Chip, tmp_path: Path) -> None:
-    errors = ERRORS[judge]
+    errors = judges.ERRORS[judge]
     images = [image(chip, seed, errors) for seed in range(amount("images_of_streams"))]
     for made, theirs in zip(images, judged(judge, images, tmp_path), strict=True):
-        assert not list(differences(made, on_ours(made), theirs, timed=errors.timed))
+        assert not list(judges.differences(made, judges.on_ours(made), theirs, timed=errors.timed))
 
 
 def test_the_flags_that_avr8js_gets_wrong_are_wrong_there_and_nothing_else_is() -> None:
     """simavr decides: it does as ours does."""
     chip = CHIPS["atmega2560"]
-    images = [image(chip, 1, EVERYTHING, only=[name]) for name in AVR8JS_FLAGS]
-    for (name, flags), made, theirs in zip(
-        AVR8JS_FLAGS.items(), images, on_avr8js(images), strict=True
-    ):
-        ours = on_ours(made)
-        assert ours == on_ours(made, simavrs=True), name
+    images = [image(chip, 1, EVERYTHING, only=[name]) for name in judges.AVR8JS_FLAGS]
+    ran = judges.on_avr8js(images)
+    for (name, flags), made, theirs in zip(judges.AVR8JS_FLAGS.items(), images, ran, strict=True):
+        ours = judges.on_ours(made)
+        assert ours == judges.on_ours(made, simavrs=True), name
         wrong = 0
-        for a, b in zip(flags_of(ours, chip), flags_of(theirs, chip), strict=True):
+        for a, b in zip(judges.flags_of(ours, chip), judges.flags_of(theirs, chip), strict=True):
             wrong |= a ^ b
         assert wrong == sum(1 << flag for flag in flags), name
 
 
 def test_the_times_that_avr8js_gets_wrong() -> None:
     chip = CHIPS["atmega2560"]
-    made = image(chip, 1, EVERYTHING, only=AVR8JS_CYCLES)
-    ours, (theirs,) = on_ours(made), on_avr8js([made])
-    assert ours == on_ours(made, simavrs=True)
-    assert {cycles(ours, n) - cycles(theirs, n) for n in range(1, chip.streams)} == {24}
+    made = image(chip, 1, EVERYTHING, only=judges.AVR8JS_CYCLES)
+    ours, (theirs,) = judges.on_ours(made), judges.on_avr8js([made])
+    assert ours == judges.on_ours(made, simavrs=True)
+    for number in range(1, chip.streams):
+        assert judges.cycles(ours, number) - judges.cycles(theirs, number) == 24
 
 
 def test_elpm_by_qemu_stays_in_the_first_page(tmp_path: Path) -> None:
     made = image(CHIPS["atmega2560"], 1, Errors(registers=False, wide_skips=True))
-    ours, (theirs,) = on_ours(made), on_qemu([made], tmp_path)
-    assert ours == on_ours(made, simavrs=True)
-    wrong = list(differences(made, ours, theirs, timed=False))
+    ours, (theirs,) = judges.on_ours(made), judges.on_qemu([made], tmp_path)
+    assert ours == judges.on_ours(made, simavrs=True)
+    wrong = list(judges.differences(made, ours, theirs, timed=False))
     assert wrong
     assert all("elpm" in line for line in wrong)
 
@@ -84,7 +72,7 @@ def test_elpm_by_qemu_stays_in_the_first_page(tmp_path: Path) -> None:
 @pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
 @pytest.mark.parametrize("judge", ["avr8js", "qemu"])
 def test_over_what_simavr_skips_too_far_the_others_judge(judge: str, chip: Chip) -> None:
-    made = image(chip, 0, ERRORS[judge])
+    made = image(chip, 0, judges.ERRORS[judge])
     code = made.words[: made.end]
     assert sum(is_skip(word) and after & 0xFE0C == 0x960C for word, after in pairwise(code)) > 3
 
@@ -103,7 +91,7 @@ def test_a_program_computes_alike(judge: str, chip: Chip, tmp_path: Path) -> Non
     made = Image(chip, np.frombuffer(flash, "<u2").tolist(), end, [], set())
     (theirs,) = judged(judge, [made], tmp_path)
     first, last = (address - chip.ram_start for address in program.static_ram)
-    assert theirs[first:last] == on_ours(made)[first:last]
+    assert theirs[first:last] == judges.on_ours(made)[first:last]
     assert theirs[first] == 40
     assert len(set(theirs[first:last])) > 100
 
@@ -135,14 +123,14 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
     avr.run(seconds)
     images = recorded.take()[1]
 
-    told = node(
+    told = judges.node(
         "avr8js_firmware.cjs",
         {
             "flash": base64.b64encode(program.flash.ljust(board.flash_bytes, b"\xff")).decode(),
             "ram_end": board.ram_start + board.ram_bytes - 1,
             "clock_hz": board.clock_hz,
             "cycles": seconds * board.clock_hz,
-            "vectors": VECTORS[board.mcu],
+            "vectors": judges.VECTORS[board.mcu],
             "ports": sorted({pin[1] for pin in pins}),
             "high": [[pin[1], int(pin[2])] for pin in pulled],
             "volts": [IDLE_V] * 8,

@@ -38,24 +38,13 @@ def test_each_code_has_its_voltages_on_every_channel(mcu: str) -> None:
             adc.avr.adc.set(channel, 2500)  # the channel's alone
 
 
-def test_voltages_beyond_the_supply_are_clipped() -> None:
-    adc = Small(CONVERTER, seconds=0.001)
-    for voltage_mv, code in ((5001, 1023), (12_000, 1023), (-50, 0)):
-        adc.avr.adc.set(0, voltage_mv)
-        adc["mux"] = AVCC
-        adc.avr.run(0.001)
-        assert adc["code"] == code
-
-
 @PARTS
-def test_a_conversion_takes_thirteen_clocks(mcu: str) -> None:
+def test_a_conversion_takes_thirteen_clocks_and_its_interrupt_comes_with_the_result(
+    mcu: str,
+) -> None:
     adc = Small(CONVERTER, mcu=mcu, seconds=0.01)
     assert adc["cycles"] == pytest.approx(13 * 128, abs=12)
     assert adc.avr.adc.conversions == pytest.approx(0.01 * CLOCK_HZ / (13 * 128), abs=8)
-
-
-@PARTS
-def test_the_interrupt_comes_with_the_result(mcu: str) -> None:
     adc = Small(
         """volatile uint16_t code, cycles;
         ISR(ADC_vect) { cycles = TCNT1; code = ADC; TCNT1 = 0; ADCSRA |= _BV(ADSC); }
@@ -91,21 +80,27 @@ def test_the_voltage_is_taken_when_the_conversion_starts() -> None:
             ADMUX |= 1; code = ADC; for (;;) {}
         }"""
     )
-    adc.avr.adc.set(0, millivolts(300))
-    adc.avr.adc.set(1, millivolts(700))
-    adc.avr.run(0.0005)
-    adc.avr.adc.set(0, millivolts(900))
+    for seconds, channel, code in ((0, 0, 300), (0, 1, 700), (0.0005, 0, 900)):
+        adc.avr.run(seconds)
+        adc.avr.adc.set(channel, millivolts(code))
     adc.avr.run(0.01)
     assert adc["code"] == 300
 
 
-def test_left_adjusted_results_need_the_high_byte_only() -> None:
+def test_left_adjusted_results_need_the_high_byte_only_and_clipped_voltages() -> None:
     adc = Small(CONVERTER, seconds=0.001)
-    adc["mux"] = AVCC | LEFT
-    for code in (0, 400, 1023):
-        adc.avr.adc.set(0, millivolts(code))
-        adc.avr.run(0.001)
-        assert adc["high"] == code >> 2
+    for voltage_mv, code in (
+        (0, 0),
+        (millivolts(400), 400),
+        (5001, 1023),
+        (12_000, 1023),
+        (-50, 0),
+    ):
+        adc.avr.adc.set(0, voltage_mv)
+        for adjust in (0, LEFT):
+            adc["mux"] = AVCC | adjust
+            adc.avr.run(0.001)
+        assert (adc["code"], adc["high"]) == (code, code >> 2)
 
 
 def test_channels_above_seven_of_the_2560() -> None:
@@ -121,9 +116,7 @@ WRITER = """
 volatile uint8_t written;
 int main(void) {
     for (uint8_t i = 0; i < 8; i++) { eeprom_write_byte((uint8_t *)(10 + i), 0x30 + i); written++; }
-    eeprom_busy_wait();
-    written = 0xff;
-    for (;;) {}
+    eeprom_busy_wait(); written = 0xff; for (;;) {}
 }
 """
 BYTE_S = {"atmega328p": 0.0033, "atmega32": 0.0085, "atmega16": 0.0085}
@@ -175,7 +168,7 @@ def test_the_ready_interrupt_comes_as_long_as_nothing_is_written(mcu: str) -> No
     assert (writer.avr.eeprom.writes, writer.avr.eeprom.violations) == (10, 0)
 
 
-def test_a_power_cut_leaves_the_byte_undefined_and_the_rest_as_it_was() -> None:
+def test_a_power_cut_leaves_the_byte_undefined_and_the_rest_as_it_was_a_reset_nothing() -> None:
     writer = Small(WRITER)
     writer.avr.eeprom.contents = bytes([1]) * 1024
     writer.avr.run(0.0033 * 2.5)
@@ -186,6 +179,9 @@ def test_a_power_cut_leaves_the_byte_undefined_and_the_rest_as_it_was() -> None:
         left = writer.avr.eeprom.after_power_cut(undefined)
         assert left[10:14] == bytes([0x30, 0x31, undefined, 1])
         assert left[:10] + left[14:] == bytes([1]) * 1020
+    writer.avr.reset()
+    assert writer.avr.eeprom.writing is not None
+    assert writer.avr.eeprom.contents[10:13] == b"\x30\x31\x32"
 
 
 def test_access_during_a_write_is_ignored_and_counted() -> None:
@@ -213,13 +209,6 @@ def test_eeprom_programming_modes(mode: int, result: int) -> None:
     program.avr.eeprom.contents = bytes([0x55]) * 1024
     program.avr.run(0.01)
     assert program.avr.eeprom.contents[5] == result
-
-
-def test_a_write_ends_through_a_reset() -> None:
-    avr = Small(WRITER, seconds=0.001).avr
-    avr.reset()
-    assert avr.eeprom.writing is not None
-    assert avr.eeprom.contents[10] == 0x30
 
 
 def test_a_program_brings_its_eeprom() -> None:

@@ -112,10 +112,8 @@ def test_waveforms(tmp_path: Path) -> None:
             recorder.feed(avr.pins.take(), avr.uarts.take())
     tokens = list(tokenize((tmp_path / "x.vcd").open("rb")))
     times = [token.time_change for token in tokens if token.kind is TokenKind.CHANGE_TIME]
-    values = [
-        token.scalar_change.value for token in tokens if token.kind is TokenKind.CHANGE_SCALAR
-    ]
-    assert values == ["z", "0", "1", "0", "z"]
+    changes = [token for token in tokens if token.kind is TokenKind.CHANGE_SCALAR]
+    assert [token.scalar_change.value for token in changes] == ["z", "0", "1", "0", "z"]
     assert times[2] - times[1] == pytest.approx(125, abs=130)
     assert max(times) == pytest.approx(101_000, abs=5_000)
 

@@ -10,45 +10,16 @@ from heatwright.sim.native.characters import Format, heard
 from heatwright.sim.native.parts import PARTS
 
 BAUD = 19_200
-# The registers' and interrupts' names without the number of the UART.
-REGISTERS = """
-#if defined(UCSR0C)
-#define REG(letter) UCSR0##letter
-#define D_ UDR0
-#define H_ UBRR0H
-#define L_ UBRR0L
-#elif defined(UCSR1C)
-#define REG(letter) UCSR1##letter
-#define D_ UDR1
-#define H_ UBRR1H
-#define L_ UBRR1L
-#else
-#define REG(letter) UCSR##letter
-#define D_ UDR
-#define H_ UBRRH
-#define L_ UBRRL
-#endif
-#define A_ REG(A)
-#define B_ REG(B)
-#if defined(USART_RX_vect)
-#define VECTOR(what) USART_##what##_vect
-#elif defined(USART_RXC_vect)
-#define VECTOR(what) USART_##what##C_vect
-#define USART_UDREC_vect USART_UDRE_vect
-#elif defined(USART0_RX_vect)
-#define VECTOR(what) USART0_##what##_vect
-#else
-#define VECTOR(what) USART1_##what##_vect
-#endif
+VARIABLES = """
 #ifdef URSEL
-#define SET_FORMAT(v) (REG(C) = (uint8_t)(0x80 | (v)))
+#define SET_FORMAT(v) (C_ = (uint8_t)(0x80 | (v)))
 #else
-#define SET_FORMAT(v) (REG(C) = (v))
+#define SET_FORMAT(v) (C_ = (v))
 #endif
 volatile uint8_t n, values[200], flags[200], ninth[200];
 """
 LISTENER = """
-ISR(VECTOR(RX)) {
+ISR(RX_VECTOR) {
     uint8_t status = A_, high = B_ & 2, value = D_;
     if (n < 200) { flags[n] = status & 0x1c; ninth[n] = high; values[n++] = value; }
 }
@@ -70,11 +41,25 @@ every_part = pytest.mark.parametrize("mcu", PARTS)
 every_format = pytest.mark.parametrize(("form", "code"), FORMATS)
 
 
+def names(mcu: str) -> list[str]:
+    """Tell a part's names of the registers and interrupts of its first UART."""
+    old = mcu in {"atmega16", "atmega32"}
+    number = "" if old else "1" if mcu == "atmega32u4" else "0"
+    usart = "USART" if old or mcu == "atmega328p" else f"USART{number}"
+    registers = {"D": f"UDR{number}", "H": f"UBRR{number}H", "L": f"UBRR{number}L"}
+    registers |= {letter: f"UCSR{number}{letter}" for letter in "ABC"}
+    vectors = {"UDRE": "UDRE", "RX": "RXC" if old else "RX", "TX": "TXC" if old else "TX"}
+    return [
+        *(f"-D{name}_={register}" for name, register in registers.items()),
+        *(f"-D{name}_VECTOR={usart}_{vector}_vect" for name, vector in vectors.items()),
+    ]
+
+
 class Uart(Small):
     """A program with a UART, a millisecond after power-on."""
 
     def __init__(self, source: str, *flags: str, mcu: str = "atmega328p") -> None:
-        super().__init__(REGISTERS + source, *flags, mcu=mcu)
+        super().__init__(VARIABLES + source, *flags, *names(mcu), mcu=mcu)
         self.line = self.avr.uarts[1 if mcu == "atmega32u4" else 0]
 
     def heard(self, name: str = "values") -> bytes:
@@ -183,7 +168,7 @@ def test_a_flood_on_a_receiver_that_is_off_does_nothing() -> None:
 
 def test_gaps_are_kept() -> None:
     """The time of each interrupt, by its own log: to within a sample and the interrupt's entry."""
-    source = """ISR(VECTOR(RX)) { (void)D_; PORTB ^= 1; }
+    source = """ISR(RX_VECTOR) { (void)D_; PORTB ^= 1; }
     int main(void) { DDRB = 1; H_ = 0; L_ = 51; B_ = 0x90; sei(); for (;;) {} }"""
     uart = Uart(source, mcu="atmega32")
     uart.avr.pins.watch("PB0")
@@ -202,7 +187,7 @@ def test_gaps_are_kept() -> None:
 @every_format
 def test_every_format_is_sent(mcu: str, form: Format, code: int) -> None:
     uart = Uart(
-        f"""ISR(VECTOR(UDRE)) {{
+        f"""ISR(UDRE_VECTOR) {{
             static uint8_t c; D_ = c; c = (uint8_t)(c + 5); if (!c) B_ &= (uint8_t)~0x20;
         }}
         int main(void) {{ SET_FORMAT({code}); H_ = 0; L_ = 51; B_ = 0x28; sei(); for (;;) {{}} }}
@@ -258,7 +243,7 @@ def test_what_is_sent_in_another_format_is_heard_wrong() -> None:
 def test_the_end_of_the_last_byte_is_told_once(mcu: str) -> None:
     """TXC comes when buffer and shift register are empty; its interrupt clears it."""
     uart = Uart(
-        """ISR(VECTOR(TX)) { values[n++] = A_ & 0x40; PORTB |= 1; if (n == 1) { D_ = 3; } }
+        """ISR(TX_VECTOR) { values[n++] = A_ & 0x40; PORTB |= 1; if (n == 1) { D_ = 3; } }
         int main(void) {
             DDRB = 1; H_ = 0; L_ = 51; SET_FORMAT(0x26); B_ = 0x48; sei();
             D_ = 1; D_ = 2; for (;;) {}
@@ -274,55 +259,48 @@ def test_the_end_of_the_last_byte_is_told_once(mcu: str) -> None:
     assert len(ends) == 3
 
 
-def test_the_flag_of_the_end_is_cleared_by_writing_it() -> None:
-    uart = Uart("""int main(void) {
-        L_ = 51; B_ = 8; D_ = 1;
-        values[0] = A_; _delay_ms(2); values[1] = A_; A_ = 0; values[2] = A_; A_ = 0x40;
-        values[3] = A_; for (;;) {}
-    }""")
-    uart.avr.run(0.01)
-    assert [value & 0x60 for value in uart["values"][:4]] == [0x20, 0x60, 0x60, 0x20]
+POLLED = "for (;;) if (A_ & 0x80) values[n++] = D_;"
+COURSES = {
+    # A program; what is sent so many milliseconds after power-on, and what it has heard then.
+    # The flag stays, so the interrupt is entered after one instruction of the program.
+    "an interrupt that does not read comes again": (
+        """ISR(RX_VECTOR) { if (++n >= 100) values[n - 100] = D_; }
+        int main(void) { L_ = 51; B_ = 0x90; sei(); for (;;) {} }""",
+        [(1, b"x", b""), (10, b"", b"x".ljust(100, b"\0"))],
+    ),
+    "an enabled interrupt comes for what has already happened": (
+        """ISR(RX_VECTOR) { values[n++] = D_; }
+        int main(void) { L_ = 51; B_ = 0x10; sei(); _delay_ms(5); B_ |= 0x80; for (;;) {} }""",
+        [(1, b"xy", b""), (4, b"", b""), (7, b"", b"xy")],
+    ),
+    "a receiver switched off forgets": (
+        f"int main(void) {{ L_ = 51; B_ = 0x10; _delay_ms(5); B_ = 0; B_ = 0x10; {POLLED} }}",
+        [(1, b"xy", b""), (7, b"z", b""), (10, b"", b"z")],
+    ),
+    "the flag of the end is cleared by writing it": (
+        """int main(void) {
+            L_ = 51; B_ = 8; D_ = 1; n = 4; values[0] = A_ & 0x60; _delay_ms(2);
+            values[1] = A_ & 0x60; A_ = 0; values[2] = A_ & 0x60; A_ = 0x40;
+            values[3] = A_ & 0x60; for (;;) {}
+        }""",
+        [(10, b"", b"\x20\x60\x60\x20")],
+    ),
+}  # fmt: skip
 
 
-def test_an_interrupt_that_does_not_read_comes_again() -> None:
-    """The flag stays, so the interrupt is entered after one instruction of the program."""
-    uart = Uart("""ISR(VECTOR(RX)) { if (++n == 100) values[99] = D_; }
-    int main(void) { L_ = 51; B_ = 0x90; sei(); for (;;) {} }""")
-    uart.avr.run(0.001)
-    uart.line.send(b"x", BAUD)
-    uart.avr.run(0.01)
-    assert uart.heard()[99:] == b"x"
-
-
-def test_an_enabled_interrupt_comes_for_what_has_already_happened() -> None:
-    uart = Uart("""ISR(VECTOR(RX)) { values[n++] = D_; }
-    int main(void) { L_ = 51; B_ = 0x10; sei(); _delay_ms(5); B_ |= 0x80; for (;;) {} }""")
-    uart.avr.run(0.001)
-    uart.line.send(b"xy", BAUD)
-    uart.avr.run(0.003)
-    assert uart.heard() == b""
-    uart.avr.run(0.003)
-    assert uart.heard() == b"xy"
-
-
-def test_a_receiver_switched_off_forgets() -> None:
-    uart = Uart("""int main(void) {
-        L_ = 51; B_ = 0x10; _delay_ms(5); B_ = 0; B_ = 0x10;
-        for (;;) if (A_ & 0x80) values[n++] = D_;
-    }""")
-    uart.avr.run(0.001)
-    uart.line.send(b"xy", BAUD)
-    uart.avr.run(0.006)
-    uart.line.send(b"z", BAUD)
-    uart.avr.run(0.003)
-    assert uart.heard() == b"z"
+@pytest.mark.parametrize("what", COURSES)
+def test_what_is_heard_and_when(what: str) -> None:
+    source, deeds = COURSES[what]
+    uart = Uart(source)
+    for at_ms, sent, heard_by_then in deeds:
+        uart.avr.run_to(at_ms * CLOCK_HZ // 1000)
+        assert uart.heard() == heard_by_then
+        uart.line.send(sent, BAUD)
 
 
 def test_a_receiver_switched_on_within_a_character_takes_its_next_edge_for_a_start() -> None:
-    uart = Uart("""int main(void) {
-        L_ = 51; SET_FORMAT(0x26); _delay_us(1160); B_ = 0x10;
-        for (;;) if (A_ & 0x80) values[n++] = D_;
-    }""")
+    start = "L_ = 51; SET_FORMAT(0x26); _delay_us(1160); B_ = 0x10;"
+    uart = Uart(f"int main(void) {{ {start} {POLLED} }}")
     uart.avr.run(0.001)
     uart.line.send(b"\x55" * 3, BAUD, EVEN)
     uart.avr.run(0.01)
