@@ -1,16 +1,19 @@
-"""The worst stack of small programs whose depth is counted by hand, and what is refused.
+"""The worst stack of programs: counted by hand, reached in the processor, or refused.
 
-`+` in a comment is one byte on the stack; C is the size of a return address, two bytes on most
-chips and three on an ATmega2560. `main` is called from the start-up code: C.
+C is the size of a return address, two bytes on most chips and three on an ATmega2560. `main` is
+called from the start-up code: C. The decoder agrees with the disassembler on every word.
 """
 
+import re
 import subprocess
 from pathlib import Path
 
 import pytest
-from rig.avr import compiled
+from elftools.elf.elffile import ELFFile
+from rig.avr import compiled, powered
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
+from heatwright.generator.stack.instructions import Instruction, decode
 
 C = {"atmega328p": 2, "atmega2560": 3, "atmega16": 2}
 LOOP = "int main(void) { for (;;); }\n"
@@ -200,3 +203,168 @@ REFUSED = {
 def test_what_the_code_does_not_tell_is_refused(source: str, reason: str) -> None:
     with pytest.raises(StackUnknown, match=reason):
         measure(source)
+
+
+PROGRAM = """
+volatile uint8_t fired, sink;
+volatile float mean = 1;
+
+__attribute__((noinline, noclone)) void fill(uint8_t n)
+{
+    volatile uint8_t frame[30];
+    for (uint8_t i = 0; i < 30; i++)
+        frame[i] = n + i;
+    sink = frame[n % 30];
+}
+
+__attribute__((noinline, noclone)) void wait(uint16_t n)
+{
+    volatile uint8_t frame[300];
+    frame[n] = 1;
+    fired = 0;
+    while (!fired)
+        ;
+    sink = frame[n / 2];
+}
+
+__attribute__((noinline, noclone)) uint8_t choose(uint8_t n)
+{
+    switch (n) {
+    case 0: return PINB;
+    case 1: return PINC;
+    case 2: return 9;
+    case 3: sink = 4; return 7;
+    case 4: wait(n); return 3;
+    case 5: sink = 1; return 3;
+    case 6: mean = mean / 3 + 1; return 3;
+    case 7: sink = 2; return 1;
+    }
+    return 0;
+}
+
+ISR(TIMER1_OVF_vect) { fill(sink); fired = 1; }
+ISR(TIMER0_OVF_vect) { sink++; }
+
+int main(void)
+{
+    TCCR1B = 1 << CS10;
+#ifdef TIMSK1
+    TIMSK1 = 1 << TOIE1;
+#endif
+#ifdef TIMSK0
+    TCCR0B = 1 << CS00;
+    TIMSK0 = 1 << TOIE0;
+#else
+    TCCR0 = 1 << CS00;
+    TIMSK = 1 << TOIE0 | 1 << TOIE1;
+#endif
+    sei();
+    for (uint8_t n = 0;; n++)
+        sink += choose(n % 8);
+}
+"""
+
+
+@pytest.mark.parametrize("flags", ["-Os", "-Os -flto", "-O2", "-O1 -mcall-prologues", "-O0"])
+@pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560", "atmega1284p", "atmega32"])
+def test_the_bound_is_reached(mcu: str, flags: str) -> None:
+    """It waits at its deepest place for its deepest interrupt, so the two must be equal."""
+    program = compiled(PROGRAM, *flags.split(), mcu=mcu)
+    avr = powered(program, mcu)
+    profile = avr.profile(program)
+    avr.run(0.05)
+    assert profile.stack_used == worst_stack(program.path).total
+
+
+SAME = {
+    "adc", "add", "adiw", "call", "eor", "icall", "ijmp", "in", "jmp", "ldi", "mov", "movw", "out",
+    "pop", "push", "ret", "sbc", "sbci", "sbiw", "sei", "sub", "subi",
+}  # fmt: skip
+FOLLOWED = {name: name for name in SAME} | {
+    "rcall": "call", "rjmp": "jmp", "reti": "ret", "eijmp": "ijmp", "eicall": "icall",
+    "cpse": "skip", "sbrc": "skip", "sbrs": "skip", "sbic": "skip", "sbis": "skip",
+}  # fmt: skip
+
+STORES = {"st", "std", "sts"}
+READS = {"bst", "cbi", "cli", "clt", "cp", "cpc", "cpi", "nop", "sbi", "sec", "set", "sei", "sleep"}
+POINTERS = {"X": 26, "Y": 28, "Z": 30}
+
+# Address, words, mnemonic, operands, and the address that a jump or call goes to.
+LINE = re.compile(
+    r"^ +([0-9a-f]+):\t((?:[0-9a-f]{2} )+) *\t(\w+)\t?([^;\n]*?)\s*(?:; 0x([0-9a-f]+).*)?(?:;.*)?$",
+    re.MULTILINE,
+)
+
+MUCH = """
+#include <math.h>
+#include <stdio.h>
+volatile double x; volatile int64_t y; volatile char text[30]; void (*volatile f)(int, ...);
+__attribute__((used)) void much(void)
+{
+    volatile char frame[300];
+    x = sin(x) + atan2(x, 3) + pow(x, x) + sqrt(x) / exp(x);
+    y = y / 3 * y % 7;
+    sprintf((char *)text, "%d %d", (int)y, pgm_read_byte((const char *)PINC));
+    if (PINB & 4) PORTB ^= 2;
+    f(PINC, frame[PIND], frame);
+}
+"""
+
+
+def listing(mcu: str) -> tuple[bytes, str]:
+    """Return the program's machine code, and what the disassembler says of it."""
+    elf = compiled(MUCH + PROGRAM, "-lm", mcu=mcu).path
+    with elf.open("rb") as file:
+        code: bytes = ELFFile(file).get_section_by_name(".text").data()
+    words = ["avr-objdump", "-d", str(elf)]
+    return code, subprocess.run(words, capture_output=True, text=True, check=True).stdout
+
+
+def changed(mnemonic: str, operands: str) -> set[int]:
+    """Registers that an instruction changes, by the manual."""
+    if "mul" in mnemonic:
+        return {0, 1}
+    moved = re.search(r"([XYZ])\+(?!\d)|-([XYZ])", operands)
+    found = set()
+    if moved:
+        pointer = POINTERS[moved.group(1) or moved.group(2)]
+        found = {pointer, pointer + 1}
+    if mnemonic in STORES | READS or mnemonic.startswith("br"):
+        return found
+    first = re.match(r"r(\d+)", operands)
+    return found | ({int(first.group(1))} if first else set())
+
+
+def check_operands(found: Instruction, mnemonic: str, operands: str, target: str) -> None:
+    if found.name in ("call", "jmp", "branch"):
+        assert found.k % 2**32 == int(target, 16)  # a table read as code leads anywhere
+    elif found.name == "other":
+        assert set(found.writes) >= changed(mnemonic, operands)
+    elif found.name != "skip":
+        registers = [int(number) for number in re.findall(r"\br(\d+)", operands)]
+        constants = [int(number, 16) for number in re.findall(r"0x([0-9A-Fa-f]+)", operands)]
+        assert registers == [found.d, found.r][: len(registers)]
+        assert constants == [found.k][: len(constants)]
+
+
+@pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560"])
+def test_the_decoder_agrees_with_the_disassembler(mcu: str) -> None:
+    code, text = listing(mcu)
+    lines = LINE.findall(text)
+    assert len(lines) > 2400
+    seen = set()
+    for address, words, mnemonic, operands, target in lines:
+        if mnemonic == "word":
+            continue
+        found = decode(code, int(address, 16))
+        name = FOLLOWED.get(mnemonic, "branch" if mnemonic.startswith("br") else "other")
+        assert (found.name, found.size) == (name, len(words.split())), (address, mnemonic)
+        check_operands(found, mnemonic, operands, target)
+        seen.add(found.name)
+    assert seen >= SAME - {"adc", "eor", "sei"} | {"branch", "skip"}
+
+
+def test_outside_the_code_nothing_is_decoded() -> None:
+    for address in (-2, 1, 2):
+        with pytest.raises(IndexError):
+            decode(b"\x00\x00", address)
