@@ -74,12 +74,10 @@ simulation:
   plant:
     kind: thermal_network
     nodes: {block: 27 J/K}
-    links:
-      - {between: [block, ambient], resistance: 8 K/W}
+    links: [{between: [block, ambient], resistance: 8 K/W}]
     heat: {heater: block}
     sense: {tip: {node: block, lag: 3 s, noise: NOISE}, current: {of: heater}}
-  scenario:
-    - {for: 10 s}
+  scenario: [{for: 10 s}]
 """
 
 

@@ -66,38 +66,22 @@ loops:
     period: PERIOD
     setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1000 °C}
     algorithm: {kind: pid, kp: 1, ALGORITHM}
-    protection:
-      maximum: 1100 °C
-      rise_rate: RISE
-      heating: off
-      frozen: FROZEN
-      rising_while_off: off
-      runaway: RUNAWAY
-      PROTECTION
+    protection: {maximum: 1100 °C, rise_rate: RISE, heating: off, frozen: FROZEN,
+                 rising_while_off: off, runaway: RUNAWAY, PROTECTION}
 programs:
   loop: air
   PROGRAMS
   stored:
-    - name: first
-      segments: [SEGMENTS]
-    - name: second
-      segments: [{hold: until operator}]
-interfaces:
-  - {kind: nextion, loop: air}
+    - {name: first, segments: [SEGMENTS]}
+    - {name: second, segments: [{hold: until operator}]}
+interfaces: [{kind: nextion, loop: air}]
 """
 RAMP_AND_HOLD = "{to: 40 °C, over: 20 s}, {hold: 5 s}, {to: 30 °C, over: 5 s}"
-
-
 DEFAULTS = {
-    "AVERAGE": "average: 1",
-    "PERIOD": "1 s",
-    "ALGORITHM": "kd: 0",
-    "RISE": "2000 K/s",
-    "FROZEN": "off",
-    "RUNAWAY": "{above: 25 K, for: 3 s}",
-    "PROTECTION": "stale_after: 5 s",
+    "AVERAGE": "average: 1", "PERIOD": "1 s", "ALGORITHM": "kd: 0", "RISE": "2000 K/s",
+    "FROZEN": "off", "RUNAWAY": "{above: 25 K, for: 3 s}", "PROTECTION": "stale_after: 5 s",
     "PROGRAMS": "hold_back: {within: 10 K, limit: 5 s}",
-}
+}  # fmt: skip
 
 
 def kiln_of(segments: str = RAMP_AND_HOLD, **parts: str) -> Controller:
@@ -173,8 +157,7 @@ loops:
     algorithm: {kind: pid, kp: 2, ki: 0.5, kd: 8, ALGORITHM}
     LOOP
     protection: {maximum: 120 °C, PROTECTION}
-interfaces:
-  - {kind: gcode, loops: {T0: air}}
+interfaces: [{kind: gcode, loops: {T0: air}}]
 """
 
 
@@ -224,8 +207,7 @@ sensors:
   nozzle: {kind: ds18b20, pin: A2}
   current: {kind: current, pin: A1, scale: 0.2 V/A, oversample: 4}
 outputs:
-  heater:
-    {kind: pwm, pin: D5, frequency: 1 kHz, power: 100 W, supply: 50 V, current: CURRENT}
+  heater: {kind: pwm, pin: D5, frequency: 1 kHz, power: 100 W, supply: 50 V, current: CURRENT}
   cooler: {kind: digital, pin: D22}
 loops:
   nozzle:
@@ -236,17 +218,9 @@ loops:
     starts: disabled
     setpoint: {initial: 50 °C, minimum: 0 °C, maximum: 100 °C}
     algorithm: {kind: three_position, dead_band: 2 K}
-    protection:
-      maximum: 120 °C
-      minimum: -5 °C
-      rise_rate: 100 K/s
-      heating: off
-      runaway: off
-      frozen: off
-      rising_while_off: off
-      master_lost_after: 5 s
-interfaces:
-  - {kind: modbus_rtu}
+    protection: {maximum: 120 °C, minimum: -5 °C, rise_rate: 100 K/s, heating: off, runaway: off,
+                 frozen: off, rising_while_off: off, master_lost_after: 5 s}
+interfaces: [{kind: modbus_rtu}]
 """
 LIMIT = "{sensor: current, limit: 2.5 A}"
 

@@ -207,12 +207,8 @@ def test_a_new_compare_value_takes_effect_and_a_disconnected_timer_gives_the_pin
 
 def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     """The display shares port D with the heater: simavr makes false edges there."""
-    avr = running(
-        """int main(void) {
-            DDRD = 0xff; OCR2B = 127; TCCR2A = 0x23; TCCR2B = 0x06;
-            for (;;) PIND = 0xf0;
-        }"""
-    )
+    setup = "DDRD = 0xff; OCR2B = 127; TCCR2A = 0x23; TCCR2B = 0x06;"
+    avr = running(f"int main(void) {{ {setup} for (;;) PIND = 0xf0; }}")
     avr.pins.watch("PD3")
     avr.run(0.1)
     cycles = avr.pins.take()["cycle"].astype(int)

@@ -15,10 +15,7 @@ IDLE = """
 volatile uint8_t ticks;
 ISR(TIMER1_COMPA_vect) { ticks++; PINB = _BV(PB5); }
 static void tick_start(void) {
-    DDRB = _BV(PB5);
-    TCCR1B = _BV(WGM12) | _BV(CS11);
-    OCR1A = 19999;
-    TIMSK1 = _BV(OCIE1A);
+    DDRB = _BV(PB5); TCCR1B = _BV(WGM12) | _BV(CS11); OCR1A = 19999; TIMSK1 = _BV(OCIE1A);
 }
 """
 SLEEP = "sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli();"
