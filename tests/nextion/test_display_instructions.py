@@ -38,13 +38,11 @@ def test_it_refuses(instruction: str, code: Code) -> None:
 
 def test_what_it_answers_is_chosen() -> None:
     """Bkcmd: nothing, good news, bad news (the choice at power-up), both."""
-    for chosen, good, bad in ((0, b"", b""), (1, b"\x01\xff\xff\xff", b""),
-                              (2, b"", b"\x1a\xff\xff\xff"),
-                              (3, b"\x01\xff\xff\xff", b"\x1a\xff\xff\xff")):  # fmt: skip
+    good, bad = b"\x01\xff\xff\xff", b"\x1a\xff\xff\xff"
+    for chosen, answers in enumerate(((b"", b""), (good, b""), (b"", bad), (good, bad))):
         shown = display()
         tell(shown, f"bkcmd={chosen}")
-        assert tell(shown, "n0.val=3") == good
-        assert tell(shown, "n9.val=3") == bad
+        assert (tell(shown, "n0.val=3"), tell(shown, "n9.val=3")) == answers
 
 
 @pytest.mark.parametrize(
@@ -74,13 +72,14 @@ def test_it_assigns(instruction: str, attribute: str, value: int | str) -> None:
 def test_it_tells_what_it_holds() -> None:
     shown = display()
     tell(shown, "n0.val=-2", 't0.txt="a°"')
-    assert tell(shown, "get n0.val") == b"\x71\xfe\xff\xff\xff\xff\xff\xff"
-    assert tell(shown, "get t0.txt") == b"\x70a\xb0\xff\xff\xff"
-    assert tell(shown, "print t0.txt") == b"a\xb0"
-    assert tell(shown, "print n0.val") == b"\xfe\xff\xff\xff"
-    assert tell(shown, "printh 23 0d") == b"\x23\x0d"
-    assert tell(shown, "sendme") == b"\x66\0\xff\xff\xff"
-    assert tell(shown, "page away", "sendme") == b"#21 1;\x66\1\xff\xff\xff"
+    for instruction, answer in (
+        ("get n0.val", b"\x71\xfe\xff\xff\xff\xff\xff\xff"),
+        ("get t0.txt", b"\x70a\xb0\xff\xff\xff"),
+        ("print t0.txt", b"a\xb0"), ("print n0.val", b"\xfe\xff\xff\xff"),
+        ("printh 23 0d", b"\x23\x0d"), ("sendme", b"\x66\0\xff\xff\xff"),
+        ("page away", b"#21 1;"), ("sendme", b"\x66\1\xff\xff\xff"),
+    ):  # fmt: skip
+        assert tell(shown, instruction) == answer
 
 
 def test_instructions_come_in_any_pieces() -> None:

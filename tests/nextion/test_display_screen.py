@@ -24,13 +24,9 @@ def inked(shown: Display, colour: int) -> np.ndarray:
     return np.argwhere((pixels(shown) == rgb(colour)).all(axis=2))
 
 
-def test_colours_of_sixteen_bits() -> None:
-    assert [rgb(colour) for colour in (0, WHITE, RED, GREEN, BLUE)] == [
-        (0, 0, 0), (255, 255, 255), (255, 0, 0), (0, 255, 0), (0, 0, 255),
-    ]  # fmt: skip
-
-
-def test_it_is_dark_without_power() -> None:
+def test_colours_of_sixteen_bits_and_dark_without_power() -> None:
+    colours = (0, 0, 0), (255, 255, 255), (255, 0, 0), (0, 255, 0), (0, 0, 255)
+    assert tuple(map(rgb, (0, WHITE, RED, GREEN, BLUE))) == colours
     assert not pixels(Display(PAGES)).any()
 
 
@@ -83,12 +79,12 @@ def test_a_switch_shows_its_state() -> None:
 
 
 def test_later_components_lie_over_earlier() -> None:
-    own = {"txt": "", "font": 0}
-    under = Component("text", "t0", 1, 0, 0, 100, 100, own | {"bco": RED})
-    over = Component("text", "t1", 2, 50, 50, 100, 100, own | {"bco": GREEN})
-    shown = display(page_of(over, under))
-    assert len(inked(shown, GREEN)) == 10_000
-    assert len(inked(shown, RED)) == 7_500
+    parts = [
+        Component("text", f"t{n}", n, at, at, 100, 100, {"txt": "", "font": 0, "bco": colour})
+        for n, at, colour in ((2, 50, GREEN), (1, 0, RED))
+    ]
+    shown = display(page_of(*parts))
+    assert (len(inked(shown, GREEN)), len(inked(shown, RED))) == (10_000, 7_500)
 
 
 def test_a_curve_is_as_high_as_its_points() -> None:

@@ -8,34 +8,37 @@ from heatwright.sim.interfaces.nextion_events import PageError
 from heatwright.spec.nextion import Component
 
 
+def tap(shown: Display, name: str) -> bytes:
+    """Touch a component; return what the display says."""
+    shown.press(name)
+    shown.release()
+    return shown.take()
+
+
 def test_a_button_runs_its_code() -> None:
     shown = display()
     shown.press("b0")
     assert shown.held is not None
     assert shown.value("n1.val") == 6
     shown.release()
-    assert shown.value("t0.txt") == "006"
-    assert shown.take() == b"006"
+    assert (shown.value("t0.txt"), shown.take()) == ("006", b"006")
     shown.release()
     assert shown.take() == b""
+    assert tell(display(), "click b0,1", "click b0,0") == b"006"
 
 
 def test_a_button_of_two_states() -> None:
     shown = display()
     for state in (1, 0):
-        shown.press("bt1")
+        assert tap(shown, "bt1") == b"#9 %d;" % state
         assert shown.value("bt1.val") == state
-        shown.release()
-        assert shown.take() == b"#9 %d;" % state
 
 
 def test_a_page_begins_with_its_code_and_nothing_follows() -> None:
     """What stands behind `page` is never run: its page is gone."""
     shown = display()
-    shown.press("b1")
-    shown.release()
+    assert tap(shown, "b1") == b"#21 1;"
     assert (shown.page, shown.value("n0.val"), shown.value("first.n0.val")) == ("away", 8, 0)
-    assert shown.take() == b"#21 1;"
 
 
 @pytest.mark.parametrize("name", ["t0", "s0", "gone", "tm0"])
@@ -51,8 +54,7 @@ def test_nobody_presses_what_is_hidden_or_switched_off() -> None:
         with pytest.raises(LookupError):
             shown.press("b0")
         tell(shown, back)
-        shown.press("b0")
-        shown.release()
+        assert tap(shown, "b0")
     tell(shown, "vis 255,0", "page away", "page first")
     shown.press("b0")
 
@@ -63,12 +65,9 @@ def test_nobody_presses_what_is_covered() -> None:
     shown = display(page_of(under, over))
     with pytest.raises(LookupError, match="lies over under"):
         shown.press("under")
-    shown.touch(5, 5)
-    shown.release()
-    shown.touch(60, 30)
-    shown.release()
-    shown.touch(700, 400)
-    shown.release()
+    for place in ((5, 5), (60, 30), (700, 400)):
+        shown.touch(*place)
+        shown.release()
     assert shown.take() == b"uo"
 
 
@@ -92,16 +91,9 @@ def test_timers_run_while_their_page_is_shown() -> None:
     assert shown.value("n1.val") == 4
 
 
-def test_click_is_a_touch() -> None:
-    assert tell(display(), "click b0,1", "click b0,0") == b"006"
-
-
 def tapped(code: tuple[str, ...], *parts: Component) -> bytes:
     """Return what a button with this code makes a display print."""
-    shown = display(page_of(button("b0", *code), *parts))
-    shown.press("b0")
-    shown.release()
-    return shown.take()
+    return tap(display(page_of(button("b0", *code), *parts)), "b0")
 
 
 @pytest.mark.parametrize(
