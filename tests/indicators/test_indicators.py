@@ -21,31 +21,20 @@ heatwright: 1
 controller: {name: shown, board: uno}
 sensors:
   block:
-    kind: thermistor
-    pin: A0
-    divider: {pull_up: 4.7 kΩ}
-    curve: {resistance: 100 kΩ, at: 25 °C, beta: 4092 K}
-    range: 0 °C .. 300 °C
-    oversample: 16
+    {kind: thermistor, pin: A0, divider: {pull_up: 4.7 kΩ}, range: 0 °C .. 300 °C, oversample: 16,
+     curve: {resistance: 100 kΩ, at: 25 °C, beta: 4092 K}}
   amps: {kind: current, pin: A1, scale: 0.2 V/A, offset: 0.5 V}
 outputs:
   heater:
-    kind: pwm
-    pin: D9
-    frequency: 1 kHz
-    power: 76.6 W
-    supply: 43 V
-    current: {sensor: amps, limit: 3 A, trip: 9 A}
+    {kind: pwm, pin: D9, frequency: 1 kHz, power: 76.6 W, supply: 43 V,
+     current: {sensor: amps, limit: 3 A, trip: 9 A}}
   cooler: {kind: digital, pin: D7}
 loops:
   block:
-    sensor: block
-    heater: heater
-    cooler: cooler
-    period: 200 ms
-    setpoint: {initial: 100 °C, minimum: 10 °C, maximum: 250 °C}
-    algorithm: {kind: three_position, dead_band: 2 K}
-    protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 200 K/s, stale_after: 5 s}
+    {sensor: block, heater: heater, cooler: cooler, period: 200 ms,
+     setpoint: {initial: 100 °C, minimum: 10 °C, maximum: 250 °C},
+     algorithm: {kind: three_position, dead_band: 2 K},
+     protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 200 K/s, stale_after: 5 s}}
 safety: {watchdog: 1 s}
 interfaces:
 """

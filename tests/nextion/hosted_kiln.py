@@ -29,32 +29,19 @@ outputs:
     {kind: time_proportional, pin: D2, active: low, window: 1 s, resolution: 10 ms, power: 484 W}
 loops:
   chamber:
-    sensor: chamber
-    heater: element
-    period: 1 s
-    setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1100 °C}
-    algorithm: {kind: pid, kp: 7.6, ki: 0.026, kd: 51}
-    protection:
-      maximum: 1150 °C
-      maximum_adjustable: true
-      minimum: -40 °C
-      rise_rate: 2000 K/s
-      heating: off
-      rising_while_off: off
-      frozen: off
-      runaway: off
+    {sensor: chamber, heater: element, period: 1 s,
+     setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1100 °C},
+     algorithm: {kind: pid, kp: 7.6, ki: 0.026, kd: 51},
+     protection: {maximum: 1150 °C, maximum_adjustable: true, minimum: -40 °C, rise_rate: 2000 K/s,
+                  heating: off, rising_while_off: off, frozen: off, runaway: off}}
 programs:
   loop: chamber
   points: 10
   hold_back: off
   stored:
     - name: fuse
-      segments:
-        - {to: 540 °C, over: 60 min}
-        - {hold: 30 min}
-        - {to: 800 °C, at: 150 K/h}
-        - {hold: until operator}
-        - {to: 510 °C, at: as fast as possible}
+      segments: [{to: 540 °C, over: 60 min}, {hold: 30 min}, {to: 800 °C, at: 150 K/h},
+                 {hold: until operator}, {to: 510 °C, at: as fast as possible}]
     - name: slump
       segments: [{to: 600 °C, over: 20 min}]
 interfaces:
@@ -64,9 +51,7 @@ interfaces:
 
 
 FILES = {name for name in sources_of(SPEC) if name.endswith(".c")} - FOREIGN
-WORLD = world_of(
-    SPEC, FILES, Path(__file__).with_suffix(".c"), *PACKED, *WATCHED, ANY_PLACE
-)  # fmt: skip
+WORLD = world_of(SPEC, FILES, Path(__file__).with_suffix(".c"), *PACKED, *WATCHED, ANY_PLACE)
 GUARDED = replace(WORLD, flags=(*WORLD.flags, *SANITIZED, ANY_PLACE))
 """AddressSanitizer, too, which only a program can have."""
 TOUCHED = spec_of(SPEC).controller

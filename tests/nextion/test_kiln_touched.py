@@ -124,7 +124,7 @@ PLAIN = re.sub(r"programs:\n.*?interfaces:", "interfaces:", SPEC, flags=re.DOTAL
 ON_OFF = (
     PLAIN.replace("{kind: pid, kp: 7.6, ki: 0.026, kd: 51}", "{kind: on_off, hysteresis: 2 K}")
     .replace(", selectable: [K, S]", "")
-    .replace("      maximum_adjustable: true\n", "")
+    .replace("maximum_adjustable: true, ", "")
 )
 BESIDE_MODBUS = PLAIN.replace("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
 DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
