@@ -43,13 +43,10 @@ def asked_by_pymodbus(port: str, baud: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spec", "speed", "baud", "ask"),
-    [
-        ("extruder", 20.0, 115_200, asked_by_printcore),
-        ("fabricator", 1.0, 19_200, asked_by_pymodbus),
-    ],
+    ("spec", "speed", "baud", "ask"), [("extruder", 20.0, 115_200, asked_by_printcore),
+                                       ("fabricator", 1.0, 19_200, asked_by_pymodbus)],
     ids=["gcode", "modbus"],
-)
+)  # fmt: skip
 def test_a_host_finds_the_board_until_ctrl_c(
     spec: str, speed: float, baud: int, ask: Callable[[str, int], None]
 ) -> None:
@@ -88,21 +85,6 @@ def test_what_does_not_go_together(spec: str, options: list[str], reason: str) -
     assert reason in error
 
 
-class Wall:
-    """A clock on the wall that moves when it is waited for, or by hand."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-        self.pauses: list[float] = []
-
-    def time(self) -> float:
-        return self.now
-
-    def pause(self, seconds: float) -> None:
-        self.pauses.append(seconds)
-        self.now += seconds
-
-
 @pytest.mark.parametrize(
     ("speed", "lost_s", "waits", "pauses"),
     [(2.0, 0.0, 3, [0.5, 0.5, 0.5]), (1.0, 10.0, 2, [1.0]), (1.0, 1.2, 2, [0.8])],
@@ -112,9 +94,14 @@ def test_the_clock_waits_for_the_boards_time(
     speed: float, lost_s: float, waits: int, pauses: list[float]
 ) -> None:
     """What was lost is not made up for in a rush."""
-    wall = Wall()
-    clock = Clock(speed, wall.time, wall.pause)
-    wall.now += lost_s
+    now_s, paused_s = [100.0], []
+
+    def pause(seconds: float) -> None:
+        paused_s.append(seconds)
+        now_s[0] += seconds
+
+    clock = Clock(speed, lambda: now_s[0], pause)
+    now_s[0] += lost_s
     for board_s in range(1, waits + 1):
         clock.wait(float(board_s))
-    assert wall.pauses == pytest.approx(pauses)
+    assert paused_s == pytest.approx(pauses)

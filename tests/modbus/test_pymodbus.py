@@ -9,9 +9,9 @@ from pymodbus.pdu import ModbusPDU
 from rig.live import Cable, LiveBoard, live_board
 from rig.specs import controller_of
 
-from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.sim.interfaces.registers import registers
 from heatwright.sim.native.characters import Format
-from heatwright.spec import Controller, digest
+from heatwright.spec import digest
 
 SLAVE = 17
 BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
@@ -19,9 +19,7 @@ SETPOINT, MANUAL_DUTY, KP = 100, 101, 102
 ENABLED, MANUAL, TUNE = 100, 101, 102
 
 
-@pytest.fixture(scope="module")
-def dryer() -> Controller:
-    return controller_of("dryer")
+DRYER = controller_of("dryer")
 
 
 @pytest.fixture
@@ -41,10 +39,6 @@ def master(slave: LiveBoard) -> Iterator[ModbusSerialClient]:
     client.close()
 
 
-def of(controller: Controller, table: str) -> list[Register]:
-    return [each for each in registers(controller).values() if each.table == table]
-
-
 def good(answer: ModbusPDU) -> ModbusPDU:
     assert not answer.isError(), answer
     return answer
@@ -54,30 +48,27 @@ def words(value: float) -> list[int]:
     return list(struct.unpack(">2H", struct.pack(">f", value)))
 
 
-def test_it_reads_every_register(master: ModbusSerialClient, dryer: Controller) -> None:
+def test_it_reads_every_register(master: ModbusSerialClient) -> None:
     read = {
-        "coil": master.read_coils,
-        "discrete_input": master.read_discrete_inputs,
+        "coil": master.read_coils, "discrete_input": master.read_discrete_inputs,
         "holding_register": master.read_holding_registers,
         "input_register": master.read_input_registers,
-    }
+    }  # fmt: skip
     values = {}
-    for table, ask in read.items():
-        for register in of(dryer, table):
-            found = good(ask(register.address, count=register.words, device_id=SLAVE))
-            raw = found.registers or [int(found.bits[0])]
-            values[register.name] = register.value(raw)
+    for name, register in registers(DRYER).items():
+        ask = read[register.table]
+        found = good(ask(register.address, count=register.words, device_id=SLAVE))
+        values[name] = register.value(found.registers or [int(found.bits[0])])
     assert values["map_version"] == 1
-    assert values["digest"] == int(digest(dryer), 16)
+    assert values["digest"] == int(digest(DRYER), 16)
     assert values["air.setpoint"] == values["air.setpoint_in_force"] == 45
-    step_k = dryer.thermometers["air"].step_at_k(20.0, dryer.board.mcu)
+    step_k = DRYER.thermometers["air"].step_at_k(20.0, DRYER.board.mcu)
     assert values["air.temperature"] == pytest.approx(20, abs=step_k + 0.1 / 2)
-    gains = dryer.loops["air"].algorithm
-    assert [values[f"air.{gain}"] for gain in ("kp", "ki", "kd")] == [
-        pytest.approx(getattr(gains, gain)) for gain in ("kp", "ki", "kd")
-    ]
+    gains = DRYER.loops["air"].algorithm
+    for gain in ("kp", "ki", "kd"):
+        assert values[f"air.{gain}"] == pytest.approx(getattr(gains, gain))
     counters = good(master.read_input_registers(10, count=6, device_id=SLAVE)).registers
-    messages = len(registers(dryer)) + 1
+    messages = len(registers(DRYER)) + 1
     assert counters == [messages, 0, 0, messages, 0, 0]
     assert (values["air.valid"], values["air.work"], values["air.enabled"]) == (1, 0, 0)
 
@@ -126,11 +117,11 @@ def test_everybody_is_told_at_once(master: ModbusSerialClient, slave: LiveBoard)
     assert good(master.read_holding_registers(SETPOINT, device_id=SLAVE)).registers == [500]
 
 
-def test_it_says_who_it_is(master: ModbusSerialClient, dryer: Controller) -> None:
+def test_it_says_who_it_is(master: ModbusSerialClient) -> None:
     resting = good(master.report_device_id(device_id=SLAVE))
     assert resting.identifier == b"H\x00drye"  # pymodbus takes the last byte for the indicator
     basic = good(master.read_device_information(read_code=1, device_id=SLAVE))
-    revision = f"1 {digest(dryer)}".encode()
+    revision = f"1 {digest(DRYER)}".encode()
     assert basic.information == {0: b"heatwright", 1: b"dryer", 2: revision}
     regular = good(master.read_device_information(read_code=2, device_id=SLAVE))
     assert regular.information[4] == b"Filament dryer on a bus"
@@ -139,16 +130,17 @@ def test_it_says_who_it_is(master: ModbusSerialClient, dryer: Controller) -> Non
 
 
 def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveBoard) -> None:
-    def code(answer: ModbusPDU) -> int:
-        return int(answer.exception_code)
-
-    assert code(master.read_input_registers(16, device_id=SLAVE)) == BAD_ADDRESS
-    assert code(master.read_holding_registers(107, count=2, device_id=SLAVE)) == BAD_ADDRESS
-    assert code(master.write_coil(103, True, device_id=SLAVE)) == BAD_ADDRESS
-    assert code(master.write_register(SETPOINT, 801, device_id=SLAVE)) == BAD_VALUE
-    assert code(master.write_register(KP, 0, device_id=SLAVE)) == BAD_VALUE
-    assert code(master.write_registers(SETPOINT, [700, 1001], device_id=SLAVE)) == BAD_VALUE
-    assert code(master.write_coil(TUNE, True, device_id=SLAVE)) == BAD_VALUE
-    assert code(master.diag_query_data(b"\0\0", device_id=SLAVE)) == BAD_FUNCTION
+    to = {"device_id": SLAVE}
+    for answer, code in (
+        (master.read_input_registers(16, **to), BAD_ADDRESS),
+        (master.read_holding_registers(107, count=2, **to), BAD_ADDRESS),
+        (master.write_coil(103, True, **to), BAD_ADDRESS),
+        (master.write_register(SETPOINT, 801, **to), BAD_VALUE),
+        (master.write_register(KP, 0, **to), BAD_VALUE),
+        (master.write_registers(SETPOINT, [700, 1001], **to), BAD_VALUE),
+        (master.write_coil(TUNE, True, **to), BAD_VALUE),
+        (master.diag_query_data(b"\0\0", **to), BAD_FUNCTION),
+    ):
+        assert answer.exception_code == code
     assert slave.ask("settings.air_setpoint_c") == 45
     assert slave.ask("modbus_counters.exceptions") == 8
