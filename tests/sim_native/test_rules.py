@@ -21,10 +21,23 @@ static void tick_start(void) {
 SLEEP = "sleep_enable(); sei(); sleep_cpu(); sleep_disable(); cli();"
 
 
-def test_sleep_is_jumped_over() -> None:
-    avr = running(f"{IDLE} int main(void) {{ tick_start(); for (;;) {{ {SLEEP} }} }}")
-    avr.run(100)
-    assert avr.sleep_cycles > 0.99 * avr.cycle
+@pytest.mark.parametrize(
+    ("before", "loop", "asleep"),
+    [
+        ("", SLEEP, True),
+        # simavr polls a low interrupt pin every cycle and is awake for it, unless told not to.
+        ("EIMSK = _BV(INT0);", SLEEP, True),
+        ("sei();", "sleep_cpu();", False),  # without permission it is no sleep
+    ],
+)
+def test_sleep_is_jumped_over(before: str, loop: str, *, asleep: bool) -> None:
+    avr = running(
+        f"""{IDLE} ISR(INT0_vect) {{}}
+        int main(void) {{ {before} tick_start(); for (;;) {{ {loop} }} }}"""
+    )
+    avr.pins.drive("PD2", "low")
+    avr.run(20 if asleep else 0.1)
+    assert (avr.sleep_cycles > 0.99 * avr.cycle) if asleep else avr.sleep_cycles == 0
 
 
 def test_a_polled_uart_does_not_put_the_simulator_to_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,12 +176,6 @@ def test_cli_sleep_is_for_good_without_a_watchdog() -> None:
     assert not len(avr.pins.take())
 
 
-def test_sleep_without_permission_is_no_sleep() -> None:
-    avr = running(f"{IDLE} int main(void) {{ tick_start(); sei(); for (;;) sleep_cpu(); }}")
-    avr.run(0.1)
-    assert avr.sleep_cycles == 0
-
-
 def test_a_waiting_interrupt_ends_sleep_at_once() -> None:
     """`sei; sleep; cli` back to back: on the part the interrupt comes before the cli."""
     avr = running(
@@ -188,17 +195,6 @@ def test_a_waiting_interrupt_ends_sleep_at_once() -> None:
     avr.pins.watch("PB0")
     avr.run(0.01)
     assert len(avr.pins.take()) > 150
-
-
-def test_a_low_interrupt_pin_wakes_nobody() -> None:
-    """simavr polls it every cycle, and is awake for that, unless it is told not to."""
-    avr = running(
-        f"""{IDLE} ISR(INT0_vect) {{}}
-        int main(void) {{ EIMSK = _BV(INT0); tick_start(); for (;;) {{ {SLEEP} }} }}"""
-    )
-    avr.pins.drive("PD2", "low")
-    avr.run(20)
-    assert avr.sleep_cycles > 0.99 * avr.cycle
 
 
 @every_part
