@@ -8,14 +8,13 @@ import host_specs
 from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_gate import gate_problem
-from host_kept import kept_problem
 from host_orders import orders_problem
 from host_output import output_problem
 from host_power import power_problem, prepare_power
 from host_ready import ready_problem
-from host_storage import storage_problem
 from host_switching import switching_problem
 from host_text import all_text_problems
+from storage_settings import SettingsKept
 
 from heatwright.sim.host import Host
 
@@ -74,8 +73,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "control": lambda host: control_problem(host, name, courses),
         "gate": gate_problem,
         "text": all_text_problems,
-        "storage": storage_problem,
-        "kept": kept_problem,
+        "settings": lambda host: SettingsKept(host, short=True).problem(),
     }
     if name in host_specs.HOSTED and name in host_specs.WITH_AIR:
         judges["ready"] = ready_problem

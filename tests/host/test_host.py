@@ -10,17 +10,27 @@ from host_reference import expected
 from host_stretches import Stretch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from storage_settings import SettingsKept
 from suite import amount
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
 
+KEEPING = ("switch_lead", "pid_hold", "tuned_hot", "switched_by_host", "tuned_by_master", "touched")
+"""Without and with a stored setpoint, gains, types; a host may switch some off by 0."""
 JUDGED = [(name, judge) for name in host_specs.NAMES for judge in judges_of(name)]
 
 
 @pytest.mark.parametrize(("name", "judge"), JUDGED)
 def test_nothing_is_wrong(hosts, name, judge):
     assert judges_of(name, amount("host_courses"))[judge](hosts(name)) == ""
+
+
+@pytest.mark.parametrize("check", SettingsKept.checks)
+@pytest.mark.parametrize("name", KEEPING)
+def test_settings_are_kept(hosts, name, check):
+    kept = SettingsKept(hosts(name))
+    assert [*getattr(kept, check)(), *kept.beyond()] == []
 
 
 @pytest.mark.parametrize("name", host_specs.NAMES)

@@ -38,9 +38,9 @@ _IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.)?(\w+)", re.MULTILINE)
 def found_arenas() -> list[Arena]:
     """Import `tests/*/arena_*.py` and return their ARENAS; those of host builds first."""
     arenas: list[Arena] = []
-    for path in sorted(TESTS.glob("*/arena_*.py"), key=lambda path: path.parent.name != "host"):
-        if str(path.parent) not in sys.path:
-            sys.path.append(str(path.parent))
+    found = sorted(TESTS.glob("*/arena_*.py"), key=lambda path: path.parent.name != "host")
+    sys.path += [str(path.parent) for path in found if str(path.parent) not in sys.path]
+    for path in found:
         arenas += importlib.import_module(path.stem).ARENAS
     return arenas
 

@@ -15,7 +15,7 @@ from storage_specs import build_of, text_of
 from storage_waits import compiled, waits_problem
 
 from heatwright.sim.elf import Elf
-from heatwright.sim.host import HostBuild
+from heatwright.sim.host import Host, HostBuild
 
 
 @dataclass
@@ -49,7 +49,7 @@ class StorageArena:
         _ = self._build
 
     def problem(self, built: Path) -> str:
-        return self.kind(replace(self._build, library=built), short=True).problem()
+        return self.kind(Host(replace(self._build, library=built)), short=True).problem()
 
 
 @dataclass

@@ -4,6 +4,7 @@ import struct
 from typing import NamedTuple
 
 from heatwright.spec import Controller, digest
+from heatwright.spec.commands import tunable
 from heatwright.spec.eeprom import layout
 
 BLANK = 0xFF
@@ -82,52 +83,51 @@ PROGRESS_BYTES = 4 + _PROGRESS.size + 2 + 1
 
 
 class Settings(NamedTuple):
-    """A record of settings; without a maximum or a type where the machine keeps none."""
+    """A record of settings; without gains, a maximum or a type where the machine keeps none."""
 
     code: int
     temperature_c: float
     time_s: int
+    setpoint_c: float
     gains: tuple[float, ...]
     maximum_c: float | None = None
     type: int | None = None
-
-
-_FAULT = struct.Struct("<HBBfI")
 
 
 class Memory:
     """The EEPROM of a controller."""
 
     def __init__(self, controller: Controller) -> None:
-        programs = controller.programs
-        assert programs is not None
-        loop = controller.loops[programs.loop]
-        areas = layout(controller)
+        ((name, loop),) = controller.loops.items()
+        areas, programs = layout(controller), controller.programs
         self.bytes = controller.board.eeprom_bytes
         self.digest = struct.pack("<I", int(digest(controller), 16))
-        self.points, self.places = programs.points, programs.places
-        self.program_bytes = 1 + NAME_BYTES + 1 + 7 * programs.points + 2 + 1
-        self.programs_at = areas.programs.start
-        self.progress_at, self.progress_slots = areas.progress.start, areas.progress.slots
         self.settings_slots = areas.settings.slots
+        self.initial_c = loop.setpoint.initial_c
+        self.has_setpoint, self.has_gains = loop.setpoint.stored, tunable(controller, name)
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
-        self._given = [_given(each) for each in programs.stored]
+        self._settings = struct.Struct(
+            "<B4sHBBfI" + "f" * (self.has_setpoint + 3 * self.has_gains + self.has_maximum)
+            + "B" * self.has_type
+        )  # fmt: skip
+        self.settings_bytes = 2 + self._settings.size
+        self.programs_at = areas.programs.start
+        self.progress_at, self.progress_slots = areas.progress.start, areas.progress.slots
+        if programs:
+            self.points, self.places = programs.points, programs.places
+            self.program_bytes = 1 + NAME_BYTES + 1 + 7 * programs.points + 2 + 1
+            self._given = [_given(each) for each in programs.stored]
 
     # ---- settings ----
-
-    @property
-    def settings_bytes(self) -> int:
-        return 7 + _FAULT.size + 12 + 4 * self.has_maximum + self.has_type
 
     def settings_slot(
         self, sequence: int, kept: Settings, digest: bytes | None = None, seen: int = 0
     ) -> bytes:
-        fault = (sequence & 0xFFFF, kept.code, seen, kept.temperature_c, kept.time_s)
-        body = bytes([self.settings_bytes - 2]) + (digest or self.digest) + _FAULT.pack(*fault)
-        body += struct.pack("<3f", *kept.gains)
-        body += struct.pack("<f", kept.maximum_c) if self.has_maximum else b""
-        body += bytes([kept.type or 0]) * self.has_type
+        head = (self.settings_bytes - 2, digest or self.digest, sequence & 0xFFFF)
+        values = [kept.setpoint_c] * self.has_setpoint + [*kept.gains]
+        values += [kept.maximum_c or 0.0] * self.has_maximum + [kept.type or 0] * self.has_type
+        body = self._settings.pack(*head, kept.code, seen, *kept[1:3], *values)
         return struct.pack("<H", crc16(body)) + body
 
     def settings_in(self, image: bytes, slot: int) -> tuple[int, Settings] | None:
@@ -135,11 +135,11 @@ class Memory:
         head = struct.pack("<HB", crc16(raw[2:]), self.settings_bytes - 2) + self.digest
         if raw[:7] != head:
             return None
-        sequence, code, _, temperature_c, time_s = _FAULT.unpack_from(raw, 7)
-        gains = struct.unpack_from("<3f", raw, 19)
-        maximum_c = struct.unpack_from("<f", raw, 31)[0] if self.has_maximum else None
-        kind = raw[-1] if self.has_type else None
-        return sequence, Settings(code, temperature_c, time_s, gains, maximum_c, kind)
+        _, _, sequence, code, _, temperature_c, time_s, *kept = self._settings.unpack(raw[2:])
+        setpoint_c = kept.pop(0) if self.has_setpoint else self.initial_c
+        gains = tuple(kept.pop(0) for _ in range(3 * self.has_gains))
+        maximum_c = kept.pop(0) if self.has_maximum else None
+        return sequence, Settings(code, temperature_c, time_s, setpoint_c, gains, maximum_c, *kept)
 
     def settings(self, image: bytes) -> Settings | None:
         """The newest valid record; numbers are near each other, but wrap."""

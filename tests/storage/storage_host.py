@@ -10,7 +10,7 @@ from typing import Any
 
 from storage_format import BLANK, Memory
 
-from heatwright.sim.host import Host, HostBuild
+from heatwright.sim.host import Host
 from heatwright.sim.host.layout import declarations
 
 TORN = (-1, BLANK, 0x00, 0x5A)
@@ -30,14 +30,17 @@ class Kept:
     turns: tuple[int, ...]
     """Numbers, also those about which they wrap."""
 
-    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
-        """Load a build; `short`: with a part of the numbers, for many builds."""
+    def __init__(self, host: Host, *, short: bool = False) -> None:
+        """Take a host build; `short`: with a part of the numbers, for many builds."""
         self.short = short
-        self.host = Host(build)
-        self.library: Any = self.host.library
-        self.ffi = declarations(build.project, build.parts)
-        self.memory = Memory(build.controller)
-        self.controller = build.controller
+        self.host = host
+        self.library: Any = host.library
+        self.parts = host.build.parts
+        self.ffi = declarations(host.build.project, self.parts)
+        self.controller = host.build.controller
+        self.memory = Memory(self.controller)
+        writers = ("settings", *["progress", "programs"] * self.parts.programmed)
+        self._ticks = [getattr(self.library, f"{each}_tick") for each in writers]
 
     # ---- what it is; each kind says it ----
 
@@ -85,9 +88,8 @@ class Kept:
         """Only what writes; returns the bytes that it has."""
         before = self.host.world.eeprom_writes
         for _ in range(ticks):
-            self.library.settings_tick()
-            self.library.progress_tick()
-            self.library.programs_tick()
+            for each in self._ticks:
+                each()
         return int(self.host.world.eeprom_writes - before)
 
     def settle(self) -> int:
@@ -142,7 +144,7 @@ class Kept:
     def torn(self) -> Iterator[str]:
         """So it is whatever a torn write leaves."""
         if not self.short:
-            every = 1 if self.slots < 50 and self.memory.points < 10 else 17
+            every = 1 if self.slots < 50 and self.size < 80 else 17
             yield from self.cut_behind((1,), range(0, 256, every), self.new)
 
     def cut_behind(self, slots: Iterable[int], torn: Iterable[int], new: Any) -> Iterator[str]:
@@ -184,6 +186,8 @@ class Kept:
             every = [(self.slot_at(slot), piece) for slot in range(self.slots)]
             self.boot(self.memory.image(*every))
             yield from self.expect("another spec's", nothing)
+            self.saved(self.new)
+            yield from self.expect("saved among another spec's", self.new)
 
     def behind(self) -> Iterator[str]:
         """What stands behind the last slot is none of it."""
@@ -226,7 +230,7 @@ class Kept:
             image = Random(seed).randbytes(self.memory.bytes)  # noqa: S311
             self.boot(image)
             yield from self.expect(f"noise {seed}", self.known(image))
-            if self.library.program.state:
+            if self.parts.programmed and self.library.program.state:
                 yield f"noise {seed} makes a program run"
 
     def beyond(self) -> Iterator[str]:

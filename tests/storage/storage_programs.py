@@ -7,7 +7,7 @@ from typing import Any
 from storage_format import FAST, HOLD, OVER, RATE, UNTIL, Segment, Stored
 from storage_host import TORN, Kept
 
-from heatwright.sim.host import HostBuild
+from heatwright.sim.host import Host
 
 LONGEST_S = 31 * 86400
 OLD = Stored(b"old", (Segment(OVER, 301, 60), Segment(HOLD, 0, LONGEST_S)))
@@ -27,8 +27,8 @@ class Programs(Kept):
     slots = 2
     turns = (0, 1, 127, 128, 200, 255)
 
-    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
-        super().__init__(build, short=short)
+    def __init__(self, host: Host, *, short: bool = False) -> None:
+        super().__init__(host, short=short)
         self.number = 2
         self.size = self.memory.program_bytes
 

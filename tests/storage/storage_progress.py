@@ -7,7 +7,7 @@ from typing import Any
 from storage_format import PROGRESS_BYTES, Progress
 from storage_host import Kept
 
-from heatwright.sim.host import Host, HostBuild
+from heatwright.sim.host import Host
 from heatwright.sim.host.layout import declarations
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
@@ -24,8 +24,8 @@ class Progresses(Kept):
     )  # fmt: skip
     size = PROGRESS_BYTES
 
-    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
-        super().__init__(build, short=short)
+    def __init__(self, host: Host, *, short: bool = False) -> None:
+        super().__init__(host, short=short)
         self.slots = self.memory.progress_slots
         self.turns = (1, 2, self.slots, 255, 256, 65536, 2**32 - 2)
         self.boot(self.memory.blank)

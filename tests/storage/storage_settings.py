@@ -1,75 +1,100 @@
-"""Whether settings survive: the fault, gains, a lowered maximum, a chosen type of thermocouple."""
+"""Whether settings survive: the fault, a setpoint, gains, a lowered maximum, a chosen type."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
+from math import inf, nan
 
 import numpy as np
 from storage_format import SETTINGS_STRIDE, TYPES, Settings, crc16
 from storage_host import Kept
 
-from heatwright.sim.host import HostBuild
+from heatwright.sim.host import Host
+from heatwright.spec import Controller
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""
-CORRUPT, LAST_CODE = 16, 24
+CORRUPT = 16
 GAIN_MAXIMUM = 1e6
+GAINS = ("kp", "ki", "kd")
 
 
 class SettingsKept(Kept):
-    """The loop's maximum may be lowered; the type of its thermocouple may be chosen, or not."""
+    """Of any loop: what its specification has of all that may be kept."""
 
     checks = (
-        "blank", "types", "gains", "codes", "damaged_first", "restored", "noise", "damaged",
-        "foreign", "behind", "twins", "sizes", "newest", "later", "cuts", "first_cuts", "torn",
-        "beyond",
+        "blank", "types", "gains", "latch", "codes", "damaged_first", "restored", "noise",
+        "damaged", "foreign", "behind", "twins", "sizes", "newest", "later", "lasting", "meanwhile",
+        "cuts", "first_cuts", "torn", "beyond",
     )  # fmt: skip
     turns = (0, 1, 255, 32767, 32768, 65535)
 
-    def __init__(self, build: HostBuild, *, short: bool = False) -> None:
-        super().__init__(build, short=short)
-        memory, loop = self.memory, self.controller.loops["chamber"]
-        sensor = self.controller.sensors["chamber"]
+    def __init__(self, host: Host, *, short: bool = False) -> None:
+        super().__init__(host, short=short)
+        memory, self._loop = self.memory, self.parts.loop
+        loop, sensor = self.controller.loops[self._loop], self.controller.sensors[self.parts.sensor]
         self.slots, self.size = memory.settings_slots, memory.settings_bytes
         self.codes_allowed = {TYPES.index(each) for each in getattr(sensor, "selectable", ())}
         own = TYPES.index(sensor.thermocouple) if memory.has_type else None  # type: ignore[attr-defined]
-        pid = loop.algorithm
-        gains = tuple(float(np.float32(each)) for each in (pid.kp, pid.ki, pid.kd))  # type: ignore[union-attr]
-        self.lowest_c = loop.setpoint.minimum_c
-        highest_c = loop.protection.maximum_c if memory.has_maximum else None
-        self.default = Settings(0, 0.0, 0, gains, highest_c, own)
+        self._setpoint = setpoint = loop.setpoint
+        initial_c, highest_c = setpoint.initial_c, loop.protection.maximum_c
+        default = tuple(float(np.float32(getattr(loop.algorithm, each, 0.0))) for each in GAINS)
+        gains = (default, (2.0, 0.25, 8.75), (GAIN_MAXIMUM, 0.0, 3.125))
+        if not memory.has_gains:
+            gains = ((), (), ())
+        setpoints_c = (initial_c, 35.0, 40.5) if memory.has_setpoint else (initial_c,) * 3
+        self.low_c, self._kind = setpoint.maximum_c + 5.0, f"{self.parts.sensor}_thermocouple"
+        maxima_c: tuple[float | None, ...] = (highest_c, self.low_c, setpoint.minimum_c)
+        if not memory.has_maximum:
+            maxima_c = (None, None, None)
         other = next(iter(self.codes_allowed - {own}), None)
-        low_c, lowest_c = (95.5, self.lowest_c) if memory.has_maximum else (None, None)
-        self.old = Settings(9, 21.5, 12345, (2.0, 0.25, 8.5), low_c, other)
-        self.new = Settings(6, 86.25, 0, (GAIN_MAXIMUM, 0.0, 3.125), lowest_c, own)
+        self.default, self.old, self.new = (
+            Settings(*fault, *values)
+            for fault, *values in zip(
+                ((0, 0.0, 0), (9, 21.5, 12345), (6, 86.25, 0)),
+                setpoints_c, gains, maxima_c, (own, other, own), strict=True,
+            )
+        )  # fmt: skip
 
     def save(self, value: Settings) -> None:
-        fault, settings = self.library.fault, self.library.settings
+        fault = self.library.fault
         fault.code, fault.temperature_c, fault.time_s = value[:3]
-        self.set_gains(value.gains)
-        self.library.settings_keep()
-        if value.maximum_c is not None:
-            assert self.library.guard_chamber_set_maximum(value.maximum_c)
-        if value.type is not None:
-            assert self.library.settings_set_chamber_thermocouple(value.type)
-            assert settings.chamber_thermocouple == value.type
+        self._put("setpoint_c", value.setpoint_c)
+        if value.gains:
+            self.set_gains(value.gains)
+            self.library.settings_keep()
+        self._choose(value)
         self.library.settings_save()
 
+    def _choose(self, kept: Settings) -> None:
+        if kept.maximum_c is not None:
+            assert getattr(self.library, f"guard_{self._loop}_set_maximum")(kept.maximum_c)
+        if kept.type is not None:
+            assert self._set_type(kept.type)
+
+    def _set_type(self, code: int) -> bool:
+        return bool(getattr(self.library, f"settings_set_{self._kind}")(code))
+
+    def _put(self, name: str, value: float) -> None:
+        setattr(self.library.settings, f"{self._loop}_{name}", value)
+
+    def _get(self, name: str) -> float:
+        return float(getattr(self.library.settings, f"{self._loop}_{name}"))
+
     def set_gains(self, gains: tuple[float, ...]) -> None:
-        for name, gain in zip(("kp", "ki", "kd"), gains, strict=True):
-            setattr(self.library.settings, f"chamber_{name}", gain)
+        for name, gain in zip(GAINS, gains, strict=True):
+            self._put(name, gain)
 
     def gains_now(self) -> tuple[float, ...]:
-        return tuple(
-            getattr(self.library.settings, f"chamber_{each}") for each in ("kp", "ki", "kd")
-        )
+        return tuple(self._get(each) for each in GAINS) if self.memory.has_gains else ()
 
     def found(self) -> Settings:
         fault, settings = self.library.fault, self.library.settings
-        maximum_c = settings.chamber_maximum_c if self.memory.has_maximum else None
-        kind = settings.chamber_thermocouple if self.memory.has_type else None
+        maximum_c = getattr(settings, f"{self._loop}_maximum_c", None)
+        kind = getattr(settings, self._kind, None)
+        setpoint_c, gains = self._get("setpoint_c"), self.gains_now()
         return Settings(
-            fault.code, fault.temperature_c, fault.time_s, self.gains_now(), maximum_c, kind
+            fault.code, fault.temperature_c, fault.time_s, setpoint_c, gains, maximum_c, kind
         )
 
     def known(self, image: bytes) -> Settings:
@@ -104,9 +129,6 @@ class SettingsKept(Kept):
         """What the spec says, and nothing is written."""
         self.boot(self.memory.blank)
         yield from self.expect("blank", self.default)
-        setpoint = self.controller.loops["chamber"].setpoint
-        if self.library.settings.chamber_setpoint_c != setpoint.initial_c:
-            yield "the setpoint does not begin where it should"
         before = self.host.world.eeprom_writes
         for _ in range(70_000):  # more than a count of 16 bit, which may not begin anew
             self.library.settings_tick()
@@ -115,14 +137,16 @@ class SettingsKept(Kept):
 
     def later(self) -> Iterator[str]:
         """What an operator chooses is saved by itself when it has rested, and once."""
-        lowered = self.default._replace(maximum_c=95.5)
-        others = sorted(self.codes_allowed - {self.default.type}) or [None]
-        kinds = (
-            [self.default._replace(type=each) for each in others] if self.memory.has_type else []
-        )
-        for kept in (*kinds, lowered) if self.memory.has_maximum else ():
-            self.boot(self.memory.blank)
+        default, memory = self.default, self.memory
+        kinds = self.codes_allowed - {default.type}
+        chosen = [default._replace(type=each) for each in kinds]
+        chosen += [default._replace(maximum_c=self.low_c)] * memory.has_maximum
+        for kept in chosen + [default._replace(setpoint_c=40.5)] * memory.has_setpoint:
+            self.boot(memory.blank)
+            self._put("setpoint_c", kept.setpoint_c)
             self._choose(kept)
+            if kept.setpoint_c != default.setpoint_c:
+                self.library.settings_save_later()
             if self.tick(REST_TICKS):
                 yield "it is written at once"
             if self.tick(self.size) != self.size:
@@ -133,17 +157,72 @@ class SettingsKept(Kept):
             self.boot()
             yield from self.expect("after a loss of power", kept)
 
-    def _choose(self, kept: Settings) -> None:
-        assert self.library.guard_chamber_set_maximum(kept.maximum_c)
-        if kept.type is not None:
-            assert self.library.settings_set_chamber_thermocouple(kept.type)
+    def lasting(self) -> Iterator[str]:
+        """A loop that 0 switches off comes back with its setpoint if it held one; else off."""
+        if not (self.memory.has_setpoint and self.parts.commanded and not self.parts.switched):
+            return
+        library = self.library
+        ways: dict[str, tuple[Callable[[], object], float]] = {
+            "set": (lambda: library.loop_air_set(50.0), 50.0),
+            "off": (lambda: library.loop_air_set(0.0), 0.0),
+            "acknowledged": (self._trip_and_acknowledge, 0.0),
+        }
+        if self.parts.autotune:
+            ways["tuning"] = (lambda: library.loop_air_tune(50.0, 5), 0.0)
+        if self.parts.tunable:
+            ways["by hand"] = (lambda: library.loop_air_set_manual(30.0), 0.0)
+        for name, (way, wanted_c) in ways.items():
+            self.boot(self.memory.blank)
+            library.loop_air_set(45.0)
+            self.tick(REST_TICKS + self.size)
+            way()
+            self.tick(2 * self.size + (name != "off") * REST_TICKS)  # off is kept at once
+            self.boot()
+            if self._get("setpoint_c") != wanted_c:
+                yield f"{name}: it comes back as {self._get('setpoint_c')}, not {wanted_c}"
+
+    def _trip_and_acknowledge(self) -> None:
+        self.library.fault_trip(self.old.code, self.old.temperature_c)
+        self.library.fault_acknowledge()
+
+    def meanwhile(self) -> Iterator[str]:
+        """What changes while a record is written comes into the next one."""
+        self.boot(self.memory.blank)
+        self.save(self.old)
+        self.tick(5)
+        self.save(self.new)
+        if self.settle() != 2 * self.size - 4:
+            yield "a record is not finished before the next one"
+        self.boot()
+        yield from self.expect("changed while it was written", self.new)
+
+    def latch(self) -> Iterator[str]:
+        """The first fault stays, also without power, and keeps no gains that were only set;
+        acknowledged, it is gone for good."""
+        self.boot(self.memory.blank)
+        if self.memory.has_gains:
+            self.set_gains(self.new.gains)
+        for kept in (self.old, self.new):
+            self.library.fault_trip(kept.code, kept.temperature_c)
+        self.settle()
+        self.boot()
+        latched = self.default._replace(code=self.old.code, temperature_c=self.old.temperature_c)
+        yield from self.expect("latched", latched)
+        self.library.fault_acknowledge()
+        self.library.fault_acknowledge()
+        if self.library.fault.acknowledgements != 1:
+            yield "an acknowledgement of nothing counts"
+        self.settle()
+        self.boot()
+        if self.found().code:
+            yield f"an acknowledged fault is back: {self.found()}"
 
     def types(self) -> Iterator[str]:
         """Of all types only those that the spec allows."""
         self.boot(self.memory.blank)
         for code in range(256) if self.memory.has_type else ():
             before = self.found().type
-            taken = bool(self.library.settings_set_chamber_thermocouple(code))
+            taken = self._set_type(code)
             if taken != (code in self.codes_allowed):
                 yield f"type {code} is {'' if taken else 'not '}taken"
             if self.found().type != (code if taken else before):
@@ -152,9 +231,9 @@ class SettingsKept(Kept):
     def gains(self) -> Iterator[str]:
         """They are kept when told, and once; what is kept, and what the spec has, comes back."""
         self.boot(self.memory.blank)
-        for each in range(3):
+        for each in range(3 * self.memory.has_gains):
             changed = [*self.default.gains]
-            changed[each] += 1.5
+            changed[each] = float(np.float32(changed[each] + 1.5))
             self.set_gains(tuple(changed))
             if self.settle():
                 yield "gains are kept that nobody has told to keep"
@@ -164,6 +243,9 @@ class SettingsKept(Kept):
             for wanted in (self.size, 0):
                 self.set_gains(tuple(changed))
                 self.library.settings_keep()
+                self.library.settings_reload()
+                if self.gains_now() != tuple(changed):
+                    yield "what is kept and not yet written does not come back"
                 if self.settle() != wanted:
                     yield f"gain {each} is written {'not' if wanted else 'though nothing changed'}"
             self.library.settings_defaults()
@@ -190,10 +272,11 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        for code in (0, 1, LAST_CODE, LAST_CODE + 1, 255):
+        last = _last_code(self.controller)
+        for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)
-            known = code if code <= LAST_CODE else CORRUPT
+            known = code if code <= last else CORRUPT
             yield from self.expect(f"code {code}", kept._replace(code=known))
             if self.library.fault.acknowledgements:
                 yield "acknowledgements go on"
@@ -210,8 +293,19 @@ class SettingsKept(Kept):
 
     def restored(self) -> Iterator[str]:
         """A record is taken as far as it is possible, each value by itself."""
-        inf, nan = float("inf"), float("nan")
-        for each, gain in product(range(3), (-1e-6, GAIN_MAXIMUM + 1, inf, nan, 0.0, GAIN_MAXIMUM)):
+        setpoint, places = self._setpoint, 3 * self.memory.has_gains
+        low, high = setpoint.minimum_c, setpoint.maximum_c
+        beyond = (low - 0.01, high + 0.01, nan, inf, -1e30)
+        for setpoint_c in (low, high, 0.0, *beyond) if self.memory.has_setpoint else ():
+            kept = self.old._replace(setpoint_c=setpoint_c)
+            self.boot_with(kept)
+            off = setpoint_c == 0 and self.parts.commanded and not self.parts.switched
+            taken = off or low <= setpoint_c <= high
+            wanted = kept._replace(setpoint_c=setpoint_c if taken else setpoint.initial_c)
+            yield from self.expect(f"setpoint {setpoint_c}", wanted)
+        tried = (-1e-30, GAIN_MAXIMUM + 0.1, inf, nan, 0.0, GAIN_MAXIMUM)
+        tried = (-1e-30, GAIN_MAXIMUM + 0.1, inf, nan, 0.0, GAIN_MAXIMUM)
+        for each, gain in product(range(places), tried):
             changed = [*self.old.gains]
             changed[each] = gain
             kept = self.old._replace(gains=tuple(changed))
@@ -220,9 +314,9 @@ class SettingsKept(Kept):
             yield from self.expect(f"gain {each} of {gain}", kept._replace(gains=gains))
         if not self.memory.has_maximum:
             return
-        low, high = self.lowest_c, self.default.maximum_c
+        high = self.default.maximum_c
         assert high is not None
-        temperatures = {low: True, high: True, 50.25: True, nan: False, inf: False}
+        temperatures = {low: True, high - 0.5: True, high: True, nan: False, inf: False}
         temperatures |= {low - 0.01: False, high + 0.01: False}
         codes = sorted({0, 3, 6, 7, 8, 9, 16, 19, 255} | self.codes_allowed)
         for maximum_c, code in product(temperatures, codes if self.memory.has_type else (None,)):
@@ -233,3 +327,18 @@ class SettingsKept(Kept):
                 type=code if code in self.codes_allowed else self.default.type,
             )
             yield from self.expect(f"a record of {maximum_c} and type {code}", wanted)
+
+
+def _last_code(controller: Controller) -> int:
+    """Return the last fault that a controller can have, by docs/control.md."""
+    kinds = {each.kind for each in controller.interfaces}
+    last = {
+        16: True,
+        18: any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()),
+        19: "gcode" in kinds,
+        22: len(controller.thermometers) < len(controller.sensors),
+        23: "modbus_rtu" in kinds,
+        24: bool(controller.programs),
+        26: bool(controller.safety.relay_feedback),
+    }
+    return max(code for code, there in last.items() if there)

@@ -10,6 +10,8 @@ from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import build_of
 
+from heatwright.sim.host import Host
+
 MACHINES: dict[type[Kept], tuple[str, ...]] = {
     Programs: ("few", "many", "usual"),
     Progresses: ("few", "usual", "pausing"),
@@ -27,7 +29,7 @@ CASES = [
 def kept(tmp_path_factory: pytest.TempPathFactory) -> Callable[[type[Kept], str], Kept]:
     """What is kept by the host build of a machine."""
     build = cache(lambda machine: build_of(machine, tmp_path_factory.mktemp("storage")))
-    return cache(lambda kind, machine: kind(build(machine)))
+    return cache(lambda kind, machine: kind(Host(build(machine))))
 
 
 @pytest.mark.parametrize(("kind", "machine", "check"), CASES)
