@@ -65,7 +65,7 @@ class ProgrammedOperator(SwitchedOperator):
         code = ORDERS[order]
         waits = self._program[0]
         if waits == STOP or (waits == PAUSE and code not in (STOP, PAUSE)):
-            return False
+            return code == STOP  # given again
         if not self._may_order(code, number):
             if code == START and self.state == IDLE and not self._reference.fault_code:
                 self._program = NO_ORDER  # the copy is read over that of a START that waits
@@ -113,14 +113,15 @@ class ProgrammedOperator(SwitchedOperator):
             self._enabled, held_c = self._run.handed_over
             self.setpoint_c = self.setpoint_c if held_c is None else held_c
         super().after_step()
+        self._was_on = self._was_on or self._run.is_active
 
     def _may_order(self, code: int, number: int) -> bool:
         if code == STOP:
             return self._run.is_active or self._program[0] != NO_ORDER[0]
-        if code == PAUSE:
-            return self.state in (RUNNING, RETURNING) or self._program[0] in (START, RESUME)
         if self._reference.fault_code:
             return False
+        if code == PAUSE:
+            return self.state in (RUNNING, RETURNING) or self._program[0] in (START, RESUME)
         fits: dict[int, Callable[[], bool]] = {
             START: lambda: self.state == IDLE and number in self.copies,
             RESUME: lambda: self.state == PAUSED,

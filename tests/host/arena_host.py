@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import host_specs
+from host_answers import answers_problem, prepare_answers
 from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_gate import gate_problem
-from host_orders import orders_problem
 from host_output import output_problem
 from host_power import power_problem, prepare_power
-from host_ready import ready_problem
 from host_switching import switching_problem
 from host_text import all_text_problems
 from storage_settings import SettingsKept
@@ -51,6 +50,8 @@ class HostArena:
     def prepare(self) -> None:
         host = Host(build_of(self.spec, sanitized=False))
         prepare_control(host, self.spec)
+        if self.spec in host_specs.COMMANDED:
+            prepare_answers(self.spec)
         if self.spec in host_specs.PROGRAMMED:
             prepare_power(host, self.spec)
         host.close()
@@ -75,14 +76,12 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "text": all_text_problems,
         "settings": lambda host: SettingsKept(host, short=True).problem(),
     }
-    if name in host_specs.HOSTED and name in host_specs.WITH_AIR:
-        judges["ready"] = ready_problem
-    if name in host_specs.SWITCHING:
+    if name in host_specs.COMMANDED:
+        judges["answers"] = lambda host: answers_problem(host, name)
+    if name in host_specs.SWITCHING or name in host_specs.PROGRAMMED:
         judges["switching"] = switching_problem
     if name in host_specs.AT_ONCE:
         judges["output"] = output_problem
-    if name in host_specs.BY_PEOPLE:
-        judges["orders"] = orders_problem
     if name in host_specs.PROGRAMMED:
         judges["power"] = lambda host: power_problem(host, name)
     return judges

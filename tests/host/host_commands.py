@@ -23,7 +23,9 @@ READY_WITHIN_K = 1.0
 _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {
     Command.ENABLE: lambda operator, _: operator.enable(),
     Command.DISABLE: lambda operator, _: operator.disable(),
-    Command.PERCENT: lambda operator, percent: operator.set_manual_percent(percent),
+    Command.PERCENT: lambda operator, percent: (
+        operator.gains is None or operator.set_manual_percent(percent)
+    ),
     Command.AUTOMATIC: lambda operator, _: operator.steer_by_hand(on=False),
 }
 
@@ -39,6 +41,7 @@ class Commands:
         self.commanded = commanded(controller, name)
         self._reference = reference
         self.switched = switched(controller, name)
+        self._adjustable = loop.protection.maximum_adjustable
         self._operator = _operator(controller, name, reference)
         self._closes = False
         self._kept = self._defaults = self._operator.gains
@@ -72,50 +75,55 @@ class Commands:
     def acknowledge(self) -> None:
         self._operator.acknowledge()
 
-    def give(self, row: Any) -> None:
-        """Do what a row of a course commands; where it does not apply, nothing."""
+    def give(self, row: Any) -> tuple[bool, bool]:
+        """Do what a row of a course commands, and say whether command and order are taken; where
+        one does not apply, nothing is done, and that is not refused."""
         command, value = Command(row["command"]), float(row["value"])
         if not self.commanded:
-            return
+            return True, True
         self._closes = False
-        self._command(command, value, row)
+        taken = self._command(command, value, row)
+        given = True
         if isinstance(self._operator, ProgrammedOperator) and row["order"] in _ORDERS:
             order = _ORDERS[row["order"]]
             argument = int(row["argument"]) if order in NUMBERED else 0
             given = self._operator.order(order, argument)
             self._closes = self._closes or (given and order in CLOSING)
+        return taken is not False, given
 
-    def _command(self, command: Command, value: float, row: Any) -> None:
+    def _command(self, command: Command, value: float, row: Any) -> object:
+        operator = self._operator
         if command == Command.SET:
-            self._operator.set(value)
-        elif command == Command.EMERGENCY:
-            if not self.switched:
-                self._reference.stop()
-        elif command == Command.MAXIMUM:
-            self._operator.set_critical(value)
-        elif isinstance(self._operator, SwitchedOperator) and command in _SWITCHING:
-            _SWITCHING[command](self._operator, value)
+            return operator.set(value)
+        if command == Command.EMERGENCY:
+            return None if self.switched else self._reference.stop()
+        if command == Command.MAXIMUM:
+            return not self._adjustable or operator.set_critical(value)
+        if isinstance(operator, SwitchedOperator) and command in _SWITCHING:
             self._closes = command == Command.DISABLE
-        elif self._operator.gains is not None:
-            self._tuned(command, value, [float(each) for each in row["gains"]])
+            return _SWITCHING[command](operator, value)
+        if operator.gains is None:
+            return None
+        return self._tuned(command, value, [float(each) for each in row["gains"]])
 
-    def _tuned(self, command: Command, value: float, gains: list[float]) -> None:
+    def _tuned(self, command: Command, value: float, gains: list[float]) -> object:
         operator = self._operator
         match command:
             case Command.MANUAL:
-                operator.set_manual(value)
+                return operator.set_manual(value)
             case Command.TUNE:
-                operator.tune(value, int(gains[0]))
+                return self._reference.steering.tuner is None or operator.tune(value, int(gains[0]))
             case Command.STOP_TUNING:
                 operator.stop_tuning()
             case Command.GAINS:
-                operator.set_gains(*gains)
+                return operator.set_gains(*gains)
             case Command.KEEP:
                 self._kept = operator.gains
             case Command.RELOAD:
                 operator.gains = self._kept
             case Command.DEFAULTS:
                 operator.gains = self._defaults
+        return None
 
     @property
     def has_closed(self) -> bool:
@@ -135,6 +143,18 @@ class Commands:
         """Whether the loop is ready, by docs/control.md, "Commands"."""
         automatic = record.get("mode", 0) == 0 and record["setpoint_c"] != 0
         return bool(automatic and self._is_near(record))
+
+    def tells(self, record: Record | None) -> bool | None:
+        """What it says between two steps, by the record of the last: is it ready, is it on? While
+        a program decides nobody asks."""
+        operator = self._operator
+        if isinstance(operator, ProgrammedOperator) and operator.state != IDLE:
+            return None
+        if self.switched:
+            return not operator.is_off
+        if not record or not operator.is_automatic or self._reference.fault_code:
+            return False
+        return operator.setpoint_c == record["setpoint_c"] and self.is_ready(record)
 
     def state(self, record: Record) -> int:
         """What a master reads of the loop, by docs/control.md, "Switched loops"."""

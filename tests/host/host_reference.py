@@ -84,6 +84,7 @@ class Way:
         self._whole = pwm_period(controller, self._loop.heater).counts if pwm else 1
         self._period_us = round(self._loop.period_s * 1e6)
         self._time_s = 0
+        self._record: Record | None = None
         self._takes_turn = False
         self._holds = isinstance(output, DigitalOutput) and has_minimum(output)
         self._holds = self._holds or controller.safety.relay is not None
@@ -112,19 +113,19 @@ class Way:
 
     def take(self, number: int, row: Any) -> dict[str, Any]:
         """Do the step of a row, and return the state after it."""
-        self._give(number, row)
-        return dict(zip(self._members, self._step(number, row), strict=True))
+        self.give(number, row)
+        return dict(zip(self.members, self.step(number, row), strict=True))
 
     def fill_currents(self, inputs: NDArray[Any]) -> None:
         """Make currents of what the rows say: per cent of what is due, or -1 - codes."""
         taken = 0
         for number, row in enumerate(inputs):
-            self._give(number, row)
+            self.give(number, row)
             share = int(row["current_raw"])
             amperes = float(self._reference.duty_percent) * self._due_a * share / 100
             raw = -1 - share if share < 0 else self._sensor.read(amperes)[1]
             taken = row["current_raw"] = taken if row["current_status"] else raw
-            self._step(number, row)
+            self.step(number, row)
 
     def expected(
         self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
@@ -134,22 +135,22 @@ class Way:
         for number, row in enumerate(inputs):
             if number in tripped:
                 self._trip_and_acknowledge(number)
-            self._give(number, row)
+            self.give(number, row)
             on_us = self._course.advance(number * self._period_us)
             if self._takes_turn:  # from the cooler: on a tick later
                 on_us -= on_us * TICK_US / self._period_us
             total += nan if self._holds else on_us * self._whole / TICK_US
             counts.append(total)
-            rows.append(self._step(number, row))
+            rows.append(self.step(number, row))
         states = np.zeros(len(rows), kind)
-        for member, column in zip(self._members, zip(*rows, strict=True), strict=True):
+        for member, column in zip(self.members, zip(*rows, strict=True), strict=True):
             states[member] = column
         period_ticks = self._period_us // TICK_US
         cooled = int(states["cooling"][:-1].sum()) if self._loop.cooler else 0
         return Expected(states, np.array(counts), len(inputs) * period_ticks, cooled * period_ticks)
 
     @property
-    def _members(self) -> list[str]:
+    def members(self) -> list[str]:
         told = [STATE if self._commands.switched else READY] * self._commands.commanded
         return [*(name for name, _ in self._reference.members), "fault.time_s", *told]
 
@@ -162,19 +163,27 @@ class Way:
         if self._commands.commanded:
             self._course.apply(0)
 
-    def _give(self, number: int, row: Any) -> None:
-        """Acknowledge and command, at once after the last step; a stop does not wait for one."""
+    def give(self, number: int, row: Any) -> tuple[bool, bool]:
+        """Acknowledge and command, at once after the last step; a stop does not wait for one.
+
+        Return whether the command and the order are taken.
+        """
         if row["acknowledge"]:
             self._commands.acknowledge()
         code = self._reference.fault_code
-        self._commands.give(row)
+        taken = self._commands.give(row)
         if self._reference.fault_code != code:
             self._time_s = number * self._period_us // 1_000_000
             self._course.apply(0)
         if self._commands.has_closed:
             self._course.apply(0)
+        return taken
 
-    def _step(self, number: int, row: Any) -> tuple[Any, ...]:
+    def tells(self) -> bool | None:
+        """Whether the loop says now that it is ready, or on, if it is switched."""
+        return self._commands.tells(self._record)
+
+    def step(self, number: int, row: Any) -> tuple[Any, ...]:
         reference, commands = self._reference, self._commands
         code, cooled = reference.fault_code, reference.cooling
         record = reference.step(
@@ -183,6 +192,7 @@ class Way:
             commands.setpoint_c(row),
             orders=self._orders(row),
         )
+        self._record = record
         self._takes_turn = bool(cooled and not reference.cooling)
         commands.after_step()
         self._course.apply(reference.output.counts)

@@ -4,7 +4,7 @@ from host_scale import scale_of
 
 from heatwright.sim.host import Command, Host
 
-HOT_C, COLD_C, TARGET_C, MOST_C = 240.0, 60.0, 150.0, 250.0
+HOT_C, COLD_C, TARGET_C = 240.0, 60.0, 150.0
 LONG = 3000
 """Ticks in which every permit runs out."""
 

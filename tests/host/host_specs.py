@@ -61,11 +61,9 @@ PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in 
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)
 SWITCHED = (*BY_MASTER, *_PROGRAMMED)
 COMMANDED = (*HOSTED, *SWITCHED)
-WITH_AIR = tuple(name for name in NAMES if name not in _EXAMPLES)
 AT_ONCE = tuple(name for name, text in TEXTS.items() if "minimum_on: 2 s" not in text)
 """Without outputs that stay on or off for a while, which answer to more than a duty."""
 SWITCHING = tuple(_SWITCHED)
-BY_PEOPLE = (*PROGRAMMED, "touched")
 
 
 @cache

@@ -26,7 +26,7 @@ FIRING_KINDS = (*PROGRAM_KINDS, *PROGRAM_KINDS, "miss", "drift", "off_and_on", "
 """Of a course that is little else than programs."""
 
 COLD_C = 4.0
-"""Below the lowest setpoint."""
+"""Below the lowest setpoint; the other way it goes to above the highest."""
 PLACES = 9
 """One more than there are; the eighth is empty."""
 ORDERS = (STOP, PAUSE, START, RESUME, SKIP, JUMP)
@@ -94,7 +94,7 @@ class ProgrammedWalk(SwitchedWalk):
         if stretch.value % 3:
             self._ramp_to(30 + stretch.value / 10)
         elif stretch.value % 5 == 0:
-            self._ramp_to(COLD_C)
+            self._ramp_to(COLD_C if stretch.value % 2 else self._setpoints_c[1] + 7.0)
         self._give(START, abs(stretch.value) % (PLACES + 1))
         self._follow(stretch)
 

@@ -1,28 +1,29 @@
-"""Whether a switched loop switches at once, and refuses what it says it would."""
+"""Whether what switches a loop off does so at once, and heater and cooler are never on together."""
 
 from collections.abc import Callable, Iterator
-from random import Random
 
-from host_cooling import Cooling
-from host_running import COLD_C, MOST_C, TARGET_C, Running
+from host_running import COLD_C, HOT_C, LONG, TARGET_C, Running
 
 from heatwright.sim.host import Host
+from heatwright.sim.reference.program_state import RUNNING
 
 FAULT = 6
-RANDOM_ORDERS = 3000
-REST_TICKS = 1100
-"""More than the 10 s after which a setpoint is saved, and time to write it."""
+WAYS, ONE = 1, 2
+"""Programs that heat, the second with one segment."""
+NEAR_C = 44.5
+"""Where that has just reached its target, within its first 2 s."""
+MOST_STEPS = 20
+START_C = 30.0
 
 
 def switching_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
-    parts = host.build.parts
-    switching = _Switching(host)
-    cooling = Cooling(host)
-    checks = [cooling.apart(), cooling.hanging()] if parts.cooler else []
-    if parts.switched:
-        checks += [switching.at_once(), switching.told(), switching.held(), switching.kept()]
-        checks.append(switching.after_power_up())
+    parts, switching = host.build.parts, _Switching(host)
+    checks = [switching.apart(), switching.hanging()] if parts.cooler else []
+    if parts.programmed:
+        checks += [switching.ordered_off(), switching.finished()]
+    elif parts.switched:
+        checks.append(switching.switched_off())
     elif parts.commanded:
         checks.append(switching.off_by_its_step())
     found = next((problem for check in checks for problem in check), "")
@@ -31,7 +32,7 @@ def switching_problem(host: Host) -> str:
 
 
 class _Switching(Running):
-    def at_once(self) -> Iterator[str]:
+    def switched_off(self) -> Iterator[str]:
         """What switches off does so before the step that takes it over."""
         events: dict[str, Callable[[], object]] = {"off": self.library.loop_air_disable}
         events["acknowledged"] = self._trip_and_acknowledge
@@ -83,140 +84,75 @@ class _Switching(Running):
         self.library.loop_air_tune(TARGET_C, 5)
         self.library.loop_air_stop_tuning()
 
-    def _tune_to_the_end(self) -> None:
-        """It waits for the machine to cool down until its time is over."""
-        self.library.loop_air_tune(COLD_C + 1, 5)
-        assert self.loop.autotune is not None
-        for _ in range(round(self.loop.autotune.timeout_s / self.loop.period_s) + 1):
-            self.host.step()
-
-    def told(self) -> Iterator[str]:
-        """Who asks whether a command may be given is told what giving it says."""
-        random = Random("switching")  # noqa: S311
-        self.run_at(COLD_C)
-        for _ in range(RANDOM_ORDERS):
-            self._do_something(random)
-            yield from self._compare("enable", self.library.loop_air_is_enabled)
-            setpoint_c = random.choice((-0.5, 0.0, 30.0, TARGET_C, MOST_C, 250.5, float("nan")))
-            wanted = 0 <= setpoint_c <= MOST_C and not self._tunes_for_other_than(setpoint_c)
-            if self.library.loop_air_may_set(setpoint_c) != wanted:
-                yield f"may set {setpoint_c}: not {wanted}"
-            yield from self._compare("set", self._setpoint, setpoint_c)
-            if self.parts.tunable:
-                yield from self._by_hand(random)
-
-    def _tunes_for_other_than(self, setpoint_c: float) -> bool:
-        if not self.parts.autotune or self.library.loop_air_mode() != self.library.MODE_TUNING:
-            return False
-        return setpoint_c != self._setpoint()
-
-    def _do_something(self, random: Random) -> None:
-        library = self.library
-        events: list[Callable[[], object]] = [
-            library.loop_air_disable, self._trip, library.fault_acknowledge, self.host.step,
-            lambda: None, library.loop_air_disable,
-        ]  # fmt: skip
-        if self.parts.autotune:
-            tune = [lambda: library.loop_air_tune(TARGET_C, 3)] * 4
-            events += [*tune, library.loop_air_stop_tuning]
-        random.choice(events)()
-
-    def _compare(self, what: str, value: Callable[[], object], *arguments: float) -> Iterator[str]:
-        may = getattr(self.library, f"loop_air_may_{what}")(*arguments)
-        before = value()
-        done = getattr(self.library, f"loop_air_{what}")(*arguments)
-        if may != done:
-            yield f"{what}{arguments}: it may {may}, and does {done}"
-        wanted = (arguments[0] if arguments else True) if done else before
-        if value() != wanted:
-            yield f"{what}{arguments}: {value()} instead of {wanted}"
-
-    def _setpoint(self) -> float:
-        return float(self.library.settings.air_setpoint_c)
-
-    def _by_hand(self, random: Random) -> Iterator[str]:
-        library = self.library
-        before = library.loop_air_mode()
-        library.loop_air_set_automatic()
-        left = library.MODE_AUTOMATIC if before == library.MODE_MANUAL else before
-        if library.loop_air_mode() != left:
-            yield f"automatic, from mode {before}: {library.loop_air_mode()}"
-        if random.random() < 0.5:
-            yield from self._taken_in_hand(random)
-
-    def _taken_in_hand(self, random: Random) -> Iterator[str]:
-        library = self.library
-        percent = random.choice((-0.5, 0.0, 12.5, 100.0, 100.5, float("nan")))
-        before = library.loop_air_manual_percent(), library.loop_air_mode()
-        done = library.loop_air_set_manual_percent(percent)
-        if done != (0 <= percent <= 100):
-            yield f"{percent} % by hand: {done}"
-        if (library.loop_air_manual_percent(), library.loop_air_mode()) != (
-            percent if done else before[0],
-            before[1],
-        ):
-            yield f"{percent} % by hand changes the mode, or not the duty"
-        taken = library.loop_air_set_manual(25.0)
-        may = library.loop_air_is_enabled() and not library.fault.code
-        if taken != may or (taken and library.loop_air_mode() != library.MODE_MANUAL):
-            yield f"by hand: {taken}, and it may {may}"
-
-    def held(self) -> Iterator[str]:
-        """A master that says "on" all the time restarts nothing."""
-        ends: dict[str, Callable[[], object]] = {"acknowledged": self._trip_and_acknowledge}
-        if self.parts.autotune:
-            ends |= {"tuning stopped": self._tune_and_stop, "tuning ended": self._tune_to_the_end}
-        for name, end in ends.items():
-            self.run_at(COLD_C)
-            end()
-            for _ in range(5):
-                if self.library.loop_air_enable():
-                    yield f"{name}: on, without an off before"
+    def ordered_off(self) -> Iterator[str]:
+        """Stop, pause and off do not wait for the step that takes them over."""
+        events: dict[str, Callable[[], object]] = {
+            "stop": self.library.program_stop,
+            "pause": self.library.program_pause,
+            "off": self.library.loop_air_disable,
+        }
+        for name, event in events.items():
+            self._start_at(START_C, WAYS)
+            self.host.set_reading(0, self.scale.code(START_C - 2.5))
+            for _ in range(4):
                 self.host.step()
-            self.library.loop_air_disable()
-            if not self.library.loop_air_enable():
-                yield f"{name}: off, but not on again"
-        self.run_at(COLD_C)
-        self._trip()
-        self.library.loop_air_disable()
-        if self.library.loop_air_enable():
-            yield "on, with a fault latched"
-        self.library.fault_acknowledge()
-        if not self.library.loop_air_enable():
-            yield "off while the fault was latched does not count"
+            if self.library.program.state != RUNNING or not self.ticks(2)[0]:
+                yield f"{name}: it did not heat before"
+            event()
+            heated, _ = self.ticks(self.period_ticks - 3)
+            if heated:
+                yield f"{name}: it heats for {heated} more ticks"
+            self.host.step()
+            for _ in range(3):
+                self.ticks(self.period_ticks - 1)
+                if self.ticks(1)[0] or self.library.loop_air.enabled:
+                    yield f"{name}: it goes on heating"
 
-    def after_power_up(self) -> Iterator[str]:
-        self.host.erase()
-        self.host.power_up()
-        starts = self.loop.starts != "disabled"
-        if self.library.loop_air_is_enabled() != starts:
-            yield f"after a reset it is not {self.loop.starts}"
-        if self.library.loop_air_enable() != starts:
-            yield "after a reset it is switched on without an off before"
-
-    def kept(self) -> Iterator[str]:
-        """A setpoint is stored when it has rested, and not for being said again."""
-        if not self.loop.setpoint.stored:
+    def finished(self) -> Iterator[str]:
+        """A heater that may have to stay on for a while is off when its program has ended."""
+        assert self.host.build.controller.programs is not None
+        if self.host.build.controller.programs.at_end == "hold":
             return
-        self.host.erase()
-        self.host.power_up()
-        for setpoint_c, wanted_c in ((TARGET_C, TARGET_C), (0.0, 0.0)):
-            self.library.loop_air_set(setpoint_c)
-            self.library.loop_air_disable()
-            yield from self._expect_kept(wanted_c)
-        writes = self.host.world.eeprom_writes
-        for _ in range(3):
-            self.library.loop_air_set(0.0)
-            self._rest()
-        if self.host.world.eeprom_writes != writes:
-            yield "the same setpoint wears the EEPROM out"
+        self._start_at(NEAR_C, ONE)
+        heated = 0
+        for _ in range(MOST_STEPS):
+            self.host.step()
+            if self.library.program.ended:
+                break
+            heated = self.ticks(1)[0]
+        if not heated or self.ticks(self.period_ticks - 1)[0]:
+            yield f"finished after {heated} ticks of heat, and it is held on"
 
-    def _expect_kept(self, wanted_c: float) -> Iterator[str]:
-        self._rest()
-        self.host.power_up()
-        if self._setpoint() != wanted_c:
-            yield f"the setpoint comes back as {self._setpoint()}, not {wanted_c}"
+    def _start_at(self, celsius: float, program: int) -> None:
+        self.run_at(celsius)
+        self.library.loop_air_disable()
+        self.host.step()
+        self.library.program_start(program)
 
-    def _rest(self) -> None:
-        for _ in range(REST_TICKS):
-            self.library.settings_tick()
+    def apart(self) -> Iterator[str]:
+        """Whichever is on keeps the other off, whatever is asked of both."""
+        for first, reading_c in (("heater", COLD_C), ("cooler", HOT_C)):
+            self.run_at(reading_c)
+            self.host.world.loop_hangs = 1
+            self.library.output_heater_set(100.0)
+            self.library.output_cooler_set(100.0)
+            heated, cooled = self.ticks(self.period_ticks)
+            wanted = (first == "heater", first == "cooler")
+            if (heated > 0, cooled > 0) != wanted:
+                yield f"{first} was on, then both: heater {heated}, cooler {cooled} ticks"
+            if self.host.world.both_on:
+                yield f"{first} was on, then both: they are on together"
+
+    def hanging(self) -> Iterator[str]:
+        """A main loop that stands still leaves the cooler as it is, and lets nothing heat."""
+        self.run_at(HOT_C)
+        self.host.world.main_hangs = 1
+        if (found := self.ticks(LONG)) != (0, LONG):
+            yield f"cooling and hanging: heater {found[0]}, cooler {found[1]} of {LONG} ticks"
+        self.run_at(COLD_C)
+        self.host.world.main_hangs = 1
+        self.library.output_cooler_set(100.0)
+        self.ticks(LONG)
+        heated, cooled = self.ticks(LONG)
+        if heated or cooled != LONG:
+            yield "heating and hanging: the cooler does not follow the heater"

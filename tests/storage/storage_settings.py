@@ -158,19 +158,21 @@ class SettingsKept(Kept):
             yield from self.expect("after a loss of power", kept)
 
     def lasting(self) -> Iterator[str]:
-        """A loop that 0 switches off comes back with its setpoint if it held one; else off."""
-        if not (self.memory.has_setpoint and self.parts.commanded and not self.parts.switched):
+        """A commanded loop comes back with the setpoint it held; one that 0 switches off comes
+        back off if it was, or did something else."""
+        if not (self.memory.has_setpoint and self.parts.commanded):
             return
         library = self.library
         ways: dict[str, tuple[Callable[[], object], float]] = {
-            "set": (lambda: library.loop_air_set(50.0), 50.0),
-            "off": (lambda: library.loop_air_set(0.0), 0.0),
-            "acknowledged": (self._trip_and_acknowledge, 0.0),
+            "set": (lambda: library.loop_air_set(50.0), 50.0)
         }
-        if self.parts.autotune:
-            ways["tuning"] = (lambda: library.loop_air_tune(50.0, 5), 0.0)
-        if self.parts.tunable:
-            ways["by hand"] = (lambda: library.loop_air_set_manual(30.0), 0.0)
+        if not self.parts.switched:
+            ways["off"] = (lambda: library.loop_air_set(0.0), 0.0)
+            ways["acknowledged"] = (self._trip_and_acknowledge, 0.0)
+            if self.parts.autotune:
+                ways["tuning"] = (lambda: library.loop_air_tune(50.0, 5), 0.0)
+            if self.parts.tunable:
+                ways["by hand"] = (lambda: library.loop_air_set_manual(30.0), 0.0)
         for name, (way, wanted_c) in ways.items():
             self.boot(self.memory.blank)
             library.loop_air_set(45.0)
@@ -180,6 +182,8 @@ class SettingsKept(Kept):
             self.boot()
             if self._get("setpoint_c") != wanted_c:
                 yield f"{name}: it comes back as {self._get('setpoint_c')}, not {wanted_c}"
+            if self.parts.switched and library.loop_air_set(wanted_c) and self.tick(2 * REST_TICKS):
+                yield "the same setpoint wears the EEPROM out"
 
     def _trip_and_acknowledge(self) -> None:
         self.library.fault_trip(self.old.code, self.old.temperature_c)
