@@ -3,7 +3,8 @@
 import chamber_on
 import test_panel
 import test_start
-from rig.judged import OnTheBinary, first_complaint
+from rig.avr import Firmware, Program
+from rig.judged import first_complaint
 
 from heatwright.sim.elf import Elf
 
@@ -14,4 +15,4 @@ def problem(program: Elf) -> str:
     return first_complaint([test_panel, test_start])
 
 
-ARENAS = [OnTheBinary("firmware/chamber", "chamber", r"panel\.c", problem)]
+ARENAS = [Firmware("firmware/chamber", Program("chamber"), ("panel",), (problem,))]

@@ -1,9 +1,13 @@
 """The menu's C, broken, and what then has to complain: the tests of the menu."""
 
+from pathlib import Path
+
 import test_menu_programs
 import test_menu_values
 from menu_desk import CONTROLLER, MenuDesk
-from rig.judged import OnTheBinary, first_complaint
+from rig.avr import Firmware, Program
+from rig.judged import first_complaint
+from rig.specs import sources_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -16,4 +20,6 @@ def problem(program: Elf) -> str:
     return first_complaint(modules, desk=lambda: MenuDesk(device))
 
 
-ARENAS = [OnTheBinary("menu/kiln_uno", "kiln_uno", r"(menu_\w+|panel|keypad|lcd)\.c", problem)]
+SOURCES = (Path(name) for name in sources_of("kiln_uno") if name.endswith(".c"))
+FILES = {path.stem for path in SOURCES if path.stem.startswith("menu")} | {"panel", "keypad", "lcd"}
+ARENAS = [Firmware("menu/kiln_uno", Program("kiln_uno"), tuple(sorted(FILES)), (problem,))]

@@ -114,16 +114,11 @@ class Program:
         headers = {name: text for name, text in texts.items() if name.endswith(".h")}
         stale = set(texts) if set(changed or ()) & set(headers) else set(changed or ())
         words = self._words(strict=not changed)
-        objects = [
-            _made(
-                [*words, "-c", name, "-o", f"{name}.o"],
-                headers | {name: texts[name]},
-                f"{name}.o",
-                folder if name in stale else None,
-            )
-            for name in sorted(texts)
-            if name.endswith(".c")
-        ]
+        objects = []
+        for name in sorted(each for each in texts if each.endswith(".c")):
+            command = [*words, "-c", name, "-o", f"{name}.o"]
+            place = folder if name in stale else None
+            objects.append(_made(command, headers | {name: texts[name]}, f"{name}.o", place))
         link = [*words, "-Wl,--gc-sections", *map(str, objects), "-lm", "-o", "firmware.elf"]
         return Elf(_made(link, {}, "firmware.elf", folder))
 
@@ -147,10 +142,7 @@ def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Pa
 
 @dataclass(frozen=True)
 class Firmware:
-    """An arena of the mutation engine (tests/mutation/arena.py): a program on a simulated AVR.
-
-    Each area derives its own, beside its checks: by that the engine knows when these change.
-    """
+    """An arena of the mutation engine (tests/mutation/arena.py): a program on a simulated AVR."""
 
     name: str
     program: Program

@@ -18,30 +18,19 @@ from rig.controllers_loops import LoopDraw, Served, joined
 from rig.controllers_parts import Draws, Part, Resources, Sensors, Unsuited, text
 from suite import SEED
 
-from heatwright.spec import BOARDS, Board, Interface, Spec, SpecError, kinds, load_text
+from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
-from heatwright.spec.eeprom import (
-    FEWEST_SETTINGS_SLOTS,
-    LEAST_YEARS,
-    LOG_ENTRY_BYTES,
-    PROGRAM_BYTES,
-    PROGRAM_FRAME_BYTES,
-    PROGRESS_BYTES,
-    SEGMENT_BYTES,
-    SETTINGS_SLOT_BYTES,
-    SLOTS_OF_A_PROGRAM,
-    slowest_s,
-)
 from heatwright.spec.interfaces import BUS_BAUDS, FASTEST_HOST
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.uses import LCD_KEYPAD_PINS
 
-KINDS = tuple(kinds(Interface))
 NAMES = ("air", "bed", "plate_2")
 CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
 BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
+LENGTH_S = 60.0
+"""Of a scenario."""
 TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)
 
 
@@ -56,17 +45,19 @@ class Drawn(NamedTuple):
 
 
 @st.composite
-def controllers(draw: Any, **limits: Any) -> Drawn:
-    """Draw controllers that the checks accept, within the limits that `_Controller` knows."""
-    found = attempt(lambda low, high: draw(st.integers(low, high)), **limits)
+def controllers(draw: Any) -> Drawn:
+    """Draw controllers that the checks accept."""
+    found = attempt(lambda low, high: draw(st.integers(low, high)))
     assume(isinstance(found, Drawn))
     return found
 
 
-def attempt(between: Callable[[int, int], int], **limits: Any) -> Drawn | SpecError | None:
+def attempt(
+    between: Callable[[int, int], int], loops: Sequence[int] = (1, 2, 3)
+) -> Drawn | SpecError | None:
     """Draw one; what the checks refuse comes back as their words."""
     try:
-        text = _Controller(Draws(between), **limits).text()
+        text = _Controller(Draws(between), loops).text()
         return Drawn(text, load_text(text, "drawn.yaml"))
     except SpecError as error:
         return error
@@ -74,44 +65,28 @@ def attempt(between: Callable[[int, int], int], **limits: Any) -> Drawn | SpecEr
         return None
 
 
-def drawings(random: Random, **limits: Any) -> Iterator[Drawn]:
-    """Draw one after the other without hypothesis."""
+def drawings(random: Random, loops: Sequence[int] = (1, 2, 3)) -> Iterator[Drawn]:
+    """Draw one after the other without hypothesis, with one of these numbers of loops."""
     while True:
-        found = attempt(random.randint, **limits)
+        found = attempt(random.randint, loops)
         if isinstance(found, Drawn):
             yield found
 
 
 @cache
-def drawn(count: int, **limits: Any) -> tuple[Drawn, ...]:
+def drawn(count: int) -> tuple[Drawn, ...]:
     """Draw a number of them, the same ones for the same SUITE_SEED."""
     random = Random(f"controllers {SEED}")  # noqa: S311 - no secret
-    return tuple(islice(drawings(random, **limits), count))
+    return tuple(islice(drawings(random), count))
 
 
 class _Controller:
-    """Draws one controller, section by section.
+    """Draws one controller, section by section."""
 
-    loops -- how many there may be: the host build and the reference device take 1; boards, by
-    name; interfaces, by kind; longest_period_s -- between control steps, unless a sensor takes
-    longer; length_s -- of the scenario; simulated -- whether there is a machine, or None.
-    """
-
-    def __init__(
-        self,
-        draws: Draws,
-        *,
-        loops: Sequence[int] = (1, 2, 3),
-        boards: Collection[str] = tuple(BOARDS),
-        interfaces: Collection[str] = KINDS,
-        longest_period_s: float = 600.0,
-        length_s: float = 60.0,
-        simulated: bool | None = None,
-    ) -> None:
-        self.draws, self._kinds = draws, frozenset(interfaces)
-        self._simulated = draws.one(True, True, False) if simulated is None else simulated
-        self._longest_period_s, self._length_s = longest_period_s, length_s
-        self.identity: Part = {"name": "drawn", "board": draws.one(*boards)}
+    def __init__(self, draws: Draws, loops: Sequence[int]) -> None:
+        self.draws = draws
+        self._simulated = draws.one(True, True, False)
+        self.identity: Part = {"name": "drawn", "board": draws.one(*BOARDS)}
         self.board = self._clocked(BOARDS[self.identity["board"]])
         if draws.seldom():
             self.identity["title"] = draws.one(*TITLES)
@@ -126,11 +101,8 @@ class _Controller:
 
     def _clocked(self, board: Board) -> Board:
         clocked = {mhz: board._replace(clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
-        able = [
-            mhz
-            for mhz, other in clocked.items()
-            if other.clock_hz <= other.fastest_hz and ticks_at_all(other)
-        ]
+        able = [mhz for mhz, other in clocked.items()
+                if other.clock_hz <= other.fastest_hz and ticks_at_all(other)]  # fmt: skip
         if not self.draws.seldom():
             return board
         mhz = self.draws.one(*able)
@@ -154,9 +126,9 @@ class _Controller:
     def _ports(self) -> None:
         """Choose who talks on which serial port; the details need the loops."""
         draws, board = self.draws, self.board
-        first = [k for k in ("serial_plotter", "gcode", "modbus_rtu", "nextion", "serial_log")
-                 if k in self._kinds]  # fmt: skip
-        first = [kind for kind in first if kind != "nextion" or board.ram_bytes >= 2000]
+        first = ["serial_plotter", "gcode", "modbus_rtu", "nextion", "serial_log"]
+        if board.ram_bytes < 2000:
+            first.remove("nextion")
         self.on_port: dict[str, int] = {}
         kind = draws.one(None, *first)
         if kind == "modbus_rtu" and not self.left.take_timer():
@@ -164,7 +136,7 @@ class _Controller:
         if kind is not None:
             self.on_port[kind] = 0
         for port in range(1, len(board.uarts)):
-            others = {"nextion", "serial_log"} & self._kinds - set(self.on_port)
+            others = {"nextion", "serial_log"} - set(self.on_port)
             other = draws.one(None, *sorted(others)) if draws.some() else None
             if other == "nextion" and self.on_port.get("gcode") == 0 and len(self.names) == 1:
                 continue  # a host and a display switch a loop in different ways
@@ -175,10 +147,7 @@ class _Controller:
 
     def _display_and_programs(self) -> None:
         draws = self.draws
-        self.has_keys = (
-            self.board.shield and "lcd_keypad" in self._kinds and len(self.names) < 3
-            and draws.some()
-        )  # fmt: skip
+        self.has_keys = self.board.shield and len(self.names) < 3 and draws.some()
         if self.has_keys:
             self.left.keep_off(LCD_KEYPAD_PINS)
         self.shown = draws.one(*self.names)
@@ -209,20 +178,16 @@ class _Controller:
 
     def _leds_without_meaning_yet(self) -> None:
         self.lights: list[str] = []
-        while "indicators" in self._kinds and self._spare() and self.draws.seldom():
+        while self._spare() and self.draws.seldom():
             self.lights.append(self.left.digital())
 
     def _served(self, name: str) -> Served:
         by_master = "modbus_rtu" in self.on_port
         touched = "nextion" in self.on_port and name == self.shown
         programmed = name == self.programmed
-        return Served(
-            by_master=by_master,
-            by_host=name in self.served_by_host,
-            switched=by_master or touched or programmed,
-            programmed=programmed,
-            has_menu=touched or (programmed and self.has_keys),
-        )
+        switched = by_master or touched or programmed
+        has_menu = touched or (programmed and self.has_keys)
+        return Served(by_master, name in self.served_by_host, switched, programmed, has_menu)
 
     def _loops(self) -> None:
         draws, left = self.draws, self.left
@@ -241,7 +206,7 @@ class _Controller:
             self.loops.append(
                 LoopDraw(
                     name, draws, self.board, left, sensors, self._served(name), spare,
-                    self._longest_period_s, cold=len(self.names) > 1,
+                    cold=len(self.names) > 1,
                 )
             )  # fmt: skip
 
@@ -313,21 +278,22 @@ class _Controller:
         return (self.board.ram_bytes - LEAST_BYTES - NEXTION_BYTES - 400) // 63
 
     def _eeprom_left(self) -> int:
-        settings = (FEWEST_SETTINGS_SLOTS + 2) * 2 * SETTINGS_SLOT_BYTES
+        settings = (eeprom.FEWEST_SETTINGS_SLOTS + 2) * 2 * eeprom.SETTINGS_SLOT_BYTES
         return self.board.eeprom_bytes - min(settings, self.board.eeprom_bytes // 2)
 
     def _programs(self) -> None:
         if self.programmed is None:
             return
         draws = self.draws
-        room = self._eeprom_left() - 4 * PROGRESS_BYTES
+        room = self._eeprom_left() - 4 * eeprom.PROGRESS_BYTES
         points = int(draws.number(1, min(20, self._most_points()), 3))
-        each = SLOTS_OF_A_PROGRAM * (PROGRAM_FRAME_BYTES + PROGRAM_BYTES + SEGMENT_BYTES * points)
+        each = eeprom.PROGRAM_FRAME_BYTES + eeprom.PROGRAM_BYTES + eeprom.SEGMENT_BYTES * points
+        each *= eeprom.SLOTS_OF_A_PROGRAM
         most = max(1, min(8, room // each))
         places = int(draws.number(1, most, 3))
         loop = next(each for each in self.loops if each.name == self.programmed)
-        slots = max(2, (room - places * each) // PROGRESS_BYTES)
-        least_s = max(10.0, loop.period_s, 10 * round(slowest_s(LEAST_YEARS, slots) / 10 + 1))
+        slots = max(2, (room - places * each) // eeprom.PROGRESS_BYTES)
+        least_s = max(10.0, loop.period_s, _worn_after_s(slots))
         part: Part = {"loop": self.programmed, "points": points, "places": places}
         part["save_every"] = text(draws.number(least_s, min(3600, 65_535 * loop.period_s), 60), "s")
         dead_k = float(loop.algorithm.get("dead_band", "0 K").split()[0])
@@ -383,18 +349,14 @@ class _Controller:
         part |= {"port": self.on_port["serial_log"]} if self.on_port["serial_log"] else {}
         least_s = max(1.0, loop.period_s)
         if not self.programs and draws.some():
-            most = self._eeprom_left() // LOG_ENTRY_BYTES - 2
+            most = self._eeprom_left() // eeprom.LOG_ENTRY_BYTES - 2
             entries = int(draws.number(1, min(most, 1000), 20))
-            least_s = max(least_s, 10 * round(slowest_s(LEAST_YEARS, entries) / 10 + 1))
+            least_s = max(least_s, _worn_after_s(entries))
             part |= {"keep": "eeprom"} if least_s <= 3600 else {}
         if "keep" not in part:
             touched = "nextion" in self.on_port
-            most = (
-                self.board.ram_bytes
-                - 560
-                - NEXTION_BYTES * touched
-                - 63 * self.programs.get("points", 0)
-            ) // 4
+            taken = 560 + NEXTION_BYTES * touched + 63 * self.programs.get("points", 0)
+            most = (self.board.ram_bytes - taken) // 4
             entries = int(draws.number(1, min(max(most, 1), 1000), 20))
             least_s = max(1.0, loop.period_s)
         every_s = draws.number(least_s, 3600, 60)
@@ -451,11 +413,11 @@ class _Controller:
         able: list[Part] = self._orders()
         able += [{"extrude": "5 mm/s"}] * ("filament" in plant)
         times = sorted(
-            draws.number(0.5, self._length_s - 1, 5, 0.01)
+            draws.number(0.5, LENGTH_S - 1, 5, 0.01)
             for _ in range(int(draws.number(0, 6, 2)) if able else 0)
         )
         events = [{"at": text(at_s, "s"), **draws.one(*able)} for at_s in times]
-        return [*events, {"for": text(self._length_s, "s")}]
+        return [*events, {"for": text(LENGTH_S, "s")}]
 
     def _orders(self) -> list[Part]:
         """List what may be done to this controller."""
@@ -512,6 +474,11 @@ class _Controller:
             whole, Dumper=_Plain, allow_unicode=True, sort_keys=False, default_flow_style=None,
             width=100,
         )  # fmt: skip
+
+
+def _worn_after_s(places: int) -> int:
+    """Give a time between two writings, s, at which so many places last long enough."""
+    return 10 * round(eeprom.slowest_s(eeprom.LEAST_YEARS, places) / 10 + 1)
 
 
 class _Plain(yaml.CSafeDumper):

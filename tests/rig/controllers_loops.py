@@ -21,6 +21,8 @@ from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.checks.timing import MOST_MISSING, MOST_STEPS
 
 TICK_S = 0.01
+LONGEST_PERIOD_S = 600.0
+"""Unless a sensor takes longer."""
 STEFAN_BOLTZMANN = 5.670374e-8
 AMBIENT_C = 20.0
 FASTEST_K_PER_S = 500.0
@@ -36,16 +38,8 @@ class Served(NamedTuple):
     has_menu: bool
 
     @property
-    def commanded(self) -> bool:
-        return self.by_host or self.switched
-
-    @property
     def zero_is_off(self) -> bool:
         return self.by_host and not self.switched
-
-    @property
-    def in_tenths(self) -> bool:
-        return self.by_master or self.programmed
 
 
 class LoopDraw:
@@ -60,7 +54,6 @@ class LoopDraw:
         sensors: Sensors,
         served: Served,
         spare_pins: int,
-        longest_period_s: float,
         *,
         cold: bool,
     ) -> None:
@@ -80,7 +73,6 @@ class LoopDraw:
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
         self.sensors[f"{name}_felt"] = part
         self.reference = sensors.reference
-        self._longest_period_s = longest_period_s
         self._draw()
 
     def _draw(self) -> None:
@@ -101,7 +93,7 @@ class LoopDraw:
 
     def _period(self) -> None:
         shortest_s = shortest_period_s(self.sensor)
-        longest_s = max(shortest_s, self._longest_period_s)
+        longest_s = max(shortest_s, LONGEST_PERIOD_S)
         usual_s = self.draws.one(1.0, 0.2, 2.0)
         self.period_s = self.draws.number(shortest_s, longest_s, usual_s, TICK_S)
         if self.period_s > 2 and not self.draws.seldom():  # most loops are quicker
@@ -355,9 +347,8 @@ class LoopDraw:
         draws, longest_s = self.draws, MOST_STEPS * self.period_s
         rules: Part = {"maximum": text(self.maximum_c, "°C")}
         if self.high_c + 15 <= self.maximum_c and draws.some():
-            rules = {}  # the default is lower
-            if self.coasts_k + self.band_k + self.error_k + 0.2 > 15:
-                rules = {"maximum": text(self.maximum_c, "°C")}
+            margin_k = self.coasts_k + self.band_k + self.error_k + 0.2
+            rules = rules if margin_k > 15 else {}  # the default is lower
         if self.served.has_menu and draws.some():
             rules["maximum_adjustable"] = True
         rules["minimum"] = text(self.minimum_c, "°C")

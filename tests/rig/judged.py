@@ -1,20 +1,14 @@
 """The tests of some modules as one judge: what an arena's `problem` asks of what is broken."""
 
 import inspect
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import product
 from pathlib import Path
-from shutil import copy
 from types import ModuleType
 from typing import Any
 
-from rig.avr import whole
 from rig.hosted import World
-from rig.specs import sources_of
-
-from heatwright.sim.elf import Elf
 
 
 def first_complaint(modules: Iterable[ModuleType], **given: Any) -> str:
@@ -61,40 +55,6 @@ def _cases(test: Callable[..., None]) -> Iterator[dict[str, Any]]:
 
 def _made(given: Any) -> Any:
     return given() if inspect.isfunction(given) or inspect.ismethod(given) else given
-
-
-class OnTheBinary:
-    """An arena: files of a firmware broken, and judged on the whole binary in the simulator."""
-
-    together = False
-
-    def __init__(self, name: str, spec: str, files: str, judge: Callable[[Elf], str]) -> None:
-        """Say what is broken.
-
-        Args:
-            name: area/specification.
-            spec: its text, or the name of an example.
-            files: a pattern of the names of those that are broken.
-            judge: says the first thing that is wrong.
-
-        """
-        self.name, self._spec, self._files, self._judge = name, spec, files, judge
-
-    def sources(self) -> Mapping[str, str]:
-        """Return the files that may be broken."""
-        found = sources_of(self._spec)
-        return {name: text for name, text in found.items() if re.fullmatch(self._files, name)}
-
-    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
-        """Compile and link with these texts."""
-        return Path(copy(whole(self._spec, changed=changed).path, folder / "firmware.elf"))
-
-    def prepare(self) -> None:
-        """Nothing is shared by the trials."""
-
-    def problem(self, built: Path) -> str:
-        """Judge a binary."""
-        return self._judge(Elf(built))
 
 
 class InItsWorld:
