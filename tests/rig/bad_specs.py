@@ -8,18 +8,18 @@ A file is of one subject. A case in it is a head, and lines that begin with a si
 
 `=` is text that stands once in the base, and what stands in its place; where one of them has
 several lines, `-` are those of the base, and `+` are the others. `-` alone takes out whole lines,
-`+` alone is put at the end, or above the line that has the text of the `^` before it; an empty
-line ends a change. `~` is a `+` in which Python's escapes count, and `\\udcb0` is the byte B0.
-`* 3` is a `+` that is there three times: {n} in it counts from 0. `>` is a message, without the
-file's name. `|` begins another case of the same base, window_too_short_2; it is a `=`, or says what
-the case is.
+`+` alone is put at the end. `^` puts a line above the one that has this text; without an arrow,
+the `+` that follow. An empty line ends a change. `~` is a `+` in which Python's escapes count,
+and `\\udcb0` is the byte B0. `* 3` is a `+` that is there three times: {n} in it counts from 0.
+`>` is a message, without the file's name. `|` begins another case of the same base, which is
+called window_too_short_2: it is a `=`, or says what the case is.
 
 The base is a good spec of bases.txt, or another case; a case without one is written out whole.
 A line that begins with # says something about the file.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -62,10 +62,10 @@ class Case:
 @cache
 def cases() -> Mapping[str, Case]:
     """Return the bad specs by name, in the order of the files."""
-    texts = _Texts(_entries(FOLDER.glob("*.txt")))
+    entries = _entries(FOLDER.glob("*.txt"))
     found = {
-        name: Case(texts[name].encode("utf-8", "surrogateescape"), tuple(entry.messages))
-        for name, entry in texts.entries.items()
+        name: Case(_text(entries, name).encode("utf-8", "surrogateescape"), tuple(entry.messages))
+        for name, entry in entries.items()
         if entry.file != BASES
     }
     return MappingProxyType(found)
@@ -74,8 +74,8 @@ def cases() -> Mapping[str, Case]:
 @cache
 def bases() -> Mapping[str, str]:
     """Return the texts of the good specs that the bad ones are made of, by name."""
-    texts = _Texts(_entries([BASES]))
-    return MappingProxyType({name: texts[name] for name in texts.entries})
+    entries = _entries([BASES])
+    return MappingProxyType({name: _text(entries, name) for name in entries})
 
 
 @dataclass
@@ -103,7 +103,9 @@ class _Entry:
             old, _, new = text.partition(" -> ")
             self.changes += [_Change([old], [new]), _Change()]
         elif sign == "^":
-            self.changes.append(_Change(above=text))
+            above, arrow, new = text.partition(" -> ")
+            self.changes.append(_Change([], [new] if arrow else [], above))
+            self.changes += [_Change()] if arrow else []
         elif sign == "-" and not self.changes[-1].new:
             self.changes[-1].old.append(text)
         elif sign in {"", "-"}:
@@ -126,52 +128,35 @@ def _added(sign: str, text: str) -> list[str]:
 def _entries(files: Iterable[Path]) -> dict[str, _Entry]:
     found: dict[str, _Entry] = {}
     for file in sorted(files):
-        for name, entry in _entries_in(file):
-            assert name not in found, f"{file.name}: there are two cases {name}"
-            found[name] = entry
+        first, count, entry = "", 0, _Entry(file, None)
+        for line in file.read_text("utf-8").split("\n"):
+            head = HEAD.fullmatch(line)
+            if head or line.startswith("|"):
+                first, count = (head[1], 1) if head else (first, count + 1)
+                name = first if count == 1 else f"{first}_{count}"
+                assert name not in found, f"{file.name}: there are two cases {name}"
+                entry = found[name] = _Entry(file, head[2] if head else entry.base)
+                if " -> " in line and not head:
+                    entry.read(f"={line[1:]}")
+            elif not line.startswith("#"):
+                entry.read(line)
     return found
 
 
-def _entries_in(file: Path) -> Iterator[tuple[str, _Entry]]:
-    first, count, entry = "", 0, _Entry(file, None)
-    for line in file.read_text("utf-8").split("\n"):
-        head = HEAD.fullmatch(line)
-        if (head or line.startswith("|")) and count:
-            yield f"{first}_{count}" if count > 1 else first, entry
-        if head:
-            first, count, entry = head[1], 1, _Entry(file, head[2])
-        elif line.startswith("|"):
-            count, entry = count + 1, _Entry(file, entry.base)
-            if " -> " in line:
-                entry.read(f"={line[1:]}")
-        elif not line.startswith("#"):
-            entry.read(line)
-    yield f"{first}_{count}" if count > 1 else first, entry
-
-
-class _Texts(dict[str, str]):
-    """The texts of cases by name, each made when it is asked for."""
-
-    def __init__(self, entries: dict[str, _Entry]) -> None:
-        super().__init__()
-        self.entries = entries
-
-    def __missing__(self, name: str) -> str:
-        entry = self.entries[name]
-        text = self[entry.base] if entry.base else ""
-        for change in entry.changes:
-            text = _changed(name, text, change)
-        self[name] = text
-        return text
+def _text(entries: Mapping[str, _Entry], name: str) -> str:
+    entry = entries[name]
+    text = _text(entries, entry.base) if entry.base else ""
+    for change in entry.changes:
+        text = _changed(name, text, change)
+    return text
 
 
 def _changed(name: str, text: str, change: _Change) -> str:
-    old, new = "\n".join(change.old), "\n".join(change.new)
-    if not change.old and not change.above:
+    old, new = "\n".join(change.old) or change.above, "\n".join(change.new)
+    if not old:
         return text + "".join(f"{line}\n" for line in change.new)
     if not change.new:  # whole lines
         text, old = f"\n{text}", f"\n{old}\n"
-    old = old or change.above
     assert text.count(old) == 1, f"{name}: in its base it stands {text.count(old)} times: {old}"
     if change.above:
         before = text.rfind("\n", 0, text.index(old)) + 1

@@ -121,18 +121,14 @@ def test_a_flag_of_the_platform_can_be_taken_off(project: Project) -> None:
     build(project(main=main, ini="build_unflags = -Wall\n"))
 
 
-def test_the_project_is_left_as_it_was(project: Project, fresh_cache: Path) -> None:
+def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> None:
+    """Each step of it is told, and the project is left as it was."""
+    told: list[str] = []
     folder = project()
     before = contents(folder)
-    result = build(folder)
+    first = build(folder, progress=told.append)
     assert contents(folder) == before
-    assert result.elf.is_relative_to(fresh_cache)
-
-
-def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> None:
-    """And each step of it is told."""
-    told: list[str] = []
-    first = build(project(), progress=told.append)
+    assert first.elf.is_relative_to(fresh_cache)
     assert {line.split()[0] for line in told} == {"Compiling", "Linking"}
     assert "Linking uno/firmware.elf" in told
     told.clear()
