@@ -3,7 +3,8 @@
 from functools import cache
 from typing import Any
 
-from machines import Lines, Run, at, fired
+from machines import Lines, Run, at, example, run_on
+from rig.avr import whole
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.indicators import Indicators
@@ -82,10 +83,19 @@ HOSTED: Lines = (
     *at({25: "M106 P0 S127.5", 27: "M107", 28: "M303 S200 C3"}),  # it ends only after the run
     {"for": "30 s"},
 )
+FEED_MM_PER_S, HOLD_S = 5.0, 300.0
+"""HOLD_S: time to heat up and settle."""
+PHASES = tuple(
+    (target_c, feeds, TUNED_S + 1.0 + HOLD_S * (2 * number + feeds))
+    for number, target_c in enumerate(range(180, 251, 10))
+    for feeds in (False, True)
+)
+"""Of the feeder, tuned: target (°C), whether it feeds, from when on (s)."""
+FED = f"G1 E{FEED_MM_PER_S * HOLD_S:g} F{60 * FEED_MM_PER_S:g}"
 FEEDER: Lines = (
-    *at({1: "M303 S210 C5", TUNED_S: "M104 S180", 700: "M83", 701: "G1 E1500 F300"}),
-    *at({1100: "M104 S250", 1500: "G1 E1500 F300"}),
-    {"for": "1800 s"},
+    *at({1: "M303 S210 C5", TUNED_S: "M83"}),
+    *at({at_s: FED if feeds else f"M104 S{target_c}" for target_c, feeds, at_s in PHASES}),
+    {"for": f"{PHASES[-1][2] + HOLD_S} s"},
 )
 POINTS: Lines = (
     *at({3: "#13 2;", 4: "#7 1,20,600:2,40,300:3,60,300:4,0,0:;", 8: "#8 2;"}),
@@ -114,5 +124,6 @@ RUNS: dict[str, tuple[str, Lines]] = {
 @cache
 def run_of(name: str) -> Run:
     """Run the unmodified binary."""
-    example, lines = RUNS[name]
-    return fired(example, *lines, device=Watched if name == "fabricator" else AvrDevice)
+    (kind, lines), watched = RUNS[name], name == "fabricator"
+    device = (Watched if watched else AvrDevice)(example(kind), whole(kind))
+    return run_on(device, example(kind), lines)

@@ -1,16 +1,13 @@
 """The examples' machines, off by some; runs of their models, and of their binaries, each once."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
-import numpy as np
-from rig import specs
-from rig.avr import whole
+from rig.specs import controller_of as example
 
 from heatwright.sim.bench import ReferenceDevice, bench
-from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults.healthy import scaled as scaled_network
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning import gains as tuning
@@ -22,10 +19,6 @@ from heatwright.spec.base import ReadOnlyDict
 OFF_BY = (1.0, 0.7, 1.3)
 PLANTS = [(capacity, resistance) for capacity in OFF_BY for resistance in OFF_BY]
 Lines = tuple[Mapping[str, Any], ...]
-
-
-def example(name: str) -> Controller:
-    return specs.example(name).controller
 
 
 def events(*lines: Mapping[str, Any]) -> list[Event]:
@@ -51,13 +44,8 @@ def on_plant(controller: Controller, **changes: Any) -> Controller:
 def scaled(controller: Controller, capacity: float, resistance: float) -> Controller:
     """The same controller on a machine whose capacity and resistance are so many times as large."""
     assert controller.simulation is not None
-    plant = controller.simulation.plant
-    links = tuple(
-        link.model_copy(update={"resistance_k_per_w": resistance * link.resistance_k_per_w})
-        for link in plant.links
-    )
-    nodes = {name: capacity * value for name, value in plant.nodes.items()}
-    return on_plant(controller, nodes=nodes, links=links)
+    plant = scaled_network(controller.simulation.plant, capacity, resistance)
+    return on_plant(controller, nodes=plant.nodes, links=plant.links)
 
 
 def noisy(controller: Controller, noise_k: float) -> Controller:
@@ -107,18 +95,16 @@ class Run(NamedTuple):
         return self.log[(self.log["time_s"] > from_s) & (self.log["time_s"] < to_s)]
 
 
+def run_on(device: Any, controller: Controller, lines: Lines, seed: int = 0) -> Run:
+    """Run a device through a scenario; the specification's own if none is given."""
+    trace = bench(controller, device, events(*lines) if lines else None, seed=seed)
+    return Run(controller, device, trace)
+
+
 def modelled(controller: Controller | str, *lines: Mapping[str, Any], seed: int = 0) -> Run:
     """Run the model through a scenario; the specification's own if none is given."""
     found = example(controller) if isinstance(controller, str) else controller
-    device = ReferenceDevice(found)
-    return Run(found, device, bench(found, device, events(*lines) if lines else None, seed=seed))
-
-
-def fired(name: str, *lines: Mapping[str, Any], device: type[AvrDevice] = AvrDevice) -> Run:
-    """Run an example's binary through a scenario; its own if none is given."""
-    made = device(example(name), whole(name))
-    trace = bench(example(name), made, events(*lines) if lines else None)
-    return Run(example(name), made, trace)
+    return run_on(ReferenceDevice(found), found, lines, seed)
 
 
 def course(log: Any, *names: str) -> list[tuple[Any, ...]]:
@@ -127,29 +113,8 @@ def course(log: Any, *names: str) -> list[tuple[Any, ...]]:
     return [row for row, before in zip(rows, [None, *rows], strict=False) if row != before]
 
 
-@dataclass(frozen=True)
-class Tuned:
-    gains: Gains
-    log: Any
-
-    @property
-    def line(self) -> str:
-        """What sets these gains, to the last bit."""
-        kp, ki, kd = (np.format_float_positional(gain) for gain in self.gains)
-        return f"M301 P{kp} I{ki} D{kd}"
-
-
 @cache
-def tuned(name: str, target_c: float, capacity: float = 1.0, resistance: float = 1.0) -> Tuned:
+def tuned(name: str, target_c: float, capacity: float, resistance: float) -> Run:
     """Tune on a machine, from cold."""
     controller = scaled(example(name), capacity, resistance)
-    found = modelled(controller, *at({1: f"M303 S{target_c:g}"}), {"for": "500 s"})
-    assert found.device.gains is not None
-    return Tuned(found.device.gains, found.log)
-
-
-def commanded(name: str, first: str, *lines: Mapping[str, Any]) -> Run:
-    """Run an example's model through a scenario after a first command."""
-    device = ReferenceDevice(example(name))
-    device.send(first)
-    return Run(example(name), device, bench(example(name), device, events(*lines)))
+    return modelled(controller, *at({1: f"M303 S{target_c:g}"}), {"for": "500 s"})

@@ -13,13 +13,14 @@ H, C = "PD5", "PD6"
 CUT = [(10, H, 1), (15, H, 0), (20, C, 1), (25, H, 1), (26, C, 0)]
 
 
-def events(*changes):
-    return np.array([(cycle, pin_number(pin), level) for cycle, pin, level in changes], PIN_EVENT)
-
-
 def watch(active="high"):
     heater, cooler = SimpleNamespace(pin=H, active="high"), SimpleNamespace(pin=C, active=active)
     return Interlock(heater, cooler, CLOCK_HZ)
+
+
+def feed(watched, *changes):
+    rows = [(cycle, pin_number(pin), level) for cycle, pin, level in changes]
+    watched.feed(np.array(rows, PIN_EVENT), None)
 
 
 @pytest.mark.parametrize(
@@ -37,15 +38,15 @@ def watch(active="high"):
 def test_only_together_is_seen(active, batches, together):
     found = watch(active)
     for batch in batches:
-        found.feed(events(*batch), None)
+        feed(found, *batch)
     assert found.overlap_s == (together and pytest.approx(together / CLOCK_HZ))
 
 
 def test_a_loss_of_power_is_off():
     found = watch()
-    found.feed(events((10, H, 1)), None)
+    feed(found, (10, H, 1))
     found.power_on(1.0)
-    found.feed(events((5, C, 1)), None)
+    feed(found, (5, C, 1))
     assert found.overlap_s is None
-    found.feed(events((50, H, 1)), None)
+    feed(found, (50, H, 1))
     assert found.overlap_s == pytest.approx(1 + 50 / CLOCK_HZ)

@@ -1,28 +1,29 @@
 """The lab oven: what docs/evidence.md says of the fit and of our own controller."""
 
 import re
+import sys
 from itertools import product
 from pathlib import Path
 
-import fit_oven
 import pytest
-from machines import modelled, scaled
+from machines import OFF_BY, modelled, scaled
 
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.metrics import metrics
 
-ROOT = Path(__file__).parents[2]
-EVIDENCE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
+sys.path.append(str(Path(__file__).parents[2] / "tools"))
+
+import fit_oven
+
+EVIDENCE = (Path(__file__).parents[2] / "docs" / "evidence.md").read_text(encoding="utf-8")
 
 SENSOR_STEP_K = 0.0625
 
 SPREAD = [
-    *product([50], [0.7, 1.0, 1.3], [0.7, 1.0, 1.3]),
-    *product([40, 60], [0.7, 1.0, 1.3], [1.0, 1.3]),
-    *product([70], [0.7, 1.0, 1.3], [1.0, 1.3]),
+    *product([50], OFF_BY, OFF_BY),
+    *product([40, 60, 70], OFF_BY, [1.0, 1.3]),  # with 0.7 the heater holds no more than 66 °C
 ]
-"""Setpoint, factor of all capacities, factor of all resistances. With 0.7 of the resistances the
-heater holds no more than 66 °C."""
+"""Setpoint, factor of all capacities, factor of all resistances."""
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +48,6 @@ def test_the_table_of_the_fit_is_current(figures):
     assert {name: re.findall(r"\d\d\.\d\d", cells)[1::2] for name, cells in rows} == ours
 
 
-def test_no_protection_trips_in_any_row(oven):
-    for row in oven.comparison:
-        (log,) = run_row(oven, row).steps.values()
-        assert not log["fault.code"].any(), row.name
-
-
 def ours(oven, setpoint_c):
     return next(
         row for row in oven.comparison if row.name == "heatwright" and row.setpoint_c == setpoint_c
@@ -70,13 +65,15 @@ def test_our_row_holds_over_the_spread(oven, setpoint_c, capacities, resistances
 
 
 def test_our_row_is_better_than_every_published_one(oven):
-    best = metrics(run_row(oven, ours(oven, 50)), row_controller(oven, ours(oven, 50)))
+    best, trips = metrics(run_row(oven, ours(oven, 50)), row_controller(oven, ours(oven, 50))), {}
     for row in oven.comparison:
+        trace = run_row(oven, row)
+        trips[row.name, row.setpoint_c] = trace.steps["air"]["fault.code"].max()
         if row.published is not None:
-            found = metrics(run_row(oven, row), row_controller(oven, row))
+            found = metrics(trace, row_controller(oven, row))
             assert best.steady_error_k <= found.steady_error_k
-            if row.setpoint_c == 50:
-                assert best.overshoot_k < found.overshoot_k
+            assert row.setpoint_c != 50 or best.overshoot_k < found.overshoot_k
+    assert set(trips.values()) == {0}, trips
 
 
 def test_the_air_itself_keeps_to_what_is_stated(oven):
@@ -86,14 +83,10 @@ def test_the_air_itself_keeps_to_what_is_stated(oven):
     assert low <= air_c[len(air_c) * 2 // 3 :].min()
 
 
-def test_our_controller_is_the_files_own(oven):
-    row = ours(oven, 50)
-    assert row.algorithm == oven.loops["air"].algorithm
-    assert row.output == oven.outputs["heater"]
-
-
 def test_our_row_does_not_overshoot_a_new_setpoint(oven):
     row = ours(oven, 40)
+    own = (oven.loops["air"].algorithm, oven.outputs["heater"])
+    assert (row.algorithm, row.output) == own
     keys = ({"at": f"{minutes} min", "press": "up"} for minutes in (20, 40, 60))
     log = modelled(row_controller(oven, row), *keys, {"for": "80 min"}).log
     assert set(log["setpoint_c"]) == {40, 50, 60, 70}
@@ -105,10 +98,8 @@ def test_the_fit_finds_its_way(oven):
     short = fit_oven.shortened(oven, 60)
     rows = tuple(row for row in short.comparison if row.published)[:1]
     short = short.model_copy(update={"comparison": rows})
-    points = [
-        fit_oven.search(short, seed=3, generations=1, workers=1, report=lambda: None, simplex=5)
-        for _ in range(2)
-    ]
+    little = {"seed": 3, "generations": 1, "workers": 1, "simplex": 5}
+    points = [fit_oven.search(short, report=lambda: None, **little) for _ in range(2)]
     assert points[0].tolist() == points[1].tolist()
     values = fit_oven.values_of(points[0])
     for parameter in fit_oven.PARAMETERS:

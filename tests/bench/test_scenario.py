@@ -18,6 +18,11 @@ def up(at_s, **more):
         ([up(10, times=2), MINUTE],
          [Action(10.0, "up"), Action(10.1), Action(10.2, "up"), Action(10.3)],
          ["up", None, "up", None]),
+        # An event waits for the hand to be free.
+        ([up(1, times=2), {"at": "1.2 s", "press": "select"}],
+         [Action(1.0, "up"), Action(1.1), Action(1.2, "up"), Action(1.3), Action(1.4, "select"),
+          Action(1.5)],
+         ["up", None, "up", None, "select", None]),
         # Events are done in the order of their times.
         ([up(5), {"at": "1 s", "press": "down"}],
          [Action(1.0, "down"), Action(1.1), Action(5.0, "up"), Action(5.1)],
@@ -47,27 +52,16 @@ def test_what_is_done_when(lines, expected, texts):
     assert [each.text for each in found] == texts
 
 
-def test_an_event_waits_for_the_hand_to_be_free():
-    found = actions(events(up(1, times=3), {"at": "1.2 s", "press": "select"}))
-    assert found[6] == Action(pytest.approx(1.6), "select")
-
-
 def test_the_end_is_the_for():
     assert end_s(events(up(1), {"for": "30 min"})) == 1800
     with pytest.raises(ValueError, match="needs its end"):
         end_s(events(up(1)))
 
 
-@pytest.mark.parametrize(
-    ("action", "disturbs"),
-    [
-        *((Action(0.0, line=line), line != "M104 S200")
-          for line in ("M104 S200", "M106 P0 S255", "m107", "G1 E5 F300")),
-        (Action(0.0, extrude_mm_per_s=0.0), True),
-        (Action(0.0, "up"), False),
-        (Action(0.0, write=Write("air.setpoint", 60.0)), False),
-        (Action(0.0, program=ProgramOrder("pause")), False),
-    ],
-)  # fmt: skip
-def test_a_fan_and_a_feed_happen_to_the_machine(action, disturbs):
-    assert action.disturbs is disturbs
+def test_a_fan_and_a_feed_happen_to_the_machine():
+    quiet = [Action(0.0, line="M104 S200"), Action(0.0, "up")]
+    quiet += [Action(0.0, write=Write("air.setpoint", 60.0))]
+    quiet += [Action(0.0, program=ProgramOrder("pause"))]
+    felt = [Action(0.0, line=line) for line in ("M106 P0 S255", "m107", "G1 E5 F300")]
+    felt += [Action(0.0, extrude_mm_per_s=0.0)]
+    assert [each.disturbs for each in quiet + felt] == [False] * 4 + [True] * 4
