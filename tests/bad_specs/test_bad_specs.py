@@ -1,5 +1,6 @@
 """Every bad spec is refused with exactly its messages, and every check has a spec that needs it."""
 
+import re
 from functools import cache
 
 import pytest
@@ -66,21 +67,13 @@ def test_no_check_without_a_spec_that_needs_it(check: Check, told: set[str]) -> 
     assert check.__name__ in told
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "never reaches the highest setpoint",
-        "alone heats to",
-        "healthy and at full power, needs",
-        "healthy and at full power, rises by",
-        "coasts up to",
-        "goes on rising for",
-        "swings by",
-        "it leaves",
-        "on this plant falls by",
-        "through the whole band",
-        "W cannot follow",
-    ],
-)
+PHYSICS = """
+never reaches the highest setpoint, alone heats to, healthy and at full power needs, it leaves,
+healthy and at full power rises by, coasts up to, goes on rising for, swings by, W cannot follow,
+on this plant falls by, through the whole band
+"""
+
+
+@pytest.mark.parametrize("words", re.split(r",\s+", PHYSICS.strip()))
 def test_no_physics_without_a_spec_that_needs_it(words: str) -> None:
-    assert any(words in case.expected for case in cases().values())
+    assert any(words in case.expected.replace(",", "") for case in cases().values())

@@ -125,16 +125,12 @@ def test_a_nano_is_an_uno_with_two_more_analog_pins() -> None:
 
 
 @pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
-def test_both_names_of_a_pin_are_one_pin(board: Board) -> None:
+def test_names_and_functions_of_pins(board: Board) -> None:
     for name, pin in board.pins.items():
         assert board.pins[pin.name] is pin
         if pin.digital:
             assert board.pins[pin.port_name] is pin
         assert name in {pin.name, pin.port_name}
-
-
-@pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
-def test_functions(board: Board) -> None:
     pins = {pin.name: pin for pin in board.pins.values()}.values()
     assert [pin.spi for pin in pins if pin.spi and pin.spi != "ss"].count("sck") == 1
     assert {pin.spi for pin in pins} >= {"sck", "mosi", "miso"}

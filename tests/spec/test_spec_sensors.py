@@ -7,14 +7,7 @@ from pydantic import TypeAdapter
 from rig.bad_specs import bases
 from rig.specs import changed, example
 
-from heatwright.spec import (
-    BetaCurve,
-    PointsCurve,
-    Sensor,
-    SpecError,
-    SteinhartHartCurve,
-    load_text,
-)
+from heatwright.spec import Sensor, SpecError, load_text
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.coarseness import largest_step_k, step_at_k
 from heatwright.spec.conversion import conversion
@@ -39,17 +32,17 @@ def test_a_ds18b20_after_its_data_sheet(bits: int) -> None:
 @pytest.mark.parametrize(
     ("curve", "expected"),
     [
-        ("{a: 8.11e-4, b: 2.115e-4, c: 7.07e-8}", SteinhartHartCurve),
-        ("{points: [[0 °C, 370 kΩ], [25 °C, 100 kΩ], [310 °C, 90 Ω]]}", PointsCurve),
-        ("{resistance: 100 kΩ, at: 25 °C, beta: 3950 K}", BetaCurve),
+        ("{a: 8.11e-4, b: 2.115e-4, c: 7.07e-8}", "SteinhartHartCurve"),
+        ("{points: [[0 °C, 370 kΩ], [25 °C, 100 kΩ], [310 °C, 90 Ω]]}", "PointsCurve"),
+        ("{resistance: 100 kΩ, at: 25 °C, beta: 3950 K}", "BetaCurve"),
     ],
 )
-def test_curves_are_told_by_their_keys(curve: str, expected: type) -> None:
+def test_curves_are_told_by_their_keys(curve: str, expected: str) -> None:
     nozzle = "kind: thermistor, pin: A13, divider: {pull_up: 4.7 kΩ}, range: 0 °C .. 300 °C"
     sensor = sensor_of(f"{{{nozzle}, curve: {curve}}}")
-    assert type(sensor.curve) is expected
+    assert type(sensor.curve).__name__ == expected
     assert hash(sensor) == hash(sensor.model_copy())
-    if isinstance(sensor.curve, PointsCurve):
+    if "points" in curve:
         assert sensor.curve.points[1] == (25.0, 1e5)
 
 
