@@ -17,6 +17,11 @@ STEP_S = 1.2
 """After it the next control step has done what was asked for."""
 
 
+def scripts_of(text: str) -> dict[str, str]:
+    """Return scripts by their names, which stand before them behind a #."""
+    return dict(map(str.strip, each.split("\n", 1)) for each in text.split("# ")[1:])  # type: ignore[misc]
+
+
 class MenuDesk:
     """The kiln, powered up anew with an empty EEPROM; its thermocouple has one temperature."""
 

@@ -1,7 +1,7 @@
 """Programs by keys: started, paused, skipped, ended, changed, kept."""
 
 import pytest
-from menu_desk import STATES, MenuDesk
+from menu_desk import STATES, MenuDesk, scripts_of
 
 SECOND_TARGET_C = 260.0
 """Of the example's program, which has 6 segments."""
@@ -12,6 +12,9 @@ EDIT = "right right right"
 STARTED = "right right select select step -> state=running"
 NEW = f"{EDIT} up select select"
 """To the first segment of a new program."""
+EIGHT_RAMPS = "\n".join(
+    f"up -> Segment {number} | ramp in a time\nright right right" for number in range(1, 9)
+)
 
 TOLD = [
     ((0, 0, 0), "off"), ((0, 0, 1), "finished"), ((0, 0, 2), "stopped"),
@@ -37,147 +40,130 @@ def test_the_first_screen_tells_temperature_setpoint_and_state(
     desk.play(f"up -> 20°C >{setpoint}°C | {shown}")  # a key without a use: shown anew
 
 
-SCRIPTS = {
-    "a program is started by two selects": """
-        right right -> Start program? | 1 anneal
-        select      -> SELECT: start  | 1 anneal
-        step        -> state=idle
-        select step -> state=running number=1
-        left left   -> 20°C >20°C     | 1/6 runs
-    """,
-    **{
-        f"{keys}: any other key takes the first select back": f"""
-        right right select -> SELECT: start  | 1 anneal
-        {keys}             -> Start program? | 1 anneal
-        select step        -> state=idle
-        """
-        for keys in ("left right", "right left", "up down", "down up")
-    },
-    "an empty place cannot be started": """
-        right right up -> Start program? | 2 (empty)
-        select select  -> not possible   | 2 (empty)
-        up             -> Start program? | 1 anneal
-        step           -> state=idle
-    """,
-    "a pause is one select away, and so is the way back": f"""
-        {STARTED}
-                                    -> Program:   | pause
-        select step                 -> state=paused
-                                    -> Program:   | resume
-        left left                   -> 20°C >20°C | 1/6 paused
-        right right select wait:1.5 -> state=running
-    """,
-    "skip, stop and go to are asked for twice": f"""
-        {STARTED}
-        up                 -> Program:       | skip segment
-        select             -> SELECT does it | skip segment
-        step               -> segment=1
-        select step        -> segment=2
-        up up up up up     -> Program:       | go to 4
-        select select step -> segment=4
-        left right up up   -> Program:       | stop
-        select select step -> state=idle ended=2
-        left left          ->                | stopped
-    """,
-    "choices end with the last segment": f"""
-        {STARTED}
-        down -> Program: | go to 6
-        up   -> Program: | pause
-    """,
-    "what cannot be done is refused until another is chosen": f"""
-        {STARTED}
-        select step
-        up            -> Program:     | skip segment
-        select select -> not possible | skip segment
-        up            -> Program:     | stop
-                      -> state=paused
-    """,
-    # From the last place there is no way on; what saves is SELECT and nothing else.
-    "a program has as many segments as there is room for": NEW
-    + "".join(
-        f"""
-        up                -> Segment {number} | ramp in a time
-        right right right"""
-        for number in range(1, 9)
-    )
-    + """
-                      -> Segment 8     | 60 min
-        select        -> SELECT: save  | LEFT: back
-        up right      -> SELECT: save  | LEFT: back
-        select        -> saving        | 2 new
-        wait:5 up     -> Edit program? | 1 anneal
-        down          -> Edit program? | 2 new
-    """,
-    "a changed program is kept through a loss of power": f"""
-        {EDIT}     -> Edit program?  | 1 anneal
-        select     -> Name, letter 1 | [anneal      ]
-        up         -> Name, letter 1 | [bnneal      ]
-        {NAME}     -> Segment 1      | ramp at a rate
-        right      -> Segment 1      | to 200°C
-        up up down -> Segment 1      | to 201°C
-        right      -> Segment 1      | 300 K/h
-        down       -> Segment 1      | 299 K/h
-        right      -> Segment 2      | fast as it can
-        up         -> Segment 2      | hold a time
-        right      -> Segment 2      | 60 min
-        select     -> SELECT: save   | LEFT: back
-        select     ->                | 1 bnneal
-        power {EDIT} select select -> Segment 1 | ramp at a rate
-        right      -> Segment 1      | to 201°C
-        right      -> Segment 1      | 299 K/h
-        right      -> Segment 2      | hold a time
-        right      -> Segment 2      | 60 min
-    """,
-    "what is not saved is not kept": f"""
-        {EDIT} select up left         -> Edit program? | 1 anneal
-        select select right up select -> SELECT: save  | LEFT: back
-        left                          -> Segment 1     | to 201°C
-    """,
-    "a new program is written from nothing and runs": f"""
-        {EDIT} up select -> Name, letter 1 | [new         ]
-        select           -> Segment 1 | end
-        up               -> Segment 1 | ramp in a time
-        right            -> Segment 1 | to 0°C
-        up:5             -> Segment 1 | to {1 + 19 + 10 * 26}°C
-        right            -> Segment 1 | 60 min
-        right            -> Segment 2 | end
-        down             -> Segment 2 | hold for SELECT
-        select select wait:2         -> Edit program? | 2 new
-        left up select select step   -> state=running number=2 segments=2
-    """,
-    "end in the middle cuts off what follows": f"""
-        {EDIT} select select right right right -> Segment 2 | fast as it can
-        down down down                         -> Segment 2 | end
-        right                                  -> Segment 2 | end
-        select select wait:2 left select select step -> segments=1
-    """,
-    "a program is not started as it was before it is saved": f"""
-        {EDIT} select select right up select
-        select:0.03 left:0.03 select:0.03 select:0.03
-        wait:0.1                   -> not possible |
-        wait:2                     -> state=idle
-        up down select select step -> state=running to_dc=2010
-    """,
-    "a running program is not changed by what is saved": f"""
-        {STARTED} to_dc=2000
-        right select select right up select select wait:2 -> to_dc=2000
-    """,
-    # A step each tenth of a second after half a second, and ten times as much from the twentieth.
-    "each kind begins with something that works": f"""
-        {NEW}
-        up -> Segment 1 | ramp in a time
-        up -> Segment 1 | ramp at a rate
-        up -> Segment 1 | fast as it can
-        up -> Segment 1 | hold a time
-        up -> Segment 1 | hold for SELECT
-        up -> Segment 1 | end
-        up up right            -> Segment 1 | to 0°C
-        right                  -> Segment 1 | 100 K/h
-        left left up up right  -> Segment 1 | 60 min
-        up up down             -> Segment 1 | 61 min
-        up:4.56                ->           | {61 + 1 + 19 + 10 * 22} min
-    """,
-}
+SCRIPTS = scripts_of(f"""
+# a program is started by two selects
+    right right -> Start program? | 1 anneal
+    select      -> SELECT: start  | 1 anneal
+    step        -> state=idle
+    select step -> state=running number=1
+    left left   -> 20°C >20°C     | 1/6 runs
+# any other key takes the first select back
+    right right select -> SELECT: start  | 1 anneal
+    left right         -> Start program? | 1 anneal
+    select step        -> state=idle
+    right left         -> Start program? | 1 anneal
+    select step        -> state=idle
+    up down            -> Start program? | 1 anneal
+    select step        -> state=idle
+    down up            -> Start program? | 1 anneal
+    select step        -> state=idle
+# an empty place cannot be started
+    right right up -> Start program? | 2 (empty)
+    select select  -> not possible   | 2 (empty)
+    up             -> Start program? | 1 anneal
+    step           -> state=idle
+# a pause is one select away, and so is the way back
+    {STARTED}
+                                -> Program:   | pause
+    select step                 -> state=paused
+                                -> Program:   | resume
+    left left                   -> 20°C >20°C | 1/6 paused
+    right right select wait:1.5 -> state=running
+# skip, stop and go to are asked for twice
+    {STARTED}
+    up                 -> Program:       | skip segment
+    select             -> SELECT does it | skip segment
+    step               -> segment=1
+    select step        -> segment=2
+    up up up up up     -> Program:       | go to 4
+    select select step -> segment=4
+    left right up up   -> Program:       | stop
+    select select step -> state=idle ended=2
+    left left          ->                | stopped
+# choices end with the last segment
+    {STARTED}
+    down -> Program: | go to 6
+    up   -> Program: | pause
+# what cannot be done is refused until another is chosen
+    {STARTED}
+    select step
+    up            -> Program:     | skip segment
+    select select -> not possible | skip segment
+    up            -> Program:     | stop
+                  -> state=paused
+# a program has as many segments as there is room for, and SELECT alone saves it
+    {NEW}
+    {EIGHT_RAMPS}
+                  -> Segment 8     | 60 min
+    select        -> SELECT: save  | LEFT: back
+    up right      -> SELECT: save  | LEFT: back
+    select        -> saving        | 2 new
+    wait:5 up     -> Edit program? | 1 anneal
+    down          -> Edit program? | 2 new
+# a changed program is kept through a loss of power
+    {EDIT}     -> Edit program?  | 1 anneal
+    select     -> Name, letter 1 | [anneal      ]
+    up         -> Name, letter 1 | [bnneal      ]
+    {NAME}     -> Segment 1      | ramp at a rate
+    right      -> Segment 1      | to 200°C
+    up up down -> Segment 1      | to 201°C
+    right      -> Segment 1      | 300 K/h
+    down       -> Segment 1      | 299 K/h
+    right      -> Segment 2      | fast as it can
+    up         -> Segment 2      | hold a time
+    right      -> Segment 2      | 60 min
+    select     -> SELECT: save   | LEFT: back
+    select     ->                | 1 bnneal
+    power {EDIT} select select -> Segment 1 | ramp at a rate
+    right      -> Segment 1      | to 201°C
+    right      -> Segment 1      | 299 K/h
+    right      -> Segment 2      | hold a time
+    right      -> Segment 2      | 60 min
+# what is not saved is not kept
+    {EDIT} select up left         -> Edit program? | 1 anneal
+    select select right up select -> SELECT: save  | LEFT: back
+    left                          -> Segment 1     | to 201°C
+# a new program is written from nothing and runs
+    {EDIT} up select -> Name, letter 1 | [new         ]
+    select           -> Segment 1 | end
+    up               -> Segment 1 | ramp in a time
+    right            -> Segment 1 | to 0°C
+    up:5             -> Segment 1 | to {1 + 19 + 10 * 26}°C
+    right            -> Segment 1 | 60 min
+    right            -> Segment 2 | end
+    down             -> Segment 2 | hold for SELECT
+    select select wait:2         -> Edit program? | 2 new
+    left up select select step   -> state=running number=2 segments=2
+# end in the middle cuts off what follows
+    {EDIT} select select right right right -> Segment 2 | fast as it can
+    down down down                         -> Segment 2 | end
+    right                                  -> Segment 2 | end
+    select select wait:2 left select select step -> segments=1
+# a program is not started as it was before it is saved
+    {EDIT} select select right up select
+    select:0.03 left:0.03 select:0.03 select:0.03
+    wait:0.1                   -> not possible |
+    wait:2                     -> state=idle
+    up down select select step -> state=running to_dc=2010
+# a running program is not changed by what is saved
+    {STARTED} to_dc=2000
+    right select select right up select select wait:2 -> to_dc=2000
+# each kind begins with something that works
+    {NEW}
+    up -> Segment 1 | ramp in a time
+    up -> Segment 1 | ramp at a rate
+    up -> Segment 1 | fast as it can
+    up -> Segment 1 | hold a time
+    up -> Segment 1 | hold for SELECT
+    up -> Segment 1 | end
+    up up right            -> Segment 1 | to 0°C
+    right                  -> Segment 1 | 100 K/h
+    left left up up right  -> Segment 1 | 60 min
+    up up down             -> Segment 1 | 61 min
+    up:4.56                ->           | {61 + 1 + 19 + 10 * 22} min
+""")  # noqa: S608 - no SQL
+"""A key that is held: a step each tenth of a second after half a second, and ten times as much from
+the twentieth."""
 
 
 @pytest.mark.parametrize("name", SCRIPTS)

@@ -108,23 +108,17 @@ bool sensor_chamber_choose(uint8_t type)
 
 static void sent(uint8_t byte)
 {
-    static unsigned ends;
-    static bool inside;
+    static unsigned ends = 3;
 
-    if (byte == 0xFF) {
-        ends++;
-        if (ends == 3) {
-            putchar('\n');
-            inside = false;
-            ends = 0;
-        }
-        return;
-    }
-    if (!inside) {
+    if (ends == 3) {
         printf(">%lu ", (unsigned long)now_ticks);
-        inside = true;
+        ends = 0;
     }
-    putchar(byte);
+    if (byte != 0xFF) {
+        putchar(byte);
+    } else if (++ends == 3) {
+        putchar('\n');
+    }
 }
 
 static void receive(uint8_t byte, uint8_t flags)

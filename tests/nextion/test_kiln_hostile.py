@@ -23,26 +23,21 @@ def kilns(kiln: Built) -> Kilns:
     return Kilns(kiln)
 
 
-def sent(kiln: Built, name: str) -> bytes:
-    """What a broken display sends."""
-    malice = Malice(Grammar(kiln.controller), SEED)
-    if name == "random bytes":
-        return malice.noise(amount("display_bytes"))
-    made = malice.orders if name == "malformed orders" else malice.answers
-    return b"".join(made(amount("display_orders")))
-
-
-@pytest.mark.parametrize("name", ["random bytes", "malformed orders", "false answers"])
+@pytest.mark.parametrize(
+    "name", ["random bytes", "malformed orders", "false answers", "9600", "57600", "230400"]
+)
 def test_nothing_but_the_displays_own_changes(kilns: Kilns, name: str) -> None:
-    """False answers: pages that there are not, starts without end, errors."""
-    data, chunk = sent(kilns.kiln, name), BAUD // 10
-    kilns.send(data[at : at + chunk] for at in range(0, len(data), chunk))
-    kilns.finish()
-
-
-@pytest.mark.parametrize("baud", [9600, 57_600, 230_400])
-def test_another_speed_changes_nothing(kilns: Kilns, baud: int) -> None:
-    data = Malice(Grammar(kilns.kiln.controller), SEED).noise(baud // 4)
+    """False answers: pages that there are not, starts without end, errors; and other speeds."""
+    malice, baud = Malice(Grammar(kilns.kiln.controller), SEED), BAUD
+    if name == "random bytes":
+        data = malice.noise(amount("display_bytes"))
+    elif name == "malformed orders":
+        data = b"".join(malice.orders(amount("display_orders")))
+    elif name == "false answers":
+        data = b"".join(malice.answers(amount("display_orders")))
+    else:
+        baud = int(name)
+        data = malice.noise(baud // 4)
     kilns.send((data[at : at + baud // 10] for at in range(0, len(data), baud // 10)), baud)
     kilns.finish()
 

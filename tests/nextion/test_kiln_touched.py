@@ -12,8 +12,6 @@ from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, Built, KilnDesk
 from rig.avr import whole
 from rig.specs import spec_of
 
-from heatwright.spec.nextion import display_pages
-
 K, S = 3, 6
 """Codes of thermocouples (MAX31856 data sheet, configuration register 1)."""
 SAVED = "wait 30"
@@ -111,13 +109,6 @@ def test_touched(desk: KilnDesk, name: str) -> None:
         desk.do(deeds)
         assert {each: desk.look(each) for each in seen} == seen, deeds
     assert desk.display.errors == []
-
-
-def test_21_the_board_knows_the_page(desk: KilnDesk) -> None:
-    pages = [page.name for page in display_pages(desk.controller)]
-    for way in ("bprog", "back bset", "back bdebug", "back bfaults", "back"):
-        desk.tap(*way.split())
-        assert desk.read("pages_shown") == pages.index(desk.display.page)
 
 
 PLAIN = re.sub(r"programs:\n.*?interfaces:", "interfaces:", SPEC, flags=re.DOTALL)

@@ -21,7 +21,7 @@ from heatwright.sim.interfaces.nextion_events import Choice, read
 from heatwright.sim.interfaces.nextion_screen import font
 from heatwright.spec import Controller, load
 from heatwright.spec.breakable import breakable
-from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Component, Page, display_pages
+from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 FILES = files_of(SPEC)
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
@@ -38,43 +38,32 @@ PAGES = {page.name: page for pages in DISPLAYS for page in pages}
 every_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 
 
-def seen(page: Page) -> list[Component]:
-    return [each for each in page.components if each.kind in SEEN]
-
-
 @every_page
-def test_all_is_on_the_screen(page: Page) -> None:
-    for each in seen(page):
+def test_all_is_on_the_screen_and_nothing_overlaps(page: Page) -> None:
+    seen = [each for each in page.components if each.kind in SEEN]
+    for each in seen:
         assert 0 <= each.x <= each.x + each.w <= WIDTH, each.name
         assert 0 <= each.y <= each.y + each.h <= HEIGHT, each.name
-
-
-@every_page
-def test_nothing_overlaps(page: Page) -> None:
-    for one, other in combinations(seen(page), 2):
+    for one, other in combinations(seen, 2):
         beside = one.x + one.w <= other.x or other.x + other.w <= one.x
         above = one.y + one.h <= other.y or other.y + other.h <= one.y
         assert beside or above, f"{one.name} and {other.name}"
 
 
 @every_page
-def test_texts_fit(page: Page) -> None:
-    for each in seen(page):
-        if each.kind == "waveform":
+def test_texts_and_names_fit(page: Page) -> None:
+    assert f'print "#21 {page.id};"' in page.postinitialize, "the board is told which page it is"
+    for number, each in enumerate(page.components, 1):
+        assert each.id == number
+        assert max(len(page.name), len(each.name)) <= LONGEST_NAME
+        if each.kind not in SEEN or each.kind == "waveform":
             continue
         height = FONTS[int(each.attributes["font"])]
         longest = int(each.attributes.get("txt_maxl", DIGITS.get(each.name, 2)))
         text = str(each.attributes.get("txt", "")) or "0" * min(longest, FIGURES)
         assert font(height).getlength(text) <= each.w, f"{each.name}: {text}"
         assert height <= each.h, each.name
-
-
-@every_page
-def test_numbers_and_names(page: Page) -> None:
-    assert [each.id for each in page.components] == list(range(1, len(page.components) + 1))
-    names = [page.name, *(each.name for each in page.components)]
-    assert all(len(name) <= LONGEST_NAME for name in names)
-    assert len(set(names[1:])) == len(names) - 1
+    assert len({each.name for each in page.components}) == len(page.components)
 
 
 @every_page

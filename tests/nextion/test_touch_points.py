@@ -54,15 +54,15 @@ UNSOUND = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", KINDS)
-def test_each_kind(hosted: Path, text: str) -> None:
-    assert order(hosted, "13 3", f"7 {text}").state["points"] == KINDS[text]
+SENT = [
+    *(("13 3", (text,), left) for text, left in KINDS.items()),
+    *(("13 1", texts, left) for texts, left in CHANGES.items()),
+]
 
 
-@pytest.mark.parametrize("sent", CHANGES)
-def test_a_program_is_changed(hosted: Path, sent: tuple[str, ...]) -> None:
-    said = order(hosted, "13 1", *(f"7 {text}" for text in sent))
-    assert said.state["points"] == CHANGES[sent]
+@pytest.mark.parametrize(("place", "texts", "left"), SENT)
+def test_a_program_is_changed(hosted: Path, place: str, texts: tuple[str, ...], left: str) -> None:
+    assert order(hosted, place, *(f"7 {text}" for text in texts)).state["points"] == left
 
 
 def test_what_is_not_sound_is_dropped_whole(hosted: Path) -> None:

@@ -30,7 +30,7 @@ def arena(
 
 
 ARENAS = [
-    arena("ram", told.RAM, (*TALK, "log_ring"), told.no_reading, told.course),
+    arena("ram", told.RAM, (*TALK, "log_ring"), told.no_reading, partial(told.course, laps=12)),
     arena("commands", told.SLOW_RAM, TALK, told.commands),
     arena("slow line", told.SLOW_LINE, ("log_talk", "log_port", "log_ring"), told.slow),
     arena("eeprom", told.EEPROM, ("log_ring",), told.no_reading, partial(told.course, laps=2),
