@@ -7,12 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatwright.sim.circuits.elements import (
-    ZERO_C,
-    beta_ohm,
-    interpolated_ohm,
-    steinhart_hart_ohm,
-)
+from heatwright.sim.circuits.elements import ZERO_C, beta_ohm, interpolated_ohm, steinhart_hart_ohm
 from heatwright.spec.curves import Beta, Platinum, Points, SteinhartHart
 
 IEC_60751 = {

@@ -9,11 +9,9 @@ from rig.specs import example
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.sensors.max31856 import Max31856
 
-J, K, S = 2, 3, 6
-"""Codes of types; the operator may choose K and S."""
+K, S = 3, 6
+"""Codes of types, which the operator may choose."""
 ROOM_C = 25.0
-SAVED_S = 15.0
-"""Until a choice is in the EEPROM: it waits 10 s for another one."""
 
 
 class Cold(NamedTuple):
@@ -46,11 +44,6 @@ class Cold(NamedTuple):
     def send(self, order: str) -> None:
         """Send what the display sends, and let it be heard."""
         self.device.send(order)
-        self.run(2.0)
-
-    def program(self, *order: str | int) -> None:
-        """Order a program about."""
-        self.device.program(*order)  # type: ignore[arg-type]
         self.run(2.0)
 
     @property
@@ -96,45 +89,15 @@ def test_a_warm_kiln_jumps(cold: Cold) -> None:
     assert cold.device.read("fault.code") == 8
 
 
-@pytest.mark.parametrize("code", [J, 8, 255, 256 + S])
-def test_only_what_may_be_chosen(cold: Cold, code: int) -> None:
-    cold.choose(code)
-    assert cold.chosen == (K, K)
-
-
 def test_not_while_a_program_runs_or_waits(cold: Cold) -> None:
-    cold.program("start", 1)
-    cold.choose(S)
-    assert cold.chosen == (K, K)
-    cold.program("pause")
-    cold.choose(S)
-    assert cold.chosen == (K, K)
-    cold.program("stop")
-    cold.choose(S)
-    assert cold.chosen == (S, S)
-
-
-def test_not_while_the_loop_is_on(cold: Cold) -> None:
-    cold.send("#2 1;")
-    assert cold.device.read(f"loop_{cold.loop}.enabled") == 1
-    cold.choose(S)
-    assert cold.chosen == (K, K)
-    cold.send("#2 0;")
-    cold.choose(S)
-    assert cold.chosen == (S, S)
+    for order, code in (("start", K), ("pause", K), ("stop", S)):
+        cold.device.program(order, 1)
+        cold.run(2.0)
+        cold.choose(S)
+        assert cold.chosen == (code, code)
 
 
 def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> None:
     for order in ("#2 1;#15 6;", "#2 0;#15 6;"):
         cold.send(order)
         assert cold.chosen == (K, K)
-
-
-def test_it_outlives_a_loss_of_power(cold: Cold) -> None:
-    cold.choose(S)
-    cold.run(SAVED_S)
-    cold.device.power_cycle()
-    cold.device.sense(cold.sensor, ROOM_C)
-    cold.run(3.02)
-    assert cold.chosen == (S, S)
-    assert set(cold.device.steps(cold.loop)["reading_status"].tolist()) == {0}

@@ -26,10 +26,7 @@ loops:
     algorithm: {kind: on_off, hysteresis: 2 K}
     protection: {rising_while_off: off, heating: off, frozen: off}
 """
-BOARDS = {
-    "uno": "kind: ds18b20, pin: D2",
-    "mega2560": "kind: ds18b20, pin: D22",
-}
+BOARDS = {"uno": "kind: ds18b20, pin: D2", "mega2560": "kind: ds18b20, pin: D22"}
 CIRCUITS = {
     "shunt": "pin: A1, scale: 0.2 V/A",
     "once": "pin: A1, scale: 1 V/A, oversample: 1",
