@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from rig.analog_specs import KEYS, bed, powered, sensor, two_sensors
+from rig.analog_specs import KEYS, TWO, bed, powered, sensor
 from rig.specs import spec_of
 
 from heatwright.sim.circuits import shares
@@ -157,7 +157,7 @@ def test_keys_are_heard_beside_a_sensor(keyed: AvrDevice) -> None:
 
 
 def test_channels_from_eight_up_beside_lower_ones() -> None:
-    two = powered(two_sensors())
+    two = powered(TWO)
     two.sense("bed", 60.0)
     two.sense("far", 40.0)
     two.advance(1.0)

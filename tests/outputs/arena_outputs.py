@@ -68,16 +68,18 @@ def feed_problems() -> Iterator[Check]:
 
 
 TOUCHED = host_specs.TEXTS["touched"]
-"""A loop that a display switches, with a relay: what the host's judges cannot see of it."""
+"""A loop that a display switches, with a relay: here the sensor and the relay are there."""
 
 
 def loop_problem(elf: Elf) -> str:
-    """Say whether the loop does not tell the relay what it wants, or judges it wrongly."""
+    """Say whether the loop lacks a reading, misjudges the relay, or does not tell it its wish."""
     device = AvrDevice(spec_of(TOUCHED).controller, elf)
     relay = device.relay
     assert relay is not None
     device.sense("air", 20.0)
     device.advance(5.0)
+    if device.steps("air")["reading_status"].any():
+        return "not a reading in each step, from the first on"
     for order, closed in (("", False), ("#2 1;", True), ("#2 0;", False), ("#2 1;", True)):
         device.send(order)
         device.advance(device.time_s + 3.0)

@@ -316,27 +316,19 @@ HEATERS = {
 }
 
 
-def heated(name: str, active: str) -> Wired:
-    board, pin, frequency = HEATERS[name]
-    said = f"{pin}, frequency: {frequency}, active: {active}, power: 40 W"
-    return placed(board, {"heater": said})
-
-
 @pytest.mark.parametrize("name", HEATERS)
 @either_level
 def test_off_is_a_level_that_is_forced(name: str, active: str) -> None:
     """By the gate, by zero, and by the first instructions, with a reset or without one."""
-    bench = PwmBoard(heated(name, active))
+    board, pin, frequency = HEATERS[name]
+    said = f"{pin}, frequency: {frequency}, active: {active}, power: 40 W"
+    place = placed(board, {"heater": said})
+    lines = first_lines(place)
+    assert lines[-2:] == ["pin_output_heater_off();", "pin_output_heater_drive();"]
+    assert ("TCCR" in lines[0]) == ("interrupts" not in name)
+    bench = PwmBoard(place)
     assert gate_problem(bench) == ""
     bench.ask("heater", 60.0)
     assert bench.seen("heater", 0.1).share > 0.5
     assert reset_problem(bench, "heater") == ""
     assert restart_problem(bench) == ""
-
-
-@pytest.mark.parametrize("name", HEATERS)
-@either_level
-def test_what_the_first_instructions_are(name: str, active: str) -> None:
-    lines = first_lines(heated(name, active))
-    assert lines[-2:] == ["pin_output_heater_off();", "pin_output_heater_drive();"]
-    assert ("TCCR" in lines[0]) == ("interrupts" not in name)

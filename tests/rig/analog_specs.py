@@ -111,19 +111,21 @@ def powered(text: str, elf: Elf | None = None) -> AvrDevice:
     return device
 
 
-TWO = """
-  far: {kind: thermistor, pin: A13, divider: {pull_up: 4.7 kΩ},
-        curve: {resistance: 100 kΩ, at: 25 °C, beta: 3950 K}, range: 0 °C .. 150 °C, oversample: 3}
+LOOP = """
+  {0}:
+    sensor: {0}
+    heater: of_{0}
+    period: 200 ms
+    setpoint: {{initial: 50 °C, minimum: 45 °C, maximum: 70 °C}}
+    algorithm: {{kind: pid, kp: 12, ki: 0.1}}
+    protection: {{minimum: 10 °C, rise_rate: 15 K/s}}"""
+TWO = f"""
+heatwright: 1
+controller: {{name: two, board: mega2560}}
+sensors: {{bed: {{{CIRCUITS["hotend"]}}}, far: {{{CIRCUITS["hotend"].replace("A1", "A13")}}}}}
+outputs:
+  of_bed: {{kind: pwm, pin: D3, frequency: 490 Hz, power: 120 W}}
+  of_far: {{kind: pwm, pin: D5, frequency: 490 Hz, power: 120 W}}
+loops:{LOOP.format("bed")}{LOOP.format("far")}
 """
-
-
-def two_sensors() -> str:
-    """Write the spec with a second sensor, heater and loop: on ADC1 and, through MUX5, ADC13."""
-    text = bed("hotend", board="mega2560").replace("\noutputs:", f"{TWO}\noutputs:")
-    heater = "  other: {kind: pwm, pin: D5, frequency: 490 Hz, power: 120 W}\n"
-    text = text.replace("\nloops:", f"\n{heater}\nloops:")
-    start, end = text.index("  bed:\n    sensor: bed"), text.index("safety:")
-    loop = text[start:end].replace("bed", "far").replace("heater: heater", "heater: other")
-    text = text[:end] + loop + text[end:]
-    text = text.replace("heat: {heater: plate}", "heat: {heater: plate, other: plate}")
-    return text.replace("{bed: {node", "{far: {node: plate, lag: 4 s}, bed: {node")
+"""On ADC1 and, through MUX5, ADC13."""
