@@ -56,13 +56,19 @@ ERRORS = {
 }
 
 
-def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
-    """Run an image in the product's simulator, by one of its two cores; return its RAM."""
-    avr = Avr(image.chip.mcu, CLOCK_HZ)
+def loaded(mcu: str, flash: bytes, *, simavrs: bool = False) -> Avr:
+    """Return the product's processor with this flash, on one of its two cores."""
+    avr = Avr(mcu, CLOCK_HZ)
     if simavrs:
         avr.use_simavrs_core()
-    program: Any = SimpleNamespace(flash=image.flash, eeprom=b"", static_ram=(0, 0))
+    program: Any = SimpleNamespace(flash=flash, eeprom=b"", static_ram=(0, 0))
     avr.load(program)
+    return avr
+
+
+def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
+    """Run an image in the product's simulator, by one of its two cores; return its RAM."""
+    avr = loaded(image.chip.mcu, image.flash, simavrs=simavrs)
     avr.run_to(MOST_CYCLES)
     assert avr.program_counter == 2 * image.end
     return avr.read_ram(image.chip.ram_start, image.chip.ram_end + 1 - image.chip.ram_start)

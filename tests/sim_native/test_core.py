@@ -1,13 +1,12 @@
 """The shim's instruction core against simavr's: equal on random code, in every bit and cycle."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from judges import ERRORS, differences, on_ours
+from judges import ERRORS, differences, loaded, on_ours
 from numpy.typing import NDArray
-from rig.avr import CLOCK_HZ, compiled, powered, running, shared
+from rig.avr import compiled, powered, running, shared
 from streams import CHIPS, Chip, image
 from suite import amount
 
@@ -30,21 +29,16 @@ def random_flash(rng: np.random.Generator, size: int) -> NDArray[np.uint16]:
     words = rng.integers(0, 1 << 16, size // 2, np.uint16)
     words[forbidden(words)] = 0
     # Where simavr skips a word too many (judges.py), the constant is another.
-    skips = (
-        ((words & 0xFC00) == 0x1000) | ((words & 0xFC08) == 0xFC00) | ((words & 0xFD00) == 0x9900)
-    )
+    masks = ((0xFC00, 0x1000), (0xFC08, 0xFC00), (0xFD00, 0x9900))
+    skips = np.any([(words & mask) == word for mask, word in masks], axis=0)
     wide = (words & 0xFE0C) == 0x960C
     words[1:][skips[:-1] & wide[1:]] &= 0xFFF7
     return words
 
 
 def state(avr: Avr) -> tuple[Any, ...]:
-    return (
-        avr.cycle,
-        avr.program_counter,
-        avr.flags,
-        avr.read_ram(0, avr.part.ram_start + avr.ram_size),
-    )
+    memory = avr.read_ram(0, avr.part.ram_start + avr.ram_size)
+    return avr.cycle, avr.program_counter, avr.flags, memory
 
 
 def ran(avr: Avr, cycles: int) -> str:
@@ -63,20 +57,17 @@ def test_random_code_runs_alike(mcu: str, seed: int) -> None:
     executed = 0
     for _ in range(150):
         words[:2] = 0x940C, rng.integers(64, len(words) - 64)
-        program: Any = SimpleNamespace(flash=words.tobytes(), eeprom=b"", static_ram=(0, 0))
-        ours, simavrs = Avr(mcu, CLOCK_HZ), Avr(mcu, CLOCK_HZ)
-        simavrs.use_simavrs_core()
+        ours, theirs = (loaded(mcu, words.tobytes(), simavrs=each) for each in (False, True))
         registers, stack = rng.bytes(32), rng.integers(0x400, 0x20F0)
-        for avr in (ours, simavrs):
-            avr.load(program)
+        for avr in (ours, theirs):
             avr.write_ram(0, registers)
             avr.write_ram(0x5D, int(stack).to_bytes(2, "little"))
         for _ in range(40):
             cycles = int(rng.integers(1, 30))
             if ran(ours, cycles):
                 break  # outside the memory, where simavr reads and writes ours
-            assert not ran(simavrs, cycles)
-            assert state(ours) == state(simavrs)
+            assert not ran(theirs, cycles)
+            assert state(ours) == state(theirs)
         executed += ours.cycle
     assert executed > 1_500
 
@@ -102,10 +93,7 @@ def test_a_skip_over_adiw_and_sbiw_is_of_one_word(skip: str, over: str) -> None:
         word = (0x9600 if over == "adiw" else 0x9700) | (k & 0x30) << 2 | k & 15
         taken = skip != "sbis EECR,1"  # the bit is 0
         words = [SKIPS[skip], word, 0x9503, 0xCFFF]  # inc r16; rjmp .
-        program: Any = SimpleNamespace(flash=np.array(words, "<u2").tobytes(), eeprom=b"")
-        program.static_ram = (0, 0)
-        avr = Avr("atmega328p", CLOCK_HZ)
-        avr.load(program)
+        avr = loaded("atmega328p", np.array(words, "<u2").tobytes())
         avr.write_ram(0, bytes(32))
         avr.run_to(1)
         assert (avr.cycle, avr.program_counter) == ((2, 4) if taken else (1, 2)), k
