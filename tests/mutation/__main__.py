@@ -44,8 +44,7 @@ def main(words: Sequence[str] | None = None) -> int:
             console.print(arena.name)
         return 0
     cases = cases_of(arenas, asked.file)
-    if asked.sample:
-        cases = sampled(cases, asked.sample, asked.seed)
+    cases = sampled(cases, asked.sample) if asked.sample else cases
     report = Report([arena.name for arena in arenas], cases)
     began = time.monotonic()
 
@@ -62,30 +61,24 @@ def main(words: Sequence[str] | None = None) -> int:
         print(file=sys.stderr)
     if asked.json:
         asked.json.write_text(json.dumps(report.data(), indent=1, ensure_ascii=False), "utf-8")
-    _print(report, console, everything=asked.all)
+    _print(report, console)
     return 0 if report.is_well else 1
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m mutation",
-        description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
+        "python -m mutation", None, __doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("arenas", nargs="*", help="beginnings of arenas' names")
     parser.add_argument("--file", default="", help="break this file only")
     parser.add_argument("--sample", type=int, default=0, help="so many mutants, not all")
-    parser.add_argument("--seed", default="0", help="of the sample")
     parser.add_argument("--jobs", type=int, default=0, help="at once; else as many as processors")
     parser.add_argument("--json", type=Path, help="write every mutant and its verdict here")
-    parser.add_argument(
-        "--all", action="store_true", help="show each function, also without survivors"
-    )
     parser.add_argument("--list", action="store_true", help="list the arenas")
     return parser
 
 
-def _print(report: "Report", console: Console, *, everything: bool) -> None:  # noqa: F821
+def _print(report: "Report", console: Console) -> None:  # noqa: F821
     table = Table(box=None, pad_edge=False)
     table.add_column("file, function")
     for name in ("mutants", "killed", "equal", "listed", "survived"):
@@ -94,13 +87,11 @@ def _print(report: "Report", console: Console, *, everything: bool) -> None:  # 
         table.add_row(file, *map(str, report.counts(functions.values())), style="bold")
         for function, cases in functions.items():
             counts = report.counts([cases])
-            if counts[-1] or everything:
+            if counts[-1]:
                 table.add_row(f"  {function or '-'}", *map(str, counts))
     table.add_row("in all", *map(str, report.counts([report.cases])), style="bold")
     console.print(table)
-    for line in report.survivors():
-        console.print(line, markup=False, soft_wrap=True)
-    for line in (*report.wrong_entries(), report.verdict()):
+    for line in (*report.survivors(), *report.wrong_entries(), report.verdict()):
         console.print(line, markup=False, soft_wrap=True)
 
 

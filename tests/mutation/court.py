@@ -2,22 +2,34 @@
 
 import contextlib
 import multiprocessing
+import os
+import resource
+import select
+import signal
+import subprocess
 import tempfile
+import time
 import traceback
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mutation.arena import Arena
-from mutation.machine_code import same_machine_code
-from mutation.schema import TOGETHER, schema
+from mutation.schema import TOGETHER, VARIABLE, schema
 from mutation.syntax import Mutant
-from mutation.trial import Trial
 
+Judge = Callable[[Path], str]
+PIPE_BYTES = 4000
+WAITS = 20
+"""Times its processor time may a mutant wait for something that never comes."""
 LEAST_S, MOST_TIMES = 2.0, 4.0
 """A mutant hangs that takes longer than this, and this many times what the sound one takes."""
+CHIPS = ("atmega2560", "atmega328p", "atmega32")
+"""The first one of which the original compiles: of some the registers have other names."""
+FLAGS = ("-O2", "-std=c11", "-fpack-struct=1", "-DF_CPU=16000000UL", "-w", "-g0")
 
 
 class Verdict(NamedTuple):
@@ -25,6 +37,62 @@ class Verdict(NamedTuple):
     """`killed`, `survived`, `equal` (the same machine code), or `stillborn` (does not compile)."""
     reason: str
     """What killed it."""
+
+
+class Outcome(NamedTuple):
+    problem: str
+    """What killed it; empty if nothing did."""
+    seconds: float
+    """Of the processor."""
+
+
+class Trial:
+    """One mutant before its judge: in a process of its own that may crash, hang or raise."""
+
+    def __init__(self, judge: Judge, built: Path, number: int, most_s: float) -> None:
+        """Begin with one of the mutants of what was built (0: with none of them); after `most_s`
+        seconds of the processor it counts as hanging."""
+        self._reads, writes = os.pipe()
+        self._ends_at = time.monotonic() + WAITS * most_s
+        self._most_s = most_s
+        self.process = os.fork()
+        if self.process == 0:
+            os.setpgid(0, 0)
+            os.close(self._reads)
+            _judge(judge, built, number, most_s, writes)
+        os.close(writes)
+
+    def outcome(self) -> Outcome:
+        """Wait for its end."""
+        left_s = max(0.0, self._ends_at - time.monotonic())
+        heard = bool(select.select([self._reads], [], [], left_s)[0])
+        words = os.read(self._reads, PIPE_BYTES).decode(errors="replace") if heard else ""
+        os.close(self._reads)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process, signal.SIGKILL)
+        _, _, used = os.wait4(self.process, 0)
+        seconds = used.ru_utime + used.ru_stime
+        if not words:
+            words = "-it hangs" if not heard or seconds >= self._most_s else "-it crashes"
+        return Outcome(words[1:], seconds)
+
+
+def _judge(judge: Judge, built: Path, number: int, most_s: float, writes: int) -> None:
+    """Never returns. The first character says that there is an answer."""
+    try:
+        os.environ[VARIABLE] = str(number)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(most_s) + 1, int(most_s) + 2))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nowhere, stream)
+        try:
+            words = "+" + judge(built)
+        except BaseException as problem:
+            words = f"-{type(problem).__name__}: {problem}"
+        os.write(writes, words.encode()[:PIPE_BYTES])
+    finally:
+        os._exit(0)
 
 
 class Court:
@@ -157,3 +225,28 @@ class _Bench:
         texts = {**headers(), **self._sources}
         equal = same_machine_code(mutant.file, texts, mutant.applied(texts[mutant.file]))
         return mutant.identity, Verdict("equal" if equal else "survived", "")
+
+
+def same_machine_code(file: str, texts: Mapping[str, str], changed: str) -> bool:
+    """Compile a file as it is and with another text, among the headers of its firmware."""
+    headers = tuple(sorted(item for item in texts.items() if item[0].endswith(".h")))
+    for chip in CHIPS:
+        original = _original(headers, file, texts[file], chip)
+        if original is not None:
+            return original == _compiled(headers, file, changed, chip)
+    return False
+
+
+def _compiled(
+    headers: tuple[tuple[str, str], ...], file: str, text: str, chip: str
+) -> bytes | None:
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for name, content in (*headers, (file, text)):
+            (folder / name).write_text(content, encoding="utf-8")
+        command = ["avr-gcc", f"-mmcu={chip}", *FLAGS, "-c", file, "-o", "made.o"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+        return (folder / "made.o").read_bytes() if done.returncode == 0 else None
+
+
+_original = cache(_compiled)

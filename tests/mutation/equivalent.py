@@ -15,15 +15,11 @@ class Entry(NamedTuple):
     line: int
     pattern: str
     reason: str
+    expression: re.Pattern[str]
 
     def fits(self, words: str) -> bool:
         """Whether it is about a mutant that the report prints so."""
-        return _compiled(self.pattern).fullmatch(words) is not None
-
-
-@cache
-def _compiled(pattern: str) -> re.Pattern[str]:
-    return re.compile(".*".join(re.escape(part) for part in pattern.split("…")))
+        return self.expression.fullmatch(words) is not None
 
 
 def entries(text: str) -> list[Entry]:
@@ -41,7 +37,8 @@ def entries(text: str) -> list[Entry]:
         if not pattern or not reason:
             message = f"equivalent.txt:{number}: no reason"
             raise ValueError(message)
-        found.append(Entry(number, pattern.strip(), reason.strip()))
+        expression = re.compile(".*".join(map(re.escape, pattern.strip().split("…"))))
+        found.append(Entry(number, pattern.strip(), reason.strip(), expression))
     return found
 
 

@@ -73,7 +73,6 @@ SKIPPED = ("comment", "string_literal", "sizeof_expression", "type_descriptor", 
            "preproc_include", "preproc_def", "preproc_function_def", "preproc_call")  # fmt: skip
 _ATOMIC = re.compile(rb"ATOMIC_BLOCK\(\w+\)")
 _INTEGER = re.compile(r"(0[xX][0-9a-fA-F]+|\d+)([uUlL]*)")
-_UNUSED = re.compile(r"\(void\)\w+;")
 
 
 def mutants_of(

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 from mutation import engine
+from mutation.court import same_machine_code
 from mutation.engine import Case, Engine, cases_of, found_arenas, sampled
 from mutation.equivalent import entries
 from mutation.known import names_of
-from mutation.machine_code import same_machine_code
 from mutation.report import Report, protects
 from mutation.schema import TOGETHER, VARIABLE, schema
 from mutation.syntax import Kind, mutants_of
