@@ -2,21 +2,13 @@ from pathlib import Path
 
 import pytest
 from hosted_kiln import GUARDED
-from kiln_desk import Built, KilnDesk
-from rig.avr import whole
-from rig.specs import example
-
-
-@pytest.fixture(scope="session")
-def kiln() -> Built:
-    """The kiln's firmware."""
-    return Built(example("kiln").controller, whole("kiln"))
+from kiln_desk import KilnDesk
 
 
 @pytest.fixture
-def desk(kiln: Built) -> KilnDesk:
+def desk() -> KilnDesk:
     """The kiln, its display started, nothing on."""
-    made = KilnDesk(kiln)
+    made = KilnDesk()
     made.run(2.0)
     return made
 

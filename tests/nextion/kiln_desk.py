@@ -1,9 +1,11 @@
 """The kiln with its display and its machine, in a test's hands."""
 
 import re
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any
 
-from rig.specs import sources_of
+from rig.avr import whole
+from rig.specs import controller_of, sources_of
 
 from heatwright.sim.bench import step_of
 from heatwright.sim.coupling import Coupling
@@ -21,11 +23,10 @@ ROOM_C = 20.0
 STEP_S = 0.1
 
 
-class Built(NamedTuple):
-    """A controller and its firmware."""
-
-    controller: Controller
-    program: Elf
+@cache
+def firmware(spec: str) -> tuple[Controller, Elf]:
+    """Return a controller (a spec's text, or an example's name) and what it runs."""
+    return controller_of(spec), whole(spec)
 
 
 class KilnDesk:
@@ -34,16 +35,16 @@ class KilnDesk:
     Its machine is the one of its spec; without one it stays at the temperature of the room.
     """
 
-    def __init__(self, built: Built) -> None:
-        self.controller = built.controller
-        self.device = AvrDevice(*built)
+    def __init__(self, spec: str = "kiln") -> None:
+        self.controller, program = firmware(spec)
+        self.device = AvrDevice(self.controller, program)
         self._rows, self._begin_s = 0, 0.0
         self._step_s, self._plant = STEP_S, None
-        if simulation := built.controller.simulation:
-            self._step_s = step_of(built.controller)
-            self._plant = plant_of(built.controller, simulation.plant, seed=0,
+        if simulation := self.controller.simulation:
+            self._step_s = step_of(self.controller)
+            self._plant = plant_of(self.controller, simulation.plant, seed=0,
                                    ambient_c=simulation.ambient_c, step_s=self._step_s)  # fmt: skip
-            self._coupling = Coupling(built.controller, self.device, self._step_s)
+            self._coupling = Coupling(self.controller, self.device, self._step_s)
 
     @property
     def display(self) -> Nextion:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 
 import numpy as np
-from kiln_desk import DISPLAY_FILES, RUNNING, Built
+from kiln_desk import DISPLAY_FILES, RUNNING, firmware
 from numpy.typing import NDArray
 
 from heatwright.generator.stack import worst_stack
@@ -38,8 +38,8 @@ class Watched(AvrDevice):
     ticks -- how many there were.
     """
 
-    def __init__(self, kiln: Built) -> None:
-        super().__init__(*kiln)
+    def __init__(self) -> None:
+        super().__init__(*firmware("kiln"))
         self.unplug()
         self.ticks = 0
         end = self.elf.static_ram[1]
@@ -77,12 +77,12 @@ class Watched(AvrDevice):
 
 
 class Kilns:
-    """Two kilns that run a program; board -- the one that is disturbed."""
+    """Two kilns that run a program; board -- the one that is disturbed; stack_bytes -- at most."""
 
-    def __init__(self, kiln: Built) -> None:
-        self.kiln = kiln
+    def __init__(self) -> None:
         self.now_s = 0.0
-        self.quiet, self.board = Watched(kiln), Watched(kiln)
+        self.quiet, self.board = Watched(), Watched()
+        self.stack_bytes = worst_stack(self.board.elf.path).total
         self._latest_cycles = 0
         self.run(2.0)
         for each in (self.quiet, self.board):
@@ -120,7 +120,7 @@ class Kilns:
         assert len(avr.take_resets()) == 0
         assert self.board.read("program.state") == RUNNING
         assert avr.eeprom.contents == self.quiet.avr.eeprom.contents
-        assert avr.stack_used <= worst_stack(self.kiln.program.path).total
+        assert avr.stack_used <= self.stack_bytes
         avr.uarts[0].send(b"#9 0;", BAUD)
         self.board.advance(self.now_s + 2.0)
         assert self.board.read("program.state") != RUNNING, "it listens no more"

@@ -7,11 +7,10 @@ speed while a program runs.
 
 import pytest
 from display_orders import Grammar, Malice
-from kiln_desk import Built
 from memory_guard import BAUD, Kilns
+from rig.specs import example
 from suite import amount
 
-from heatwright.generator.stack import worst_stack
 from heatwright.sim.avr import RAM_FILL
 
 SEED = 7
@@ -19,8 +18,8 @@ TOUCHES = ("bset", "back", "bdebug", "back", "bprog", "b1", "back", "bfaults", "
 
 
 @pytest.fixture
-def kilns(kiln: Built) -> Kilns:
-    return Kilns(kiln)
+def kilns() -> Kilns:
+    return Kilns()
 
 
 @pytest.mark.parametrize(
@@ -28,7 +27,7 @@ def kilns(kiln: Built) -> Kilns:
 )
 def test_nothing_but_the_displays_own_changes(kilns: Kilns, name: str) -> None:
     """False answers: pages that there are not, starts without end, errors; and other speeds."""
-    malice, baud = Malice(Grammar(kilns.kiln.controller), SEED), BAUD
+    malice, baud = Malice(Grammar(example("kiln").controller), SEED), BAUD
     if name == "random bytes":
         data = malice.noise(amount("display_bytes"))
     elif name == "malformed orders":
@@ -51,6 +50,7 @@ def test_a_line_that_is_held_low_changes_nothing(kilns: Kilns) -> None:
 def test_a_display_that_comes_and_goes_and_is_touched_changes_nothing(kilns: Kilns) -> None:
     """The quiet one has none."""
     display = kilns.board.display
+    assert display.instructions == 0, "it has heard what it was not there for"
     for seconds in (1.0, 2.0, 3.0, 30.0):
         display.plug()
         kilns.run(seconds)
@@ -84,4 +84,4 @@ def test_the_guard_sees_a_byte_below_the_stack(kilns: Kilns) -> None:
     address = kilns.board.elf.static_ram[1] + 40
     assert avr.read_ram(address, 1)[0] == RAM_FILL
     avr.write_ram(address, b"\0")
-    assert avr.stack_used > worst_stack(kilns.kiln.program.path).total > before
+    assert avr.stack_used > kilns.stack_bytes > before

@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 from hosted_kiln import SPEC
-from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, Built, KilnDesk
-from rig.avr import whole
-from rig.specs import spec_of
+from kiln_desk import IDLE, PAUSED, RETURNING, RUNNING, KilnDesk
 
 K, S = 3, 6
 """Codes of thermocouples (MAX31856 data sheet, configuration register 1)."""
@@ -145,7 +143,7 @@ DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
 @pytest.mark.parametrize("name", DEEDS)
 def test_a_machine_without_programs(name: str) -> None:
     text, steps = DEEDS[name]
-    desk = KilnDesk(Built(spec_of(text).controller, whole(text)))
+    desk = KilnDesk(text)
     desk.run(4.0)
     for deeds, seen in steps:
         desk.do(deeds)
