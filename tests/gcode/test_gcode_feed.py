@@ -152,6 +152,28 @@ def test_m410_ends_a_move_and_the_next_begins_where_it_stands(feeder: Board) -> 
     assert feeder.steps == stopped + round(2 * STEPS_PER_MM)
 
 
+@pytest.mark.parametrize("line", ["M410", "M 410"])
+def test_m410_as_it_comes_in_and_as_a_line(feeder: Board, line: str) -> None:
+    """The receiver recognises the one, and even a wait for the end is over; not the other."""
+    feeder.tell("G1 E20 F600", 0.1)
+    assert feeder.told("M400", 0.2) == []
+    assert feeder.told(line, 0.5) == ["ok", "ok"] * (line == "M410")
+    feeder.tell("M108", 3.0)
+    assert 0 < feeder.steps < 15 * STEPS_PER_MM
+
+
+def test_another_target_keeps_the_move(feeder: Board) -> None:
+    feeder.tell("M104 S203")
+    feeder.tell("G1 E5")
+    feeder.tell("M104 S200", 3.0)
+    assert feeder.steps == round(5 * STEPS_PER_MM)
+
+
+@pytest.mark.parametrize("line", ["G28", "M420"])
+def test_there_are_no_other_commands(feeder: Board, line: str) -> None:
+    assert feeder.told(line) == [f'echo:Unknown command: "{line}"', "ok"]
+
+
 def test_a_stop_ends_the_move_for_good(feeder: Board) -> None:
     feeder.tell("G1 E50 F1200", 1.0)
     feeder.tell("M112", 1.0)

@@ -83,6 +83,8 @@ def test_what_is_told_of_itself_is_of_the_active_tool(board: Board) -> None:
     assert whole_degrees(board.told("", 1.3))[0].startswith("T:20 /0.0 B")
     board.told("M109 T1 S100", 1.3)
     assert whole_degrees(board.told("M108", 1.5))[-1].startswith("T:20 /0.0 B")
+    told(board, "M155 S0", "M104 T1 S15", "M104 S12", "M104 T1 S16")
+    assert whole_degrees(board.told("M105"))[-1].startswith("ok T:20 /12.0 B")
 
 
 def test_duties_and_names_are_told(board: Board) -> None:
@@ -101,6 +103,7 @@ ANSWERS = {
     **{f"M104 T{tool} S50|T{tool}": (f"echo:M104 Invalid extruder {tool}", "ok",
                                      f'echo:Unknown command: "T{tool}"', "ok")
        for tool in (0, 2, 4, 255)},
+    "T259": ('echo:Unknown command: "T259"', "ok"),
     "M104 T3 S111|M104 T1 S251": (BEYOND, "ok", BEYOND, "ok"),
     "M104 T1 S250|M104 T3 S110": ("ok", "ok"),
     "M301 T1 P5 I0.1 D10|M301 T1 P6|M503": (
