@@ -1,12 +1,18 @@
+"""The bench: a controller's model on its machine, what is done when, and what is watched."""
+
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from machines import events, modelled, noisy
 
 from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
+from heatwright.sim.interlock import Interlock
+from heatwright.sim.native.pins import PIN_EVENT, pin_number
+from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import TraceEvent
-from heatwright.spec import Pid, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Pid, ProgramOrder, PwmOutput, TimeProportionalOutput, Write
 
 HEATER = {"pin": "D3", "power": "240 W"}
 PWM = PwmOutput.model_validate({"kind": "pwm", "frequency": "490 Hz", **HEATER})
@@ -118,3 +124,114 @@ def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
     assert {f"air.{name} [{unit}]" for name, unit in units.items()} <= {*header}
     steps = [row[header.index("air.steps")] for row in rows]
     assert steps == [""] * 10 + ["1"] * 10 + ["2"] * 10 + ["3"] * 2
+
+
+# ---- scenarios ----
+
+MINUTE = {"for": "1 min"}
+
+
+def up(at_s, **more):
+    return {"at": f"{at_s} s", "press": "up", **more}
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected", "texts"),
+    [
+        # Each press is down and up.
+        ([up(10, times=2), MINUTE],
+         [Action(10.0, "up"), Action(10.1), Action(10.2, "up"), Action(10.3)],
+         ["up", None, "up", None]),
+        # An event waits for the hand to be free.
+        ([up(1, times=2), {"at": "1.2 s", "press": "select"}],
+         [Action(1.0, "up"), Action(1.1), Action(1.2, "up"), Action(1.3), Action(1.4, "select"),
+          Action(1.5)],
+         ["up", None, "up", None, "select", None]),
+        # Events are done in the order of their times.
+        ([up(5), {"at": "1 s", "press": "down"}],
+         [Action(1.0, "down"), Action(1.1), Action(5.0, "up"), Action(5.1)],
+         ["down", None, "up", None]),
+        ([{"at": "9 s", "extrude": "5 mm/s"}, {"at": "1 s", "send": "M104 S200"}, up(1)],
+         [Action(1.0, line="M104 S200"), Action(1.0, "up"), Action(1.1),
+          Action(9.0, extrude_mm_per_s=5.0)],
+         ["M104 S200", "up", None, "extrude 5 mm/s"]),
+        # A master writes one value after the other.
+        ([{"at": "2 s", "write": {"air.setpoint": "60 °C", "air.enabled": True}}],
+         [Action(2.0, write=Write("air.setpoint", 60.0)),
+          Action(2.0, write=Write("air.enabled", True))],
+         ["air.setpoint = 60", "air.enabled = on"]),
+        *(([{"at": "3 s", "program": said}],
+           [Action(3.0, program=ProgramOrder(*order))], [said])
+          for said, order in (
+              ("start 2", ("start", 2)), ("pause", ("pause",)), ("jump 3", ("jump", 3)))),
+    ],
+)  # fmt: skip
+def test_what_is_done_when(lines, expected, texts):
+    found = actions(events(*lines))
+    times_s = [each.time_s for each in expected]
+    assert [each.time_s for each in found] == pytest.approx(times_s)
+    assert [each._replace(time_s=0.0) for each in found] == [
+        each._replace(time_s=0.0) for each in expected
+    ]
+    assert [each.text for each in found] == texts
+
+
+def test_the_end_is_the_for():
+    assert end_s(events(up(1), {"for": "30 min"})) == 1800
+    with pytest.raises(ValueError, match="needs its end"):
+        end_s(events(up(1)))
+
+
+def test_a_fan_and_a_feed_happen_to_the_machine():
+    quiet = [Action(0.0, line="M104 S200"), Action(0.0, "up")]
+    quiet += [Action(0.0, write=Write("air.setpoint", 60.0))]
+    quiet += [Action(0.0, program=ProgramOrder("pause"))]
+    felt = [Action(0.0, line=line) for line in ("M106 P0 S255", "m107", "G1 E5 F300")]
+    felt += [Action(0.0, extrude_mm_per_s=0.0)]
+    assert [each.disturbs for each in quiet + felt] == [False] * 4 + [True] * 4
+
+
+# ---- heater and cooler at their pins: one cycle together is seen ----
+
+CLOCK_HZ = 1_000_000
+H, C = "PD5", "PD6"
+CUT = [(10, H, 1), (15, H, 0), (20, C, 1), (25, H, 1), (26, C, 0)]
+
+
+def watch(active="high"):
+    heater, cooler = SimpleNamespace(pin=H, active="high"), SimpleNamespace(pin=C, active=active)
+    return Interlock(heater, cooler, CLOCK_HZ)
+
+
+def feed(watched, *changes):
+    rows = [(cycle, pin_number(pin), level) for cycle, pin, level in changes]
+    watched.feed(np.array(rows, PIN_EVENT), None)
+
+
+@pytest.mark.parametrize(
+    ("active", "batches", "together"),
+    [
+        ("high", [[(10, H, 1), (20, H, 0), (20, C, 1), (30, C, 0)]], None),
+        ("high", [[(10, H, 1), (20, C, 1), (21, H, 0), (30, C, 0)]], 20),  # a single cycle
+        ("high", [[(10, H, 1), (20, C, 1)]], 20),  # until the end
+        ("low", [[(5, C, 1), (10, H, 1)]], None),
+        ("low", [[(5, C, 1), (10, H, 1), (20, C, 0)]], 20),
+        ("high", [[(10, H, 1), (20, "PB0", 1), (30, H, 0)]], None),  # another pin
+        *(("high", [CUT[:at], CUT[at:]], 25) for at in range(5)),  # wherever the reading is cut
+    ],
+)
+def test_only_together_is_seen(active, batches, together):
+    found = watch(active)
+    for batch in batches:
+        feed(found, *batch)
+    assert found.overlap_s == (together and pytest.approx(together / CLOCK_HZ))
+
+
+def test_a_loss_of_power_is_off():
+    found = watch()
+    feed(found, (10, H, 1))
+    found.power_on(1.0)
+    feed(found, (5, C, 1))
+    assert found.overlap_s is None
+    feed(found, (50, H, 1))
+    assert found.overlap_s == pytest.approx(1 + 50 / CLOCK_HZ)

@@ -15,7 +15,7 @@ from heatwright.sim.sensors.ds18b20 import Ds18b20
 PHASES_S = (*np.arange(0.0, 1.0, 0.1), 0.2013, 0.2051, 0.9512, 0.9527, 0.9561, 0.9608, 0.9999)
 any_phase = pytest.mark.parametrize("phase_s", PHASES_S, ids="{:.4f}".format)
 CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
-    "unplugged": (lambda chip: chip.unplug(), 1),
+    "unplugged": (Ds18b20.unplug, 1),
     "shorted": (lambda chip: chip.short("low"), 2),
     "lifted": (lambda chip: chip.short("high"), 1),
 }

@@ -24,11 +24,21 @@ def tripping(fault: Fault, **changes: Any) -> Fault:
     return replace(fault, trip=replace(fault.trip, **changes))
 
 
-def never_mended(fault: Fault) -> Fault:
-    """The chip stays off the line through a loss of power."""
+def making(fault: Fault, spoil: Callable[[World], object], **changes: Any) -> Fault:
+    """With something done to the world before it begins."""
 
     def make() -> World:
         world = fault.make()
+        spoil(world)
+        return world
+
+    return replace(fault, make=make, **changes)
+
+
+def never_mended(fault: Fault) -> Fault:
+    """The chip stays off the line through a loss of power."""
+
+    def spoil(world: World) -> None:
         power_cut = world.power_cut
 
         def cut(off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
@@ -36,19 +46,8 @@ def never_mended(fault: Fault) -> Fault:
             fault.cause(world)
 
         world.power_cut = cut  # type: ignore[method-assign]
-        return world
 
-    return replace(fault, cure=lambda _: None, make=make)
-
-
-def latched_before(fault: Fault) -> Fault:
-    def make() -> World:
-        world = fault.make()
-        fault.cause(world)
-        world.run(10.0)
-        return world
-
-    return replace(fault, make=make)
+    return making(fault, spoil, cure=lambda _: None)
 
 
 SPOILT: dict[str, Callable[[Fault], Fault]] = {
@@ -63,7 +62,9 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     ),
     "heater off after 0.9.. s, not within 0.010 s": partial(replace, off_within_s=TICK_S),
     "tripped again although|sensor_no_answer is latched after its ack": never_mended,
-    "sensor_no_answer was latched before it began": latched_before,
+    "sensor_no_answer was latched before it began": lambda fault: making(
+        fault, lambda world: (fault.cause(world), world.run(10.0))
+    ),
     "the judge complains": partial(replace, judge=lambda _: "the judge complains"),
 }
 

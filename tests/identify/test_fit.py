@@ -45,10 +45,21 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert min(hits.values()) >= least, hits
 
 
-def test_a_record_without_noise_gives_the_numbers_back() -> None:
-    found = fit(recorded(machine(delay=2.0), steps()), Structure())
-    for key, true in (TRUE | {"delay": 2.0}).items():
-        assert values(found)[key] == pytest.approx(true, rel=1e-4), key
+@pytest.mark.parametrize(
+    ("delay_s", "age_s", "share", "true"),
+    [
+        (2.0, 0.0, 1, TRUE | {"delay": 2.0}),
+        (2.0, 0.75, 1, {"delay": 1.25}),  # the age of the readings is no dead time
+        (2.0, 0.0, 2, {"capacity_body": 2 * 16.7}),
+    ],
+)
+def test_a_record_without_noise_gives_the_numbers_back(
+    delay_s: float, age_s: float, share: int, true: dict[str, float]
+) -> None:
+    record = recorded(machine(delay=delay_s), steps())
+    record = Record(record.times_s, record.readings_c, record.powers_w * share)
+    found = fit(record, Structure(), age_s=age_s)
+    assert {key: values(found)[key] for key in true} == pytest.approx(true, rel=1e-4)
     assert found.rms_k < 1e-6 * np.ptp(found.record.readings_c)
     assert found.percent == pytest.approx(100)
 
@@ -90,11 +101,6 @@ def test_a_known_ambient_is_not_looked_for() -> None:
     (ambient,) = (each for each in found.found if each.given)
     assert (ambient.value, ambient.low, ambient.high) == (20.0, 20.0, 20.0)
     assert inside(found, "resistance_body", 14.7)
-
-
-def test_the_age_of_the_readings_is_no_dead_time() -> None:
-    record = recorded(machine(delay=2.0), steps())
-    assert values(fit(record, Structure(), age_s=0.75))["delay"] == pytest.approx(1.25, rel=1e-3)
 
 
 def test_two_bodies() -> None:
@@ -147,9 +153,3 @@ def test_the_lag_is_the_shorter_time() -> None:
     found = values(fit(record, Structure()))
     assert found["lag"] == pytest.approx(2.0, rel=1e-3)
     assert found["capacity_body"] * found["resistance_body"] == pytest.approx(300, rel=1e-3)
-
-
-def test_power_scales_what_is_found() -> None:
-    record = recorded(machine(), steps())
-    double = Record(record.times_s, record.readings_c, record.powers_w * 2)
-    assert values(fit(double, Structure()))["capacity_body"] == pytest.approx(33.4, rel=1e-4)

@@ -1,19 +1,42 @@
-"""Margins against closed forms, and against what really becomes unstable."""
+"""Tuning against closed forms, its sources, and what really becomes unstable."""
 
 import math
 from dataclasses import replace
 
+import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from processes import first_order, second_order
 
-from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.pid import PidControl
+from heatwright.sim.tuning.disturbed import LOAD_PERCENT, load_answer, step_kick
+from heatwright.sim.tuning.gains import Gains, Series
+from heatwright.sim.tuning.loop import minimal_pid, pid, pid_response, sampled, sampled_response
 from heatwright.sim.tuning.margins import is_stable, margins
 from heatwright.sim.tuning.process import Process
-from heatwright.sim.tuning.reduced import Reduced
+from heatwright.sim.tuning.reduced import Reduced, reduce
 from heatwright.sim.tuning.rules import TIGHT, lambda_rule, model_for, robust_simc, simc
+from heatwright.spec import Pid
+
+
+def first_order(gain: float, lag_s: float, late_s: float = 0.0) -> Process:
+    """gain·exp(−late·s)/(lag·s + 1)."""
+    return Process(np.array([[-1 / lag_s]]), np.array([gain / lag_s]), np.array([1.0]), late_s)
+
+
+def second_order(gain: float, lag_s: float, second_s: float, late_s: float = 0.0) -> Process:
+    """gain·exp(−late·s)/((lag·s + 1)(second·s + 1))."""
+    return Process(
+        np.array([[-1 / lag_s, 0.0], [1 / second_s, -1 / second_s]]),
+        np.array([gain / lag_s, 0.0]),
+        np.array([0.0, 1.0]),
+        late_s,
+    )
+
+
+# ---- margins ----
 
 BETWEEN = 2e-3
 """Relative distance of two of the frequencies that margins are interpolated between."""
@@ -133,3 +156,163 @@ def test_simc_is_made_slower_until_it_is_as_robust_as_it_promises(
         assert found.sensitivity == pytest.approx(TIGHT, rel=1 / 64)
     else:
         assert found == tight
+
+
+# ---- the sampled process and the PID, also against the reference model ----
+
+GAIN, LAG_S, PERIOD_S = 5.0, 200.0, 1.0
+Z = np.exp(1j * np.geomspace(1e-4, math.pi, 50))
+
+
+@given(late=st.integers(0, 50), part=st.sampled_from([0.0, 0.25, 0.5, 0.999]))
+def test_a_sampled_lag_with_dead_time(late: int, part: float) -> None:
+    """Åström & Wittenmark, Computer-Controlled Systems, example 3.5."""
+    found = np.array([sampled(first_order(GAIN, LAG_S, late + part), PERIOD_S)(z) for z in Z])
+    pole = math.exp(-PERIOD_S / LAG_S)
+    now = GAIN * (1 - math.exp(-(PERIOD_S - part) / LAG_S))
+    before = GAIN * (math.exp(-(PERIOD_S - part) / LAG_S) - pole)
+    quick = sampled_response(first_order(GAIN, LAG_S, late + part), PERIOD_S, Z)
+    expected = Z ** (-late - 1.0) * (now + before / Z) / (1 - pole / Z)
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert quick == pytest.approx(expected, rel=1e-9)
+
+
+GAINS = Gains(3.0, 0.05, 40.0, 4.0)
+
+
+def reference(**more: object) -> PidControl:
+    """The reference's controller with the same gains."""
+    gains = {"kp": 3.0, "ki": 0.05, "kd": 40.0, "derivative_filter": "4 s"}
+    return PidControl(Pid.model_validate({"kind": "pid", **gains, **more}), PERIOD_S)
+
+
+def duty(pid: PidControl, celsius: float) -> float:
+    return float(pid.step(Single(celsius), Single(0), 1, Single(50.0)))
+
+
+def test_the_pid_is_the_references() -> None:
+    its = reference(integral={"minimum": "50 %"})
+    # An integral that begins at 50 % and small errors about 0: nothing is limited.
+    random = np.random.default_rng(0)
+    errors = np.concatenate(([0.0], np.abs(random.normal(0, 0.5, 200))))
+    duties = [duty(its, 50.0 - error) for error in errors]
+    assert 0 < min(duties) < max(duties) < 100
+    linear = 50 + control.forced_response(pid(GAINS, PERIOD_S), U=errors).outputs
+    # Each of some ten operations in single precision rounds numbers below 100.
+    assert linear == pytest.approx(duties, rel=0, abs=10 * 100 * float(np.finfo(np.float32).eps))
+
+
+def test_the_pids_response_is_its_systems() -> None:
+    system = pid(GAINS, PERIOD_S)
+    expected = np.array([system(z) for z in Z])
+    assert pid_response(GAINS, PERIOD_S, Z) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("ki", "kd", "states"), [(0.0, 0.0, 0), (0.1, 0.0, 1), (0.1, 5.0, 2)])
+def test_terms_that_are_off_have_no_states(ki: float, kd: float, states: int) -> None:
+    assert minimal_pid(Gains(1.0, ki, kd, 3.0), 1.0).nstates == states
+
+
+@given(integral=st.floats(2, 500), derivative=st.floats(1.01, 100), filter_s=st.floats(0.01, 1.0))
+def test_series_form_becomes_the_same_in_parallel(
+    integral: float, derivative: float, filter_s: float
+) -> None:
+    gains = Series(2.0, integral, derivative).parallel(filter_s)
+    for omega in (1e-3, 0.1, 3.0):
+        s = 1j * omega
+        series = 2 * (1 + 1 / (integral * s)) * (1 + derivative * s) / (1 + filter_s * s)
+        parallel = gains.kp + gains.ki / s + gains.kd * s / (1 + filter_s * s)
+        assert parallel == pytest.approx(series, rel=1e-9)
+    assert min(gains[:3]) >= 0
+
+
+def test_a_short_derivative_behind_a_long_filter_is_left_out() -> None:
+    assert Series(2.0, 10.0, 1.0).parallel(1.0) == Gains(2.0, 0.2, 0.0, 1.0)
+
+
+def test_a_load_under_proportional_control_stays_and_under_integral_goes_away() -> None:
+    ends_k = GAIN * LOAD_PERCENT / (1 + GAIN * 3.0)
+    load = load_answer(first_order(GAIN, LAG_S), Gains(3.0, 0.0, 0.0, 0.0), PERIOD_S)
+    assert load.dip_k == pytest.approx(ends_k, rel=1e-3)
+    assert load.half_s is None
+    load = load_answer(first_order(GAIN, LAG_S, 2.0), Gains(3.0, 0.05, 0.0, 0.0), PERIOD_S)
+    assert load.dip_k < ends_k
+    assert load.half_s is not None
+    assert load.half_s > load.after_s
+
+
+def test_a_step_of_the_sensor_moves_all_terms() -> None:
+    its = reference()
+    *_, before = (duty(its, 49.0) for _ in range(3))
+    kick = step_kick(GAINS, 0.25, PERIOD_S)
+    # The integral also adds what it would have added anyway: ki times the old error.
+    assert duty(its, 48.75) - before == pytest.approx(kick + 0.05 * 1.0, rel=1e-5)
+
+
+# ---- model reduction and rules against the examples of their author (Skogestad 2003) ----
+
+
+def reduced(lags: list[float], leads: list[float], gain: float, order: int) -> Reduced:
+    return reduce(gain=gain, lags_s=lags, leads_s=leads, late_s=0.0, period_s=0.0, order=order)
+
+
+def test_example_1() -> None:
+    """1/((s + 1)(0.2s + 1)): PI with Kc = 5.5, τI = 0.8."""
+    model = reduced([1.0, 0.2], [], 1.0, 1)
+    assert model == pytest.approx(Reduced(1.0, 1.1, 0.0, 0.1))
+    assert simc(model, 0.0) == pytest.approx(Gains(5.5, 5.5 / 0.8, 0.0, 0.0))
+
+
+def test_example_3() -> None:
+    """2(15s + 1)/((20s + 1)(s + 1)(0.1s + 1)²): PI 2.33, 1.05; PID 6.67, 0.4, 0.15."""
+    lags, leads = [20.0, 1.0, 0.1, 0.1], [15.0]
+    first, second = reduced(lags, leads, 2.0, 1), reduced(lags, leads, 2.0, 2)
+    assert first == pytest.approx(Reduced(1.5, 1.05, 0.0, 0.15))
+    assert second == pytest.approx(Reduced(1.5, 1.0, 0.15, 0.05))
+    assert simc(first, 0.0) == pytest.approx(Gains(2.3333, 2.3333 / 1.05, 0.0, 0.0), rel=1e-4)
+    ki = 6.6667 / 0.4
+    assert simc(second, 0.0) == pytest.approx(Gains(ki * 0.55, ki, ki * 0.06, 0.0), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("lead", "lag", "dead", "gain", "rest"),
+    [
+        (15.0, 10.0, 1.0, 1.5, []),  # T1
+        (15.0, 1.0, 3.0, 5.0, []),  # T1a
+        (2.0, 1.0, 3.0, 1.0, []),  # T1b
+        (8.0, 10.0, 1.0, 0.8, []),  # T2
+        (3.0, 10.0, 1.0, 0.5, [2.0]),  # T3: 5 of 10, and 5 − 3 is left
+        (3.0, 4.0, 1.0, 1.0, [1.0]),  # T3 with a lag below five dead times
+    ],
+)
+def test_rules_for_leads(
+    lead: float, lag: float, dead: float, gain: float, rest: list[float]
+) -> None:
+    # A lead looks for a larger lag first: one that is above all others has only this.
+    others = [1000.0] if lead < lag else []
+    found = reduce(
+        gain=1.0, lags_s=[lag, *others], leads_s=[lead], late_s=dead, period_s=0.0, order=2
+    )
+    assert found.gain == pytest.approx(gain)
+    assert found.second_s == pytest.approx(rest[0] if rest else 0.0)
+    assert found.dead_s == dead
+
+
+def test_sampling_is_half_a_period_of_dead_time() -> None:
+    found = reduce(gain=1.0, lags_s=[9.0], leads_s=[], late_s=2.0, period_s=1.0, order=1)
+    assert found.dead_s == 2.5
+
+
+def test_a_double_integrator_is_not_cancelled_but_led() -> None:
+    """Skogestad, table 1: k″/s² with Kc = 1/(k″·4(τc+θ)²), τI = τD = 4(τc+θ)."""
+    gains = simc(Reduced(1e6, 1e3, 1e3, 1.0), 0.0)
+    kc = 1 / (1.0 * 4 * 2.0**2)
+    assert gains == pytest.approx(Gains(2 * kc, kc / 8, kc * 8, 0.0))
+
+
+@given(closed_s=st.floats(0.5, 100))
+def test_what_is_asked_for_sets_the_speed(closed_s: float) -> None:
+    model = Reduced(2.0, 50.0, 0.0, 1.0)
+    for rule in (simc, lambda_rule):
+        assert rule(model, 0.0, closed_s).kp == pytest.approx(25 / (closed_s + 1))
+    assert lambda_rule(model, 0.0, closed_s).ki == pytest.approx(0.5 / (closed_s + 1))
