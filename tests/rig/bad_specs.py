@@ -136,8 +136,9 @@ def _entries(files: Iterable[Path]) -> dict[str, _Entry]:
                 name = first if count == 1 else f"{first}_{count}"
                 assert name not in found, f"{file.name}: there are two cases {name}"
                 entry = found[name] = _Entry(file, head[2] if head else entry.base)
-                line = f"={line[1:]}" if not head and " -> " in line else "#"
-            if not line.startswith("#"):
+                if " -> " in line and not head:
+                    entry.read(f"={line[1:]}")
+            elif not line.startswith("#"):
                 entry.read(line)
     return found
 
