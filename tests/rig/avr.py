@@ -37,7 +37,9 @@ Changed = Mapping[str, str]
 
 
 def compiled(source: str, *flags: str, mcu: str = "atmega328p") -> Elf:
-    """Compile a small program; the usual headers are included."""
+    """Compile a small program, or what its `main` does before it stays; with the usual headers."""
+    if "main(" not in source:
+        source = f"int main(void) {{ {source} for (;;) {{}} }}"
     command = ["avr-gcc", f"-mmcu={mcu}", f"-DF_CPU={CLOCK_HZ}UL", "-Os"]
     command += [] if any(flag.startswith("-g") for flag in flags) else ["-gdwarf-2"]
     command += ["-std=gnu11", "-Wall", "-Wno-unused-function", *flags, "test.c", "-o", "test.elf"]

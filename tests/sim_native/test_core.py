@@ -154,9 +154,7 @@ def test_programs_run_alike(what: str) -> None:
 
 def test_sbi_on_a_pin_register_toggles_that_pin_alone() -> None:
     """As on the part; simavr toggles all pins that are high."""
-    avr = running(
-        "int main(void) { DDRB = 0xff; PORTB = 0xf0; for (;;) { PINB |= 1; _delay_us(10); } }"
-    )
+    avr = running("DDRB = 0xff; PORTB = 0xf0; for (;;) { PINB |= 1; _delay_us(10); }")
     for pin in ("PB0", "PB7"):
         avr.pins.watch(pin)
     avr.run(0.001)

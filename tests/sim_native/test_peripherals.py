@@ -186,11 +186,8 @@ def test_a_power_cut_leaves_the_byte_undefined_and_the_rest_as_it_was_a_reset_no
 
 def test_access_during_a_write_is_ignored_and_counted() -> None:
     program = Small(
-        """int main(void) {
-            EEAR = 5; EEDR = 0x77; EECR = _BV(EEMPE); EECR = _BV(EEMPE) | _BV(EEPE);
-            EEAR = 6; EEDR = 0x11; EECR |= _BV(EERE); PORTB = EEDR;
-            for (;;) {}
-        }""",
+        """EEAR = 5; EEDR = 0x77; EECR = _BV(EEMPE); EECR = _BV(EEMPE) | _BV(EEPE);
+        EEAR = 6; EEDR = 0x11; EECR |= _BV(EERE); PORTB = EEDR;""",
         seconds=0.01,
     )
     assert program.avr.eeprom.contents[5:7] == b"\x77\xff"
@@ -200,21 +197,14 @@ def test_access_during_a_write_is_ignored_and_counted() -> None:
 
 @pytest.mark.parametrize(("mode", "result"), [(0, 0x0F), (1, 0xFF), (2, 0x05)])
 def test_eeprom_programming_modes(mode: int, result: int) -> None:
-    program = Small(
-        f"""int main(void) {{
-            EEAR = 5; EEDR = 0x0f; EECR = _BV(EEMPE) | {mode} << 4;
-            EECR |= _BV(EEPE); for (;;) {{}}
-        }}"""
-    )
+    program = Small(f"EEAR = 5; EEDR = 0x0f; EECR = _BV(EEMPE) | {mode} << 4; EECR |= _BV(EEPE);")
     program.avr.eeprom.contents = bytes([0x55]) * 1024
     program.avr.run(0.01)
     assert program.avr.eeprom.contents[5] == result
 
 
 def test_a_program_brings_its_eeprom() -> None:
-    program = Small(
-        "uint8_t kept[3] EEMEM = {1, 2, 3}; int main(void) { return eeprom_read_byte(kept); }"
-    )
+    program = Small("static uint8_t kept[3] EEMEM = {1, 2, 3}; PORTB = eeprom_read_byte(kept);")
     assert program.avr.eeprom.contents[:4] == b"\x01\x02\x03\xff"
     with pytest.raises(ValueError, match="1024 bytes, not 1025"):
         program.avr.eeprom.contents = bytes(1025)

@@ -27,12 +27,7 @@ def test_a_pin_the_part_lacks() -> None:
 
 def test_every_driver_in_its_order_of_strength() -> None:
     """A pin that floats keeps its level."""
-    avr = running(
-        """int main(void) {
-            PORTB = 1; DDRB = 1; PORTB = 0; DDRB = 0; PORTB = 1; PORTB = 0; PORTB = 1;
-            for (;;) {}
-        }"""
-    )
+    avr = running("PORTB = 1; DDRB = 1; PORTB = 0; DDRB = 0; PORTB = 1; PORTB = 0; PORTB = 1;")
     avr.pins.watch("PB0")
     avr.run(0.001)
     assert states(avr) == [
@@ -76,7 +71,7 @@ def test_an_outside_edge_is_an_interrupt_and_a_held_level_is_none() -> None:
 
 
 def test_contention_is_counted() -> None:
-    avr = running("int main(void) { DDRB = 1; PORTB = 1; for (;;) {} }")
+    avr = running("DDRB = 1; PORTB = 1;")
     avr.pins.drive("PB0", "low")
     avr.run(0.01)
     assert avr.pins.contention_cycles("PB0") == pytest.approx(0.01 * CLOCK_HZ, rel=0.01)
@@ -84,15 +79,8 @@ def test_contention_is_counted() -> None:
 
 
 def test_high_time_is_exact() -> None:
-    avr = running(
-        """int main(void) {
-            DDRB = 1;
-            for (;;) {
-                PINB = 1; __builtin_avr_delay_cycles(997);
-                PINB = 1; __builtin_avr_delay_cycles(2993);
-            }
-        }"""
-    )
+    on, off = (f"PINB = 1; __builtin_avr_delay_cycles({each});" for each in (997, 2993))
+    avr = running(f"DDRB = 1; for (;;) {{ {on} {off} }}")
     number = avr.pins.watch("PB0")
     avr.run_to(100_000)
     start, high = avr.cycle, avr.pins.high_cycles(number)
@@ -107,12 +95,7 @@ def test_high_time_is_exact() -> None:
 
 
 def test_a_reset_lets_go_of_the_pins_at_once() -> None:
-    avr = running(
-        """int main(void) {
-            __builtin_avr_delay_cycles(16000); DDRD = 8; PORTD = 8;
-            wdt_enable(WDTO_30MS); for (;;) {}
-        }"""
-    )
+    avr = running("_delay_ms(1); DDRD = 8; PORTD = 8; wdt_enable(WDTO_30MS);")
     avr.pins.pull("PD3", "low")
     avr.pins.watch("PD3")
     avr.run(0.1)
@@ -155,13 +138,8 @@ def test_fast_pwm(timer: str, inverted: bool, share: float) -> None:
     """High for OCR + 1 of TOP + 1 counts; at TOP constantly, without a gap (data sheets)."""
     mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
     value = min(round(share * counts), counts - 1)
-    avr = running(
-        f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {value}; for (;;) PORTC ^= 0x20;
-        }}""",
-        f"-DCOM={3 if inverted else 2}",
-        mcu=mcu,
-    )
+    source = f"DDRB = DDRD = 0xff; {setup} {compare} = {value}; for (;;) PORTC ^= 0x20;"
+    avr = running(source, f"-DCOM={3 if inverted else 2}", mcu=mcu)
     number, period = avr.pins.watch(pin), counts * prescaler
     avr.run_to(10 * period)
     avr.pins.take()
@@ -183,13 +161,10 @@ def test_a_new_compare_value_takes_effect_and_a_disconnected_timer_gives_the_pin
     period = counts * prescaler
     control = next(part for part in setup.split("; ") if "COM" in part)
     avr = running(
-        f"""int main(void) {{
-            DDRB = DDRD = 0xff; {setup} {compare} = {counts // 10 - 1};
-            __builtin_avr_delay_cycles({100 * period + 123}L); {compare} = {counts * 6 // 10 - 1};
-            __builtin_avr_delay_cycles({101 * period}L); {compare} = {counts - 1};
-            __builtin_avr_delay_cycles({20 * period}L); {control.replace("COM", "0")};
-            for (;;) {{}}
-        }}""",
+        f"""DDRB = DDRD = 0xff; {setup} {compare} = {counts // 10 - 1};
+        __builtin_avr_delay_cycles({100 * period + 123}L); {compare} = {counts * 6 // 10 - 1};
+        __builtin_avr_delay_cycles({101 * period}L); {compare} = {counts - 1};
+        __builtin_avr_delay_cycles({20 * period}L); {control.replace("COM", "0")};""",
         "-DCOM=2",
         mcu=mcu,
     )
@@ -208,7 +183,7 @@ def test_a_new_compare_value_takes_effect_and_a_disconnected_timer_gives_the_pin
 def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     """The display shares port D with the heater: simavr makes false edges there."""
     setup = "DDRD = 0xff; OCR2B = 127; TCCR2A = 0x23; TCCR2B = 0x06;"
-    avr = running(f"int main(void) {{ {setup} for (;;) PIND = 0xf0; }}")
+    avr = running(f"{setup} for (;;) PIND = 0xf0;")
     avr.pins.watch("PD3")
     avr.run(0.1)
     cycles = avr.pins.take()["cycle"].astype(int)
@@ -217,7 +192,7 @@ def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
 
 
 def test_phase_correct_pwm_is_refused() -> None:
-    avr = running("int main(void) { DDRD = 8; OCR2B = 9; TCCR2A = 0x21; TCCR2B = 2; for (;;) {} }")
+    avr = running("DDRD = 8; OCR2B = 9; TCCR2A = 0x21; TCCR2B = 2;")
     avr.pins.watch("PD3")
     with pytest.raises(RuntimeError, match="phase-correct PWM on timer 2"):
         avr.run(0.1)
@@ -242,7 +217,7 @@ TWO_ON_A_PIN = {
 def test_a_pin_to_which_two_channels_lead(timers: str) -> None:
     """It belongs to the one that is connected."""
     mcu, pin, setup = TWO_ON_A_PIN[timers]
-    avr = running(f"int main(void) {{ {setup} for (;;) {{}} }}", mcu=mcu)
+    avr = running(setup, mcu=mcu)
     number = avr.pins.watch(pin)
     avr.run(0.001)
     before = avr.pins.high_cycles(number)

@@ -161,7 +161,7 @@ BITES = {
 @pytest.mark.parametrize(("what", "mcu"), [(what, mcu) for what in BITES for mcu in BITES[what][0]])
 def test_the_watchdog_bites_then_and_no_earlier(what: str, mcu: str) -> None:
     _, source, quiet_s, then_s = BITES[what]
-    avr = running(f"int main(void) {{ {source} for (;;) {{}} }}", mcu=mcu)
+    avr = running(source, mcu=mcu)
     avr.run(quiet_s)
     assert len(avr.take_resets()) == 0
     avr.run(then_s)
@@ -231,6 +231,6 @@ def test_a_crash_says_where() -> None:
 @every_part
 @pytest.mark.parametrize("mode", ["SLEEP_MODE_PWR_DOWN", "SLEEP_MODE_ADC"])
 def test_other_sleep_modes_are_refused(mcu: str, mode: str) -> None:
-    source = f"int main(void) {{ set_sleep_mode({mode}); sei(); sleep_mode(); for (;;) {{}} }}"
+    source = f"set_sleep_mode({mode}); sei(); sleep_mode();"
     with pytest.raises(RuntimeError, match="sleep mode other than idle"):
         running(source, mcu=mcu).run(0.01)
