@@ -70,6 +70,8 @@ def problem(bench: WindowBoard, asked: Iterator[tuple[float, int]]) -> str:
             if late == 0:
                 counts.apply(Single(percent))
                 course.apply(counts.counts)
+                if bench.get("output_heater.on_steps") != counts.counts:
+                    return f"{percent} % are {bench.get('output_heater.on_steps')} steps"
     if bench.switched != due_switched:
         return f"{bench.switched} changes of the pin, not {due_switched}"
     return ""
