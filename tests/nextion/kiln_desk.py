@@ -1,4 +1,4 @@
-"""The kiln with its display and its machine, in a test's hands."""
+"""The kiln with its display, in a test's hands."""
 
 import re
 from functools import cache
@@ -7,12 +7,9 @@ from typing import Any
 from rig.avr import whole
 from rig.specs import controller_of, sources_of
 
-from heatwright.sim.bench import step_of
-from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
@@ -20,7 +17,6 @@ IDLE, RUNNING, PAUSED, RETURNING = range(4)
 DISPLAY_FILES = sorted(name for name in sources_of("kiln") if re.fullmatch(r"nextion\w*\.c", name))
 """Source files whose variables are the display's own."""
 ROOM_C = 20.0
-STEP_S = 0.1
 
 
 @cache
@@ -30,21 +26,14 @@ def firmware(spec: str) -> tuple[Controller, Elf]:
 
 
 class KilnDesk:
-    """A kiln that is powered on; device -- the board, display -- on its line.
+    """A kiln at the temperature of the room that is powered on, with its display on its line.
 
-    Its machine is the one of its spec; without one it stays at the temperature of the room.
+    device -- the board.
     """
 
     def __init__(self, spec: str = "kiln") -> None:
         self.controller, program = firmware(spec)
         self.device = AvrDevice(self.controller, program)
-        self._rows, self._begin_s = 0, 0.0
-        self._step_s, self._plant = STEP_S, None
-        if simulation := self.controller.simulation:
-            self._step_s = step_of(self.controller)
-            self._plant = plant_of(self.controller, simulation.plant, seed=0,
-                                   ambient_c=simulation.ambient_c, step_s=self._step_s)  # fmt: skip
-            self._coupling = Coupling(self.controller, self.device, self._step_s)
 
     @property
     def display(self) -> Nextion:
@@ -52,14 +41,8 @@ class KilnDesk:
 
     def run(self, seconds: float) -> None:
         """Let time pass."""
-        for _ in range(round(seconds / self._step_s)):
-            felt_c = self._plant.sensed_c() if self._plant else {"chamber": ROOM_C}
-            for sensor, felt in felt_c.items():
-                self.device.sense(sensor, felt)
-            self._rows += 1
-            self.device.advance(self._begin_s + self._rows * self._step_s)
-            if self._plant:
-                self._plant.step(self._coupling.supplied(self._coupling.active()), 0.0)
+        self.device.sense("chamber", ROOM_C)
+        self.device.advance(self.device.time_s + seconds)
         self.device.feed()
 
     def tap(self, *names: str) -> None:
@@ -73,13 +56,6 @@ class KilnDesk:
 
     def shows(self, attribute: str) -> int | str:
         return self.display.value(attribute)
-
-    def power_cycle(self) -> None:
-        """Cut the power and give it back."""
-        self.device.power_cycle()
-        self._coupling = Coupling(self.controller, self.device, self._step_s)
-        self._begin_s, self._rows = self.device.time_s, 0
-        self.run(2.0)
 
     def do(self, deeds: str) -> None:
         """Do what stands there between semicolons, with time for what comes of it.
@@ -97,7 +73,8 @@ class KilnDesk:
                 case "wait":
                     self.run(float(rest))
                 case "power":
-                    self.power_cycle()
+                    self.device.power_cycle()
+                    self.run(2.0)
                 case "wire":
                     self.device.sensors["chamber"].wire = rest
                 case "break" | "mend":

@@ -26,7 +26,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "8 an empty place is not": [("bprog s2", {STATE: IDLE})],
     "9 it is paused, and goes on": [
         (f"{START}; wait 10; bt1", {STATE: PAUSED, ENABLED: 0, "bt1.val": 0}),
-        ("bt1", {STATE: RUNNING}),
+        ("bt1", {STATE: RETURNING, ENABLED: 1, "bt1.val": 1}),
     ],
     "10 go here": [
         (START, {}),
@@ -93,7 +93,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "11 a segment is marked": [("bprog b1; p4", {"points_marked": 4})],
     "12 and 16 a fault, its page, the list, the acknowledgement": [
         (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: IDLE}),
-        ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.1 C  0d 00:00"}),
+        ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
         ("mend; wait 3; ack", {"fault.code": 0}),
         ("back", {"page": "main", "ERROR.en": 0}),
     ],

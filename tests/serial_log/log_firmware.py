@@ -14,11 +14,8 @@ sensors: {{air: {{kind: ds18b20, pin: {sensor}}}}}
 outputs: {{heater: {{kind: digital, pin: {heater}, power: 40 W}}}}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {{initial: 10 °C, minimum: 0 °C, maximum: 70 °C}}
-    algorithm: {{kind: on_off, hysteresis: 2 K}}
+    {{sensor: air, heater: heater, period: 1 s, algorithm: {{kind: on_off, hysteresis: 2 K}},
+     setpoint: {{initial: 10 °C, minimum: 0 °C, maximum: 70 °C}}}}
 interfaces: [{{kind: serial_log, loop: air, {said}}}]
 """
 
@@ -62,11 +59,8 @@ int main(void)
     }
 }
 """
-BOARDS = {
-    "uno": {"sensor": "A1", "heater": "D3"},
-    "mega2560": {"sensor": "D22", "heater": "D6"},
-    "atmega32": {"sensor": "PA2", "heater": "PD5"},
-}
+PINS = {"uno": ("A1", "D3"), "mega2560": ("D22", "D6"), "atmega32": ("PA2", "PD5")}
+"""Of sensor and heater, by the board."""
 TICK_S = 0.01
 
 
@@ -78,7 +72,8 @@ def shown_c(celsius: float) -> float:
 
 def program(said: str, board: str = "uno") -> Program:
     """Compile clock and log with the program above."""
-    text = SPEC.format(board=board, said=said, **BOARDS[board])
+    sensor, heater = PINS[board]
+    text = SPEC.format(board=board, said=said, sensor=sensor, heater=heater)
     names = [name.removesuffix(".c") for name in sources_of(text) if name.endswith(".c")]
     chosen = [name for name in names if name.startswith(("clock", "log"))]
     kept = "log_ring_eeprom.h" in sources_of(text)
