@@ -13,6 +13,7 @@ from host_output import output_problem
 from host_power import power_problem, prepare_power
 from host_switching import switching_problem
 from host_text import all_text_problems
+from storage_progress import ordered_wrongly
 from storage_settings import SettingsKept
 
 from heatwright.sim.host import Host
@@ -83,6 +84,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
     if name in host_specs.AT_ONCE:
         judges["output"] = output_problem
     if name in host_specs.PROGRAMMED:
+        judges["noted"] = lambda host: next(ordered_wrongly(host), "")
         judges["power"] = lambda host: power_problem(host, name)
     return judges
 

@@ -9,12 +9,14 @@ import numpy as np
 from host_courses import inputs_of, kinds_of, random_course
 from host_reference import Way
 from host_stretches import NO_GAINS
-from host_stretches_programmed import ORDERS, PLACES
+from host_stretches_programmed import ORDERS as ALL_ORDERS
+from host_stretches_programmed import PLACES
 from host_stretches_switched import CRITICAL_C, SWITCHED_ORDERS
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Command, Host
 from heatwright.sim.host.layout import declarations
+from heatwright.sim.reference.program_state import PAUSE, RESUME, START
 from heatwright.spec import Controller
 
 COURSES = 8
@@ -25,6 +27,8 @@ GIVEN = (
     *((Command.ENABLE, 0.0, NO_GAINS), (Command.DISABLE, 0.0, NO_GAINS)) * 3,
     *((Command.MAXIMUM, value, NO_GAINS) for value in CRITICAL_C),
 )
+ORDERS = (*ALL_ORDERS, START, *(PAUSE, RESUME) * 3)
+"""Often of those that may wait for each other."""
 ASKED = {Command.SET: "may_set", Command.ENABLE: "may_enable"}
 """Commands of switched loops of which one may ask before whether they will be taken."""
 

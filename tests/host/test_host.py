@@ -8,6 +8,7 @@ from host_control import run_problem
 from host_courses import inputs_of, kinds_of
 from host_reference import expected
 from host_stretches import Stretch
+from host_text import MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from storage_settings import SettingsKept
@@ -87,3 +88,17 @@ def test_one_step_at_a_time_is_the_same_as_many(hosts):
         if row["acknowledge"]:
             host.acknowledge()
         assert tuple(host.step().values()) == wanted.item()
+
+
+ANY_NUMBER = st.one_of(st.floats(width=32), st.floats(-2e7, 2e7, width=32))
+
+
+@given(value=ANY_NUMBER, decimals=st.integers(0, MOST_DECIMALS))
+def test_any_number_is_rounded_half_away_from_zero_inside_its_text(hosts, value, decimals):
+    assert text_problem(hosts("switch_lead"), value, decimals) == ""
+
+
+@pytest.mark.parametrize("decimals", range(MOST_DECIMALS + 1))
+def test_every_temperature_of_the_sensor_is_written_exactly(hosts, decimals):
+    for raw in range(-(2**15), 2**15):
+        assert code_problem(hosts("switch_lead"), raw, decimals) == ""
