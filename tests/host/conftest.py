@@ -3,22 +3,26 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+import host_specs
 import pytest
-from host_builds import build_of
+from host_builds import build_of_spec
+from rig import specs
 
 from heatwright.sim.host import Host
 
-sys.path.append(str(Path(__file__).parents[1] / "storage"))  # what settings must stand
+sys.path.append(str(Path(__file__).parents[1] / "storage"))
+from storage_specs import NAMES, text_of
 
 Hosts = Callable[[str], Host]
 
 
 @pytest.fixture(scope="session")
 def hosts() -> Hosts:
-    """The host build of each specification, by its name."""
+    """The host build of each specification, or of a machine with programs, by its name."""
 
     @cache
     def host(name: str) -> Host:
-        return Host(build_of(name))
+        spec = specs.spec_of(text_of(name)) if name in NAMES else host_specs.spec_of(name)
+        return Host(build_of_spec(spec))
 
     return host

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.host import Command, Host
 from heatwright.sim.host.layout import declarations
-from heatwright.sim.reference.program_state import PAUSE, RESUME, START
+from heatwright.sim.reference.program_state import JUMP, PAUSE, RESUME, START
 from heatwright.spec import Controller
 
 COURSES = 8
@@ -27,7 +27,7 @@ GIVEN = (
     *((Command.ENABLE, 0.0, NO_GAINS), (Command.DISABLE, 0.0, NO_GAINS)) * 3,
     *((Command.MAXIMUM, value, NO_GAINS) for value in CRITICAL_C),
 )
-ORDERS = (*ALL_ORDERS, START, *(PAUSE, RESUME) * 3)
+ORDERS = (*ALL_ORDERS, START, *(JUMP, RESUME, PAUSE, PAUSE) * 2)
 """Often of those that may wait for each other."""
 ASKED = {Command.SET: "may_set", Command.ENABLE: "may_enable"}
 """Commands of switched loops of which one may ask before whether they will be taken."""

@@ -30,6 +30,7 @@ def build_of(name: str, *, sanitized: bool = True) -> HostBuild:
     return build_of_spec(host_specs.spec_of(name), sanitized=sanitized)
 
 
+@cache
 def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
     """Return the build of any specification of one loop."""
     files = render(plan_firmware(spec))

@@ -15,7 +15,7 @@ from host_courses import (
     kinds_of,
     random_course,
 )
-from host_reference import TRIPPED_BY, TRIPPED_C, Expected, expected, first_difference
+from host_reference import TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import TUNINGS
 from host_stretches_programmed import FIRING_KINDS
@@ -84,7 +84,7 @@ def _fixed(name: str, number: int, kind: np.dtype[Any]) -> _Course:
     course, trips = _courses(name)[number]
     inputs = inputs_of(controller, course)
     tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY) if trips else ()
-    return _Course(inputs, expected(controller, inputs, kind, tripped=tripped), tripped)
+    return _Course(inputs, Way(controller).expected(inputs, kind, tripped), tripped)
 
 
 def _firing(random: Random) -> list[Stretch]:

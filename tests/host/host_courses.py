@@ -3,7 +3,7 @@
 from random import Random
 from typing import Any
 
-from host_reference import fill_currents
+from host_reference import Way
 from host_stretches import Stretch, Walk
 from host_stretches_programmed import PROGRAM_KINDS, ProgrammedWalk
 from host_stretches_switched import SwitchedWalk, current_of
@@ -65,7 +65,7 @@ def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else SwitchedWalk
     inputs = walk(controller).inputs(course)
     if current_of(controller):
-        fill_currents(controller, inputs)
+        Way(controller).fill_currents(inputs)
     return inputs
 
 

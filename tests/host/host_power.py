@@ -9,7 +9,7 @@ from typing import Any
 import host_specs
 import numpy as np
 from host_courses import random_course
-from host_reference import Expected, Restored, Way, expected, first_difference
+from host_reference import Expected, Restored, Way, first_difference
 from host_scale import scale_of
 from host_stretches import Stretch
 from host_stretches_programmed import FIRING_KINDS, ProgrammedWalk
@@ -51,13 +51,7 @@ def power_problem(host: Host, name: str) -> str:
     """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
     if not host.build.parts.programmed:
         return ""
-    checks: tuple[Callable[[Host, str], Iterator[str]], ...] = (
-        _edges,
-        _asked,
-        _cut,
-        _edited,
-        _senseless,
-    )
+    checks: tuple[Check, ...] = (_edges, _asked, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
@@ -156,7 +150,7 @@ def _after(
         controller = host_specs.spec_of(name).controller
         course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
         inputs = ProgrammedWalk(controller, restored).inputs(course)
-        _AFTER[key] = inputs, expected(controller, inputs, kind, restored)
+        _AFTER[key] = inputs, Way(controller, restored).expected(inputs, kind)
     return _AFTER[key]
 
 

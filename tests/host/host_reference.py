@@ -46,31 +46,6 @@ class Expected(NamedTuple):
     cooler_ticks: int
 
 
-def expected(
-    controller: Controller,
-    inputs: NDArray[Any],
-    kind: np.dtype[Any],
-    restored: Restored | None = None,
-    tripped: Container[int] = (),
-) -> Expected:
-    """What `Host.run` should give: the state after each step and the heater's counts before it.
-
-    Args:
-        controller: the specification.
-        inputs: the rows of a course.
-        kind: of the states.
-        restored: what is there at its beginning.
-        tripped: numbers of the steps before which a fault is latched and acknowledged at once.
-
-    """
-    return Way(controller, restored).expected(inputs, kind, tripped)
-
-
-def fill_currents(controller: Controller, inputs: NDArray[Any]) -> None:
-    """Make currents of what the rows of a course say of them, by the reference's duty."""
-    Way(controller).fill_currents(inputs)
-
-
 class Way:
     """A reference model that does what the rows of a course say, one after the other."""
 
@@ -95,21 +70,12 @@ class Way:
             sensor = controller.sensors[self._current.sensor]
             self._sensor = IdealSensor(sensor, controller.board)
             self._due_a = output.power_w / output.supply_v / 100
-
         if restored is not None:
-            self._restore(restored)
-
-    def _restore(self, restored: Restored) -> None:
-        self._reference.restore(restored.fault_code, restored.fault_c)
-        self._time_s = restored.fault_s
-        self._commands.restore(
-            restored.program, restored.setpoint_c, restored.gains, restored.critical_c
-        )
-
-    @property
-    def reference(self) -> Reference:
-        """The model after the last step."""
-        return self._reference
+            self._reference.restore(restored.fault_code, restored.fault_c)
+            self._time_s = restored.fault_s
+            self._commands.restore(
+                restored.program, restored.setpoint_c, restored.gains, restored.critical_c
+            )
 
     def take(self, number: int, row: Any) -> dict[str, Any]:
         """Do the step of a row, and return the state after it."""
@@ -130,6 +96,10 @@ class Way:
     def expected(
         self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
     ) -> Expected:
+        """What `Host.run` should give: the state after each step, the heater's counts before it.
+
+        `tripped`: the steps before which a fault is latched and acknowledged at once.
+        """
         rows: list[tuple[Any, ...]] = []
         counts, total = [], 0.0
         for number, row in enumerate(inputs):

@@ -6,19 +6,29 @@ import pytest
 from arena_host import judges_of
 from host_control import run_problem
 from host_courses import inputs_of, kinds_of
-from host_reference import expected
+from host_reference import Way
 from host_stretches import Stretch
 from host_text import MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from storage_host import Kept
+from storage_programs import Programs
+from storage_progress import Progresses
 from storage_settings import SettingsKept
 from suite import amount
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
 
-KEEPING = ("switch_lead", "pid_hold", "tuned_hot", "switched_by_host", "tuned_by_master", "touched")
-"""Without and with a stored setpoint, gains, types; a host may switch some off by 0."""
+KEPT: dict[type[Kept], tuple[str, ...]] = {
+    Programs: ("few", "many", "usual"),
+    Progresses: ("few", "usual", "pausing"),
+    SettingsKept: (
+        "few", "typed", "usual", "switch_lead", "pid_hold", "tuned_hot", "switched_by_host",
+        "tuned_by_master", "touched",
+    ),
+}  # fmt: skip
+"""Machines with programs; loops without and with a stored setpoint, gains, types."""
 JUDGED = [(name, judge) for name in host_specs.NAMES for judge in judges_of(name)]
 
 
@@ -27,10 +37,17 @@ def test_nothing_is_wrong(hosts, name, judge):
     assert judges_of(name, amount("host_courses"))[judge](hosts(name)) == ""
 
 
-@pytest.mark.parametrize("check", SettingsKept.checks)
-@pytest.mark.parametrize("name", KEEPING)
-def test_settings_are_kept(hosts, name, check):
-    kept = SettingsKept(hosts(name))
+@pytest.mark.parametrize(
+    ("kind", "name", "check"),
+    [
+        (kind, name, check)
+        for kind, names in KEPT.items()
+        for name in names
+        for check in kind.checks
+    ],
+)
+def test_what_is_kept_stands(hosts, kind, name, check):
+    kept = kind(hosts(name))
     assert [*getattr(kept, check)(), *kept.beyond()] == []
 
 
@@ -67,7 +84,7 @@ def test_equal_to_the_reference_bit_for_bit(hosts, name, data):
     course = data.draw(st.lists(stretch(kinds_of(controller)), min_size=1, max_size=14))
     host = hosts(name)
     inputs = inputs_of(controller, course)
-    assert run_problem(host, inputs, expected(controller, inputs, host.type)) == ""
+    assert run_problem(host, inputs, Way(controller).expected(inputs, host.type)) == ""
 
 
 def test_one_step_at_a_time_is_the_same_as_many(hosts):

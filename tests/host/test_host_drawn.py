@@ -7,7 +7,7 @@ import pytest
 from host_builds import build_of_spec
 from host_control import STRETCHES, run_problem
 from host_courses import inputs_of, kinds_of, random_course
-from host_reference import expected, first_difference
+from host_reference import Way, first_difference
 from rig.controllers import drawings
 from suite import SEED, amount
 
@@ -31,7 +31,7 @@ def test_any_controller_on_the_host_is_the_reference(number: int) -> None:
     host = Host(build_of_spec(drawn.spec))
     for _ in range(COURSES):
         inputs = inputs_of(controller, random_course(random, STRETCHES, kinds))
-        wanted = expected(controller, inputs, host.type)
+        wanted = Way(controller).expected(inputs, host.type)
         wanted = wanted._replace(heater_counts=wanted.heater_counts % 2**32)  # as the host's are
         if isinstance(cooler, DigitalOutput) and has_minimum(cooler):
             # It decides by itself when it ends, and the heater waits for it.

@@ -1,17 +1,16 @@
 """What keeps programs, progress and settings, broken: the checks of what is kept must complain."""
 
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 
-from rig.specs import sources_of
+from host_builds import build_of_spec
+from rig.specs import sources_of, spec_of
 from storage_host import Kept
 from storage_programs import Programs
 from storage_progress import Progresses
 from storage_settings import SettingsKept
-from storage_specs import build_of, text_of
+from storage_specs import text_of
 from storage_waits import compiled, waits_problem
 
 from heatwright.sim.elf import Elf
@@ -34,9 +33,9 @@ class StorageArena:
     def sources(self) -> Mapping[str, str]:
         return {self.file: sources_of(text_of(self.machine))[self.file]}
 
-    @cached_property
+    @property
     def _build(self) -> HostBuild:
-        return build_of(self.machine, Path(tempfile.mkdtemp(prefix="storage-")), sanitized=False)
+        return build_of_spec(spec_of(text_of(self.machine)), sanitized=False)
 
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:
         built = self._build

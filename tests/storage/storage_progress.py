@@ -122,7 +122,8 @@ def ordered_wrongly(host: Host) -> Iterator[str]:
     """An order to stop or to pause is noted as it will be obeyed: the power may go before that."""
     library: Any = host.library
     ffi = declarations(host.build.project, host.build.parts)
-    for state, order in (*product(range(5), ("", "stop", "pause")), (IDLE, "start and pause")):
+    orders = ("", "stop", "pause", "skip")
+    for state, order in (*product(range(5), orders), (IDLE, "start and pause")):
         host.erase()
         host.power_up()
         library.program.state, library.program.ended = state, 1
@@ -132,7 +133,8 @@ def ordered_wrongly(host: Host) -> Iterator[str]:
         taken = bool(getattr(library, f"program_{given}")()) if given else False
         record = ffi.new("struct progress_record *")
         library.program_note(record)
-        may = {"stop": state != IDLE, "pause": state in {RUNNING, RETURNING}}.get(order, False)
+        fits = {"stop": state != IDLE, "pause": state in {RUNNING, RETURNING}}
+        may = (fits | {"skip": state == RUNNING}).get(order, False)
         wanted = {"stop": (IDLE, STOPPED), "pause": (PAUSED, 1)}.get(
             order if may else "", (state, 1)
         )

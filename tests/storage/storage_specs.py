@@ -1,12 +1,5 @@
 """Machines with programs, small enough that every cut can be tried."""
 
-from pathlib import Path
-
-from rig.specs import files_of, spec_of
-
-from heatwright.generator import write
-from heatwright.sim.host import HostBuild, build_host
-
 TEXT = """\
 heatwright: 1
 controller: {{name: stored, board: {board}}}
@@ -43,42 +36,30 @@ interfaces:
   - {{kind: lcd_keypad, loop: chamber}}
 """
 
-_PROGRAMS = {
-    "few": "  points: 3\n  save_every: 5 min",
-    "many": "  places: 8\n  points: 20\n  save_every: 3 min",
-    "usual": "  after_power_loss: {resume_within: 30 K, otherwise: stop}",
-    "pausing": "  after_power_loss: {resume_within: 0 K, otherwise: pause}\n  save_every: 10 min\n"
-    "  points: 4",
-}
-_PROGRAMS["typed"] = _PROGRAMS["usual"]
 _CHIP = "kind: ds18b20, pin: A1"
 _CONVERTER = (
     "kind: max31856, chip_select: D22, clock: D23, data_in: D24, data_out: D25, "
     "thermocouple: J, selectable: [T, J, E]"
 )
-_ADJUSTABLE = ("few", "many", "typed")
-_BOARDS = {
-    "few": "uno",
-    "many": "mega2560",
-    "usual": "mega2560",
-    "pausing": "uno",
-    "typed": "mega2560",
+_ADJUSTABLE = "      maximum_adjustable: true"
+_USUAL = "  after_power_loss: {resume_within: 30 K, otherwise: stop}"
+_PAUSING = (
+    "  after_power_loss: {resume_within: 0 K, otherwise: pause}\n  save_every: 10 min\n  points: 4"
+)
+_MACHINES = {
+    "few": ("uno", _CHIP, "  points: 3\n  save_every: 5 min", _ADJUSTABLE),
+    "many": ("mega2560", _CHIP, "  places: 8\n  points: 20\n  save_every: 3 min", _ADJUSTABLE),
+    "usual": ("mega2560", _CHIP, _USUAL, ""),
+    "pausing": ("uno", _CHIP, _PAUSING, ""),
+    "typed": ("mega2560", _CONVERTER, _USUAL, _ADJUSTABLE),
 }
-NAMES = tuple(_PROGRAMS)
+NAMES = tuple(_MACHINES)
+
+
+def board_text(board: str, programs: str, sensor: str = _CHIP, protection: str = "") -> str:
+    return TEXT.format(board=board, sensor=sensor, programs=programs, protection=protection)
 
 
 def text_of(name: str) -> str:
-    adjustable = "      maximum_adjustable: true" if name in _ADJUSTABLE else ""
-    return TEXT.format(
-        board=_BOARDS[name],
-        sensor=_CONVERTER if name == "typed" else _CHIP,
-        programs=_PROGRAMS[name],
-        protection=adjustable,
-    )
-
-
-def build_of(name: str, folder: Path, *, sanitized: bool = True) -> HostBuild:
-    """Make the host build in a folder; a mutant may overflow, so its is not sanitized."""
-    write(files_of(text_of(name)), folder / name)
-    controller = spec_of(text_of(name)).controller
-    return build_host(folder / name, controller, folder / name / "host", sanitized=sanitized)
+    board, sensor, programs, protection = _MACHINES[name]
+    return board_text(board, programs, sensor, protection)
