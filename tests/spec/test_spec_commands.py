@@ -64,9 +64,8 @@ def test_what_is_no_loop_is_nobodys() -> None:
     ],
 )
 def test_a_row_of_a_comparison_needs_nobody(name: str, loop: str, algorithm: object) -> None:
-    row = ComparisonRow.model_validate(
-        {"name": "row", "setpoint": "200 °C", "algorithm": algorithm}
-    )
+    keys = {"name": "row", "setpoint": "200 °C", "algorithm": algorithm}
+    row = ComparisonRow.model_validate(keys)
     assert commands.starts_enabled(row_controller(example(name).controller, row), loop)
 
 

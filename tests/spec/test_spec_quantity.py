@@ -107,15 +107,10 @@ def test_ranges_refused(text: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
-        (0.0, "0 s"), (0.78, "780 ms"), (1.0, "1 s"), (1.5, "1.5 s"), (60.0, "1 min"),
-        (90.0, "90 s"), (600.0, "10 min"), (3600.0, "1 h"), (255.0, "255 s"),
-    ],
-)  # fmt: skip
-def test_durations_in_messages_can_be_pasted_back(seconds: float, text: str) -> None:
-    assert duration(seconds) == text
-    assert parse(text, units.DURATION) == seconds
+    "text", ["0 s", "780 ms", "1 s", "1.5 s", "1 min", "90 s", "255 s", "10 min", "1 h"]
+)
+def test_durations_in_messages_can_be_pasted_back(text: str) -> None:
+    assert duration(parse(text, units.DURATION)) == text
 
 
 @given(st.floats(1e-6, 1e6))
