@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from mutation import engine
 from mutation.court import same_machine_code
-from mutation.engine import Case, Engine, cases_of, found_arenas, sampled
+from mutation.engine import Engine, cases_of, found_arenas, sampled
 from mutation.equivalent import entries
 from mutation.known import names_of
 from mutation.report import Report, protects
@@ -76,8 +76,7 @@ def said_by(text: str, folder: Path, number: int = 0) -> str:
     return f"{shown.returncode} {shown.stdout}"
 
 
-def small_mutants(*, order: bool = False):
-    return mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=order)
+MUTANTS = mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=True)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +110,7 @@ def small_mutants(*, order: bool = False):
     ],
 )
 def test_every_operator_makes_its_mutants(kind, what):
-    found = {mutant.what: mutant for mutant in small_mutants(order=True)}
+    found = {mutant.what: mutant for mutant in MUTANTS}
     assert what in found, "\n".join(sorted(found))
     assert found[what].kind is kind
     assert found[what].applied(SMALL) != SMALL
@@ -155,22 +154,19 @@ int h(uint8_t u, struct s *s, int i)
 
 
 def test_no_two_mutants_are_the_same():
-    mutants = small_mutants(order=True)
-    assert len({mutant.identity for mutant in mutants}) == len(mutants)
-    assert len({mutant.applied(SMALL) for mutant in mutants}) == len(mutants)
+    assert len({mutant.identity for mutant in MUTANTS}) == len(MUTANTS)
+    assert len({mutant.applied(SMALL) for mutant in MUTANTS}) == len(MUTANTS)
 
 
 def test_an_atomic_block_can_go_and_is_no_trouble():
-    text = (
-        "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}\n"
-    )
+    text = "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}"
     (found,) = [each for each in mutants_of("f.c", text, order=True) if each.kind is Kind.ORDER]
     assert found.applied(text) == text.replace("ATOMIC_BLOCK(ATOMIC_RESTORESTATE)", "")
     assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text))
 
 
 def test_together_each_is_what_it_is_alone(tmp_path):
-    together = dict(enumerate((each for each in small_mutants() if each.kind in TOGETHER), 1))
+    together = dict(enumerate((each for each in MUTANTS if each.kind in TOGETHER), 1))
     text = schema(SMALL, together, defines=True)
     original = said_by(SMALL, tmp_path)
     assert said_by(text, tmp_path) == original
@@ -193,6 +189,7 @@ def test_the_same_machine_code_is_told_from_other():
 class Small:
     """An arena whose judge looks at the first numbers only."""
 
+    expected: str
     compares: bool = True
     name: str = "small/only"
     together: bool = True
@@ -213,29 +210,17 @@ class Small:
     def problem(self, built: Path) -> str:
         command = ["prlimit", "--cpu=1", built]
         shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        same = not self.compares or shown == self.expected()
-        return "" if same else "it says something else"
-
-    @staticmethod
-    def expected() -> str:
-        return EXPECTED[0]
-
-
-EXPECTED: list[str] = []
+        return "it says something else" if self.compares and shown != self.expected else ""
 
 
 @pytest.mark.parametrize("compares", [True, False])
 def test_a_judge_that_looks_kills_and_one_that_does_not_is_told(tmp_path, monkeypatch, compares):
     monkeypatch.setattr(engine, "MEMORY", tmp_path / "memory")
-    EXPECTED[:] = [said_by(SMALL, tmp_path).removeprefix("0 ")]
-    arena = Small(compares)
+    arena = Small(said_by(SMALL, tmp_path).removeprefix("0 "), compares)
     cases = [case for case in cases_of([arena]) if "sum" in case.mutant.what]
     Engine([arena], cases).run()
     fates = Counter(case.fate for case in cases)
-    if compares:
-        assert fates["killed"] > 0.8 * len(cases)
-    else:
-        assert fates["survived"] > 0.8 * len(cases)
+    assert fates["killed" if compares else "survived"] > 0.8 * len(cases)
     monkeypatch.setattr(Small, "problem", None)  # what is known is not judged again
     again = [case for case in cases_of([arena]) if "sum" in case.mutant.what]
     Engine([arena], again).run()
@@ -244,9 +229,9 @@ def test_a_judge_that_looks_kills_and_one_that_does_not_is_told(tmp_path, monkey
 
 def test_a_judge_that_complains_of_the_sound_one_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(engine, "MEMORY", tmp_path)
-    EXPECTED[:] = ["something else"]
+    arena = Small("something else")
     with pytest.raises(AssertionError, match="the sound firmware has a problem"):
-        Engine([Small()], cases_of([Small()])[:5]).run()
+        Engine([arena], cases_of([arena])[:5]).run()
 
 
 def test_an_entry_without_a_reason_is_an_error():
@@ -255,15 +240,9 @@ def test_an_entry_without_a_reason_is_an_error():
         entries("a.c f: x -> y\n")
 
 
-@pytest.fixture(scope="module")
-def all_cases() -> tuple[list, list[Case]]:
+def test_every_entry_of_the_list_fits_a_mutant():
     arenas = found_arenas()
-    return arenas, cases_of(arenas)
-
-
-def test_every_entry_of_the_list_fits_a_mutant(all_cases):
-    arenas, cases = all_cases
-    assert Report([arena.name for arena in arenas], cases).unused_entries() == []
+    assert Report([arena.name for arena in arenas], cases_of(arenas)).unused_entries() == []
 
 
 UNSETTLED = ("analog", "converters", "current", "firmware", "gcode", "indicators", "menu", "modbus",
