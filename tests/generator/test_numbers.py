@@ -6,11 +6,10 @@ import struct
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from heatwright.generator.plan.numbers import c_count, c_float, float32, milliseconds, steps, ticks
+from heatwright.generator.plan.numbers import c_float, float32, milliseconds, steps, ticks
 
 PATTERNS = st.integers(0, 2**32 - 1)
 LITERAL = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d\d)?f")
@@ -54,24 +53,6 @@ def test_a_literal_names_its_value_and_no_other(pattern: int) -> None:
 def test_a_double_is_rounded_once(value: float) -> None:
     assert bits(float(c_float(value).removesuffix("f"))) == bits(value)
     assert float32(value) == float(np.float32(value))
-
-
-@pytest.mark.parametrize(
-    ("value", "literal"),
-    [
-        (-0.0, "-0.0f"),
-        (-10.0, "-10.0f"),
-        (1 / 3, "0.33333334f"),
-        (1e9, "1e+09f"),
-    ],
-)
-def test_literals_read_as_people_write_them(value: float, literal: str) -> None:
-    assert c_float(value) == literal
-
-
-@given(st.integers(0, 65535))
-def test_counts_are_unsigned(value: int) -> None:
-    assert c_count(value) == f"{value}u"
 
 
 @given(st.integers(1, 600_000), st.integers(1, 6000))

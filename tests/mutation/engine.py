@@ -82,13 +82,8 @@ class Case:
 
 
 def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
-    """Return the mutants of all arenas that can differ from the original, each once.
-
-    Args:
-        arenas: in the order in which they judge.
-        file: only of this file.
-
-    """
+    """Return the mutants (of one file, if it is given) that can differ from the original, each
+    once, with the arenas in the order in which they judge."""
     cases: dict[str, Case] = {}
     for number, arena in enumerate(arenas):
         sources = arena.sources()

@@ -23,12 +23,7 @@ class Entry(NamedTuple):
 
 
 def entries(text: str) -> list[Entry]:
-    """Read the list.
-
-    Raises:
-        ValueError: a line is not of the form that the list's head gives.
-
-    """
+    """Read the list; a line that is not of the form that its head gives is an error."""
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line or line.startswith("#"):

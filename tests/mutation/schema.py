@@ -23,19 +23,14 @@ __attribute__((constructor(101))) static void choose_mutant(void)
     chosen_mutant = number ? atoi(number) : 0;
 }}
 """
+Place = tuple[int, int]
 TOGETHER = (Kind.EXPRESSION, Kind.CONDITION, Kind.STATEMENT)
 
 
 def schema(text: str, mutants: Mapping[int, Mutant], *, defines: bool = False) -> str:
-    """Return a file with all these mutants in it, by their numbers.
-
-    Args:
-        text: the file.
-        mutants: numbers from 1 on; all of a kind that can be put together.
-        defines: it is the one file that has the variable.
-
-    """
-    places: dict[tuple[int, int], list[int]] = defaultdict(list)
+    """Return a file with all these mutants in it, by their numbers from 1 on; one file of a program
+    defines the variable."""
+    places: dict[Place, list[int]] = defaultdict(list)
     for number, mutant in mutants.items():
         places[mutant.start, mutant.end].append(number)
     ordered = sorted(places, key=lambda place: (place[0], -place[1]))
@@ -45,14 +40,11 @@ def schema(text: str, mutants: Mapping[int, Mutant], *, defines: bool = False) -
 
 class _Text:
     def __init__(
-        self,
-        data: bytes,
-        mutants: Mapping[int, Mutant],
-        places: Mapping[tuple[int, int], Sequence[int]],
+        self, data: bytes, mutants: Mapping[int, Mutant], places: Mapping[Place, Sequence[int]]
     ) -> None:
         self._data, self._mutants, self._places = data, mutants, places
 
-    def part(self, start: int, end: int, places: Sequence[tuple[int, int]]) -> bytes:
+    def part(self, start: int, end: int, places: Sequence[Place]) -> bytes:
         """Return a part of the file with its places, which are ordered, the outer ones first."""
         found, here, rest = [], start, list(places)
         while rest:
@@ -63,7 +55,7 @@ class _Text:
             here = last
         return b"".join([*found, self._data[here:end]])
 
-    def _chosen(self, start: int, end: int, inner: Sequence[tuple[int, int]]) -> bytes:
+    def _chosen(self, start: int, end: int, inner: Sequence[Place]) -> bytes:
         plain = self.part(start, end, inner)
         numbers = self._places[start, end]
         kinds = {self._mutants[number].kind for number in numbers}

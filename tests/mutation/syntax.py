@@ -76,23 +76,10 @@ _INTEGER = re.compile(r"(0[xX][0-9a-fA-F]+|\d+)([uUlL]*)")
 
 
 def mutants_of(
-    file: str,
-    text: str,
-    names: Names = NO_NAMES,
-    loops: Sequence[str] = (),
-    *,
-    order: bool = False,
+    file: str, text: str, names: Names = NO_NAMES, loops: Sequence[str] = (), *, order: bool = False
 ) -> list[Mutant]:
-    """Return the mutants of a file.
-
-    Args:
-        file: its name.
-        text: its text.
-        names: what the firmware declares and defines.
-        loops: their names, which make a line no other one.
-        order: with those that only an interrupted processor can tell.
-
-    """
+    """Return the mutants of a file of a firmware, which declares and defines names; those of its
+    loops make a line no other one. `order`: with those that only interruptions can tell."""
     found = _File(file, text, names, loops).mutants()
     return found if order else [each for each in found if each.kind is not Kind.ORDER]
 

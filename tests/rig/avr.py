@@ -67,16 +67,7 @@ def running(source: str, *flags: str, mcu: str = "atmega328p") -> Avr:
 def part(
     spec: str, names: Iterable[str], main: str, *flags: str, changed: Changed | None = None
 ) -> Elf:
-    """Compile some files of a spec's firmware with a main program, strictly.
-
-    Args:
-        spec: the text of the spec, or the name of an example.
-        names: the files, without their ending.
-        main: the text of main.c.
-        flags: more flags of the compiler.
-        changed: files with another text.
-
-    """
+    """Compile some files of a spec's firmware (see `Program`) with a main program."""
     return Program(spec, tuple(names), main, flags).elf(changed)
 
 

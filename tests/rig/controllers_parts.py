@@ -39,8 +39,7 @@ class Draws:
     """Draws, the simplest first: what fails shrinks to the plainest of its kind."""
 
     def __init__(self, between: Callable[[int, int], int]) -> None:
-        """Take what draws a whole number from one to another; it shrinks to the first."""
-        self._between = between
+        self._between = between  # draws a whole number from one to another
 
     def one(self, *choices: Any) -> Any:
         if not choices:
@@ -75,12 +74,9 @@ class Resources:
         barred = () if board.bootloader_bytes else JTAG_PINS.get(board.mcu, ())
         pins = {pin.name: pin for pin in board.pins.values() if pin.port_name not in barred}
         self._free = sorted(pins.values(), key=lambda pin: (pin.adc is not None, pin.digital))
-        self.kept_analog = 0
-        """Pins of the ADC that somebody will need."""
-        self.timers = dict(board.timers)
-        """Those that nobody has."""
-        self._shared: dict[int, float] = {}
-        """Frequency of the timers that make PWM at their own pins, Hz."""
+        self.kept_analog = 0  # pins of the ADC that somebody will need
+        self.timers = dict(board.timers)  # that nobody has
+        self._shared: dict[int, float] = {}  # frequency of timers that make PWM at their pins, Hz
 
     @property
     def pins(self) -> int:
@@ -181,15 +177,11 @@ class Sensors:
 
     def __init__(self, draws: Draws, board: Board, left: Resources, reference: str) -> None:
         self._draws, self._mcu, self._left = draws, board.mcu, left
-        self.reference = reference
-        """Of the ADC: one for all."""
+        self.reference = reference  # of the ADC: one for all
 
     def draw(self, spare_pins: int, *, chosen: bool, cold: bool) -> tuple[Part, Any]:
-        """Draw one; return its part of the file and its model.
-
-        spare_pins -- how many it may take; chosen -- whether an operator may choose its type;
-        cold -- whether it must measure what a room has.
-        """
+        """Draw one with no more than these pins; return its part of the file and its model. An
+        operator may choose its type (`chosen`); it measures what a room has (`cold`)."""
         kinds = ["analog", "thermistor", "rtd"] * self._left.has_analog()
         kinds += ["max6675", "max31855"] * (spare_pins >= 3)
         wide = spare_pins >= 4

@@ -12,13 +12,8 @@ from rig.hosted import World
 
 
 def first_complaint(modules: Iterable[ModuleType], **given: Any) -> str:
-    """Run the tests that need nothing but what is given, in their order, until one fails.
-
-    Args:
-        modules: of tests; what is parametrized is run with all of its parameters.
-        given: in place of the fixtures; a function is called anew for each test.
-
-    """
+    """Run the tests that need nothing but what is given in place of fixtures, in their order, with
+    all of their parameters, until one fails. A function is called anew for each test."""
     for module in modules:
         for test, cases in tests_of(module, set(given)):
             for case in cases:

@@ -23,13 +23,9 @@ def _version(compiler: str) -> str:
 
 
 def made(command: Sequence[str], texts: Mapping[str, str], product: str) -> Path:
-    """Run a compiler in a folder with these files, and return its product.
+    """Run a compiler in a folder with these files, and return its product, or raise CompileFailed.
 
     The same command with the same files is run once; the folder stays in the store.
-
-    Raises:
-        CompileFailed: it does not compile.
-
     """
     key = repr((_version(command[0]), list(command), sorted(texts.items()), product))
     place = STORE / hashlib.sha256(key.encode()).hexdigest()[:24]
