@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from heatwright import spec
 from heatwright.sim.plants.thermal_network import Plant
-from heatwright.spec import ThermalNetwork
+from heatwright.spec import ThermalNetwork, kinds
 
 THREE = {
     "kind": "thermal_network",
@@ -160,3 +162,8 @@ def test_starts_where_it_is_told() -> None:
     machine = plant(THREE, initial="60 °C")
     assert machine.temperatures_c.tolist() == [60.0] * 3
     assert machine.sensed_c() == {"air": 60.0}
+
+
+@pytest.mark.parametrize("kind", kinds(spec.Plant))
+def test_every_plant_of_the_language_has_its_module(kind: str) -> None:
+    assert import_module(f"heatwright.sim.plants.{kind}").Plant

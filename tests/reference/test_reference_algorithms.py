@@ -1,12 +1,15 @@
-"""To the last bit, and what no course of `chamber.txt` can tell."""
+"""To the last bit, and what no course of `chamber.txt` can tell; every sensor has its reference."""
+
+from importlib import import_module
 
 import numpy as np
 import pytest
 from reference_machines import Kiln, Player, kiln_of
+from rig.specs import EXAMPLES, example
 
 from heatwright.sim.reference import guard, guard_rules
 from heatwright.sim.reference.numbers import Single, filter_share, steps
-from heatwright.spec import Pid, ThreePosition
+from heatwright.spec import BOARDS, Pid, Sensor, ThreePosition, kinds
 from heatwright.spec.rules import RULES
 
 FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
@@ -87,3 +90,33 @@ def test_the_codes_are_those_of_the_rules():
         "runaway_below": guard_rules.RUNAWAY_BELOW,
         "rising_while_off": guard_rules.RISING_WHILE_OFF,
     }
+
+
+SENSORS = {
+    sensor.kind: (sensor, controller.board)
+    for controller in (example(path.stem).controller for path in sorted(EXAMPLES.glob("*.yaml")))
+    for sensor in controller.sensors.values()
+}
+
+
+@pytest.mark.parametrize("kind", kinds(Sensor))
+def test_every_sensor_can_be_read(kind):
+    """What it tells is within a step of what it feels; a sum has as many codes in a step."""
+    module = import_module(f"heatwright.sim.reference.{kind}")
+    felt = 1.0 if kind == "current" else 50.0
+    status, raw = module.IdealSensor(*SENSORS[kind]).read(felt)
+    assert status == 0
+    codes = getattr(SENSORS[kind][0], "oversample", 1)
+    below, found, above = map(module.converter(*SENSORS[kind]), (raw - codes, raw, raw + codes))
+    assert abs(found - felt) <= abs(above - below) / 2
+
+
+@pytest.mark.parametrize(
+    ("resolution", "code"), [("9 bit", 808), ("10 bit", 804), ("11 bit", 806), ("12 bit", 805)]
+)
+def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code):
+    module = import_module("heatwright.sim.reference.ds18b20")
+    told = {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
+    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), BOARDS["mega2560"])
+    assert sensor.read(50.32) == (0, code)
+    assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))
