@@ -50,12 +50,11 @@ class Report:
 
     def wrong_entries(self) -> list[str]:
         """Entries of the list that fit a mutant which is killed."""
-        lines = []
-        for case in self.cases:
-            entry = entry_of(mutant for _, mutant in case.places)
-            if entry and case.fate == "killed":
-                lines.append(f"equivalent.txt:{entry.line}: is killed: {case.mutant}")
-        return lines
+        return [
+            f"equivalent.txt:{entry.line}: is killed: {case.mutant}"
+            for case in self.cases
+            if case.fate == "killed" and (entry := entry_of(mutant for _, mutant in case.places))
+        ]
 
     def unused_entries(self) -> list[str]:
         """Entries that fit no mutant; of any use where all mutants are at hand."""
@@ -81,22 +80,15 @@ class Report:
 
     def verdict(self) -> str:
         protection, others = self.shares()
-        return (
-            f"killed: {100 * protection:.2f} % of protection code (100 is due), "
-            f"{100 * others:.2f} % of the rest ({100 * LEAST_KILLED:.0f} is due)"
-        )
+        return (f"killed: {protection:.2%} of protection code (100% is due), "
+                f"{others:.2%} of the rest ({LEAST_KILLED:.0%} is due)")  # fmt: skip
 
     def data(self) -> list[dict[str, Any]]:
-        return [
-            {
-                "file": case.mutant.file,
-                "function": case.mutant.function,
-                "mutant": case.mutant.what,
-                "fate": self.fate(case),
-                "arenas": {
-                    self.arenas[number]: list(verdict)
-                    for (number, _), verdict in zip(case.places, case.verdicts, strict=False)
-                },
-            }
-            for case in self.cases
-        ]
+        told = []
+        for case in self.cases:
+            asked = zip(case.places, case.verdicts, strict=False)
+            arenas = {self.arenas[number]: list(verdict) for (number, _), verdict in asked}
+            where = {"file": case.mutant.file, "function": case.mutant.function}
+            told.append({**where, "mutant": case.mutant.what, "fate": self.fate(case),
+                         "arenas": arenas})  # fmt: skip
+        return told
