@@ -17,9 +17,8 @@ from host_courses import (
 )
 from host_reference import TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from host_stretches import Stretch
-from host_stretches_commanded import TUNINGS
+from host_stretches_commanded import CRITICAL_C, TUNINGS
 from host_stretches_programmed import FIRING_KINDS
-from host_stretches_switched import CRITICAL_C
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

@@ -5,8 +5,8 @@ from typing import Any
 
 from host_reference import Way
 from host_stretches import Stretch, Walk
+from host_stretches_commanded import CommandedWalk, current_of
 from host_stretches_programmed import PROGRAM_KINDS, ProgrammedWalk
-from host_stretches_switched import SwitchedWalk, current_of
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
@@ -62,7 +62,7 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...] = KINDS
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
     ((name, _),) = controller.loops.items()
-    walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else SwitchedWalk
+    walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else CommandedWalk
     inputs = walk(controller).inputs(course)
     if current_of(controller):
         Way(controller).fill_currents(inputs)

@@ -4,7 +4,7 @@ from typing import Any
 
 from host_reference import Restored, Way
 from host_stretches import Stretch
-from host_stretches_switched import SwitchedWalk
+from host_stretches_commanded import CommandedWalk
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference.program_state import (
@@ -32,7 +32,7 @@ PLACES = 9
 ORDERS = (STOP, PAUSE, START, RESUME, SKIP, JUMP)
 
 
-class ProgrammedWalk(SwitchedWalk):
+class ProgrammedWalk(CommandedWalk):
     """Knows by a reference model of its own where the setpoint is."""
 
     def __init__(self, controller: Controller, restored: Restored | None = None) -> None:
