@@ -164,7 +164,8 @@ class SettingsKept(Kept):
             return
         library = self.library
         ways: dict[str, tuple[Callable[[], object], float]] = {
-            "set": (lambda: library.loop_air_set(50.0), 50.0)
+            "higher": (lambda: library.loop_air_set(50.0), 50.0),
+            "lower": (lambda: library.loop_air_set(40.0), 40.0),
         }
         if not self.parts.switched:
             ways["off"] = (lambda: library.loop_air_set(0.0), 0.0)
