@@ -8,13 +8,7 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from host_courses import (
-    LONG_SILENCE,
-    LOWERED,
-    inputs_of,
-    kinds_of,
-    random_course,
-)
+from host_courses import LONG_SILENCE, LOWERED, inputs_of, kinds_of, random_course
 from host_reference import TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import CRITICAL_C, TUNINGS

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
-from host_running import COLD_C, HOT_C, LONG, TARGET_C, Running
+from host_gate import COLD_C, HOT_C, LONG, TARGET_C, Running
 
 from heatwright.sim.host import Host
 from heatwright.sim.reference.program_state import RUNNING

@@ -5,17 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from storage_bare import LOOP, Bare
-from storage_firing import (
-    IDLE,
-    PAUSED,
-    RESTORING,
-    RETURNING,
-    RUNNING,
-    Cut,
-    Edit,
-    Seen,
-    same,
-)
+from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen, same
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
 from heatwright.sim.elf import Elf
