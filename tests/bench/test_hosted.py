@@ -79,15 +79,6 @@ def test_the_fan(device):
         assert device.on_fraction("part_fan") == pytest.approx(share, abs=1 / 256)
 
 
-def test_the_fan_cools_the_machine():
-    still_c, blown_c = (
-        modelled("extruder", *at({0.5: first, 1: "M104 D20"}), {"for": "300 s"})
-        .trace.temperatures_c["block"][-1]
-        for first in ("M105", "M106 S255")
-    )  # fmt: skip
-    assert blown_c < still_c - 10
-
-
 def fed_mm(device, lines, seconds):
     """How far the feed goes after these lines."""
     device.travel_mm("feed")
@@ -124,10 +115,3 @@ def test_the_feed_waits_for_the_loop_and_does_not_outlive_a_fault():
     assert fed_mm(device, "", 3) == pytest.approx(10, abs=3)
     told(device, "G1 E200 F600", "M112")
     assert fed_mm(device, "M999|M104 S210", 3) == 0
-
-
-def test_the_feed_draws_heat():
-    lines = at({1: "M104 S210", 200: "G1 E100 F300"})
-    trace = modelled("feeder", *lines, {"for": "230 s"}).trace
-    assert trace.fed_mm_per_s.sum() * trace.times_s[1] == pytest.approx(100, rel=1e-9)
-    assert trace.times_s[trace.fed_mm_per_s > 0].min() >= 200

@@ -47,24 +47,19 @@ def test_only_the_last_response_counts(chamber):
 
 
 @pytest.mark.parametrize(
-    ("readings_c", "beyond_k"),
-    [([20.0, 52.0, 49.0], 2), ([60.0, 49.0, 50.5], 1), ([20.0, 49.0], 0)],
-)
-def test_overshoot_is_in_the_direction_of_the_step(readings_c, beyond_k):
-    assert overshoot(np.array(readings_c), 50.0) == beyond_k
-
-
-@pytest.mark.parametrize(
-    ("readings_c", "rise_s", "settled_s"),
+    ("readings_c", "beyond_k", "rise_s", "settled_s"),
     [
-        ([20.0, 25.0, 30.0, 40.0], None, None),  # it never arrives
-        ([50.0, 50.0625, 50.0], None, 0),  # from the start
-        ([40.0, 50.0, 50.0, 50.0, 50.3], 0, None),  # it leaves the band again
+        ([20.0, 25.0, 30.0, 40.0], 0, None, None),  # it never arrives
+        ([50.0, 50.0625, 50.0], 0.0625, None, 0),  # from the start
+        ([40.0, 50.0, 50.0, 50.0, 50.3], 0.3, 0, None),  # it leaves the band again
+        ([20.0, 52.0, 49.0], 2, 0, None),
+        ([60.0, 49.0, 50.5], 1, 0, None),  # overshoot is in the direction of the step
     ],
 )
-def test_rise_and_settling(readings_c, rise_s, settled_s):
+def test_overshoot_rise_and_settling(readings_c, beyond_k, rise_s, settled_s):
     readings_c = np.array(readings_c)
     times_s = np.arange(float(len(readings_c)))
+    assert overshoot(readings_c, 50.0) == pytest.approx(beyond_k)
     assert rise_time(times_s, readings_c, 50.0) == rise_s
     assert settling(times_s, readings_c, 50.0, 0.0625) == settled_s
 

@@ -21,13 +21,9 @@ CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
 }
 
 
-def heating() -> World:
-    return starts.heating(site_of("chamber"))
-
-
 def at_phase(phase_s: float) -> tuple[World, Ds18b20, float]:
     """A machine that is heating, at this moment of a period."""
-    world = heating()
+    world = starts.heating(site_of("chamber"))
     at_s = float(np.ceil(world.now_s) + phase_s)
     world.run(at_s - world.now_s)
     world.device.advance(at_s)
@@ -69,7 +65,7 @@ def test_a_chip_that_browns_out_is_never_believed(phase_s: float) -> None:
 @pytest.mark.parametrize("phase_s", np.arange(0.0, 0.1, 0.007), ids="{:.3f}".format)
 @pytest.mark.parametrize("entry", ["__stop_program", "_exit"])
 def test_a_hang_whenever_it_comes(entry: str, phase_s: float) -> None:
-    world = heating()
+    world = starts.heating(site_of("chamber"))
     at_s = world.now_s + phase_s
     world.device.advance(at_s)
     try:
@@ -81,15 +77,3 @@ def test_a_hang_whenever_it_comes(entry: str, phase_s: float) -> None:
     world.run(3.0)
     assert heated_on_s(world, at_s) <= limit_s + TICK_S / 2
     assert world.fault == 14
-
-
-def test_a_program_that_hangs_at_every_start_never_heats() -> None:
-    """Each start hangs in its first wait; the watchdog resets it for ever."""
-    world = heating()
-    began_s = world.now_s
-    hang(world, "_exit")
-    for _ in range(5):
-        world.device.advance(world.now_s + 2.06)
-        hang(world, "_exit")
-    assert len(world.device.avr.take_resets()) == 5
-    assert heated_on_s(world, began_s) < 2.06

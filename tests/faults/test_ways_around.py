@@ -8,7 +8,6 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import shorted
 from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
-from heatwright.sim.reference.guard_rules import FROZEN
 from heatwright.sim.replay import ReplayResult, replay
 
 SIX_SIGMA_K = 6 * 0.8
@@ -19,20 +18,6 @@ LIMIT_A = 1.2
 RAMP_PERCENT = 25.0
 SETTLED_S = 6.0
 """Five times what a limited heater takes to its limit, and more."""
-
-
-@pytest.mark.parametrize("duty_percent", [30, 99])
-def test_a_dead_sensor_trips_where_nobody_regulates(duty_percent: int) -> None:
-    world = World(site_of("extruder"), Weather(start_c=150.0, ambient_c=20.0))
-    loop = world.site.loop
-    assert loop.protection.frozen is not None
-    world.send(f"M104 D{duty_percent}")
-    world.run(1.0)
-    stuck_c = world.tip_c
-    world.wiring.feel[loop.sensor] = lambda _felt_c: stuck_c
-    bound_s = loop.protection.frozen.for_s + 2 * loop.period_s
-    assert world.until(lambda now: now.fault != 0, bound_s + 0.1)
-    assert world.fault == FROZEN
 
 
 def test_a_switch_that_conducts_for_ever_is_cooled_to_where_it_burns_nothing() -> None:
