@@ -1,4 +1,4 @@
-"""How the model hears a host; what it takes and refuses is the binary's (test_runs, gcode)."""
+"""How the model hears a host; what it takes and refuses is the binary's (test_replay)."""
 
 import pytest
 from machines import at, course, example, modelled

@@ -1,4 +1,4 @@
-"""The kiln: its binary fires glass; what it is told on the way is in test_runs."""
+"""The kiln: its binary fires glass; what it is told on the way is in test_replay."""
 
 import pytest
 from bench_runs import run_of

@@ -1,13 +1,26 @@
-"""build, simulate, verify and compare for real: PlatformIO's binary in the simulated processor."""
+"""PlatformIO's binary in the simulated processor, by command; and what verify judges."""
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
-from types import NoneType
+from types import NoneType, SimpleNamespace
 from typing import Any
 
+import pytest
 from rig.commands import Heatwright
 from rig.specs import EXAMPLES, example
+
+from heatwright.cli.running import run_model
+from heatwright.cli.scenario import with_scenario
+from heatwright.cli.talk import _PlainJob
+from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
+from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
+from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.faults import FaultResult
+from heatwright.sim.replay import replay
+from heatwright.sim.timing import Cost, Figure, Timing
+from heatwright.spec import Controller, Expect
 
 NUMBER = int | float
 BUILD = dict.fromkeys(("flash", "ram", "stack", "flash_limit", "ram_limit"), int)
@@ -97,3 +110,119 @@ class TestCompare:
         assert row["replay"]["mismatches"] == 0
         assert row["replay"]["ticks"] >= 3599
         assert fits(row["build"], BUILD)
+
+
+# ---- what verify judges: each check fails when it must, and the command then ends with 1 ----
+
+
+@pytest.fixture(scope="module")
+def loops(chamber: Controller) -> ClosedLoop:
+    """The model in the binary's place: everything holds."""
+    run = run_model(chamber, _PlainJob(""))
+    return ClosedLoop(run, {"air": replay(chamber, run.trace.steps["air"])})
+
+
+def failing(checks: Any) -> dict[str, str]:
+    return {check.what: check.found for check in checks if not check.passed}
+
+
+TRIPPED = "E06 TOO HOT at 12.5 s"
+TIMES = "display: data_setup was below the data sheet 3 times"
+
+
+@pytest.mark.parametrize(
+    ("limits", "changes", "expected"),
+    [
+        ({"overshoot": "0.5 K", "steady": "0.5 K"}, {}, {}),  # a limit counts as kept
+        ({"overshoot": "0.49 K"}, {}, {"air: overshoot": "0.5 K"}),
+        ({"steady": "0.49 K"}, {}, {"air: steady error": "0.5 K"}),
+        (None, {"faults": {"air": ((12.5, 6),)}}, {"air: no protection trips": TRIPPED}),
+        (None, {"complaints": (TIMES,)}, {"chips keep to their data sheets": TIMES}),
+    ],
+)
+def test_what_is_asked_of_a_run(
+    loops: ClosedLoop, limits: Any, changes: dict[str, Any], expected: dict[str, str]
+) -> None:
+    judged = replace(loops, run=replace(loops.run, **changes))
+    expect = Expect.model_validate(limits) if limits else None
+    assert failing(run_checks(judged, expect)) == expected
+
+
+@pytest.mark.parametrize(
+    ("changes", "failed"),
+    [
+        ({}, 0),
+        ({"mismatches": 1}, 1),
+        ({"restored": ("a fault",)}, 1),
+        ({"unchecked": ("loop.secret",)}, 1),
+        ({"unchecked": ("fault.time_s",)}, 0),  # inputs and the clock are not compared
+    ],
+)
+def test_what_differs_from_the_model_fails(
+    loops: ClosedLoop, changes: dict[str, Any], failed: int
+) -> None:
+    judged = replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
+    assert len(failing(replay_checks(judged))) == failed
+
+
+def test_a_binary_that_does_not_fit_fails() -> None:
+    built = BuildResult(Path("a.elf"), 100, 50, 50, flash_limit=100, ram_limit=100, log="")
+    changes = ({}, {"flash_bytes": 101}, {"stack_bytes": 51})
+    found = [[*failing(build_checks(replace(built, **each)))] for each in changes]
+    assert found == [[], ["flash"], ["static RAM and worst stack"]]
+
+
+@pytest.mark.parametrize(("length_s", "drawn_s"), [(60.0, 1800.0), (7200.0, 7200.0)])
+def test_a_short_scenario_is_drawn_out_a_long_one_stays(length_s: float, drawn_s: float) -> None:
+    found = long_enough(with_scenario(example("chamber"), None, length_s)).simulation
+    assert found is not None
+    assert found.scenario[-1].for_s == drawn_s
+
+
+GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")
+GOOD_FAULT = FaultResult("unplugged", "sensor_no_answer", ("sensor_no_answer",), 4.9, 6.0, 0.9, 65)
+
+
+@pytest.fixture
+def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Verify with the model in the binary's place, and these trials."""
+
+    def use(figure: Figure, fault: FaultResult) -> None:
+        timing = Timing({"busy_us": figure}, (Cost("main", 1, 9, 0.1),), 0.99, 600.0)
+        trials = SimpleNamespace(timing=timing, faults=(fault,))
+        built = BuildResult(Path("a.elf"), 6000, 200, 100, 32256, 2048, "")
+        for name, stand_in in (
+            ("engine.build_firmware", lambda *_: built),
+            ("engine.try_all", lambda *_: trials),
+            ("closed_loop.run_binary", lambda controller, _, job: run_model(controller, job)),
+        ):
+            monkeypatch.setattr(f"heatwright.cli.verify.{name}", stand_in)
+
+    return use
+
+
+@pytest.mark.parametrize(
+    ("figure", "fault", "expected"),
+    [
+        ({}, {}, ""),
+        ({"worst": 123.456}, {}, "busy waiting: 123.5 µs (limit: 100 µs)"),
+        ({"worst": None}, {}, "busy waiting: – (limit: 100 µs)"),
+        ({}, {"rule": None, "problems": ("no trip",)}, "fault unplugged: no trip"),
+    ],
+    ids=["passes", "too long", "not seen", "no trip"],
+)
+def test_verify_says_what_failed(
+    heatwright: Heatwright, tried: Any, figure: Any, fault: Any, expected: str
+) -> None:
+    tried(replace(GOOD_FIGURE, **figure), replace(GOOD_FAULT, **fault))
+    done = heatwright("verify chamber.yaml --report v.html", status=bool(expected))
+    *_, reason, verdict, page_name = done.out.splitlines()
+    page = Path("v.html").read_text(encoding="utf-8")
+    said = "Failed: 1 of " if expected else "Passed: all "
+    assert page_name == "v.html"
+    assert verdict.capitalize().startswith(said)
+    assert said in page
+    if expected:
+        assert reason == expected
+        assert expected in page
+        assert heatwright("verify chamber.yaml --json", status=1).json["passed"] is False

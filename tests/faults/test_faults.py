@@ -3,7 +3,6 @@
 import random
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, site_of, tried
@@ -12,7 +11,7 @@ from heatwright.sim.faults import catalogue, run_faults, try_fault
 from heatwright.sim.faults import run as running
 from heatwright.sim.faults.bounds import lasting_s, steps, watchdog_s
 from heatwright.sim.faults.healthy import SPREAD, healthy
-from heatwright.spec import Controller, Sensor, kinds
+from heatwright.spec import Controller
 from heatwright.spec.rules import RULES
 
 KNOWN = {rule.id for rule in RULES.values()}
@@ -36,11 +35,6 @@ def test_the_catalogue_has_each_once_and_no_other(machine: str) -> None:
 
 def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
     assert {rule for _, _, rule in CASES} >= KNOWN
-
-
-@pytest.mark.parametrize("kind", kinds(Sensor))
-def test_every_kind_of_sensor_has_its_faults(kind: str) -> None:
-    assert callable(import_module(f"heatwright.sim.faults.sensors.{kind}").faults)
 
 
 def test_rules_that_are_off_are_not_expected(vary: Callable[..., Controller]) -> None:
