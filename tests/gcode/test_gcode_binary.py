@@ -1,6 +1,9 @@
-"""The binary behind its serial line: nothing that arrives costs a tick, a byte or a limit."""
+"""The binary behind its serial line: nothing that arrives costs a tick, a byte or a limit; and
+docs/gcode.md tells of every command of the firmware, and of none that there is not."""
 
 import random
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from suite import amount
 
 from heatwright.sim.serial_noise import SerialNoise
 
+ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
 STOPPED = "Error:E19 STOPPED (M112): heaters are off until M999"
@@ -140,3 +144,25 @@ def test_a_bad_cable_loses_no_line(board: BinaryBoard, seed: int) -> None:
     assert board.host.resends > 5
     done = [text.split()[3] for text in board.host.texts("echo:  M301")]
     assert done == [f"P{number}.00000" for number in range(1, 101)]
+
+
+def in_the_firmware() -> set[str]:
+    text = (ROOT / "templates" / "interfaces" / "gcode.c.j2").read_text("utf-8")
+    functions = {"G": ("do_g",), "M": ("do_m", "do_gains", "do_feed")}
+    found = set()
+    for letter, names in functions.items():
+        for name in names:
+            body = text.partition(f"static bool {name}(void)\n")[2].partition("\n}\n")[0]
+            found |= {f"{letter}{number}" for number in re.findall(r"case (\d+):", body)}
+    return found
+
+
+def test_every_command_is_told_and_no_other() -> None:
+    page = (ROOT / "docs" / "gcode.md").read_text("utf-8")
+    table = page.partition("## Commands")[2].partition("\n`G0` to")[0]
+    told = {
+        command
+        for row in re.findall(r"^\| (`[^|]+`[^|]*)\|", table, re.MULTILINE)
+        for command in re.findall(r"\b[GM]\d+\b", row)
+    }
+    assert told == in_the_firmware()

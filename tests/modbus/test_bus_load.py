@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable
 
 import pytest
-from modbus_requests import SHORT, pdu
+from modbus_host import SHORT, pdu
 from modbus_wire import ANSWER_S, Sent, Wire
 from suite import amount
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from modbus_requests import SHORT, requests
+from modbus_host import SHORT, requests
 from modbus_wire import CALM, Sent, Wire
 from rig.modbus_oracle import Oracle
 from suite import amount
