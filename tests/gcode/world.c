@@ -126,7 +126,7 @@ static unsigned disabled;
 #if __has_include("output_feed.h")
 #include "output_feed.h"
 
-enum { BRAKING_STEPS = 150 }; /* several ticks */
+enum { BRAKING_STEPS = 200 }; /* several ticks; in one of them the feed is where G1 wants it */
 
 static float steps_per_tick;
 static bool braking;

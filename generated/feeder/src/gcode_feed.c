@@ -108,8 +108,8 @@ static bool try_move(void)
     if (places) {
         steps = difference(difference(steps, target_steps), -origin_steps);
     }
-    if (steps != 0 && !is_taken_now(steps)) {
-        return false;
+    if ((steps != 0 || resting) && !is_taken_now(steps)) {
+        return false; /* a feed that slows down is not yet where it will stand */
     }
     move_waits = false;
     if (!places) {
