@@ -68,7 +68,12 @@ class Player:
     def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
-        self._reference.restore(code, Single(row["fault.temperature_c"]))
+        acknowledged = int(row[ACKNOWLEDGEMENTS]) if ACKNOWLEDGEMENTS in _names(row) else 0
+        restored = code or (EMERGENCY_STOP if acknowledged else 0)  # whichever it was: it has gone
+        self._reference.restore(restored, Single(row["fault.temperature_c"]))
+        for _ in range(acknowledged):
+            self._reference.stop()
+            self._reference.acknowledge()
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)

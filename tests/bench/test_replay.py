@@ -204,8 +204,11 @@ def test_a_fault_that_outlived_a_reset_is_listed(replayed, log):
     assert [(found.row, found.fault_code) for found in result.restored] == [(len(log), 6)]
 
 
-def test_the_temperature_of_an_acknowledged_fault_outlives_a_reset(replayed, log):
-    after = changed(log[:4], slice(None), fault__temperature_c=91.5)
+@pytest.mark.parametrize("times", [0, 1])
+def test_the_temperature_of_an_acknowledged_fault_outlives_a_reset(replayed, log, times):
+    """It was acknowledged before the reset, or between it and the first step."""
+    fault = {"fault__temperature_c": 91.5, "fault__acknowledgements": times}
+    after = changed(log[:4], slice(None), **fault)
     result = replayed(np.concatenate([log, after]))
     assert (result.mismatches, result.segments, result.restored) == (0, 2, ())
 
