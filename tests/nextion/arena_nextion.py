@@ -1,13 +1,11 @@
 """The touch display's C, broken, and what then has to complain: the tests of the hosted kiln."""
 
-import test_touch_hostile
 import test_touch_orders
-import test_touch_points
 import test_touch_shows
 from hosted_kiln import WORLD
 from rig.judged import InItsWorld, first_complaint
 
-JUDGES = (test_touch_orders, test_touch_points, test_touch_shows, test_touch_hostile)
+JUDGES = (test_touch_shows, test_touch_orders)
 """The quick ones first."""
 
 

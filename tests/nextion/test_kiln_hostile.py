@@ -1,17 +1,138 @@
 """Whatever becomes of the display, and whatever it sends: nothing but the display's own changes.
 
-Two boards run side by side, one of them with the bytes on its line. After every tick all of their
-memory is compared; what only the display's own files may write is left out. The line goes at full
-speed while a program runs.
+Two kilns run a program side by side, one of them with the bytes on its line, at full speed. After
+every tick all of RAM, the registers included, must be the same in both but for what is named; and
+nothing is ever written between the variables and the stack.
 """
 
+import re
+from collections.abc import Iterable
+
+import numpy as np
 import pytest
 from display_orders import Grammar, Malice
-from memory_guard import BAUD, Kilns
+from kiln_desk import DISPLAY_FILES, RUNNING, firmware
+from numpy.typing import NDArray
 from rig.specs import example
 from suite import amount
 
+from heatwright.generator.stack import worst_stack
 from heatwright.sim.avr import RAM_FILL
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.dwarf import Variable
+
+FIRST = 0x20
+"""Address of the first register; below are those of the core."""
+CORE = slice(0x5D - FIRST, 0x60 - FIRST)
+"""Stack pointer and status register."""
+HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|TIFR\d|PIN[A-L]|EEAR|EEDR")
+"""Registers that tell the very moment, those of the line, and where the EEPROM was read last."""
+TICK = "clock.c:ticks_of_second"
+"""Changes once a tick, in the main loop."""
+BAUD = 115_200
+LONGEST = b"#7 8,10,100:9,10,200:10,10,100:;"
+"""Makes the kiln's program as long as one may be: the next segment is beyond the array."""
+STEP_S = 1.0
+TICK_S = 0.01
+FIRST_C, RISE_K_PER_S = 20.0, 0.15
+"""What the thermocouple feels: as the program wants it, so that nothing trips."""
+
+
+class Watched(AvrDevice):
+    """A kiln whose memory is noted each time it falls asleep after a tick.
+
+    ticks -- how many there were.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(*firmware("kiln"))
+        self.unplug()
+        self.ticks = 0
+        end = self.elf.static_ram[1]
+        self._images = self.avr.snapshots((self.variables[TICK].address, 1), (FIRST, end - FIRST))
+        self._same = np.ones(end - FIRST, bool)
+        self._same[CORE] = False
+        for each in self._free():
+            self._same[each.address - FIRST :][: each.size] = False
+
+    def _free(self) -> list[Variable]:
+        registers = [each for each in self.variables.of_file("") if HASTY.fullmatch(each.name)]
+        return registers + [each for file in DISPLAY_FILES for each in self.variables.of_file(file)]
+
+    def take(self) -> tuple[NDArray[np.uint64], NDArray[np.uint8]]:
+        """Cycles and images since the last call."""
+        cycles, images = self._images.take()
+        self.ticks += len(cycles)
+        return cycles, images
+
+    def differences(self, mine: NDArray[np.uint8], others: NDArray[np.uint8]) -> list[str]:
+        """The first bytes that differ and should not: after which tick, and where."""
+        ticks, places = np.nonzero((mine != others) & self._same)
+        first = self.ticks - len(mine)
+        return [
+            f"difference after tick {first + int(tick)}: {self._name(FIRST + int(place))}"
+            for tick, place in list(zip(ticks, places, strict=True))[:5]
+        ]
+
+    def _name(self, address: int) -> str:
+        for name in self.variables:  # type: ignore[attr-defined]
+            found = self.variables[name]
+            if found.address <= address < found.address + found.size:
+                return str(name)
+        return f"0x{address:04x}"
+
+
+class Kilns:
+    """Two kilns that run a program; board -- the one that is disturbed; stack_bytes -- at most."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.quiet, self.board = Watched(), Watched()
+        self.stack_bytes = worst_stack(self.board.elf.path).total
+        self._latest_cycles = 0
+        self.run(2.0)
+        for each in (self.quiet, self.board):
+            each.avr.uarts[0].send(b"#8 1;" + LONGEST, BAUD)
+        self.run(4.0)
+        assert self.board.read("program.state") == RUNNING
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, in steps; raises AssertionError for the first byte that differs."""
+        end_s = self.now_s + seconds
+        while self.now_s < end_s:
+            self.now_s += STEP_S
+            for each in (self.quiet, self.board):
+                each.sense("chamber", FIRST_C + RISE_K_PER_S * self.now_s)
+                each.advance(self.now_s)
+                each.feed()
+            (cycles, images), (others_cycles, others) = self.quiet.take(), self.board.take()
+            assert len(cycles) == len(others_cycles), f"ticks are missing before {self.now_s} s"
+            found = self.board.differences(others, images)
+            assert not found, found
+            late = others_cycles.astype(np.int64) - cycles.astype(np.int64)
+            self._latest_cycles = max(self._latest_cycles, int(late.max()))
+
+    def send(self, chunks: Iterable[bytes], baud: float = BAUD) -> None:
+        """Send all that comes, without a pause."""
+        for data in chunks:
+            self.board.avr.uarts[0].send(data, baud)
+            self.run(10 * len(data) / baud)
+
+    def finish(self) -> None:
+        """See that all went well to the end: in time, on its stack, and that it still listens."""
+        self.run(3.0)
+        avr = self.board.avr
+        assert self._latest_cycles / avr.clock_hz < TICK_S / 2
+        assert len(avr.take_resets()) == 0
+        assert self.board.read("program.state") == RUNNING
+        assert avr.eeprom.contents == self.quiet.avr.eeprom.contents
+        assert avr.stack_used <= self.stack_bytes
+        avr.uarts[0].send(b"#9 0;", BAUD)
+        self.board.advance(self.now_s + 2.0)
+        assert self.board.read("program.state") != RUNNING, "it listens no more"
+
+
+# -- what is sent
 
 SEED = 7
 TOUCHES = ("bset", "back", "bdebug", "back", "bprog", "b1", "back", "bfaults", "back")

@@ -4,13 +4,29 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from pydantic import TypeAdapter
 from rig.bad_specs import bases
-from rig.specs import changed, controller_of
+from rig.specs import changed, controller_of, example
 
 import heatwright.spec as language
-from heatwright.spec import SpecError, load_text
+from heatwright.spec import (
+    ComparisonRow,
+    Sensor,
+    SpecError,
+    Write,
+    commands,
+    load_text,
+    row_controller,
+)
+from heatwright.spec.checks.reading import shortest_period_s
+from heatwright.spec.coarseness import largest_step_k, step_at_k
+from heatwright.spec.conversion import conversion
+from heatwright.spec.max31856 import RANGE_C
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
+from heatwright.spec.tree import parse
+from heatwright.spec.uses import pin_uses, uart_of
+from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
 LEAST = changed(bases()["oven"], (", power: 240 W", ""))
 RULES_OFF = "{maximum: 80 °C, heating: off, runaway: off, frozen: off, rising_while_off: off}"
@@ -220,3 +236,159 @@ def test_a_name_may_be_as_long_as_it_says() -> None:
     assert load_text(changed(LEAST, ("name: oven", f"name: {longest}")))
     with pytest.raises(SpecError, match=f"Use at most {LONGEST_NAME} characters"):
         load_text(changed(LEAST, ("name: oven", f"name: {longest}a")))
+
+
+# -- who sets a loop, switches it and tunes it, and whether it runs after the start
+
+ON_OFF = "{kind: on_off}"
+OF_A_LOOP = ("commanded", "switched", "tunable", "zero_is_off", "starts_enabled", "programmed")
+OF_ALL = ("must_release", "gcode_of", "modbus_of", "nextion_of")
+CHANGED = {
+    "the extruder, on or off": changed(
+        bases()["extruder"],
+        ("{kind: pid, kp: 9, ki: 0.3, kd: 31, derivative_filter: 1 s, band: 10 K}", ON_OFF),
+    ),
+    "the kiln, started": changed(
+        bases()["programmed_kiln"], ("    period: 1 s", "    starts: enabled\n    period: 1 s")
+    ),
+    "the kiln and a master": changed(
+        bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
+    ),
+}
+"""The master has all loops, and people switch them at the display."""
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("chamber", "starts_enabled"),
+        ("oven", "starts_enabled"),
+        ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
+        ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
+        ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),
+        ("fabricator", "commanded switched must_release modbus_of"),
+        ("dryer", "commanded switched tunable must_release modbus_of"),
+        ("kiln", "commanded switched tunable programmed nextion_of"),
+        ("the kiln, started", "commanded switched tunable starts_enabled programmed nextion_of"),
+        ("the kiln and a master", "commanded switched tunable must_release modbus_of nextion_of"),
+        ("kiln_uno", "commanded switched tunable programmed"),
+    ],
+)
+def test_who_has_a_loop(name: str, expected: str) -> None:
+    controller = controller_of(CHANGED.get(name, name))
+    loop = next(iter(controller.loops))
+    held = [name for name in OF_A_LOOP if getattr(commands, name)(controller, loop)]
+    held += [name for name in OF_ALL if getattr(commands, name)(controller)]
+    assert held == expected.split()
+
+
+def test_what_is_no_loop_is_nobodys() -> None:
+    kiln = example("kiln").controller
+    assert not commands.programmed(kiln, "lid")
+    assert not commands.switched(kiln, "lid")
+
+
+@pytest.mark.parametrize(
+    ("name", "loop", "algorithm"),
+    [
+        ("kiln", "chamber", {"kind": "pid", "kp": 5, "ki": 0.01}),
+        ("fabricator", "nozzle", {"kind": "three_position", "dead_band": "5 K"}),
+    ],
+)
+def test_a_row_of_a_comparison_needs_nobody(name: str, loop: str, algorithm: object) -> None:
+    keys = {"name": "row", "setpoint": "200 °C", "algorithm": algorithm}
+    row = ComparisonRow.model_validate(keys)
+    assert commands.starts_enabled(row_controller(example(name).controller, row), loop)
+
+
+def test_zero_is_a_hosts_word_for_off() -> None:
+    """A commanded loop may begin at 0 °C although it cannot be set so low."""
+    narrow = changed(bases()["extruder"], ("minimum: 0 °C,", "minimum: 170 °C,"))
+    assert load_text(narrow).controller.loops["nozzle"].setpoint.initial_c == 0.0
+    host = "kind: gcode, loops: {T0: nozzle}, fans: {P0: fan}"
+    with pytest.raises(SpecError):
+        load_text(changed(narrow, (host, "kind: serial_plotter")))
+
+
+@pytest.mark.parametrize("what", [*AMOUNTS, *GAINS, *SWITCHES, *COMMANDS])
+def test_everything_a_master_can_write_can_be_written(what: str) -> None:
+    written, value = {"setpoint": ("60 °C", 60.0), "manual_duty": ("12.5 %", 12.5)}.get(
+        what, ("1.5", 1.5) if what in GAINS else ("true", True)
+    )
+    name = what if what in COMMANDS else f"air.{what}"
+    new = f"write: {{{name}: {written}}}"
+    text = changed("dryer", ("write: {air.setpoint: 70 °C, air.enabled: true}", new))
+    simulation = load_text(text).controller.simulation
+    assert simulation is not None
+    assert simulation.scenario[0].write == (Write(name, value),)
+
+
+def test_interfaces_have_their_ports() -> None:
+    kiln = example("kiln").controller
+    ports = [uart_of(kiln.board, interface) for interface in kiln.interfaces]
+    assert [port and port.number for port in ports] == [0, 1]
+    pins = {use.pin.port_name: use.path[1] for use in pin_uses(kiln) if "port" in use.purpose}
+    assert pins == {"PE0": 0, "PE1": 0, "PD2": 1, "PD3": 1}
+
+
+# -- what sensors say about themselves: their kinds, ranges, steps and errors
+
+
+def sensor_of(text: str) -> Any:
+    """Read a sensor from its entry in a file."""
+    return TypeAdapter(Sensor).validate_python(parse(text, "a sensor").data)
+
+
+@pytest.mark.parametrize("bits", [9, 10, 11, 12])
+def test_a_ds18b20_after_its_data_sheet(bits: int) -> None:
+    sensor = sensor_of(f"{{kind: ds18b20, pin: A1, resolution: {bits} bit}}")
+    assert sensor.conversion_s == {9: 0.09375, 10: 0.1875, 11: 0.375, 12: 0.75}[bits]
+    assert shortest_period_s(sensor) == {9: 0.15, 10: 0.24, 11: 0.43, 12: 0.8}[bits]
+    assert sensor.step_k == {9: 0.5, 10: 0.25, 11: 0.125, 12: 0.0625}[bits]
+    assert [sensor.error_k(t) for t in (-55, -30, -10, 85, 100, 125)] == [2, 1, 0.5, 0.5, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("curve", "expected"),
+    [
+        ("{a: 8.11e-4, b: 2.115e-4, c: 7.07e-8}", "SteinhartHartCurve"),
+        ("{points: [[0 °C, 370 kΩ], [25 °C, 100 kΩ], [310 °C, 90 Ω]]}", "PointsCurve"),
+        ("{resistance: 100 kΩ, at: 25 °C, beta: 3950 K}", "BetaCurve"),
+    ],
+)
+def test_curves_are_told_by_their_keys(curve: str, expected: str) -> None:
+    nozzle = "kind: thermistor, pin: A13, divider: {pull_up: 4.7 kΩ}, range: 0 °C .. 300 °C"
+    sensor = sensor_of(f"{{{nozzle}, curve: {curve}}}")
+    assert type(sensor.curve).__name__ == expected
+    assert hash(sensor) == hash(sensor.model_copy())
+    if "points" in curve:
+        assert sensor.curve.points[1] == (25.0, 1e5)
+
+
+@pytest.mark.parametrize("kind", RANGE_C)
+def test_every_type_of_a_max31856_has_its_range(kind: str) -> None:
+    lowest_c, highest_c = RANGE_C[kind]
+    words = ["-10 °C may never be read"] if lowest_c > -10 else []
+    words += ["1150 °C may never be read"] if highest_c < 1150 + 5 else []
+    types = f"thermocouple: {kind}, selectable: [{kind}, {'R' if kind == 'S' else 'S'}]"
+    kiln = changed(bases()["kiln"], ("thermocouple: K", types))
+    if not words:
+        assert load_text(kiln)
+        return
+    with pytest.raises(SpecError) as caught:
+        load_text(kiln)
+    assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize("name", ["extruder", "feeder"])
+def test_steps_of_the_adc(name: str) -> None:
+    """The slope's step is the code's own, and the widest is what the table's computation found."""
+    controller = example(name).controller
+    sensor, mcu = controller.sensors["nozzle"], controller.board.mcu
+    assert sensor.step_k == largest_step_k(sensor, mcu)
+    assert sensor.step_k == pytest.approx(conversion(sensor, mcu).step_k)
+    low_c, high_c = sensor.range_c
+    for share in range(9):
+        temperature_c = low_c + (high_c - low_c) * share / 8
+        assert step_at_k(sensor, temperature_c, mcu) <= sensor.step_k * 1.05
+        assert sensor.error_k(temperature_c) == step_at_k(sensor, temperature_c, mcu)

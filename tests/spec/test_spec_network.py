@@ -1,6 +1,7 @@
-"""The small solver of the checks against textbook formulae and scipy's matrix exponential."""
+"""The solver of the checks against textbook formulae and scipy; what they say of a machine."""
 
 import math
+import re
 from itertools import islice, pairwise
 from typing import Any
 
@@ -8,10 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig.bad_specs import bases
+from rig.specs import changed, controller_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from heatwright.spec import ThermalNetwork
+from heatwright.spec import Controller, SpecError, Stepper, ThermalNetwork
+from heatwright.spec.checks import firing
+from heatwright.spec.checks.firing import Ramp
+from heatwright.spec.checks.machine import Machine
 from heatwright.spec.heat_flows import BEND
 from heatwright.spec.matrices import exponential, solve
 from heatwright.spec.network import Heated
@@ -158,3 +164,66 @@ def test_solve(matrix: list[list[float]], data: st.DataObject) -> None:
     right = data.draw(of_size(size, st.floats(-100, 100)))
     found = np.array(solve(dominant, right))
     assert np.abs(np.array(dominant) @ found - right).max() <= 1e3 * EPSILON * 100
+
+
+# -- what a machine does by itself, and whether it follows a ramp
+
+FIRST = "{to: 540 °C, over: 60 min}"
+
+
+def machine_of(controller: Controller) -> Machine:
+    name, loop = next(iter(controller.loops.items()))
+    heater = controller.outputs[loop.heater]
+    assert not isinstance(heater, Stepper)
+    assert controller.simulation is not None
+    return Machine(controller, name, heater, controller.simulation)
+
+
+def test_a_cooler_cools_faster() -> None:
+    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that.
+
+    The sensor follows with its lag, so it never falls as fast as the block at the start.
+    """
+    alone_k_per_s = 300 / (8 * 27)
+    course = machine_of(controller_of(bases()["simulated_fabricator"])).cooling()
+    steepest = max(
+        (before - after) / (after_s - before_s)
+        for (before_s, before), (after_s, after) in pairwise(course)
+    )
+    assert alone_k_per_s < steepest < 4 * alone_k_per_s
+
+
+def kiln(first: str = FIRST) -> Controller:
+    return controller_of(changed(bases()["simulated_kiln"], (FIRST, first)))
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return machine_of(kiln())
+
+
+def ramp(to_k: float, seconds: float) -> Ramp:
+    return Ramp((), "over", 0.0, to_k, seconds)
+
+
+def test_the_best_of_controls_keeps_up(machine: Machine) -> None:
+    """Where it cannot, and after how long, is told in bad_specs/programs.txt."""
+    assert firing._lost_after_s(machine, ramp(520.0, 3600.0), within_k=5.0) is None
+
+
+@pytest.mark.parametrize(
+    ("steep", "form"), [("over: 12 min", "over: {} min"), ("at: 2600 K/h", "at: {} K/h")]
+)
+def test_the_advice_is_good(steep: str, form: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        kiln(f"{{to: 540 °C, {steep}}}")
+    (problem,) = caught.value.problems
+    assert "W cannot follow" in problem.reason
+    advised = re.search(r"Use at (?:least|most) ([0-9.]+) ", problem.remedy)
+    assert advised is not None
+    assert kiln(f"{{to: 540 °C, {form.format(advised[1])}}}")
+
+
+def test_no_power_is_enough_for_the_last_degree(machine: Machine) -> None:
+    highest_k = machine.plant.steady_k(machine.full_power_w)
+    assert "more power" in firing._slower(machine, ramp(highest_k + 1.0, 3600.0))
