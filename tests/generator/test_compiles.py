@@ -9,6 +9,8 @@ from heatwright.generator import render
 from heatwright.generator.plan import File, Plan
 from heatwright.spec.names import LONGEST_NAME
 
+PLAIN = changed("chamber").partition("simulation:")[0]
+
 
 def test_an_undefined_name_is_an_error() -> None:
     file = File("src/clock.c", "src/clock.c.j2", {"tick_ms": 10})
@@ -52,3 +54,26 @@ def test_another_crystal(clock_mhz: float) -> None:
 
 def test_the_boards_own_clock_is_left_to_platformio() -> None:
     assert "f_cpu" not in files_of("chamber")["platformio.ini"]
+
+
+def test_as_many_periods_as_can_be_counted_are_taken_as_the_file_says_them() -> None:
+    """0.83 · 255 is a little less than 211.65 in binary, and 70.2 − 10.3 than 59.9."""
+    text = changed(
+        PLAIN, ("period: 1 s", "period: 0.83 s"), ("stale_after: 5 s", "stale_after: 211.65 s"),
+        ("minimum: 10 °C, maximum: 70 °C", "minimum: 10.3 °C, maximum: 70.2 °C"),
+        ("step: 10 K", "step: 59.9 K"),
+    )  # fmt: skip
+    assert controller_of(text).loops["air"].protection.stale_after_s == 211.65
+    assert "STALE_STEPS 255u" in files_of(text)["src/config.h"]
+
+
+def test_two_converters_with_registers_share_no_name() -> None:
+    wires = "chip_select: D{0}0, clock: D{0}1, data_in: D{0}2, data_out: D{0}3"
+    air, wall = (f"{{kind: max31856, {wires.format(place)}}}" for place in (3, 4))
+    settings = "period: 1 s, setpoint: {initial: 20 °C, minimum: 10 °C, maximum: 70 °C}"
+    loop = f"{{sensor: wall, heater: other, {settings}, algorithm: {{kind: on_off}}}}"
+    whole(changed(
+        PLAIN, ("{kind: ds18b20, pin: A1, resolution: 12 bit}", f"{air}\n  wall: {wall}"),
+        ("\nsafety:", f"  wall: {loop}\nsafety:"), ("board: uno", "board: mega2560"),
+        ("outputs:", "outputs:\n  other: {kind: digital, pin: D22, power: 9 W}"),
+    ))  # fmt: skip

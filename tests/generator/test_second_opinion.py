@@ -1,13 +1,20 @@
-"""The Arduino IDE builds the folder as a sketch: its own flags and core, our main."""
+"""Second opinions on the generated C: the Arduino IDE builds the folder as a sketch, with its own
+flags and core and our main; cppcheck finds nothing."""
 
 import re
+import shutil
 import subprocess
 from pathlib import Path
+from random import Random
 
 import pytest
-from rig.specs import files_of
+from rig.controllers import drawings
+from rig.specs import example, files_of
+from suite import SEED, amount
 
-from heatwright.generator import write
+from heatwright.generator import plan_firmware, render, write
+from heatwright.generator.plan.assembly import MCU_MACROS
+from heatwright.spec import Spec
 
 IDE = Path("/usr/share/arduino/hardware/arduino/avr")
 """Where Debian's arduino-core-avr puts it."""
@@ -80,3 +87,31 @@ def assert_starts_safely(listing: str) -> None:
     assert start is not None
     assert "cbi\t0x0b, 3" in start[1]
     assert "sbi\t0x0a, 3" in start[2]
+
+
+CPPCHECK = [
+    "cppcheck", "--quiet", "--enable=warning,performance,portability", "--inconclusive",
+    "--std=c11", "--platform=avr8", "--library=avr", "--error-exitcode=1",
+]  # fmt: skip
+
+
+def assert_nothing_is_found(spec: Spec, folder: Path) -> None:
+    board = spec.controller.board
+    write(render(plan_firmware(spec)), folder)
+    assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
+    done = subprocess.run(
+        [*CPPCHECK, f"-D{MCU_MACROS[board.mcu]}", f"-DF_CPU={board.clock_hz}UL", "src"],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("name", ["chamber", "fabricator", "dryer", "kiln", "kiln_uno"])
+def test_nothing_is_found_in_examples(name: str, tmp_path: Path) -> None:
+    assert_nothing_is_found(example(name), tmp_path)
+
+
+@pytest.mark.parametrize("number", range(amount("drawn_for_cppcheck")))
+def test_nothing_is_found_in_what_is_drawn(number: int, tmp_path: Path) -> None:
+    random = Random(f"cppcheck {SEED} {number}")  # noqa: S311 - no secret
+    assert_nothing_is_found(next(iter(drawings(random))).spec, tmp_path)
