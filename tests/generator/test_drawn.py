@@ -2,7 +2,8 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from random import Random
 
@@ -36,6 +37,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 LARGE_FLASH = 100_000
 """Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
 TOO_LARGE = re.compile(r"will not fit in region `text'|is not within region `data'")
+CODE = (".c", ".h")
 FEW = 4
 
 
@@ -57,18 +59,10 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
     pool = drawn(amount("drawn_planned"))
     seen = frozenset[object]().union(*(shown(each.spec) for each in pool))
     used = {name for name in seen if isinstance(name, str)}
-    assert with_included(used) == {
-        path.relative_to(TEMPLATES).as_posix()
-        for path in TEMPLATES.glob("*/*")
-        if path.suffix in {".c", ".h", ".j2"}
-    }
-    missing = [
-        (template, condition, value)
-        for place, (template, condition) in noting().places.items()
-        for value in (True, False)
-        if (place, value) not in seen
-    ]
-    assert missing == []
+    files = [path for path in TEMPLATES.glob("*/*") if path.suffix in {*CODE, ".j2"}]
+    assert with_included(used) == {path.relative_to(TEMPLATES).as_posix() for path in files}
+    places = product(noting().places.items(), (True, False))
+    assert [(*what, value) for (place, what), value in places if (place, value) not in seen] == []
     assert frozenset().union(*(kinds_in(each.spec.controller) for each in pool)) == {
         *BOARDS,
         *(kind for union in (Sensor, Output, Algorithm, Interface) for kind in kinds(union)),
@@ -122,7 +116,9 @@ def test_any_compiles_and_runs(number: int) -> None:
 
 def assert_it_compiles_and_runs(drawn: Drawn) -> None:
     files = files_of(drawn.text)
-    assert [name for name in defined(files["src/config.h"]) if not used(name, files)] == []
+    code = Counter(re.findall(r"\w+", "".join(files[path] for path in files if path[-2:] in CODE)))
+    constants = re.findall(r"^#define (\w+) .+$", files["src/config.h"], re.MULTILINE)
+    assert [name for name in constants if code[name] < 2] == []
     controller = drawn.spec.controller
     try:
         elf = whole(drawn.text, *project_flags(files["platformio.ini"]))
@@ -130,8 +126,11 @@ def assert_it_compiles_and_runs(drawn: Drawn) -> None:
         assert TOO_LARGE.search(str(failed)), (failed, drawn)  # noqa: PT017
         assert controller.board.flash_bytes < LARGE_FLASH, drawn
         return
-    needed = least_bytes(controller) + ring_bytes(controller)  # the check of RAM refuses no less
-    taken = static_bytes(elf) + worst_stack(elf.path).total
+    logs = [each for each in controller.interfaces if isinstance(each, SerialLog)]
+    kept = sum(ENTRY_BYTES * each.entries for each in logs if each.keep == "ram")
+    needed = least_bytes(controller) + kept  # the check of RAM refuses no less
+    first, end = elf.static_ram
+    taken = end - first + worst_stack(elf.path).total
     assert needed <= taken, drawn
     if controller.simulation is not None and taken <= controller.board.ram_bytes:
         assert_it_equals_the_reference(controller, elf, drawn)
@@ -142,9 +141,8 @@ def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Draw
     logs = bench(controller, AvrDevice(controller, elf)).steps
     for loop, whole_log in logs.items():
         others = [log for name, log in logs.items() if name != loop]
-        stops_s = min(
-            (t for log in others for t in log["time_s"][log["fault.code"] > 0]), default=1e9
-        )
+        stops = [t for log in others for t in log["time_s"][log["fault.code"] > 0]]
+        stops_s = min(stops, default=1e9)
         log = whole_log[whole_log["time_s"] < stops_s]
         if len(log):  # a period may be longer than the scenario
             result = replay(controller, log, loop)
@@ -159,24 +157,3 @@ def project_flags(ini: str) -> list[str]:
     flags = found[1].split()
     assert {"-Werror", "-Wpedantic", "-Wconversion", "-std=c11"} <= set(flags)
     return flags
-
-
-def defined(config: str) -> list[str]:
-    return re.findall(r"^#define (\w+) .+$", config, re.MULTILINE)
-
-
-def used(name: str, files: Mapping[str, str]) -> bool:
-    code: Iterable[str] = (text for path, text in files.items() if path.endswith((".c", ".h")))
-    return sum(len(re.findall(rf"\b{name}\b", text)) for text in code) > 1
-
-
-def static_bytes(elf: Elf) -> int:
-    """Bytes of variables."""
-    first, end = elf.static_ram
-    return end - first
-
-
-def ring_bytes(controller: Controller) -> int:
-    """Bytes of a log in RAM."""
-    logs = [each for each in controller.interfaces if isinstance(each, SerialLog)]
-    return sum(ENTRY_BYTES * each.entries for each in logs if each.keep == "ram")

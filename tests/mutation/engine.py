@@ -19,8 +19,7 @@ from pathlib import Path
 
 from mutation.arena import Arena
 from mutation.court import Court, Verdict, same_machine_code
-from mutation.equivalent import entry_of
-from mutation.known import names_of
+from mutation.known import entry_of, names_of
 from mutation.syntax import Kind, Mutant, mutants_of
 
 HERE = Path(__file__).parent

@@ -9,11 +9,14 @@ They are of three forms, and right for all C that is generated here:
   nothing else in the loop changes `i` or takes its address, and N is a constant that is not below
   the first `i`, or a local name without a sign that nothing changes, so `i` meets N;
 - a constant and another spelling of its value.
+
+Of other mutants `equivalent.txt` says why nothing can tell them from the original.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -32,6 +35,7 @@ _UNSIGNED = re.compile(r"(uint\d+_t|bool|size_t|unsigned( \w+)*|enum\b.*)", re.D
 _DECLARING = ("declaration", "field_declaration", "parameter_declaration", "function_definition")
 EQUAL_AT_0 = {(">", "!="), ("!=", ">"), ("==", "<="), ("<=", "==")}
 """Of `x OPERATOR 0`, where x has no sign."""
+LIST = Path(__file__).with_name("equivalent.txt")
 MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
@@ -55,9 +59,6 @@ class Names(NamedTuple):
         if text == r"'\0'":
             return "0"
         return text.rstrip("uUlLfF") if text[:1].isdigit() else text
-
-
-NO_NAMES = Names()
 
 
 def names_of(sources: Mapping[str, str]) -> Names:
@@ -114,6 +115,18 @@ def _all(node: Node) -> Iterator[Node]:
     yield node
     for child in node.children:
         yield from _all(child)
+
+
+def upwards(node: Node) -> Iterator[Node]:
+    """The node and what it is in, from the inside."""
+    found: Node | None = node
+    while found is not None:
+        yield found
+        found = found.parent
+
+
+def ancestor(node: Node, kind: str) -> Node | None:
+    return next((each for each in upwards(node) if each.type == kind), None)
 
 
 def can_only_be_equal(node: Node, other: str, names: Names) -> bool:
@@ -177,9 +190,7 @@ def _counts_up(node: Node, left: Node, right: Node, names: Names) -> bool:
 
 def _is_local(node: Node, name: str) -> bool:
     """Whether it is a parameter or variable of the function, which is set where it is declared."""
-    function: Node | None = node
-    while function is not None and function.type != "function_definition":
-        function = function.parent
+    function = ancestor(node, "function_definition")
     if function is None:
         return False
     return name in dict(_declared(_text(function))) and not _changes(function, name)
@@ -197,3 +208,41 @@ def _changes(inside: Node, name: str) -> int:
 
 def _text(node: Node | None) -> str:
     return node.text.decode() if node is not None and node.text is not None else ""
+
+
+class Entry(NamedTuple):
+    line: int
+    pattern: str
+    reason: str
+    expression: re.Pattern[str]
+    """Of mutants as the report prints them."""
+
+
+def entries(text: str) -> list[Entry]:
+    """Read the list; a line that is not of the form that its head gives is an error."""
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line or line.startswith("#"):
+            continue
+        pattern, _, reason = line.rpartition(" : ")
+        if not pattern or not reason:
+            message = f"equivalent.txt:{number}: no reason"
+            raise ValueError(message)
+        expression = re.compile(".*".join(map(re.escape, pattern.strip().split("…"))))
+        found.append(Entry(number, pattern.strip(), reason.strip(), expression))
+    return found
+
+
+@cache
+def listed() -> tuple[Entry, ...]:
+    return tuple(entries(LIST.read_text(encoding="utf-8")))
+
+
+def entry_of(mutants: Iterable[object]) -> Entry | None:
+    """Return the entry that one of these fits, which are the same one in several arenas."""
+    return next((entry for words in {str(each) for each in mutants} if (entry := _of(words))), None)
+
+
+@cache
+def _of(words: str) -> Entry | None:
+    return next((each for each in listed() if each.expression.fullmatch(words)), None)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from mutation.engine import Case
-from mutation.equivalent import entry_of, listed
+from mutation.known import entry_of, listed
 
 PROTECTION = ("guard_", "gate", "fault", "reset", "relay", "current_", "settings", "programs",
               "progress")  # fmt: skip
@@ -59,10 +59,8 @@ class Report:
     def unused_entries(self) -> list[str]:
         """Entries that fit no mutant; of any use where all mutants are at hand."""
         mutants = {str(mutant) for case in self.cases for _, mutant in case.places}
-        return [
-            f"equivalent.txt:{entry.line}: fits no mutant: {entry.pattern}"
-            for entry in listed() if not any(entry.fits(mutant) for mutant in mutants)
-        ]  # fmt: skip
+        unused = [each for each in listed() if not any(map(each.expression.fullmatch, mutants))]
+        return [f"equivalent.txt:{each.line}: fits no mutant: {each.pattern}" for each in unused]
 
     def shares(self) -> tuple[float, float]:
         """Killed of those that can be told, in protection code and elsewhere."""

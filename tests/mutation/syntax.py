@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from mutation.known import NO_NAMES, Names, can_only_be_equal, name_of, syntax_of
+from mutation.known import Names, ancestor, can_only_be_equal, name_of, syntax_of, upwards
 from tree_sitter import Node
 
 
@@ -76,7 +76,7 @@ _INTEGER = re.compile(r"(0[xX][0-9a-fA-F]+|\d+)([uUlL]*)")
 
 
 def mutants_of(
-    file: str, text: str, names: Names = NO_NAMES, loops: Sequence[str] = (), *, order: bool = False
+    file: str, text: str, names: Names, loops: Sequence[str] = (), *, order: bool = False
 ) -> list[Mutant]:
     """Return the mutants of a file of a firmware, which declares and defines names; those of its
     loops make a line no other one. `order`: with those that only interruptions can tell."""
@@ -103,7 +103,7 @@ class _File:
 
     def _mutant(self, place: tuple[int, int, str], node: Node, kind: Kind) -> Mutant:
         start, end, new = place
-        function = _ancestor(node, ("function_definition",))
+        function = ancestor(node, "function_definition")
         name, what = name_of(function), self._words(node, start, end, new)
         self._seen[name, what] += 1
         if self._seen[name, what] > 1:
@@ -120,7 +120,7 @@ class _File:
     def _way_to(self, node: Node) -> list[str]:
         """The statements that a place is inside of, by what decides in each."""
         way = []
-        for around in _upwards(node):
+        for around in upwards(node):
             found = around.child_by_field_name("condition") or around.child_by_field_name("value")
             if around.type.endswith("_statement") and found is not None:
                 way.append(f"{around.type} {_line(found.text or b'')}")
@@ -203,10 +203,8 @@ class _File:
             inner = node.child_by_field_name("argument")
             assert inner is not None
             yield f"({self._text(inner)})"
-        elif node.type == "true":
-            yield "false"
-        elif node.type == "false":
-            yield "true"
+        elif node.type in ("true", "false"):
+            yield {"true": "false", "false": "true"}[node.type]
         elif node.type in ("number_literal", "identifier", "char_literal") and not _is_name(node):
             yield from self._other_numbers(node)
 
@@ -281,7 +279,7 @@ def _needs_constant(node: Node) -> bool:
     if parent is None:
         return False
     if parent.type == "init_declarator" and parent.child_by_field_name("value") == node:
-        around = _ancestor(node, ("declaration",))
+        around = ancestor(node, "declaration")
         assert around is not None
         return any(child.text == b"static" for child in around.children)
     field = {"enumerator": "value", "array_declarator": "size", "case_statement": "value"}
@@ -311,18 +309,6 @@ def _may_go(node: Node) -> bool:
 
 def _parent_type(node: Node | None) -> str:
     return node.parent.type if node is not None and node.parent is not None else ""
-
-
-def _upwards(node: Node) -> Iterator[Node]:
-    """The node and what it is in, from the inside."""
-    found: Node | None = node
-    while found is not None:
-        yield found
-        found = found.parent
-
-
-def _ancestor(node: Node, types: tuple[str, ...]) -> Node | None:
-    return next((each for each in _upwards(node) if each.type in types), None)
 
 
 def _line(text: bytes) -> str:

@@ -12,8 +12,7 @@ import pytest
 from mutation import engine
 from mutation.court import same_machine_code
 from mutation.engine import Engine, cases_of, found_arenas, sampled
-from mutation.equivalent import entries
-from mutation.known import names_of
+from mutation.known import Names, entries, names_of
 from mutation.report import Report, protects
 from mutation.schema import TOGETHER, VARIABLE, schema
 from mutation.syntax import Kind, mutants_of
@@ -160,9 +159,11 @@ def test_no_two_mutants_are_the_same():
 
 def test_an_atomic_block_can_go_and_is_no_trouble():
     text = "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}"
-    (found,) = [each for each in mutants_of("f.c", text, order=True) if each.kind is Kind.ORDER]
+    (found,) = [
+        each for each in mutants_of("f.c", text, Names(), order=True) if each.kind is Kind.ORDER
+    ]
     assert found.applied(text) == text.replace("ATOMIC_BLOCK(ATOMIC_RESTORESTATE)", "")
-    assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text))
+    assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text, Names()))
 
 
 def test_together_each_is_what_it_is_alone(tmp_path):

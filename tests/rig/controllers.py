@@ -126,14 +126,11 @@ class _Controller:
     def _ports(self) -> None:
         """Choose who talks on which serial port; the details need the loops."""
         draws, board = self.draws, self.board
-        first = ["serial_plotter", "gcode", "modbus_rtu", "nextion", "serial_log"]
-        if board.ram_bytes < 2000:
-            first.remove("nextion")
+        first = ["serial_plotter", "gcode", "modbus_rtu"]
+        first += ["nextion"] * (board.ram_bytes >= 2000) + ["serial_log"]
         self.on_port: dict[str, int] = {}
         kind = draws.one(None, *first)
-        if kind == "modbus_rtu" and not self.left.take_timer():
-            kind = None
-        if kind is not None:
+        if kind is not None and (kind != "modbus_rtu" or self.left.take_timer()):
             self.on_port[kind] = 0
         for port in range(1, len(board.uarts)):
             others = {"nextion", "serial_log"} - set(self.on_port)
@@ -154,9 +151,8 @@ class _Controller:
         self.served_by_host = self._tools()
         commanded = {"gcode", "modbus_rtu"} & set(self.on_port)
         able = (self.has_keys or "nextion" in self.on_port) and not commanded
-        self.programmed = self.shown if able and draws.some() else None
-        if self._most_points() < 1:
-            self.programmed = None
+        some = able and draws.some()
+        self.programmed = self.shown if some and self._most_points() >= 1 else None
 
     def _tools(self) -> tuple[str, ...]:
         if "gcode" not in self.on_port:
@@ -193,22 +189,17 @@ class _Controller:
         draws, left = self.draws, self.left
         self.host_fans: dict[str, str] = {}
         self.feeds = False
-        reference = "supply"
-        if not self.has_keys and draws.seldom():
-            reference = draws.one("internal", "3 V")
-        sensors = Sensors(draws, self.board, left, reference)
+        other = not self.has_keys and draws.seldom()
+        reference = draws.one("internal", "3 V") if other else "supply"
+        sensors = Sensors(left, reference)
         if self.served_by_host:
             self._fans_and_feed()
         self.loops: list[LoopDraw] = []
         for place, name in enumerate(self.names):
             left.kept_analog = 2 * (len(self.names) - place - 1)
             spare = left.pins - 4 * (len(self.names) - place - 1)
-            self.loops.append(
-                LoopDraw(
-                    name, draws, self.board, left, sensors, self._served(name), spare,
-                    cold=len(self.names) > 1,
-                )
-            )  # fmt: skip
+            cold = len(self.names) > 1
+            self.loops.append(LoopDraw(name, sensors, self._served(name), spare, cold=cold))
 
     def _fans_and_feed(self) -> None:
         """Give the host something to switch."""
@@ -256,8 +247,8 @@ class _Controller:
                 part["driver_enable"] = self.left.digital()
             self.interfaces.append(part | draws.maybe({"linuxcnc": True}))
         if "serial_plotter" in self.on_port:
-            plotter = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
-            self.interfaces.append(plotter | self._baud(2_000_000))
+            part = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
+            self.interfaces.append(part | self._baud(2_000_000))
         if "nextion" in self.on_port:
             port = {"port": self.on_port["nextion"]} if self.on_port["nextion"] else {}
             part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, BUS_BAUDS[::-1])}
@@ -376,12 +367,10 @@ class _Controller:
         self.interfaces.append(part | self.draws.maybe({"active": "low"}))
 
     def _watchdog(self) -> None:
-        stale_s = min(loop.stale_s for loop in self.loops)
-        most_s = min(stale_s, self.board.longest_watchdog_s)
+        most_s = min(self.board.longest_watchdog_s, *(loop.stale_s for loop in self.loops))
         least_s = 0.25 if self.programs else 0.03
         able = [each for each in WATCHDOG_S if least_s <= each <= most_s]
-        usual = [2.0] * (2.0 in able)
-        self.safety["watchdog"] = text(self.draws.one(*usual, *able), "s")
+        self.safety["watchdog"] = text(self.draws.one(*[2.0] * (2.0 in able), *able), "s")
 
     # The simulated machine
 

@@ -3,20 +3,8 @@
 import math
 from typing import Any, NamedTuple
 
-from rig.controllers_parts import (
-    NARROWEST_K,
-    Draws,
-    Part,
-    Resources,
-    Sensors,
-    Unsuited,
-    step_k,
-    text,
-    tidy,
-    usable_c,
-)
+from rig.controllers_parts import NARROWEST_K, Part, Sensors, Unsuited, step_k, text, tidy, usable_c
 
-from heatwright.spec import Board
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.checks.timing import MOST_MISSING, MOST_STEPS
 
@@ -45,20 +33,11 @@ class Served(NamedTuple):
 class LoopDraw:
     """Draws one loop with its sensors, outputs and its part of the plant."""
 
-    def __init__(  # noqa: PLR0917 – each is another part of the controller
-        self,
-        name: str,
-        draws: Draws,
-        board: Board,
-        left: Resources,
-        sensors: Sensors,
-        served: Served,
-        spare_pins: int,
-        *,
-        cold: bool,
+    def __init__(
+        self, name: str, sensors: Sensors, served: Served, spare_pins: int, *, cold: bool
     ) -> None:
-        self.name, self.draws, self.board, self.left = name, draws, board, left
-        self.served, self._spare_pins = served, spare_pins
+        self.name, self.served, self._spare_pins = name, served, spare_pins
+        self.draws, self.board, self.left = sensors.draws, sensors.board, sensors.left
         self.sensors: dict[str, Part] = {}
         self.outputs: dict[str, Part] = {}
         self.loop: Part = {}
@@ -67,16 +46,16 @@ class LoopDraw:
         self.nodes: dict[str, str] = {}
         self.fans: dict[str, Part] = {}
         self.sense: dict[str, Part] = {}
-        part, self.sensor = sensors.draw(
-            spare_pins - 2, chosen=served.has_menu and served.switched, cold=cold
-        )
+        chosen = served.has_menu and served.switched
+        part, self.sensor = sensors.draw(spare_pins - 2, chosen=chosen, cold=cold)
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
         self.sensors[f"{name}_felt"] = part
         self.reference = sensors.reference
         self._draw()
 
     def _draw(self) -> None:
-        self.kind = self._algorithm_kind()
+        kinds = ["on_off", "pid"] + ["three_position"] * (self._spare_pins >= 3)
+        self.kind = str(self.draws.one(*kinds))
         self._period()
         self._temperatures()
         self._heater()
@@ -86,10 +65,6 @@ class LoopDraw:
         self._settings()
         self._protection()
         self._plant()
-
-    def _algorithm_kind(self) -> str:
-        kinds = ["on_off", "pid"] + ["three_position"] * (self._spare_pins >= 3)
-        return str(self.draws.one(*kinds))
 
     def _period(self) -> None:
         shortest_s = shortest_period_s(self.sensor)
@@ -114,18 +89,15 @@ class LoopDraw:
 
     def _heater(self) -> None:
         draws = self.draws
-        kinds = ["digital", "time_proportional", "pwm"]
-        if self.kind == "pid":
-            kinds.remove("digital")
+        kinds = ["digital"] * (self.kind != "pid") + ["time_proportional", "pwm"]
         kind = draws.one(*kinds)
         measured = kind != "time_proportional" and self.period_s <= 1 and draws.some()
         self.measured = measured and self.left.has_analog()
         self.amps_pin = self.left.analog() if self.measured else ""
-        pulses = None
-        if kind == "pwm":
-            pulses = self.left.pwm(5 / self.period_s if self.measured else 1.0, heats=True)
-            if pulses is None:
-                kind, self.measured = "time_proportional", False
+        slowest_hz = 5 / self.period_s if self.measured else 1.0
+        pulses = self.left.pwm(slowest_hz, heats=True) if kind == "pwm" else None
+        if kind == "pwm" and pulses is None:
+            kind, self.measured = "time_proportional", False
         part = {"kind": kind, **(pulses or {"pin": self.left.digital(heats=True)})}
         part |= draws.maybe({"active": "low"})
         self.power_w = draws.one(100.0, 40.0, 2000.0, 1.5, 12_000.0)
@@ -146,8 +118,7 @@ class LoopDraw:
         draws = self.draws
         spread = draws.some()
         step_ms = draws.number(10, 100, 10, 10)
-        if spread:
-            step_ms = draws.number(20, 100, 20, 20)
+        step_ms = draws.number(20, 100, 20, 20) if spread else step_ms
         steps = draws.number(100, 2000, 100)
         part = {"window": text(steps * step_ms, "ms")}
         part |= {"resolution": text(step_ms, "ms")} if step_ms > 10 else {}
@@ -197,9 +168,7 @@ class LoopDraw:
         highest_c = self.maximum_c - margin_k
         self.high_c = draws.number(highest_c - 0.2 * self.span_k, highest_c, 250, 0.1)
         self.coasts_k = coasts_k
-        self.most_percent = 100.0
-        if self.kind == "pid":
-            self.most_percent = draws.number(30, 100, 100)
+        self.most_percent = draws.number(30, 100, 100) if self.kind == "pid" else 100.0
         self.strength = draws.one(2.0, 1.4, 5.0)
         """Full power over what holds the highest setpoint."""
         self.full_w = self.power_w * self.most_percent / 100
@@ -331,8 +300,7 @@ class LoopDraw:
     def _least_duty(self) -> None:
         """Let the output have a least duty that heats no farther than the lowest setpoint."""
         full_k = self.strength * (self.high_c - AMBIENT_C) * self.power_w / self.full_w
-        per_percent_k = full_k / 100
-        most = (self.low_c - AMBIENT_C) / per_percent_k
+        most = (self.low_c - AMBIENT_C) / (full_k / 100)
         if self.kind == "pid" and most > 2 and self.draws.some():
             output = self.algorithm.setdefault("output", {})
             output["minimum"] = text(self.draws.number(1, min(0.8 * most, 20), 1), "%")
@@ -352,18 +320,17 @@ class LoopDraw:
         if self.served.has_menu and draws.some():
             rules["maximum_adjustable"] = True
         rules["minimum"] = text(self.minimum_c, "°C")
-        rate = max(self.rate_k_per_s * 1.2, self._falls_k_per_s()) + self.step_k / self.period_s
+        falls = self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1
+        rate = max(self.rate_k_per_s * 1.2, falls) + self.step_k / self.period_s
         rate = max(1.05 * rate * draws.one(1.5, 1.0, 10.0), 1e-3)
         rules["rise_rate"] = text(tidy(rate, 4), "K/s")
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
         rise_k = draws.one(2.0, 0.1, 10.0)
-        slow = 4 * (rise_k + self.step_k) / slowest
         waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
         held_s = self.delay_s + waits_s + 3 * self.lag_s
-        within_s = slow + 2 * held_s + 2 * self.period_s
+        within_s = 4 * (rise_k + self.step_k) / slowest + 2 * held_s + 2 * self.period_s
         self._rule(rules, "heating", {"rise": text(rise_k, "K"), "within": self._time(within_s)})
-        if within_s > longest_s:
-            rules["heating"] = "off"
+        rules |= {"heating": "off"} if within_s > longest_s else {}
         self._runaway(rules)
         if self.kind == "pid" and not self.integrates:
             rules["frozen"] = "off"
@@ -402,9 +369,6 @@ class LoopDraw:
         rule["for"] = self._time(max(2 * held_s, draws.one(60, 10, 1000) * self.period_s))
         self._rule(rules, "runaway", rule)
         self.runs_away = rules["runaway"] != "off"
-
-    def _falls_k_per_s(self) -> float:
-        return self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1
 
     def _plant(self) -> None:
         """Write the part of the machine that this loop heats."""

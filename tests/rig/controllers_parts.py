@@ -70,7 +70,7 @@ class Resources:
     """The pins and timers of a board that are left."""
 
     def __init__(self, draws: Draws, board: Board) -> None:
-        self._draws, self._board = draws, board
+        self.draws, self.board = draws, board
         barred = () if board.bootloader_bytes else JTAG_PINS.get(board.mcu, ())
         pins = {pin.name: pin for pin in board.pins.values() if pin.port_name not in barred}
         self._free = sorted(pins.values(), key=lambda pin: (pin.adc is not None, pin.digital))
@@ -85,13 +85,13 @@ class Resources:
 
     def keep_off(self, names: Collection[str]) -> None:
         """Take pins that have a purpose by themselves."""
-        taken = {self._board.pins[name] for name in names}
+        taken = {self.board.pins[name] for name in names}
         self._free = [pin for pin in self._free if pin not in taken]
 
     def _take(self, fitting: list[Pin]) -> str:
-        pin = self._draws.one(*fitting)
+        pin = self.draws.one(*fitting)
         self._free.remove(pin)
-        return str(self._draws.one(pin.name, pin.port_name) if pin.digital else pin.name)
+        return str(self.draws.one(pin.name, pin.port_name) if pin.digital else pin.name)
 
     def analog(self) -> str:
         """Take a pin of the ADC."""
@@ -111,7 +111,7 @@ class Resources:
         return [pin for pin in found if spare or pin.adc is None] or found
 
     def _is_quiet(self, pin: Pin) -> bool:
-        programmed = not self._board.bootloader_bytes and pin.spi in {"sck", "mosi"}
+        programmed = not self.board.bootloader_bytes and pin.spi in {"sck", "mosi"}
         return not pin.bootloader and not programmed
 
     def take_timer(self) -> bool:
@@ -121,7 +121,7 @@ class Resources:
 
     def _leaves_tick(self, taken: list[int]) -> bool:
         left = [timer for number, timer in self.timers.items() if number not in taken]
-        ticking = [timer for timer in left if tick_interval(self._board.clock_hz, timer)]
+        ticking = [timer for timer in left if tick_interval(self.board.clock_hz, timer)]
         return bool(taken) and bool(ticking)
 
     def pwm(self, slowest_hz: float, *, heats: bool) -> Part | None:
@@ -133,9 +133,9 @@ class Resources:
         ways = ["timer"] * bool(able) + ["interrupts"] * bool(by_interrupts)
         if not ways:
             return None
-        if self._draws.one(*ways) == "timer":
+        if self.draws.one(*ways) == "timer":
             return self._by_timer(able, slowest_hz)
-        slow_hz = self._draws.number(max(slowest_hz, 2), FASTEST_BY_INTERRUPTS_HZ, 100)
+        slow_hz = self.draws.number(max(slowest_hz, 2), FASTEST_BY_INTERRUPTS_HZ, 100)
         del self.timers[max(by_interrupts)]
         plain = [pin for pin in pins if pin.pwm is None] or pins
         return {"pin": self._take(plain), "frequency": text(slow_hz, "Hz")}
@@ -146,11 +146,11 @@ class Resources:
         return number in self.timers and self._leaves_tick([number])
 
     def _by_timer(self, able: list[Pin], slowest_hz: float) -> Part:
-        pin = self._draws.one(*able)
+        pin = self.draws.one(*able)
         number = pin.pwm[0]
         if number not in self._shared:
             timer = self.timers.pop(number)
-            made_hz = _frequency(self._draws, self._board.clock_hz, timer, max(slowest_hz, 1.0))
+            made_hz = _frequency(self.draws, self.board.clock_hz, timer, max(slowest_hz, 1.0))
             self._shared[number] = made_hz
         self._free.remove(pin)
         return {"pin": pin.name, "frequency": text(self._shared[number], "Hz")}
@@ -175,114 +175,106 @@ THERMISTORS: tuple[Part, ...] = (
 class Sensors:
     """Draws thermometers."""
 
-    def __init__(self, draws: Draws, board: Board, left: Resources, reference: str) -> None:
-        self._draws, self._mcu, self._left = draws, board.mcu, left
+    def __init__(self, left: Resources, reference: str) -> None:
+        self.draws, self.board, self.left = left.draws, left.board, left
         self.reference = reference  # of the ADC: one for all
 
     def draw(self, spare_pins: int, *, chosen: bool, cold: bool) -> tuple[Part, Any]:
         """Draw one with no more than these pins; return its part of the file and its model. An
         operator may choose its type (`chosen`); it measures what a room has (`cold`)."""
-        kinds = ["analog", "thermistor", "rtd"] * self._left.has_analog()
+        kinds = ["analog", "thermistor", "rtd"] * self.left.has_analog()
         kinds += ["max6675", "max31855"] * (spare_pins >= 3)
-        wide = spare_pins >= 4
-        kinds += ["max31856"] * wide
-        kinds += ["max31856"] * 5 * chosen * wide
-        if len(self._left.timers) > 1:
+        kinds += ["max31856"] * (1 + 5 * chosen) * (spare_pins >= 4)
+        if len(self.left.timers) > 1:
             kinds.insert(0, "ds18b20")
-        kind = self._draws.one(*(kinds or ["ds18b20"]))
-        if kind == "ds18b20" and not self._left.take_timer():
+        kind = self.draws.one(*(kinds or ["ds18b20"]))
+        if kind == "ds18b20" and not self.left.take_timer():
             kind = "analog"
         part = {"kind": kind, **getattr(self, f"_{kind}")(chosen, cold)}
-        average = self._draws.number(1, 16, 1)
+        average = self.draws.number(1, 16, 1)
         if average > 1:
             part["moving_average"] = int(average)
         return part, _SENSOR.validate_python(part)
 
     def _ds18b20(self, *_: bool) -> Part:
-        bits = self._draws.one(12, 9, 10, 11)
-        return {"pin": self._left.digital()} | ({"resolution": f"{bits} bit"} if bits < 12 else {})
+        bits = self.draws.one(12, 9, 10, 11)
+        return {"pin": self.left.digital()} | ({"resolution": f"{bits} bit"} if bits < 12 else {})
 
     def _wires(self, *names: str) -> Part:
-        return {name: self._left.digital() for name in names}
+        return {name: self.left.digital() for name in names}
 
     def _max6675(self, *_: bool) -> Part:
         return self._wires("chip_select", "clock", "data_out")
 
     def _max31855(self, *_: bool) -> Part:
-        kind = self._draws.one(*MAX31855_RANGE_C)
+        kind = self.draws.one(*MAX31855_RANGE_C)
         return self._wires("chip_select", "clock", "data_out") | {"thermocouple": kind}
 
     def _max31856(self, chosen: bool, cold: bool) -> Part:
         kinds = [kind for kind in ("K", *RANGE_C) if RANGE_C[kind][0] < 0 or not cold]
         part = self._wires("chip_select", "clock", "data_in", "data_out")
-        part["thermocouple"] = kind = self._draws.one(*kinds)
+        part["thermocouple"] = kind = self.draws.one(*kinds)
         others = [other for other in kinds if other not in {kind, "B"}]
         if chosen and kind != "B":
-            part |= self._draws.maybe({"selectable": [self._draws.one(*others), kind]})
-        if self._draws.some():
+            part |= self.draws.maybe({"selectable": [self.draws.one(*others), kind]})
+        if self.draws.some():
             part["mains_filter"] = "60 Hz"
-        return part | {"average": self._draws.one(*AVERAGES)}
+        return part | {"average": self.draws.one(*AVERAGES)}
 
     def _on_adc(self, part: Part) -> Part:
-        part = {"pin": self._left.analog(), **part}
+        part = {"pin": self.left.analog(), **part}
         if self.reference != "supply":
             part["reference"] = self.reference
-        oversample = self._draws.number(1, 32, 4)
+        oversample = self.draws.number(1, 32, 4)
         return part | {"oversample": int(oversample)}
 
     def _thermistor(self, *_: bool) -> Part:
         divider = self._divider("4.7 kΩ", "1 kΩ", "47 kΩ")
-        part = {"divider": divider, "curve": self._draws.one(*THERMISTORS)}
+        part = {"divider": divider, "curve": self.draws.one(*THERMISTORS)}
         return self._ranged("thermistor", part, -20.0, 300.0)
 
     def _rtd(self, *_: bool) -> Part:
-        element = self._draws.one("pt1000", "pt100")
-        part: Part = {"element": element}
-        if element == "pt1000" and self._draws.some():
-            part["divider"] = self._divider("1 kΩ", "2.2 kΩ")
+        element = self.draws.one("pt1000", "pt100")
+        if element == "pt1000" and self.draws.some():
+            part = {"divider": self._divider("1 kΩ", "2.2 kΩ")}
         else:
-            series, gain = {"pt1000": ("10 kΩ", 10), "pt100": ("1 kΩ", 10)}[element]
-            excitation = text(self._full_v())
-            part["amplifier"] = {"gain": gain, "excitation": f"{excitation} V", "series": series}
-        return self._ranged("rtd", part, -190.0, 840.0)
+            series = {"pt1000": "10 kΩ", "pt100": "1 kΩ"}[element]
+            excitation = text(self._full_v(), "V")
+            part = {"amplifier": {"gain": 10, "excitation": excitation, "series": series}}
+        return self._ranged("rtd", {"element": element} | part, -190.0, 840.0)
 
     def _divider(self, *resistors: str) -> Part:
-        divider = {self._draws.one("pull_up", "pull_down"): self._draws.one(*resistors)}
+        divider = {self.draws.one("pull_up", "pull_down"): self.draws.one(*resistors)}
         if self.reference != "supply":
             divider["supply"] = text(self._full_v(), "V")
         return divider
 
     def _full_v(self) -> float:
-        return reference_v(Thermistor.model_construct(reference=self._parsed()), self._mcu)
-
-    def _parsed(self) -> Any:
-        words = {"supply", "internal"}
-        return self.reference if self.reference in words else float(self.reference.split()[0])
+        told: Any = {"3 V": 3.0}.get(self.reference, self.reference)
+        return reference_v(Thermistor.model_construct(reference=told), self.board.mcu)
 
     def _analog(self, *_: bool) -> Part:
-        span_k = self._draws.one(100, 50, 400)
+        span_k = self.draws.one(100, 50, 400)
         share = self._full_v() / SUPPLY_V
         scale_mv = tidy(share * 4500 / (span_k + 60))
-        if self._draws.some():  # a voltage that falls
-            offset_v = tidy(share * 4.5 - 0.05)
-            part = {"scale": f"{text(-scale_mv)} mV/K", "offset": f"{text(offset_v)} V"}
-        else:
-            offset_v = tidy(50 * scale_mv / 1000)
-            part = {"scale": f"{text(scale_mv)} mV/K", "offset": f"{text(offset_v)} V"}
-        part |= self._draws.maybe({"open_reads": "high"})
+        falls = self.draws.some()
+        offset_v = tidy(share * 4.5 - 0.05 if falls else 50 * scale_mv / 1000)
+        part = {"scale": text(-scale_mv if falls else scale_mv, "mV/K")}
+        part["offset"] = text(offset_v, "V")
+        part |= self.draws.maybe({"open_reads": "high"})
         return self._ranged("analog", part, -45.0, 450.0)
 
     def _ranged(self, kind: str, part: Part, low_c: float, high_c: float) -> Part:
         """Add a range that the circuit shows; where it shows too little, take a plain one."""
         part = self._on_adc(part)
         whole = {"kind": kind, **part, "range": f"{low_c} °C .. {high_c} °C"}
-        chain = circuit(_SENSOR.validate_python(whole), self._mcu)
+        chain = circuit(_SENSOR.validate_python(whole), self.board.mcu)
         ends = chain.celsius(0.006), chain.celsius(min(chain.highest, 1.0) - 0.006)
         low_c, high_c = max(min(ends), low_c), min(max(ends), high_c)
         if high_c - low_c < NARROWEST_K + 2 or low_c > 10:
             low_c, high_c = max(low_c, -45.0), max(high_c, 60.0)
-        first = self._draws.number(math.ceil(low_c), min(10, high_c - NARROWEST_K), 0)
-        last = self._draws.number(first + NARROWEST_K, math.floor(high_c), high_c)
+        first = self.draws.number(math.ceil(low_c), min(10, high_c - NARROWEST_K), 0)
+        last = self.draws.number(first + NARROWEST_K, math.floor(high_c), high_c)
         return part | {"range": f"{text(first)} °C .. {text(last)} °C"}
 
 

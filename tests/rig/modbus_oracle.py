@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -77,27 +77,20 @@ class Oracle:
         self.world: dict[str, float] = {}
         self._controller = controller
         self.digest = digest(controller)
-        self._tables: dict[str, dict[int, tuple[Register, int]]] = {
-            table: {} for table in TABLES.values()
-        }
+        self._tables: dict[str, dict[int, tuple[Register, int]]] = defaultdict(dict)
         for register in registers(controller).values():
             for word in range(register.words):
                 self._tables[register.table][register.address + word] = register, word
-        self.loops = {name: self._control(name) for name in controller.loops}
-        commands = [name for name, loop, _ in self._names("coil") if not loop]
+        self.loops = {
+            name: Control(single(loop.setpoint.initial_c), loop.starts != "disabled",
+                          self._default_gains(name))
+            for name, loop in controller.loops.items()
+        }  # fmt: skip
+        commands = [coil.name for coil, _ in self._tables["coil"].values() if "." not in coil.name]
         self._orders = dict.fromkeys(commands, False)
         """The controller's coils, as they were last written."""
         self._rested: set[str] = set()
         """Those that were last written 0; none at the reset."""
-
-    def _names(self, table: str) -> list[tuple[str, str, str]]:
-        names = [register.name for register, _ in self._tables[table].values()]
-        return [(name, *name.rpartition(".")[::2]) for name in names]
-
-    def _control(self, name: str) -> Control:
-        loop = self._controller.loops[name]
-        starts = loop.starts != "disabled"
-        return Control(single(loop.setpoint.initial_c), starts, self._default_gains(name))
 
     def _default_gains(self, name: str) -> dict[str, float]:
         if not tunable(self._controller, name):
@@ -144,15 +137,10 @@ class Oracle:
         if function in TABLES:
             return self._read(function, data)
         served: dict[int, Callable[[bytes], bytes]] = {
-            5: self._write_coil,
-            6: self._write_register,
-            15: self._write_coils,
-            16: self._write_registers,
-            17: self._identity,
-            22: self._mask,
-            23: self._read_and_write,
-            43: self._identify,
-        }
+            5: self._write_coil, 6: self._write_register, 15: self._write_coils,
+            16: self._write_registers, 17: self._identity, 22: self._mask,
+            23: self._read_and_write, 43: self._identify,
+        }  # fmt: skip
         check(function in served, BAD_FUNCTION)
         return served[function](data)
 
@@ -221,21 +209,16 @@ class Oracle:
         size = (count + 7) // 8
         return bytes([size]) + packed.to_bytes(size, "little")
 
-    # -- registers -----------------------------------------------------------------------------
-
     def _write(self, first: int, words: Sequence[int]) -> None:
         span = self._span("holding_register", first, len(words))
         name = span[0][0].name.rpartition(".")[0]
-        raw: dict[Register, dict[int, int]] = {}
-        for (register, part), word in zip(span, words, strict=True):
-            raw.setdefault(register, {})[part] = word
+        raw: dict[Register, list[int]] = defaultdict(list)
+        for (register, _), word in zip(span, words, strict=True):
+            raw[register].append(word)
         for register, parts in raw.items():
             check(len(parts) == register.words)
         control = self.loops[name]
-        wishes = {
-            register.name.rpartition(".")[2]: register.value([parts[n] for n in sorted(parts)])
-            for register, parts in raw.items()
-        }
+        wishes = {each.name.rpartition(".")[2]: each.value(parts) for each, parts in raw.items()}
         for what, value in wishes.items():
             check(self._may(name, what, value))
         for what, value in wishes.items():
@@ -280,8 +263,6 @@ class Oracle:
         self._write(second, struct.unpack(f">{more}H", values))
         return listed([self._word(*each) for each in span])
 
-    # -- coils ---------------------------------------------------------------------------------
-
     def _write_coil(self, data: bytes) -> bytes:
         check(len(data) == 4)
         address, value = struct.unpack(">HH", data)
@@ -297,14 +278,10 @@ class Oracle:
 
     def _switch(self, first: int, states: list[bool]) -> None:
         span = self._span("coil", first, len(states))
-        wanted = {
-            register.name.rpartition(".")[2]: state
-            for (register, _), state in zip(span, states, strict=True)
-        }
-        name = span[0][0].name.rpartition(".")[0]
-        if name:
-            self._check_switches(self.loops[name], wanted)
-            self._do_switches(self.loops[name], wanted)
+        names = [register.name.rpartition(".")[2] for register, _ in span]
+        wanted = dict(zip(names, states, strict=True))
+        if name := span[0][0].name.rpartition(".")[0]:
+            self._switch_loop(self.loops[name], wanted)
         else:
             self._command(wanted)
 
@@ -324,24 +301,22 @@ class Oracle:
             for loop, control in self.loops.items():
                 control.gains = self._default_gains(loop)
 
-    def _check_switches(self, control: Control, wanted: Mapping[str, bool]) -> None:
+    def _switch_loop(self, control: Control, wanted: Mapping[str, bool]) -> None:
         manual, tune = wanted.get("manual"), wanted.get("tune")
         if wanted.get("enabled"):
             check(not self.fault and (control.enabled or control.released))
         check(not (manual and tune))
         if manual or tune:
             check(not self.fault and wanted.get("enabled", control.enabled))
-
-    def _do_switches(self, control: Control, wanted: Mapping[str, bool]) -> None:
         if "enabled" in wanted:
             control.enabled = wanted["enabled"]
             if not control.enabled:
                 control.released, control.mode = True, "automatic"
-        if wanted.get("manual"):
+        if manual:
             control.mode = "manual"
         elif "manual" in wanted and control.mode == "manual":
             control.mode = "automatic"
-        if wanted.get("tune"):
+        if tune:
             if control.mode != "tune":
                 self.calls["tune"] += CYCLES
             control.mode = "tune"
@@ -352,23 +327,19 @@ class Oracle:
 
     def _identity(self, data: bytes) -> bytes:
         check(not data)
-        states = [int(self.world.get(f"{loop}.states", 0)) for loop in self.loops]
-        works = any(state & 1 for state in states)
+        works = any(int(self.world.get(f"{loop}.states", 0)) & 1 for loop in self.loops)
         said = bytes([0x48, 0xFF * works]) + self._controller.identity.name.encode()
         return bytes([len(said)]) + said
-
-    def _objects(self) -> dict[int, bytes]:
-        identity = self._controller.identity
-        title = identity.title or identity.name
-        shown = "".join(each if " " <= each <= "~" else "?" for each in title)
-        texts = {0: "heatwright", 1: identity.name, 2: f"1 {self.digest}", 4: shown}
-        return {number: text.encode("ascii") for number, text in texts.items()}
 
     def _identify(self, data: bytes) -> bytes:
         check(len(data) >= 1 and data[0] == 14, BAD_FUNCTION)
         check(len(data) == 3 and 1 <= data[1] <= 4)
         code, first = data[1:]
-        objects = self._objects()
+        identity = self._controller.identity
+        title = identity.title or identity.name
+        shown = "".join(each if " " <= each <= "~" else "?" for each in title)
+        texts = {0: "heatwright", 1: identity.name, 2: f"1 {self.digest}", 4: shown}
+        objects = {number: text.encode("ascii") for number, text in texts.items()}
         if code == 4:
             check(first in objects, BAD_ADDRESS)
             named = {first: objects[first]}
