@@ -53,7 +53,6 @@ def relay_off_problem(place: Wired, elf: Elf) -> str:
 def feed_problems() -> Iterator[Check]:
     """Yield the checks of a feed: each a test of it, on a feed of its own."""
     for test in (
-        stepper.test_no_step_with_a_fault_latched,
         stepper.test_the_motor_is_let_go,
         stepper.test_a_fault_stops_it_at_once,
         stepper.test_moves_the_same_way_are_one,
