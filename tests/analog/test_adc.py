@@ -23,7 +23,6 @@ LONGEST_MASKED_S = 20e-6
 
 @pytest.fixture
 def plate() -> AvrDevice:
-    """The bed on a thermistor, at 50 °C, just powered on."""
     return powered(bed("hotend"))
 
 

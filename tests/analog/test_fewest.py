@@ -32,7 +32,6 @@ def by_trying(tube: Tube) -> int:
 
 
 def random_tube(seed: int) -> Tube:
-    """A narrow tube around a random walk, a sine or an exponential."""
     picked = random.Random(seed)  # noqa: S311 - no secret
     size = picked.randint(2, 9)
     shape = picked.choice(("walk", "sine", "decay"))

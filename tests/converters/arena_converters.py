@@ -39,7 +39,6 @@ class Converters(Firmware):
 
 
 def arena(name: str, text: str, *checks: Callable[[Crucible], str]) -> Converters:
-    """Say what complains of a crucible's binary."""
     bound = (_timed(check) for check in checks)
     bench = partial(Crucible, text)
     return Converters(f"converters/{name}", Program(text), BROKEN, on(bench, *bound))
@@ -57,19 +56,16 @@ def _timed(check: Callable[[Crucible], str]) -> Callable[[Crucible], str]:
 
 
 def any_word_problem(kind: str, bench: Crucible) -> str:
-    """Let the chip answer anything."""
     judged, bits, often_zero = ANSWERS[kind]
     drawn = words(Random(7), bits, often_zero, 5)  # noqa: S311 - no secret
     return answers_problem(bench, drawn, judged)
 
 
 def each_register_problem(bench: Crucible) -> str:
-    """Let the chip answer in each way that there is."""
     return registers_problem(bench, registers_said(0))
 
 
 def cold(elf: Elf) -> choice.Cold:
-    """Let it read at room temperature."""
     made = choice.Cold(AvrDevice(spec_of(SELECTABLE).controller, elf), "tip", "crucible")
     made.begin()
     return made

@@ -33,7 +33,6 @@ class Reader(Small):
         super().__init__((SHARED / "registers.c").read_text("utf-8"), seconds=0.0001)
 
     def exchange(self, *sent: int, mode: int = 1, **how: int) -> bytes:
-        """Send bytes, and return what came meanwhile."""
         usual = {"late": 0, "bits_short": 0, "hold_ms": 0, "floats": 0} | how
         done = self["request.done"]
         for name, value in (usual | {"count": len(sent), "mode": mode}).items():
@@ -52,8 +51,6 @@ class Reader(Small):
 
 
 class Bench:
-    """The chip and its reader."""
-
     def __init__(self, kind: str, **more: Any) -> None:
         self.kind = kind
         by_registers = kind == "max31856"
@@ -63,15 +60,12 @@ class Bench:
         self.chip: Any = KINDS[kind](self.reader.avr, wires, **more)
 
     def word(self, **how: Any) -> int:
-        """Return an answer of a chip without registers."""
         return self.reader.read(BITS[self.kind], **how)
 
     def read(self, register: str, count: int, **how: int) -> bytes:
-        """Return registers from this one on."""
         return self.reader.exchange(REGISTERS.index(register), *[0] * count, **how)[1:]
 
     def write(self, register: str, *values: int, **how: int) -> None:
-        """Write registers from this one on."""
         self.reader.exchange(REGISTERS.index(register) | WRITE, *values, **how)
 
     def begin(self, letter: str = "", *, cr0: int = AUTO | FIFTY) -> None:
@@ -89,12 +83,10 @@ class Bench:
         return (word >> 3 & 0xFFF) / 4 if self.kind == "max6675" else code_of(word) / 4
 
     def junction(self) -> float:
-        """Return the cold junction's temperature, of a chip that measures it."""
         return (_signed(self.read("CJTH", 2)) >> 2) / 64
 
 
 def code_of(word: int) -> int:
-    """Return the code of the tip's temperature in a MAX31855's answer."""
     return _signed(word.to_bytes(4, "big")) >> 18
 
 

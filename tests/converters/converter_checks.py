@@ -31,7 +31,6 @@ def reading_problem(bench: Crucible, count: int) -> str:
 
 
 def judged_6675(word: int) -> tuple[int, int]:
-    """Judge after the data sheet's table of the bits."""
     body = word >> 1
     if body in {0, 0x7FFF}:
         return NO_ANSWER, 0
@@ -41,7 +40,6 @@ def judged_6675(word: int) -> tuple[int, int]:
 
 
 def judged_31855(word: int) -> tuple[int, int]:
-    """Judge after the data sheet's memory map."""
     if word in {0, 0xFFFFFFFF}:
         return NO_ANSWER, 0
     fault, reasons = word >> 16 & 1, word & 7
@@ -73,7 +71,6 @@ def words(chance: Random, bits: int, often_zero: tuple[int, ...], count: int) ->
 
 
 def answers_problem(bench: Crucible, answers: Iterable[int], judged: Judged) -> str:
-    """Let the chip answer each of these once."""
     _, raw = bench.read(2)[-1]
     for word in answers:
         status, code = judged(word)
@@ -84,7 +81,6 @@ def answers_problem(bench: Crucible, answers: Iterable[int], judged: Judged) -> 
 
 
 def short_problem(bench: Crucible) -> str:
-    """Short the chip's answers to ground, let go, and unplug it."""
     bench.sense(100.0)
     bench.steps(3)
     bench.chip.short("low")
@@ -108,7 +104,6 @@ SHORTEST_S = 0.31
 
 
 def judged_31856(registers: bytes) -> tuple[int, int]:
-    """Judge after the data sheet's list of the registers."""
     if len(set(registers)) == 1 and registers[0] in {0, 0xFF}:
         return NO_ANSWER, 0
     if registers[: CJTO + 1] != SETTINGS:

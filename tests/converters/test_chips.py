@@ -20,7 +20,6 @@ class Orders:
         self._chip: Any = self._bench.chip
 
     def sense(self, celsius: str) -> None:
-        """Set the tip's temperature."""
         self._chip.sense(float(celsius))
 
     def wait(self, seconds: str) -> None:
@@ -38,7 +37,6 @@ class Orders:
         setattr(target, name, yaml.safe_load(value))
 
     def do(self, method: str, *values: str) -> None:
-        """Let something happen to the chip."""
         getattr(self._chip, method)(*map(yaml.safe_load, values))
 
     def drive(self, pin: str, level: str) -> None:
@@ -57,7 +55,6 @@ class Orders:
         assert found & int(mask, 16) == int(value, 16)
 
     def idles(self, level: str) -> None:
-        """Compare the data line's level before the chip was selected."""
         assert bool(self._bench.reader["request.idle_high"]) == (level == "high")
 
     def write(self, register: str, *values: str) -> None:

@@ -22,27 +22,22 @@ class Cold(NamedTuple):
     loop: str
 
     def begin(self) -> None:
-        """Let it read."""
         self.device.sense(self.sensor, ROOM_C)
         self.run(3.02)
 
     def run(self, seconds: float) -> None:
-        """Go on."""
         self.device.advance(self.device.time_s + seconds)
 
     @property
     def chip(self) -> Max31856:
-        """Return the converter."""
         found = self.device.sensors[self.sensor]
         assert isinstance(found, Max31856)
         return found
 
     def choose(self, code: int) -> None:
-        """Choose a type on the display."""
         self.send(f"#15 {code};")
 
     def send(self, order: str) -> None:
-        """Send what the display sends, and let it be heard."""
         self.device.send(order)
         self.run(2.0)
 
@@ -55,7 +50,6 @@ class Cold(NamedTuple):
 
 @pytest.fixture
 def cold() -> Cold:
-    """The kiln."""
     found = Cold(AvrDevice(example("kiln").controller, whole("kiln")), "chamber", "chamber")
     found.begin()
     return found

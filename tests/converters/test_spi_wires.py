@@ -63,7 +63,6 @@ def test_phases_are_measured(reader: Reader, max6675: Max6675) -> None:
 
 
 def edges(events: NDArray[Any], pin: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Cycles of a pin's falls and of its rises."""
     of_pin = events[events["pin"] == pin]
     cycles = of_pin["cycle"].astype(int)
     return cycles[of_pin["state"] & 1 == 0], cycles[of_pin["state"] & 1 == 1]

@@ -44,7 +44,6 @@ def board_of(circuit: str) -> str:
 
 
 def text_of(circuit: str, period: str = "1 s") -> str:
-    """Write the spec."""
     board = board_of(circuit)
     text = SPEC.replace("THERMOMETER", BOARDS[board]).replace("BOARD", board)
     return text.replace("PERIOD", period).replace("SENSOR", CIRCUITS[circuit])
@@ -55,8 +54,6 @@ def controller_of(circuit: str) -> Controller:
 
 
 class Measured:
-    """The board, run period by period."""
-
     def __init__(self, circuit: str, elf: Elf | None = None) -> None:
         self.controller = controller_of(circuit)
         self.device = AvrDevice(self.controller, elf or whole(text_of(circuit)))

@@ -54,7 +54,6 @@ KETTLES = {
 
 
 def kettle(name: str) -> Site:
-    """Return the machine and its binary."""
     heater, current, algorithm = KETTLES[name]
     text = SPEC.replace("HEATER", heater).replace("CURRENT", current)
     text = text.replace("ALGORITHM", algorithm)

@@ -28,24 +28,20 @@ class Outputs(Firmware):
 
 
 def arena(name: str, place: Wired, broken: tuple[str, ...], *checks: Check) -> Outputs:
-    """Say which files are broken, and what then complains."""
     bound = tuple(partial(check, place) for check in checks)
     return Outputs(f"outputs/{name}", place.program, broken, bound)
 
 
 def pwm_problem(place: Wired, elf: Elf) -> str:
-    """Say what is wrong with a heater's pulses."""
     return next(filter(None, heater_problems(place, elf)), "")
 
 
 def off_problem(place: Wired, elf: Elf) -> str:
-    """Say whether it is not off after a reset, or after a jump to 0."""
     bench = PwmBoard(place, elf)
     return reset_problem(bench, "heater") or restart_problem(bench)
 
 
 def relay_off_problem(place: Wired, elf: Elf) -> str:
-    """Say whether relay or heater is on, or not driven, after a reset."""
     bench = RelayBoard(place, elf)
     return reset_problem(bench, "contactor") or reset_problem(bench, "heater")
 

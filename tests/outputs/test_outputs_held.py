@@ -48,7 +48,6 @@ BOTH = Orders(heater=True, cooler=True)
 
 
 def held(heater: str = "", cooler: str = "", *, board: str = "uno", kind: str = "") -> Wired:
-    """Put both on a board; what more the file says of each."""
     pins = PINS[board]
     said = KINDS.get(kind, "kind: digital")
     return wired(
@@ -62,8 +61,6 @@ def held(heater: str = "", cooler: str = "", *, board: str = "uno", kind: str = 
 
 
 class HeldBoard(OutputBoard):
-    """A board with a heater and a cooler, run tick by tick."""
-
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
         super().__init__(place, elf)
         self.stops = "output_heater_stop" in self.program.symbols
@@ -100,11 +97,9 @@ class HeldBoard(OutputBoard):
         return self.seen(), (heater.on, cooler.on)
 
     def seen(self) -> tuple[bool, bool]:
-        """Return what is on."""
         return self.outputs["heater"].on, self.outputs["cooler"].on
 
     def told(self) -> tuple[bool, bool]:
-        """Return what the outputs say of themselves."""
         return bool(self.get("heater_told")), bool(self.get("cooler_told"))
 
     def overlap(self) -> int:
@@ -132,7 +127,6 @@ def course(seed: int, ticks: int) -> list[Orders]:
 
 
 def problem(bench: HeldBoard, orders: list[Orders]) -> str:
-    """Say what is wrong with a course of orders; empty if nothing."""
     for number, each in enumerate(orders):
         seen, due = bench.tick(each)
         if seen != due:
@@ -143,7 +137,6 @@ def problem(bench: HeldBoard, orders: list[Orders]) -> str:
 
 
 def any_orders_problem(place: Wired, elf: Elf | None = None, seeds: int = 3) -> str:
-    """Say what is wrong with any orders."""
     for first in (HEAT, COOL):
         if found := problem(HeldBoard(place, elf), [first] * 30):
             return found
@@ -167,7 +160,6 @@ def timed_problem(place: Wired, elf: Elf | None = None, percent: int = 37) -> st
 
 
 def windows_problem(place: Wired, elf: Elf | None = None) -> str:
-    """Say what is wrong with a heater in windows of a second; empty if nothing."""
     bench = HeldBoard(place, elf)
     bench.percent = 37
     on = 0

@@ -36,20 +36,16 @@ class Pulses(NamedTuple):
 
 
 class PwmBoard(OutputBoard):
-    """A board with such outputs."""
-
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
         super().__init__(place, elf)
         self.channels: dict[str, PwmChannel] = dict(allocate(self.controller).pwm)
         self.avr.run(0.05)
 
     def ask(self, name: str, percent: float) -> None:
-        """Ask for a share, and wait until it is there."""
         super().ask(name, percent)
         self.avr.run(0.03 + 2 / self.channels[name].frequency_hz)
 
     def seen(self, name: str, seconds: float) -> Pulses:
-        """Run on and look at an output."""
         switch = self.outputs[name]
         switch.on_fraction()
         self.avr.pins.take()
@@ -139,7 +135,6 @@ def shortest_problems(bench: PwmBoard) -> Iterator[str]:
 
 
 def gate_problem(bench: PwmBoard) -> str:
-    """Say whether the gate does not force it off, or an order opens it."""
     heater = bench.outputs["heater"]
     for percent in (100.0, 95.0, 50.0, 3.0):
         bench.put("permitted", 1)

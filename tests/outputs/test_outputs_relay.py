@@ -42,7 +42,6 @@ STEP = Orders(step_due=True)
 
 
 def relayed(board: str = "uno", *, feedback: bool = True, active: str = "low") -> Wired:
-    """Put heater, relay and perhaps its contact on a board."""
     heater, relay, contact = PINS[board]
     return wired(
         board,
@@ -100,8 +99,6 @@ class Model:
 
 
 class RelayBoard(OutputBoard):
-    """A board with a heater, a relay and perhaps its contact, run tick by tick."""
-
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
         super().__init__(place, elf)
         coil = self.outputs["contactor"]
@@ -124,7 +121,6 @@ class RelayBoard(OutputBoard):
         self.avr.pins.take()
 
     def fail(self, armature: Armature = Armature.SOUND, wire: Wire = Wire.SOUND) -> None:
-        """Break the relay, or mend it."""
         self.relay.fail(armature, wire)
 
     def tick(self, orders: Orders) -> str:
@@ -193,7 +189,6 @@ def breakages(seed: int) -> Iterator[tuple[Armature, Wire]]:
 
 
 def problem(bench: RelayBoard, orders: Iterator[Orders], seed: int | None = None) -> str:
-    """Say what is wrong with a course of orders; empty if nothing."""
     broken = breakages(seed) if seed is not None else None
     for number, each in enumerate(orders):
         if broken is not None:
@@ -204,7 +199,6 @@ def problem(bench: RelayBoard, orders: Iterator[Orders], seed: int | None = None
 
 
 def whole_problem(place: Wired, elf: Elf | None = None) -> str:
-    """Say what is wrong with the relay; empty if nothing."""
     bench = RelayBoard(place, elf)
     if not all(switch.driven for switch in bench.outputs.values()):
         return "not driven"

@@ -45,7 +45,6 @@ def device(request: pytest.FixtureRequest) -> AvrDevice:
 
 
 def powered(text: str, elf: Elf | None = None) -> AvrDevice:
-    """Power the machine on; with another binary if there is one."""
     made = AvrDevice(spec_of(text).controller, elf or whole(text))
     for sensor in ("left", "right"):
         made.sense(sensor, 20.0)

@@ -19,14 +19,11 @@ SPREAD = "window: 2 s, resolution: 20 ms, distribution: spread"
 
 
 def windows(window: str, active: str, board: str = "uno", pin: str = "D3") -> Wired:
-    """Put such a heater on a board."""
     said = f"kind: time_proportional, pin: {pin}, active: {active}, power: 40 W, {window}"
     return wired(board, {"heater": said})
 
 
 class WindowBoard(OutputBoard):
-    """A board with one such output, run tick by tick."""
-
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
         super().__init__(place, elf)
         output = self.controller.outputs["heater"]
@@ -48,7 +45,6 @@ class WindowBoard(OutputBoard):
 
 
 def duties(seed: int, most_ticks: int, count: int) -> Iterator[tuple[float, int]]:
-    """Draw duties, some at the ends, each for some time."""
     drawn = random.Random(seed)  # noqa: S311 - no secret
     for _ in range(count):
         percent = drawn.choice([0.0, 100.0, 1.0, 99.0, 50.0, drawn.uniform(0, 100)])
@@ -99,7 +95,6 @@ def closed_problem(bench: WindowBoard) -> str:
 
 
 def whole_problem(place: Wired, elf: Elf | None = None) -> str:
-    """Say what is wrong with windows; empty if nothing."""
     late = WindowBoard(place, elf)
     for _ in range(7):
         late.tick()  # the first window begins with the first duty, whenever that comes
