@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import host_specs
-import test_outputs_relay_hosted as hosted
+import test_outputs_relay_whole as hosted
 import test_outputs_stepper as stepper
 from rig.avr import Firmware, Program
 from rig.outputs import Wired, cause_problem, reset_problem
