@@ -3,10 +3,17 @@
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
+import numpy as np
 import pytest
 from chip_bench import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench, code_of
+from numpy.typing import NDArray
+from rig.avr import running
 
+from heatwright.sim.native.hw import Hw
+from heatwright.sim.native.shim import load
+from heatwright.sim.native.spi import PHASES, Timing, _cycles
 from heatwright.sim.sensors import max6675, max31855
 from heatwright.sim.sensors.max31856 import TIMING
 from heatwright.sim.sensors.max31856 import code_of as code_31856
@@ -267,3 +274,113 @@ def test_damage_shows_in_the_settings(chip: Bench) -> None:
     answers = [chip.read("CR0", 16)[:10] for _ in range(3)]
     turned = [int.from_bytes(each, "big") ^ int.from_bytes(sound, "big") for each in answers]
     assert [each.bit_count() for each in turned] == [1, 1, 0]
+
+
+# The slave's end of the wires: what it judges, what it drives, what it does when misused.
+
+
+@pytest.mark.parametrize("phase", [*PHASES[:4], "hold", "idle"])
+def test_a_phase_that_is_too_short_is_counted(old: Bench, phase: str) -> None:
+    old.word()
+    assert old.chip.port.violations == 0
+    old.chip.port.retime(replace(max6675.TIMING, **{phase: TOO_LONG_NS}))
+    old.word()
+    phases = old.chip.port.phases
+    assert {name for name, seen in phases.items() if seen.violations} == {phase}
+    once = phase in {"setup", "hold", "idle"}
+    assert phases[phase].violations == (1 if once else 16 if phase == "high" else 15)
+
+
+def test_phases_are_measured(old: Bench) -> None:
+    """As the log of the pins has them."""
+    pins = old.reader.avr.pins
+    select, clock = pins.watch(THREE_WIRES.select), pins.watch(THREE_WIRES.clock)
+    old.word()
+    old.word()
+    phases = old.chip.port.phases
+    assert set(phases) == set(PHASES) - {"told", "kept"}
+    events = pins.take()
+    down, up = edges(events, select)
+    rises, falls = edges(events, clock)[::-1]
+    first, last = rises[::16], falls[15::16]
+    highs = falls - rises
+    lows, periods = (np.delete(gaps, 15) for gaps in (rises[1:] - falls[:-1], np.diff(rises)))
+    for name, cycles in (
+        ("setup", first - down), ("high", highs), ("low", lows), ("period", periods),
+        ("hold", up - last), ("idle", down[1:] - up[:-1]),
+    ):  # fmt: skip
+        assert phases[name].least == min(cycles) * 62.5
+        assert phases[name].most == max(cycles) * 62.5
+    assert 1000 - 4 * 62.5 < phases["read"].least < phases["read"].most < phases["low"].most
+
+
+def edges(events: NDArray[Any], pin: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    of_pin = events[events["pin"] == pin]
+    cycles = of_pin["cycle"].astype(int)
+    return cycles[of_pin["state"] & 1 == 0], cycles[of_pin["state"] & 1 == 1]
+
+
+def test_who_reads_too_early_reads_the_bit_before(old: Bench) -> None:
+    old.chip.sense(341.25)  # 0101 0101 0101
+    old.run(max6675.LONGEST_S)
+    assert old.word() == 0b0010101010101001
+    old.chip.port.retime(replace(max6675.TIMING, output=7000))
+    late = old.word()
+    assert late == 0b0001010101010100
+    phases = old.chip.port.phases
+    assert phases["read"].violations == 15
+
+
+def test_the_first_bit_may_be_late(old: Bench) -> None:
+    old.reader.avr.pins.drive("PB4", None)
+    old.chip.sense(100.0)
+    old.run(max6675.LONGEST_S)
+    old.chip.port.retime(replace(max6675.TIMING, enable=1e5))
+    assert old.word() == 0x8000 | 400 << 3 | 1
+    assert old.chip.port.phases["read"].violations == 1
+
+
+def test_twenty_megahertz_can_do_exactly_100_ns() -> None:
+    """Two cycles of 50 ns; a rounding error must not ask for three."""
+    shim = load()
+    for clock_hz, cycles in ((20_000_000, 2), (16_000_000, 2), (8_000_000, 1), (10_000_000, 1)):
+        timing = _cycles(Hw(shim.lib, shim.ffi, None, clock_hz), Timing())
+        assert timing.high == cycles
+
+
+def test_a_processor_that_drives_the_data_line_fights() -> None:
+    avr = running(
+        """int main(void) {
+            PORTB = _BV(PB2); DDRB = _BV(PB2) | _BV(PB0);
+            _delay_ms(250);
+            PORTB |= _BV(PB4); DDRB |= _BV(PB4);
+            PORTB &= ~_BV(PB2);
+            _delay_us(2);
+            (void)PINB;
+            for (;;) {}
+        }"""
+    )
+    chip = max6675.Max6675(avr, THREE_WIRES)
+    avr.run(0.26)
+    assert chip.reads == 1
+    assert avr.pins.contention_cycles("PB4") > 0.005 * avr.clock_hz
+
+
+def test_what_a_chip_raises_comes_out_of_the_run(old: Bench) -> None:
+    class Broken:
+        def selected(self, cycle: int) -> None:
+            raise RuntimeError(f"broken when selected {cycle > 0}")
+
+        def released(self, cycle: int) -> None:
+            raise RuntimeError(f"broken when released {cycle > 0}")
+
+    old.reader.avr.spi(THREE_WIRES, Broken())
+    with pytest.raises(RuntimeError, match="broken when selected True"):
+        old.word()
+
+
+def test_too_many_chips(old: Bench) -> None:
+    for _ in range(7):  # and `old`
+        max6675.Max6675(old.reader.avr, THREE_WIRES)
+    with pytest.raises(ValueError, match="too many SPI chips"):
+        max6675.Max6675(old.reader.avr, THREE_WIRES)

@@ -6,9 +6,14 @@ import converter_checks as checks
 import numpy as np
 import pytest
 from converter_checks import CRC, NO_ANSWER, OPEN, RANGE, RESET, SHORT, SHORTEST_S, STALE, VALID
+from rig.avr import whole
 from rig.chips import KINDS, PINS, Crucible, crucible
-from rig.specs import files_of
+from rig.specs import example, files_of
 
+from heatwright.cli.chips import complaints
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
 
 SPEED = [("uno", ""), ("leonardo", ""), ("mega2560", ""), ("atmega1284p", ""),
@@ -142,7 +147,7 @@ def test_the_readme_says_how_to_wire_it(kind: str) -> None:
 
 
 @pytest.fixture
-def bench() -> Crucible:
+def max31856() -> Crucible:
     return Crucible(crucible("max31856"))
 
 
@@ -173,19 +178,19 @@ def test_a_max31856_is_set_up_and_answers_anything() -> None:
     assert seen == {VALID, NO_ANSWER, SHORT, CRC, RESET, OPEN, RANGE}
 
 
-def test_never_told_it_never_converts(bench: Crucible) -> None:
+def test_never_told_it_never_converts(max31856: Crucible) -> None:
     """Its input is at ground from the start: it keeps the settings of its power-up."""
-    bench.chip.short_orders("low")
-    bench.steps()
-    bench.chip.brown_out()
-    assert set(bench.statuses(6)[1:]) == {RESET}
+    max31856.chip.short_orders("low")
+    max31856.steps()
+    max31856.chip.brown_out()
+    assert set(max31856.statuses(6)[1:]) == {RESET}
 
 
-def test_an_interrupted_supply_costs_one_reading(bench: Crucible) -> None:
-    bench.steps(3)
-    bench.chip.brown_out()
-    assert bench.statuses(4) == [RESET, VALID, VALID, VALID]
-    assert bench.chip._registers[: checks.CJTO + 1] == checks.SETTINGS
+def test_an_interrupted_supply_costs_one_reading(max31856: Crucible) -> None:
+    max31856.steps(3)
+    max31856.chip.brown_out()
+    assert max31856.statuses(4) == [RESET, VALID, VALID, VALID]
+    assert max31856.chip._registers[: checks.CJTO + 1] == checks.SETTINGS
 
 
 @of_all
@@ -203,3 +208,20 @@ def test_a_reset_of_the_controller_in_the_middle_of_an_answer(kind: str, early_s
     assert set(good.tolist()) <= {20 * steps, 77 * steps}
     assert log["reading_status"][-1] == VALID
     assert kind != "max31856" or bench.chip.misused == 0
+
+
+@pytest.mark.parametrize("name", ["press", "hotplate"])
+def test_an_example_meets_what_is_expected(name: str) -> None:
+    """Binary and model, each in closed loop."""
+    controller = example(name).controller
+    device, (loop,) = AvrDevice(controller, whole(name)), controller.loops
+    wanted = controller.simulation.expect
+    for each in (ReferenceDevice(controller), device):
+        trace = bench(controller, each)
+        found = metrics(trace, controller)
+        assert 0 <= found.overshoot_k <= wanted.overshoot_k
+        assert found.steady_error_k <= wanted.steady_k
+        assert set(trace.steps[loop]["fault.code"]) == {0}
+    assert complaints(device) == ()
+    result = replay(controller, trace.steps[loop])
+    assert (result.mismatches, set(result.unchecked)) == (0, {"fault.time_s"})
