@@ -1,7 +1,8 @@
-"""The firmware's tables: as exact as they say, and no table with fewer points is."""
+"""The firmware's tables: as exact as they say, and no line with fewer points is."""
 
+import random
 from bisect import bisect_left
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from heatwright.sim.reference.adc import converter
 from heatwright.spec import BOARDS
 from heatwright.spec.circuits import circuit
 from heatwright.spec.conversion import CODES, conversion, limits
+from heatwright.spec.fewest import Tube, fewest_points
 
 UNO = BOARDS["uno"]
 
@@ -36,30 +38,22 @@ def test_no_table_of_fewer_points_would_be(name: str) -> None:
     part = sensor(name)
     bounds, chain = limits(part, UNO.mcu), circuit(part, UNO.mcu)
     edges = [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
-    lows = [min(pair) for pair in pairwise(edges)]
-    highs = [max(pair) for pair in pairwise(edges)]
-    pieces, start, last = 0, 0, len(lows) - 1
+    tube = Tube([min(pair) for pair in pairwise(edges)], [max(pair) for pair in pairwise(edges)])
+    pieces, start, last = 0, 0, len(tube.lows) - 1
     while start < last:
-        start = furthest(lows, highs, start)
+        start = furthest(tube, start)
         pieces += 1
     assert len(conversion(part, UNO.mcu).points) == pieces + 1
 
 
-def furthest(lows: list[float], highs: list[float], start: int) -> int:
-    """The last code that one straight line from code `start` can include."""
-    ends = range(start + 1, len(lows))
-    return start + bisect_left(ends, 1, key=lambda end: not is_straight(lows, highs, start, end))
+def furthest(tube: Tube, start: int) -> int:
+    """The last place that one straight line from `start` can include."""
 
+    def is_beyond(end: int) -> bool:
+        between = slice(start, end + 1)
+        return not feasible(Tube(tube.lows[between], tube.highs[between]), (0, end - start))
 
-def is_straight(lows: list[float], highs: list[float], start: int, end: int) -> bool:
-    """Whether a straight line passes between the limits: a linear programme in two unknowns."""
-    x = np.linspace(-1, 1, end - start + 1)
-    low, high = np.array(lows[start : end + 1]), np.array(highs[start : end + 1])
-    line = np.column_stack([np.ones_like(x), x])
-    found = linprog(
-        np.zeros(2), np.vstack([line, -line]), np.concatenate([high, -low]), bounds=(None, None)
-    )
-    return bool(found.status == 0)
+    return start + bisect_left(range(start + 1, len(tube.lows)), 1, key=is_beyond)
 
 
 @every_circuit
@@ -117,3 +111,67 @@ def test_a_range_that_the_circuit_does_not_show_has_no_table() -> None:
         assert not limits(part, UNO.mcu).shown
         with pytest.raises(ValueError, match="within what its circuit can show"):
             conversion(part, UNO.mcu)
+
+
+def feasible(tube: Tube, bends: tuple[int, ...]) -> bool:
+    """Whether some line with these bends stays in the tube: a linear programme in their values."""
+    places = range(len(tube.lows))
+    weights = np.column_stack([np.interp(places, bends, unit) for unit in np.eye(len(bends))])
+    bounds = np.concatenate([tube.highs, -np.array(tube.lows)])
+    both = np.vstack([weights, -weights])
+    return bool(linprog(np.zeros(len(bends)), both, bounds, bounds=(None, None)).status == 0)
+
+
+def by_trying(tube: Tube) -> int:
+    """Fewest points, by trying all sets of bends, smallest sets first."""
+    last = len(tube.lows) - 1
+    for inner in range(last):
+        for bends in combinations(range(1, last), inner):
+            if feasible(tube, (0, *bends, last)):
+                return inner + 2
+    raise AssertionError("not even a bend at every place will do")
+
+
+def random_tube(seed: int) -> Tube:
+    picked = random.Random(seed)  # noqa: S311 - no secret
+    size = picked.randint(2, 9)
+    shape = picked.choice(("walk", "sine", "decay"))
+    values, value = [], 0.0
+    for place in range(size):
+        value += picked.gauss(0, 1)
+        smooth = np.sin(place * 0.9) * 4 if shape == "sine" else 9 * np.exp(-place / 3)
+        values.append(value if shape == "walk" else smooth)
+    widths = [picked.uniform(0.02, 1.0) for _ in values]
+    return Tube(
+        [value - width for value, width in zip(values, widths, strict=True)],
+        [value + picked.uniform(0.02, 1.0) for value in values],
+    )
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_set_of_fewer_bends_will_do(seed: int) -> None:
+    tube = random_tube(seed)
+    points = fewest_points(tube)
+    assert len(points) == by_trying(tube)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_the_line_stays_in_the_tube(seed: int) -> None:
+    tube = random_tube(seed)
+    places, values = zip(*fewest_points(tube), strict=True)
+    assert places[0] == 0
+    assert places[-1] == len(tube.lows) - 1
+    assert all(left < right for left, right in pairwise(places))
+    line = np.interp(range(len(tube.lows)), places, values)
+    scale = max(abs(value) for value in (*tube.lows, *tube.highs))
+    assert np.all(line >= np.array(tube.lows) - 8 * np.finfo(float).eps * scale)
+    assert np.all(line <= np.array(tube.highs) + 8 * np.finfo(float).eps * scale)
+
+
+def test_a_tube_of_one_place_has_one_point() -> None:
+    assert fewest_points(Tube([1.0], [2.0])) == [(0, 1.5)]
+
+
+def test_a_closed_tube_is_refused() -> None:
+    with pytest.raises(ValueError, match="crossed"):
+        fewest_points(Tube([0.0, 2.0], [1.0, 1.0]))

@@ -1,63 +1,35 @@
-"""Machines with a measured current: each fault of its sensor, and the state that is timed."""
+"""A bed with a measured current: each fault of its sensor, and the state that is timed."""
 
 import pytest
+from rig.analog_specs import KEYS, bed
 from rig.avr import whole
-from rig.specs import example, spec_of
+from rig.specs import changed, example, spec_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.faults.world import Site
 from heatwright.sim.timing.stage import Stage
 
-SPEC = """
-heatwright: 1
-controller: {name: kettle, board: uno}
-sensors:
-  water:
-    kind: thermistor
-    pin: A1
-    divider: {pull_up: 4.7 kΩ}
-    curve: {resistance: 10 kΩ, at: 25 °C, beta: 3950 K}
-    range: 0 °C .. 150 °C
-    oversample: 8
-  amps: {kind: current, pin: A2, scale: 0.25 V/A}
-outputs:
-  heater: {HEATER, pin: D3, power: 240 W, supply: 24 V, current: {sensor: amps, CURRENT}}
-loops:
-  water:
-    sensor: water
-    heater: heater
-    period: 500 ms
-    setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 90 °C}
-    algorithm: {ALGORITHM}
-    protection: {minimum: 3 °C, rise_rate: 10 K/s}
-interfaces:
-  - {kind: lcd_keypad, loop: water, step: 10 K}
-simulation:
-  ambient: 20 °C
-  plant:
-    kind: thermal_network
-    nodes: {jug: 1000 J/K}
-    links:
-      - {between: [jug, ambient], resistance: 1 K/W}
-    heat: {heater: jug}
-    sense: {water: {node: jug, lag: 2 s}, amps: {of: heater, lag: 20 ms}}
-  scenario:
-    - {for: 100 s}
-"""
-KETTLES = {
-    "limited": ("kind: pwm, frequency: 976.5625 Hz", "limit: 8 A",
-                "kind: pid, kp: 20, ki: 0.1"),
-    "tripped": ("kind: digital", "trip: 12 A", "kind: on_off, hysteresis: 1 K"),
-}  # fmt: skip
-"""Heater, current and algorithm."""
+PID = "algorithm: {kind: pid, kp: 12, ki: 0.1, kd: 60, derivative_filter: 2 s}"
+LIMITED = "kind: pwm, frequency: 976.5625 Hz, current: {sensor: amps, limit: 8 A}"
+TRIPPED = "kind: digital, current: {sensor: amps, trip: 12 A}"
+HEATERS = {"limited": (LIMITED, PID),
+           "tripped": (TRIPPED, "algorithm: {kind: on_off, hysteresis: 1 K}")}  # fmt: skip
+"""What the file says of the heater, and the loop's algorithm."""
 
 
-def kettle(name: str) -> Site:
-    heater, current, algorithm = KETTLES[name]
-    text = SPEC.replace("HEATER", heater).replace("CURRENT", current)
-    text = text.replace("ALGORITHM", algorithm)
-    return Site(spec_of(text).controller, whole(text), "water")
+def heated(name: str) -> Site:
+    heater, algorithm = HEATERS[name]
+    text = changed(
+        bed("hotend", interface=KEYS),
+        ("\noutputs:", "\n  amps: {kind: current, pin: A2, scale: 0.25 V/A}\noutputs:"),
+        ("kind: pwm, pin: D3, frequency: 490 Hz, power: 120 W",
+         f"{heater}, pin: D3, power: 240 W, supply: 24 V"),
+        (PID, algorithm),
+        ("within: 60 s", "within: 300 s"),  # Stage swings it about one temperature
+        ("lag: 4 s}", "lag: 4 s}, amps: {of: heater, lag: 20 ms}"),
+    )  # fmt: skip
+    return Site(spec_of(text).controller, whole(text), "bed")
 
 
 RULES = {
@@ -67,9 +39,9 @@ RULES = {
 }
 
 
-@pytest.fixture(scope="module", params=KETTLES)
+@pytest.fixture(scope="module", params=HEATERS)
 def site(request: pytest.FixtureRequest) -> Site:
-    return kettle(request.param)
+    return heated(request.param)
 
 
 @pytest.mark.parametrize(("name", "rule"), RULES.items())
@@ -80,19 +52,19 @@ def test_it_trips(site: Site, name: str, rule: str) -> None:
     assert result.rule == rule
 
 
-@pytest.mark.parametrize("name", KETTLES)
+@pytest.mark.parametrize("name", HEATERS)
 def test_it_is_timed_while_it_heats(name: str) -> None:
-    site = kettle(name)
+    site = heated(name)
     device = AvrDevice(site.controller, site.program)
-    stage, heated = Stage(site.controller, device), 0
+    stage, on_s = Stage(site.controller, device), 0
     stage.advance(5.0)
     device.press("up")
     for second in range(6, 110):
         stage.advance(second)
         device.press(None)
-        heated += device.read("current_heater.applied_percent") > 0
+        on_s += device.read("current_heater.applied_percent") > 0
         assert not device.read("fault.code")
-    assert heated >= 30
+    assert on_s >= 30
 
 
 @pytest.mark.parametrize("name", ["fabricator", "dryer"])
