@@ -8,11 +8,6 @@ from click.testing import CliRunner
 from rig.specs import changed, files_of, spec_of
 
 from heatwright.cli.main import cli
-from heatwright.generator import write
-from heatwright.generator.toolchain import build
-from heatwright.sim.bench import bench
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.replay import replay
 from heatwright.spec.timers import allocate
 
 MOVES = {
@@ -67,7 +62,8 @@ def test_the_timers(name: str) -> None:
     ("name", "board"),
     [
         ("chamber", "atmega16"), ("press", "atmega32"), ("hotplate", "atmega16"),
-        ("extruder", "atmega32"),
+        ("extruder", "atmega32"), ("extruder by timers", "atmega32"), ("fabricator", "atmega16"),
+        ("chamber", "atmega32"), ("press", "atmega16"), ("hotplate", "atmega32"),
     ],
 )  # fmt: skip
 def test_all_that_is_to_be_proven_is(name: str, board: str, tmp_path: Path) -> None:
@@ -80,26 +76,6 @@ def test_all_that_is_to_be_proven_is(name: str, board: str, tmp_path: Path) -> N
     assert found["replay"]["ticks"] > 1000
     assert found["replay"]["mismatches"] == 0
     assert (done.exit_code, found["passed"]) == (0, True)
-
-
-@pytest.mark.parametrize(
-    ("name", "board"),
-    [
-        ("chamber", "atmega32"), ("press", "atmega16"), ("hotplate", "atmega32"),
-        ("fabricator", "atmega16"), ("extruder by timers", "atmega32"),
-    ],
-)  # fmt: skip
-def test_every_step_is_the_models(name: str, board: str, tmp_path: Path) -> None:
-    text = moved(name, board)
-    controller = spec_of(text).controller
-    write(files_of(text), tmp_path / name)
-    device = AvrDevice(controller, build(tmp_path / name).elf)
-    for log in bench(controller, device).steps.values():
-        result = replay(controller, log)
-        assert result.ticks == len(log)
-        assert result.ticks > 1000
-        assert (result.mismatches, result.restored) == (0, ())
-        assert set(log["fault.code"]) == {0}
 
 
 OLD = ("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0 V")
