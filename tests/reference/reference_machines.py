@@ -8,9 +8,11 @@ from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.copies import copy_of
 from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.master import Master
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.program_state import RESTORING
 from heatwright.sim.reference.programmed import ProgrammedOperator
+from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.spec import Controller, load_text
 
 
@@ -242,6 +244,10 @@ class Nozzle(Player):
 
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
+        self.operator = SwitchedOperator(self.controller, "nozzle", self.reference)
+        self.write = Master(self.controller, "nozzle", self.operator, self.reference).write
+        self.operated = False
+        """Whether its operator and master command it, and not `enabled` and the setpoint."""
         self.enabled = 1
         self.ohm = 25.0
         """Of the heater at 50 V; what it draws follows from the last duty."""
@@ -251,4 +257,9 @@ class Nozzle(Player):
         share = float(self.reference.duty_percent) / 100
         amperes = 50.0 / self.ohm * share if self.amperes is None else self.amperes
         wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_of(amperes)), **said)
-        return super().step(status, raw, orders=wanted)
+        if self.operated:
+            self.setpoint_c = float(self.operator.setpoint_c)
+            wanted = wanted._replace(enabled=self.operator.orders.enabled)
+        record = super().step(status, raw, orders=wanted)
+        self.operator.after_step()
+        return record

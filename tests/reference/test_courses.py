@@ -84,3 +84,9 @@ def test_what_is_not_sound_changes_nothing() -> None:
     assert kiln.operator.copies == before
     with pytest.raises(ValueError, match="no order"):
         kiln.said("M104 S200")
+
+
+@pytest.mark.parametrize("name", ["other.setpoint", "nozzle.colour", "reboot"])
+def test_what_there_is_not_cannot_be_written(name: str) -> None:
+    with pytest.raises(KeyError):
+        Nozzle().write(name, 1.0)

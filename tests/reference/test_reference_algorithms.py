@@ -4,10 +4,11 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from reference_machines import Kiln, Player, kiln_of
+from reference_machines import STEP_A, Kiln, Player, kiln_of, nozzle_of
 from rig.specs import EXAMPLES, example
 
-from heatwright.sim.reference import guard, guard_rules
+from heatwright.sim.reference import Reference, guard, guard_rules
+from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.spec import BOARDS, Pid, Sensor, ThreePosition, kinds
 from heatwright.spec.rules import RULES
@@ -109,6 +110,20 @@ def test_every_sensor_can_be_read(kind):
     codes = getattr(SENSORS[kind][0], "oversample", 1)
     below, found, above = map(module.converter(*SENSORS[kind]), (raw - codes, raw, raw + codes))
     assert abs(found - felt) <= abs(above - below) / 2
+
+
+@pytest.mark.parametrize(
+    ("offset_v", "raw", "amperes"),
+    [(0.0, 400, Single(STEP_A / 4) * Single(400) + Single(STEP_A / 2)),
+     (2.5, 0, 0.0), (2.5, 4 * 512, pytest.approx(STEP_A / 2))],
+)  # fmt: skip
+def test_amperes_are_the_middle_of_the_step_and_never_negative(offset_v, raw, amperes):
+    controller = nozzle_of()
+    sensor = controller.sensors["current"].model_copy(update={"offset_v": offset_v})
+    moved = controller.model_copy(update={"sensors": {**controller.sensors, "current": sensor}})
+    orders = Orders(current_raw=raw)
+    record = Reference(moved, "nozzle").step(0, 320, Single(50), orders=orders)
+    assert record["current.amperes"] == amperes
 
 
 @pytest.mark.parametrize(

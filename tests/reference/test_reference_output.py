@@ -1,11 +1,14 @@
-"""What an output makes of a duty: counts, and their course in time."""
+"""What an output makes of a duty: counts, their course in time, and minimum times."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from heatwright.sim.reference.course import WindowCourse, course_of
+from heatwright.sim.reference.held import Held, HeldCourse
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import heater_of, pwm_period
-from heatwright.spec import PwmOutput, TimeProportionalOutput
+from heatwright.spec import DigitalOutput, PwmOutput, TimeProportionalOutput
 from heatwright.spec.base import ReadOnlyDict
 
 
@@ -76,31 +79,10 @@ def test_counts_of_a_duty(vary, what):
     assert found == wanted
 
 
-WINDOWS = {
-    # Of a window's length: the counts that are given, if any, and until when it is on for how long.
-    "on first and off then; the second begins at 1.5 s": (
-        1_000_000,
-        [(None, 500_000, 0), (25, 600_000, 100_000), (None, 1_000_000, 150_000),
-         (None, 1_600_000, 100_000), (None, 3_500_000, 150_000 + 250_000)],
-    ),
-    "a new duty waits for its window but zero does not": (
-        10_000_000,
-        [(500, 1_000_000, 1_000_000), (200, 6_000_000, 4_000_000), (None, 10_000_000, 0),
-         (None, 11_000_000, 1_000_000), (0, 20_000_000, 0)],
-    ),
-    "a duty at the start of a window counts at once": (
-        1_000_000, [(10, 1_000_000, 100_000), (90, 2_000_000, 900_000)]
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("what", WINDOWS)
-def test_windows(what):
-    window_us, deeds = WINDOWS[what]
-    course = WindowCourse(window_us, 10_000)
-    for counts, until_us, on_us in deeds:
-        if counts is not None:
-            course.apply(counts)
+def test_a_duty_at_the_start_of_a_window_counts_at_once():
+    course = WindowCourse(1_000_000, 10_000)
+    for counts, until_us, on_us in ((10, 1_000_000, 100_000), (90, 2_000_000, 900_000)):
+        course.apply(counts)
         assert course.advance(until_us) == on_us
 
 
@@ -108,3 +90,54 @@ def test_a_pwm_course_is_its_mean(vary):
     course = course_of(vary(output=pwm()), "heater")
     course.apply(64)
     assert course.advance(1_000_000) == pytest.approx(250_000, rel=1e-15)
+
+
+# ---- minimum times, in ticks and in time ----
+
+ORDERS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=200)
+"""Asked, permitted, and stopped, in each tick."""
+
+
+def course(held: Held, orders: list[tuple[bool, bool, bool]]) -> list[bool]:
+    found = []
+    for asked, permitted, stopped in orders:
+        found.append(held.tick(permitted=permitted))
+        held.set(asked=asked)
+        if stopped:
+            held.stop()
+    return found
+
+
+@given(ORDERS, st.integers(0, 20), st.integers(0, 20))
+def test_it_is_never_on_or_off_for_less_than_the_minimum(orders, minimum_on, minimum_off):
+    """But for what is not permitted or stopped, which is off at once."""
+    on_in_tick = course(Held(minimum_on, minimum_off), orders)
+    for on, (_, permitted, _) in zip(on_in_tick, orders, strict=True):
+        assert permitted or not on
+    pauses = "".join("10"[not on] for on in on_in_tick).split("1")[:-1]
+    assert all(len(pause) >= minimum_off for pause in pauses[1:] if pause)
+    assert not pauses or len(pauses[0]) >= minimum_off - 1  # the tick that switches is its end
+    free = course(Held(minimum_on, minimum_off), [(asked, True, False) for asked, *_ in orders])
+    pulses = "".join("10"[not on] for on in free).split("0")[:-1]
+    assert all(len(pulse) >= minimum_on for pulse in pulses if pulse)
+
+
+def test_in_time_it_goes_by_ticks():
+    run = HeldCourse(Held(5, 3))
+    run.apply(1)
+    assert run.advance(30_000) == 0  # off for three ticks, the third switches on
+    run.apply(0)
+    assert run.advance(100_000) == 50_000
+    run.apply(1)
+    assert run.advance(115_000) == 5_000  # the pause began at 80 ms
+
+
+def test_an_output_with_minimum_times_has_such_a_course(vary):
+    output = DigitalOutput.model_validate(
+        {"kind": "digital", "pin": "D3", "power": "240 W", "minimum_on": "2 s"}
+    )
+    run = course_of(vary(output=output), "heater")
+    run.apply(1)
+    run.advance(1_000_000)
+    run.apply(0)
+    assert run.advance(3_000_000) == pytest.approx(1_010_000)
