@@ -153,33 +153,6 @@ def test_fast_pwm(timer: str, inverted: bool, share: float) -> None:
     assert np.all(abs(np.diff(edges[::2]) - period) <= 4)
 
 
-@pytest.mark.parametrize("timer", TIMERS)
-def test_a_new_compare_value_takes_effect_and_a_disconnected_timer_gives_the_pin_back(
-    timer: str,
-) -> None:
-    mcu, pin, counts, prescaler, setup, compare = TIMERS[timer]
-    period = counts * prescaler
-    control = next(part for part in setup.split("; ") if "COM" in part)
-    avr = running(
-        f"""DDRB = DDRD = 0xff; {setup} {compare} = {counts // 10 - 1};
-        __builtin_avr_delay_cycles({100 * period + 123}L); {compare} = {counts * 6 // 10 - 1};
-        __builtin_avr_delay_cycles({101 * period}L); {compare} = {counts - 1};
-        __builtin_avr_delay_cycles({20 * period}L); {control.replace("COM", "0")};""",
-        "-DCOM=2",
-        mcu=mcu,
-    )
-    number = avr.pins.watch(pin)
-    avr.run_to(101 * period + 1000)
-    assert avr.pins.high_cycles(number) / avr.cycle == pytest.approx(0.1, abs=0.02)
-    start, high = avr.cycle, avr.pins.high_cycles(number)
-    avr.run_to(start + 100 * period - 1000)
-    share = (avr.pins.high_cycles(number) - high) / (avr.cycle - start)
-    assert share == pytest.approx(0.6, abs=0.01)
-    for due_cycle, level in ((210, True), (230, False)):
-        avr.run_to(due_cycle * period)
-        assert avr.pins.level(pin) is level
-
-
 def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     """The display shares port D with the heater: simavr makes false edges there."""
     setup = "DDRD = 0xff; OCR2B = 127; TCCR2A = 0x23; TCCR2B = 0x06;"
@@ -198,27 +171,14 @@ def test_phase_correct_pwm_is_refused() -> None:
         avr.run(0.1)
 
 
-TWO_ON_A_PIN = {
-    # Timer 1, whose channel C is on PB7 too, is set up after timer 0 has taken the pin.
-    "OC0A and OC1C": (
-        "atmega2560", "PB7",
-        "DDRB = 0x80; TCCR0A = 0x83; OCR0A = 63; TCCR0B = 2;"
-        "ICR1 = 999; TCCR1A = 0x82; TCCR1B = 0x19; OCR1A = 500;",
-    ),
-    # simavr's timer 3 has its channel B on the same pin as A; the part's has no pin.
-    "OC3A alone": (
-        "atmega32u4", "PC6",
-        "DDRC = 0x40; ICR3 = 255; TCCR3A = 0x82; TCCR3B = 0x1A; OCR3A = 63; OCR3B = 7;",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("timers", TWO_ON_A_PIN)
-def test_a_pin_to_which_two_channels_lead(timers: str) -> None:
-    """It belongs to the one that is connected."""
-    mcu, pin, setup = TWO_ON_A_PIN[timers]
-    avr = running(setup, mcu=mcu)
-    number = avr.pins.watch(pin)
+def test_a_pin_to_which_two_timers_lead() -> None:
+    """It belongs to the one that is connected: timer 1's channel C is set up after timer 0 is."""
+    avr = running(
+        """DDRB = 0x80; TCCR0A = 0x83; OCR0A = 63; TCCR0B = 2;
+        ICR1 = 999; TCCR1A = 0x82; TCCR1B = 0x19; OCR1A = 500;""",
+        mcu="atmega2560",
+    )
+    number = avr.pins.watch("PB7")
     avr.run(0.001)
     before = avr.pins.high_cycles(number)
     avr.run(256 * 8 * 10 / CLOCK_HZ)
