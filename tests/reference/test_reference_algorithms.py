@@ -7,11 +7,10 @@ import pytest
 from reference_machines import STEP_A, Kiln, Player, kiln_of, nozzle_of
 from rig.specs import EXAMPLES, example
 
-from heatwright.sim.reference import Reference, guard, guard_rules
+from heatwright.sim.reference import Reference
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.spec import BOARDS, Pid, Sensor, ThreePosition, kinds
-from heatwright.spec.rules import RULES
 
 FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
 
@@ -33,12 +32,8 @@ def test_every_operation_is_rounded_to_single_precision(vary):
 
 def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
     assert 0.3 / 0.1 < 3
-    assert [steps(0.3, 0.1), steps(0.29, 0.1), steps(0.01, 1.0), steps(120.0, 1.0)] == [
-        3,
-        2,
-        1,
-        120,
-    ]
+    found = [steps(0.3, 0.1), steps(0.29, 0.1), steps(0.01, 1.0), steps(120.0, 1.0)]
+    assert found == [3, 2, 1, 120]
     assert filter_share(1.0, 4.0) == Single(0.2)
     assert filter_share(1.0, 0.0) == 1
 
@@ -61,36 +56,10 @@ def test_never_both(vary, temperature_c):
         assert not (record["algorithm.heating"] and record["algorithm.cooling"])
 
 
-@pytest.mark.parametrize("status", [1, 2, 3, 4, 5])
-def test_missing_readings_become_a_fault_of_their_own_kind(vary, status):
-    player = Player(vary(**FREE, stale_after_s=5.0))
-    player.feed(30.0)
-    for _ in range(4):
-        record = player.miss(status)
-        assert record["fault.code"] == 0
-        assert record["duty_percent"] == 0
-    record = player.miss(status)
-    assert record["fault.code"] == status
-    assert record["fault.temperature_c"] == 30.0
-
-
 def test_an_acknowledgement_without_a_fault_changes_nothing(vary):
     one, other = Player(vary()), Player(vary())
     for temperature_c in (20.0, 20.5, 21.0):
         assert one.feed(temperature_c) == other.feed(temperature_c, acknowledge=True)
-
-
-def test_the_codes_are_those_of_the_rules():
-    assert {rule.id: code for code, rule in RULES.items() if 6 <= code <= 13} == {
-        "over_temperature": guard.OVER_TEMPERATURE,
-        "under_temperature": guard.UNDER_TEMPERATURE,
-        "rise_rate": guard.RISE_RATE,
-        "sensor_frozen": guard_rules.FROZEN,
-        "heating_failed": guard_rules.HEATING_FAILED,
-        "runaway_above": guard_rules.RUNAWAY_ABOVE,
-        "runaway_below": guard_rules.RUNAWAY_BELOW,
-        "rising_while_off": guard_rules.RISING_WHILE_OFF,
-    }
 
 
 SENSORS = {
