@@ -47,6 +47,7 @@ SCENARIOS = {
         ("simulate kiln.yaml --display k.png --serial", "--serial goes with"),
         ("simulate bare.yaml --model", "bare.yaml: has no `simulation`"),
         ("verify bare.yaml", "bare.yaml: has no `simulation`"),
+        ("verify chamber.yaml --core qemu", "'own', 'simavr'"),
         ("compare chamber.yaml", "chamber.yaml: has no `comparison`"),
         ("compare oven.yaml --algorithm none", "no row is called none; there are"),
         ("simulate chamber.yaml --scenario no.yaml", "no.yaml: no such file"),

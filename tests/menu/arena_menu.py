@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-import test_menu_programs
-import test_menu_values
+import test_menu
 from menu_desk import CONTROLLER, MenuDesk
 from rig.avr import Firmware, Program
 from rig.judged import first_complaint
@@ -14,10 +13,9 @@ from heatwright.sim.elf import Elf
 
 
 def problem(program: Elf) -> str:
-    """Work all screens; what starts a heater first."""
+    """Work all screens."""
     device = AvrDevice(CONTROLLER, program)
-    modules = (test_menu_programs, test_menu_values)
-    return first_complaint(modules, desk=lambda: MenuDesk(device))
+    return first_complaint([test_menu], desk=lambda: MenuDesk(device))
 
 
 SOURCES = (Path(name) for name in sources_of("kiln_uno") if name.endswith(".c"))

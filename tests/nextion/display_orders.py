@@ -17,6 +17,7 @@ LONGEST_MINUTES = 31 * 1440
 LAST_KIND = 4
 LAST_TYPE = 7
 ANY = 1e9
+MOST_GAIN = 1e6
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
          "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0")  # fmt: skip
@@ -55,13 +56,13 @@ class Grammar:
         loop = controller.loops[interface.loop]
         self.setpoints_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
         self.places, self.points = programs.places, programs.points
-        self._wholes = {
+        self.wholes = {
             2: (0, 1), 8: (1, self.places), 9: (0, 1), 10: (1, self.points), 11: (0, self.points),
             13: (1, self.places), 15: (0, LAST_TYPE), 21: (0, len(display_pages(controller)) - 1),
         }  # fmt: skip
         maximum_c = loop.protection.maximum_c
-        self._numbers = {3: self.setpoints_c, 4: (0, 100), 20: (self.setpoints_c[0], maximum_c)}
-        self._numbers |= dict.fromkeys((5, 6, 19), (0, ANY))
+        self.numbers = {3: self.setpoints_c, 4: (0, 100), 20: (self.setpoints_c[0], maximum_c)}
+        self.numbers |= dict.fromkeys((5, 6, 19), (0, MOST_GAIN))
 
     def allows(self, text: str) -> bool:
         """Whether an order may be taken."""
@@ -71,11 +72,11 @@ class Grammar:
         order, data = int(found[1]), found[2]
         if not data:
             return order in PLAIN
-        if order in self._wholes:
-            low, high = self._wholes[order]
+        if order in self.wholes:
+            low, high = self.wholes[order]
             return data.isdigit() and low <= int(data) <= high
-        if order in self._numbers:
-            return _within(data, *self._numbers[order])
+        if order in self.numbers:
+            return _within(data, *self.numbers[order])
         if order == 14:
             return 1 <= len(data) <= 12 and bool(data.strip()) and not set(data) & set('"\\')
         return order == 7 and self._allows_points(data)
@@ -120,7 +121,7 @@ class Malice:
         """Bytes in which no order is one that may be taken, whatever comes before or after."""
         made = 0
         while made < count:
-            data = self._chance.choice((self._changed, self._points, self._odd, self._odd))()
+            data = self._chance.choice((self._changed, self._points, self._beyond, self._odd))()
             if not any(map(self._grammar.allows, frames(data))):
                 made += 1
                 yield data
@@ -194,16 +195,25 @@ class Malice:
             f"{number},{word},100:", f"{number},10,{word}:", f"{number},10:", f"{number},:",
             f"{number},10,20,5:", f"{number},10,20,0,0:", f"{number},-5,100:", ":", ",,:", "1",
             f"{number},10,1100.1:", f"{beyond + 1},10,100:", f"{number},44641,100:",
+            f"{number},10,7153.6:", f"{number},42949673,600:", f"{number},0,600,1:",
             f"{number},10,-3300:", f"{number},10,100,{word}:",
         )))  # fmt: skip
         chance.shuffle(fields)
         return f"#7 {''.join(fields)};".encode()
 
+    def _beyond(self) -> bytes:
+        """A number just outside of what is possible, between two, or one that would wrap."""
+        order, (low, high) = self._chance.choice(
+            [*self._grammar.wholes.items(), *self._grammar.numbers.items()]
+        )
+        values = (low - 1, low - 0.5, low + 0.5, low + 256, low + 65536, low + 2**32, high + 0.5)
+        return f"#{order} {self._chance.choice((*values, high + 1, high + 2))};".encode()
+
     def _odd(self) -> bytes:
         """A number that is no order's; a name that is too long, empty, or would end a text; more
         than any order is long; the front of an order, perhaps with the end of another."""
         draw, sound = self._chance.choice, f"#{self.sound()};"
-        number = draw((0, 1, 23, 24, 99, 100, 255, 256, 258, 264, 65538, 10**20, ""))
+        number = draw((0, 1, 23, 24, 99, 100, 255, 256, 258, 264, 65538, 10**20, "", *range(2, 23)))
         name = draw(("", " ", "   ", 'a"b', "a\\b", "a" * 13, "x" * 64, "ÿ", "\x01"))
         filler = draw(("1", "9,9,9:", "a", " ", "0")) * draw((100, 256, 300))
         front = sound[: self._chance.randrange(1, len(sound))]

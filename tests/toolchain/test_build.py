@@ -8,11 +8,13 @@ import sys
 import textwrap
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
+from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
 from heatwright.spec.boards import BOARDS, Board
@@ -99,6 +101,8 @@ def test_the_figures_are_those_of_avr_size(project: Project) -> None:
     assert result.ram_bytes == 6
     assert (result.flash_limit, result.ram_limit) == (32768 - 512, 2048)
     assert f"used {result.flash_bytes} bytes from {result.flash_limit} bytes" in result.log
+    measured = given(result.elf, BOARDS["uno"])  # as if it came from elsewhere
+    assert replace(measured, log=result.log, cached=result.cached) == result
 
 
 @pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board: board.name)

@@ -1,9 +1,9 @@
 """`verify --elf`: what is refused; `verify --core`: whose core runs the instructions, everywhere.
 
-That a binary from elsewhere verifies is shown by test_second_compiler.py.
+That a binary from elsewhere verifies is shown by test_second_compiler.py, that it is measured as
+a build is by test_build.py.
 """
 
-import shutil
 import struct
 import subprocess
 import sys
@@ -20,7 +20,7 @@ from heatwright.cli.main import cli
 from heatwright.cli.talk import talk
 from heatwright.cli.verify import engine, trials
 from heatwright.generator.toolchain import BuildFailed
-from heatwright.generator.toolchain.given import given, refuse_other_chip
+from heatwright.generator.toolchain.given import given
 from heatwright.sim.avr import Avr, instructions_by
 from heatwright.sim.device import AvrDevice
 
@@ -59,26 +59,9 @@ def test_a_file_is_refused(
     assert "bug" not in told
 
 
-def test_an_unknown_core_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert ended(cli, ["verify", str(EXAMPLES / "chamber.yaml"), "--core", "qemu"]) == 2
-    assert "'own', 'simavr'" in capsys.readouterr().err
-
-
 def test_an_unknown_worst_stack_is_told() -> None:
     with pytest.raises(BuildFailed, match="worst stack is unknown: main calls a function by"):
         given(compiled(BY_POINTER).path, example("chamber").controller.board)
-
-
-def test_it_is_measured_as_a_build_is(chamber_elf: Path, tmp_path: Path) -> None:
-    board = example("chamber").controller.board
-    elf = Path(shutil.copy(chamber_elf, tmp_path))
-    found = given(elf, board)
-    listed = subprocess.run(["avr-size", elf], capture_output=True, text=True, check=True).stdout
-    text, data, bss = map(int, listed.splitlines()[1].split()[:3])
-    assert (found.flash_bytes, found.ram_bytes) == (text + data, data + bss)
-    assert (found.flash_limit, found.ram_limit) == (32768 - 512, 2048)
-    assert found.stack_bytes > 50
-    refuse_other_chip(elf, board)
 
 
 def core_in_use() -> str:
