@@ -56,31 +56,27 @@ bool eeprom_is_ready(void)
     return true;
 }
 
-static uint8_t *cell(const void *place, size_t offset)
+static uint8_t *cell(const uint8_t *place)
 {
-    const size_t at = (uintptr_t)place + offset;
-
-    if (at >= EEPROM_BYTES) {
-        wrong("an access outside the EEPROM");
-    }
-    return &eeprom[at];
+    must((uintptr_t)place < EEPROM_BYTES, "an access outside the EEPROM");
+    return &eeprom[(uintptr_t)place];
 }
 
 uint8_t eeprom_read_byte(const uint8_t *place)
 {
-    return *cell(place, 0);
+    return *cell(place);
 }
 
 void eeprom_read_block(void *to, const void *from, size_t size)
 {
     for (size_t i = 0; i < size; i++) {
-        ((uint8_t *)to)[i] = *cell(from, i);
+        ((uint8_t *)to)[i] = *cell((const uint8_t *)from + i);
     }
 }
 
 void eeprom_write_byte(uint8_t *place, uint8_t value)
 {
-    *cell(place, 0) = value;
+    *cell(place) = value;
 }
 
 /* ---- the sensor ---- */
@@ -123,9 +119,7 @@ static void sent(uint8_t byte)
 
 static void receive(uint8_t byte, uint8_t flags)
 {
-    if (!(UCSR0B & (1u << RXEN0)) || !(UCSR0B & (1u << RXCIE0))) {
-        wrong("a line that is not listened to");
-    }
+    must(UCSR0B & (1u << RXEN0) && UCSR0B & (1u << RXCIE0), "a line that is not listened to");
     UCSR0A = flags;
     UDR0 = byte;
     USART0_RX_vect();

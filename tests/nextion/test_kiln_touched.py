@@ -156,18 +156,6 @@ def test_a_machine_without_programs(name: str) -> None:
     assert text == BESIDE_MODBUS or desk.display.errors == []
 
 
-@pytest.mark.parametrize(
-    ("baud", "heard"), [(113_000, True), (119_000, True), (100_000, False), (57_600, False)]
-)
-def test_a_display_hears_what_it_can_sample(baud: int, heard: bool) -> None:
-    """The board's clock gives 117 647 baud for 115 200; each bit is sampled in its middle."""
-    desk = KilnDesk()
-    desk.display.line.baud = baud
-    desk.run(3.0)
-    assert any(each.text == "bkcmd=0" for each in desk.display.history) is heard
-    assert (desk.display.errors == []) is (desk.display.instructions == 0 or heard)
-
-
 @pytest.mark.parametrize(("port", "baud"), [(2, 115_200), (3, 9_600)])
 def test_another_port_another_speed(port: int, baud: int) -> None:
     """With the log on port 1 and nothing on port 0; a slow line takes longer than two ticks."""

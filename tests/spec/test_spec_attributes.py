@@ -21,11 +21,9 @@ from heatwright.spec import (
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.coarseness import largest_step_k, step_at_k
 from heatwright.spec.conversion import conversion
-from heatwright.spec.max31856 import RANGE_C
 from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
 from heatwright.spec.tree import parse
-from heatwright.spec.uses import pin_uses, uart_of
 from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
 LEAST = changed(bases()["oven"], (", power: 240 W", ""))
@@ -182,24 +180,6 @@ def test_a_programs_name_may_fill_the_display() -> None:
     assert language.Program.model_validate({"name": "123456789012", "segments": ({"hold": "1 h"},)})
 
 
-@pytest.mark.parametrize(
-    ("written", "kind", "values"),
-    [
-        ({"to": "540 °C", "over": "60 min"}, "over", (540.0, 3600.0, None, None)),
-        ({"to": "540 °C", "at": "150 K/h"}, "rate", (540.0, None, 150.0, None)),
-        ({"to": "540 °C", "at": "2.5 K/min"}, "rate", (540.0, None, 150.0, None)),
-        ({"to": "540 °C", "at": "as fast as possible"}, "fast", (540.0, None, None, None)),
-        ({"hold": "30 min"}, "hold", (None, None, None, 1800.0)),
-        ({"hold": "until operator"}, "until", (None, None, None, None)),
-    ],
-)
-def test_the_forms_of_a_segment(written: object, kind: str, values: object) -> None:
-    segment = language.Segment.model_validate(written)
-    assert segment.kind == kind
-    assert (segment.to_c, segment.over_s, segment.at_k_per_h, segment.hold_s) == values
-    assert (segment.fast, segment.until) == (kind == "fast", kind == "until")
-
-
 @pytest.mark.parametrize("order", ["start 1", "pause 0", "resume 0", "skip 0", "jump 7", "stop 0"])
 def test_orders(order: str) -> None:
     word, number = order.split()
@@ -323,14 +303,6 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     assert simulation.scenario[0].write == (Write(name, value),)
 
 
-def test_interfaces_have_their_ports() -> None:
-    kiln = example("kiln").controller
-    ports = [uart_of(kiln.board, interface) for interface in kiln.interfaces]
-    assert [port and port.number for port in ports] == [0, 1]
-    pins = {use.pin.port_name: use.path[1] for use in pin_uses(kiln) if "port" in use.purpose}
-    assert pins == {"PE0": 0, "PE1": 0, "PD2": 1, "PD3": 1}
-
-
 # -- what sensors say about themselves: their kinds, ranges, steps and errors
 
 
@@ -346,38 +318,6 @@ def test_a_ds18b20_after_its_data_sheet(bits: int) -> None:
     assert shortest_period_s(sensor) == {9: 0.15, 10: 0.24, 11: 0.43, 12: 0.8}[bits]
     assert sensor.step_k == {9: 0.5, 10: 0.25, 11: 0.125, 12: 0.0625}[bits]
     assert [sensor.error_k(t) for t in (-55, -30, -10, 85, 100, 125)] == [2, 1, 0.5, 0.5, 1, 2]
-
-
-@pytest.mark.parametrize(
-    ("curve", "expected"),
-    [
-        ("{a: 8.11e-4, b: 2.115e-4, c: 7.07e-8}", "SteinhartHartCurve"),
-        ("{points: [[0 °C, 370 kΩ], [25 °C, 100 kΩ], [310 °C, 90 Ω]]}", "PointsCurve"),
-        ("{resistance: 100 kΩ, at: 25 °C, beta: 3950 K}", "BetaCurve"),
-    ],
-)
-def test_curves_are_told_by_their_keys(curve: str, expected: str) -> None:
-    nozzle = "kind: thermistor, pin: A13, divider: {pull_up: 4.7 kΩ}, range: 0 °C .. 300 °C"
-    sensor = sensor_of(f"{{{nozzle}, curve: {curve}}}")
-    assert type(sensor.curve).__name__ == expected
-    assert hash(sensor) == hash(sensor.model_copy())
-    if "points" in curve:
-        assert sensor.curve.points[1] == (25.0, 1e5)
-
-
-@pytest.mark.parametrize("kind", RANGE_C)
-def test_every_type_of_a_max31856_has_its_range(kind: str) -> None:
-    lowest_c, highest_c = RANGE_C[kind]
-    words = ["-10 °C may never be read"] if lowest_c > -10 else []
-    words += ["1150 °C may never be read"] if highest_c < 1150 + 5 else []
-    types = f"thermocouple: {kind}, selectable: [{kind}, {'R' if kind == 'S' else 'S'}]"
-    kiln = changed(bases()["kiln"], ("thermocouple: K", types))
-    if not words:
-        assert load_text(kiln)
-        return
-    with pytest.raises(SpecError) as caught:
-        load_text(kiln)
-    assert all(word in str(caught.value) for word in words)
 
 
 @pytest.mark.parametrize("name", ["extruder", "feeder"])
