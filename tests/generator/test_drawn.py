@@ -2,19 +2,21 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
-from noted import noting, shown
+from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
 from rig.avr import whole
 from rig.controllers import Drawn, attempt, drawings, drawn
 from rig.specs import files_of
 from rig.store import CompileFailed
 from suite import SEED, amount
 
+from heatwright.generator import plan_firmware
+from heatwright.generator.render import _load
 from heatwright.generator.stack import worst_stack
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
@@ -38,7 +40,6 @@ LARGE_FLASH = 100_000
 """Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
 TOO_LARGE = re.compile(r"will not fit in region `text'|is not within region `data'")
 CODE = (".c", ".h")
-FEW = 4
 
 
 def test_most_of_what_is_drawn_is_accepted() -> None:
@@ -54,15 +55,45 @@ def test_most_of_what_is_drawn_is_accepted() -> None:
     assert [each for each in reasons.most_common() if each[1] > 0.05 * count + 1] == []
 
 
+class Noting(Environment):
+    """Tells of each condition, wherever one stands in a template, whether it was true."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            loader=FunctionLoader(_load), undefined=StrictUndefined, trim_blocks=True
+        )  # as the generator's own
+        self.places: set[str] = set()
+        """Template and line, for each condition."""
+        self.seen: set[tuple[str, bool]] = set()
+        self.globals["noted"] = self._noted
+
+    def _noted(self, place: str, value: Any) -> Any:
+        self.seen.add((place, bool(value)))
+        return value
+
+    def _parse(self, source: str, name: str | None, filename: str | None) -> nodes.Template:
+        tree = super()._parse(source, name, filename)
+        asked = [each for each in tree.find_all((nodes.If, nodes.CondExpr, nodes.For)) if each.test]
+        for number, each in enumerate(asked):
+            line = source.splitlines()[each.lineno - 1]
+            place = f"{name}:{each.lineno}:{number} {line.strip()}"
+            self.places.add(place)
+            known = nodes.Name("noted", "load")
+            each.test = nodes.Call(known, [nodes.Const(place), each.test], [], None, None)
+        return tree
+
+
 def test_every_kind_template_and_condition_is_drawn() -> None:
     """Of each condition of each template, wherever one stands in it, both values."""
     pool = drawn(amount("drawn_planned"))
-    seen = frozenset[object]().union(*(shown(each.spec) for each in pool))
-    used = {name for name in seen if isinstance(name, str)}
+    noting, used = Noting(), set[str]()
+    for each in pool:
+        for file in plan_firmware(each.spec).files:
+            noting.get_template(file.template).render(file.context)
+            used.add(file.template)
     files = [path for path in TEMPLATES.glob("*/*") if path.suffix in {*CODE, ".j2"}]
     assert with_included(used) == {path.relative_to(TEMPLATES).as_posix() for path in files}
-    places = product(noting().places.items(), (True, False))
-    assert [(*what, value) for (place, what), value in places if (place, value) not in seen] == []
+    assert set(product(noting.places, (True, False))) - noting.seen == set()
     assert frozenset().union(*(kinds_in(each.spec.controller) for each in pool)) == {
         *BOARDS,
         *(kind for union in (Sensor, Output, Algorithm, Interface) for kind in kinds(union)),
@@ -87,25 +118,6 @@ def kinds_in(controller: Controller) -> set[str]:
     return {each.kind for each in (*parts, *(loop.algorithm for loop in loops))} | {
         controller.board.name
     }
-
-
-def fewest(pool: Mapping[Drawn, frozenset[object]], most: int) -> list[Drawn]:
-    """Choose a few that between them show as much as may be of what all of them do."""
-    missing: set[object] = set().union(*pool.values())
-    chosen: list[Drawn] = []
-    while missing and len(chosen) < most:
-        chosen.append(max(pool, key=lambda each: len(pool[each] & missing)))
-        missing -= pool[chosen[-1]]
-    return chosen
-
-
-def test_a_few_that_take_most_ways_compile_and_run() -> None:
-    pool = {each: shown(each.spec) for each in drawn(amount("drawn_pool"))}
-    chosen = fewest(pool, FEW)
-    covered = set().union(*(pool[each] for each in chosen))
-    assert len(covered) > 0.75 * len(set().union(*pool.values()))
-    for each in chosen:
-        assert_it_compiles_and_runs(each)
 
 
 @pytest.mark.parametrize("number", range(amount("drawn_compiled")))

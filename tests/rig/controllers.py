@@ -97,19 +97,6 @@ class _Controller:
         self.safety: Part = {}
         self.programs: Part = {}
         self._needed = 4 * len(self.names)
-        self._draw()
-
-    def _clocked(self, board: Board) -> Board:
-        clocked = {mhz: board._replace(clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
-        able = [mhz for mhz, other in clocked.items()
-                if other.clock_hz <= other.fastest_hz and ticks_at_all(other)]  # fmt: skip
-        if not self.draws.seldom():
-            return board
-        mhz = self.draws.one(*able)
-        self.identity["clock"] = f"{mhz} MHz"
-        return clocked[mhz]
-
-    def _draw(self) -> None:
         self._ports()
         self._display_and_programs()
         self._relay()
@@ -120,6 +107,16 @@ class _Controller:
         self._logs()
         self._leds()
         self._watchdog()
+
+    def _clocked(self, board: Board) -> Board:
+        clocked = {mhz: board._replace(clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
+        able = [mhz for mhz, other in clocked.items()
+                if other.clock_hz <= other.fastest_hz and ticks_at_all(other)]  # fmt: skip
+        if not self.draws.seldom():
+            return board
+        mhz = self.draws.one(*able)
+        self.identity["clock"] = f"{mhz} MHz"
+        return clocked[mhz]
 
     # Interfaces
 
@@ -206,10 +203,10 @@ class _Controller:
         draws = self.draws
         if self._spare() and draws.some():
             pulses = self.left.pwm(1.0, heats=False) if draws.some() else None
-            part = {"kind": "pwm", **pulses} if pulses else {}
-            part = part or {"kind": "digital", "pin": self.left.digital()}
-            if part["kind"] == "digital" and draws.some():
-                part["minimum_on"] = "2 s"
+            part = {"kind": "pwm", **(pulses or {})}
+            if not pulses:
+                part = {"kind": "digital", "pin": self.left.digital()}
+                part |= draws.maybe({"minimum_on": "2 s"})
             self.outputs["blower"] = part
             self.host_fans[draws.one("P0", "P9")] = "blower"
         if self.left.pins > self._needed + 3 and draws.some() and self.left.take_timer():
@@ -227,6 +224,9 @@ class _Controller:
             if baud <= most and abs(baud_setting(self.board.clock_hz, baud).error) <= BAUD_TOLERANCE
         ]  # fmt: skip
         return {"baud": self.draws.one(*able)}
+
+    def _port(self, kind: str) -> Part:
+        return {"port": self.on_port[kind]} if self.on_port[kind] else {}
 
     def _host(self) -> None:
         draws = self.draws
@@ -250,9 +250,8 @@ class _Controller:
             part = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
             self.interfaces.append(part | self._baud(2_000_000))
         if "nextion" in self.on_port:
-            port = {"port": self.on_port["nextion"]} if self.on_port["nextion"] else {}
             part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, BUS_BAUDS[::-1])}
-            self.interfaces.append(part | port)
+            self.interfaces.append(part | self._port("nextion"))
         if self.has_keys:
             part = {"kind": "lcd_keypad", "loop": self.shown}
             shown = next(each for each in self.loops if each.name == self.shown)
@@ -337,7 +336,7 @@ class _Controller:
         draws = self.draws
         loop = draws.one(*self.loops)
         part: Part = {"kind": "serial_log", "loop": loop.name, **self._baud(FASTEST_HOST)}
-        part |= {"port": self.on_port["serial_log"]} if self.on_port["serial_log"] else {}
+        part |= self._port("serial_log")
         least_s = max(1.0, loop.period_s)
         if not self.programs and draws.some():
             most = self._eeprom_left() // eeprom.LOG_ENTRY_BYTES - 2
@@ -362,8 +361,7 @@ class _Controller:
         able += ["communicating"] * ("modbus_rtu" in self.on_port)
         leds = {pin: self.draws.one(*able) for pin in self.lights}
         part: Part = {"kind": "indicators", "leds": leds}
-        if len(self.loops) > 1 or self.draws.some():
-            part["loop"] = loop.name
+        part |= {"loop": loop.name} if len(self.loops) > 1 or self.draws.some() else {}
         self.interfaces.append(part | self.draws.maybe({"active": "low"}))
 
     def _watchdog(self) -> None:
@@ -399,12 +397,9 @@ class _Controller:
 
     def _scenario(self, plant: Part) -> list[Part]:
         draws = self.draws
-        able: list[Part] = self._orders()
-        able += [{"extrude": "5 mm/s"}] * ("filament" in plant)
-        times = sorted(
-            draws.number(0.5, LENGTH_S - 1, 5, 0.01)
-            for _ in range(int(draws.number(0, 6, 2)) if able else 0)
-        )
+        able = self._orders() + [{"extrude": "5 mm/s"}] * ("filament" in plant)
+        count = int(draws.number(0, 6, 2)) if able else 0
+        times = sorted(draws.number(0.5, LENGTH_S - 1, 5, 0.01) for _ in range(count))
         events = [{"at": text(at_s, "s"), **draws.one(*able)} for at_s in times]
         return [*events, {"for": text(LENGTH_S, "s")}]
 

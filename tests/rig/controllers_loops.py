@@ -11,7 +11,8 @@ from heatwright.spec.checks.timing import MOST_MISSING, MOST_STEPS
 TICK_S = 0.01
 LONGEST_PERIOD_S = 600.0
 """Unless a sensor takes longer."""
-STEFAN_BOLTZMANN = 5.670374e-8
+SIGMA = 5.670374e-8
+"""Of Stefan and Boltzmann, W/m²/K⁴."""
 AMBIENT_C = 20.0
 FASTEST_K_PER_S = 500.0
 
@@ -51,9 +52,6 @@ class LoopDraw:
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
         self.sensors[f"{name}_felt"] = part
         self.reference = sensors.reference
-        self._draw()
-
-    def _draw(self) -> None:
         kinds = ["on_off", "pid"] + ["three_position"] * (self._spare_pins >= 3)
         self.kind = str(self.draws.one(*kinds))
         self._period()
@@ -130,12 +128,11 @@ class LoopDraw:
         return part
 
     def _rests(self, part: Part) -> tuple[float, float]:
-        found = []
-        for key in ("minimum_on", "minimum_off"):
-            seconds = self.draws.number(0, min(600, 3 * self.period_s), self.period_s, TICK_S)
-            part |= {key: text(seconds, "s")} if seconds else {}
-            found.append(seconds)
-        return found[0], found[1]
+        most_s = min(600, 3 * self.period_s)
+        on_s, off_s = (self.draws.number(0, most_s, self.period_s, TICK_S) for _ in range(2))
+        part |= {"minimum_on": text(on_s, "s")} if on_s else {}
+        part |= {"minimum_off": text(off_s, "s")} if off_s else {}
+        return on_s, off_s
 
     def _cooler_and_fan(self) -> None:
         draws = self.draws
@@ -394,10 +391,9 @@ class LoopDraw:
                 self.fans[f"{name}_{role}"] = {"link": [outer, "ambient"], "factor": factor}
         if shape == "radiates":
             hot_k4 = (self.high_c + 273.15) ** 4 - (AMBIENT_C + 273.15) ** 4
-            area = 0.1 * self.full_w / self.strength / (STEFAN_BOLTZMANN * hot_k4 * 0.8)
-            self.radiation.append(
-                {"between": [outer, "ambient"], "area": text(tidy(area), "m²"), "emissivity": 0.8}
-            )
+            area = text(tidy(0.1 * self.full_w / self.strength / (SIGMA * hot_k4 * 0.8)), "m²")
+            faces = {"between": [outer, "ambient"], "area": area}
+            self.radiation.append({**faces, "emissivity": 0.8})
         sense: Part = {"node": name}
         sense |= {"lag": text(self.lag_s, "s")} if self.lag_s else {}
         sense |= {"delay": text(self.delay_s, "s")} if self.delay_s else {}
