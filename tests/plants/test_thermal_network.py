@@ -11,11 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from rig.specs import changed, spec_of
 from scipy.integrate import solve_ivp
 
 from heatwright import spec
+from heatwright.sim.bench import ReferenceDevice, bench, step_of
+from heatwright.sim.coupling import sums_noise
+from heatwright.sim.plants import plant_of
 from heatwright.sim.plants.thermal_network import Plant
-from heatwright.spec import ThermalNetwork, kinds
+from heatwright.spec import Event, ThermalNetwork, kinds
 
 THREE = {
     "kind": "thermal_network",
@@ -253,3 +257,77 @@ def test_with_links_it_follows_a_fine_integration():
     fine = solve_ivp(slopes, (0, 3000), [20.0] * 3, method="LSODA", rtol=1e-10, atol=1e-9)
     found = run(machine, 30_000, on=1.0)
     assert found == pytest.approx(fine.y[:, -1], rel=1e-5)
+
+
+# ---- what a heater takes from its supply, as its sensor sees it ----
+
+FULL_A = 1.8
+
+
+def measured(step_s=0.1, **current):
+    sense = {"block": {"node": "block"}, "current": {"of": "heater", **current}}
+    network = ThermalNetwork.model_validate({**ONE, "sense": sense})
+    full_a = {"heater": FULL_A}
+    return Plant(network, {"heater": 80.0}, ambient_c=20.0, step_s=step_s, full_a=full_a)
+
+
+def test_the_current_is_the_mean_of_the_step():
+    machine = measured()
+    assert machine.currents_a() == {"current": 0.0}
+    for active in (1.0, 0.25, 0.0):
+        machine.step({"heater": active})
+        assert machine.currents_a()["current"] == pytest.approx(active * FULL_A)
+
+
+def test_behind_a_filter_it_follows_the_exponential():
+    machine = measured(step_s=0.02, lag="100 ms")
+    for _ in range(10):
+        machine.step({"heater": 1.0})
+    expected_a = FULL_A * (1 - math.exp(-0.2 / 0.1))
+    assert machine.currents_a()["current"] == pytest.approx(expected_a)
+
+
+def test_heat_from_elsewhere_takes_no_current():
+    machine = measured()
+    machine.step({"heater": 1.0}, 0.0, {"heater": 0.5})
+    assert machine.currents_a() == {"current": 0.5 * FULL_A}
+    assert machine.sensed_c() == {"block": pytest.approx(20 + 160 * (1 - math.exp(-0.1 / 20)))}
+
+
+QUIET, SINGLE = ("noise: 0.8 K", "noise: 0 K"), ("oversample: 16", "oversample: 1")
+
+
+def fabricator(*changes):
+    return spec_of(changed("fabricator", *changes)).controller
+
+
+@pytest.mark.parametrize(
+    ("supply", "full_a"), [("43 V", 76.6 / 43), ("43 V, rated: 40 V", 76.6 * 43 / 40**2)]
+)
+def test_full_current_is_ohms_law(supply, full_a):
+    found = fabricator(("supply: 43 V", f"supply: {supply}"))
+    machine = plant_of(found, found.simulation.plant, ambient_c=20.0, step_s=0.1)
+    machine.step({"heater": 1.0, "cooler": 0.0})
+    assert machine.currents_a() == {"current": pytest.approx(full_a)}
+
+
+def test_each_of_the_readings_that_are_summed_up_has_its_own_noise():
+    for changes in ((QUIET, SINGLE), (SINGLE,), (QUIET,)):
+        assert step_of(fabricator(*changes)) == 0.1
+    noisy = fabricator()
+    assert step_of(noisy) == 0.01
+    assert sums_noise(noisy, "nozzle")
+    assert not sums_noise(noisy, "current")
+
+
+def test_sums_are_as_much_less_noisy_as_their_number_says():
+    """Sixteen readings of noise 1.5 K, and of steps of the ADC, of a block at rest."""
+    noisy = fabricator(("noise: 0.8 K", "noise: 1.5 K"))
+    trace = bench(noisy, ReferenceDevice(noisy), [Event.model_validate({"for": "200 s"})])
+    readings_c = trace.steps["nozzle"]["temperature_c"]
+    step_k = noisy.sensors["nozzle"].step_at_k(20.0, noisy.board.mcu)
+    expected_k = math.sqrt((1.5**2 + step_k**2 / 12) / 16)
+    count = len(readings_c)
+    assert readings_c.std() == pytest.approx(expected_k, rel=4 / math.sqrt(2 * count))
+    assert abs(readings_c.mean() - 20.0) <= step_k / 2
+    assert np.all(trace.steps["nozzle"]["duty_percent"] == 0)

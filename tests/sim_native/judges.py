@@ -33,9 +33,8 @@ CLOCK_HZ = 16_000_000
 MOST_CYCLES = 400_000
 DONE = 0xA5
 
-# Section of the manual: what the judge does instead.
-SIMAVR = {"CPSE, SBRC, SBRS, SBIC, SBIS": "skips two words over ADIW, SBIW with K & 12 == 12"}
-"""simavr 1.6 (is_instruction_32_bits masks with 0xfc0f; later versions with 0xfe0f)."""
+# simavr 1.6, sections CPSE, SBRC, SBRS, SBIC, SBIS: it skips two words over ADIW, SBIW with
+# K & 12 == 12 (is_instruction_32_bits masks with 0xfc0f; later versions with 0xfe0f).
 ADDITIONS = ("add", "adc", "sub", "sbc", "cp", "cpc", "cpi", "subi", "sbci")
 """avr8js 0.21, sections ADD to SBCI: H is the carry out of bit 3; it takes bit 0's."""
 AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {

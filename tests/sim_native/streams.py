@@ -306,26 +306,21 @@ class _Writer:
         if name == "rjmp":
             self.over(name, k=0)
             return
-        target = self.landing(name, self.rng.randrange(3))
-        self.go(name, target)
+        target = self.go(name, self.rng.randrange(3))
         self.words += [self.rng.getrandbits(16)] * (target - len(self.words))
 
-    def landing(self, name: str, behind: int) -> int:
-        """Return where a jump or call leads, so many words behind it; prepare its registers."""
+    def go(self, name: str, behind: int) -> int:
+        """Append a jump or call over so many words; return where it leads."""
         if name in {"eijmp", "eicall"}:
             self.put(EIND, 0)
         if name in {"jmp", "call"}:
-            return len(self.words) + 2 + behind
-        target = len(self.words) + 2 + 1 + behind
-        self.point("Z", target)
-        return target
-
-    def go(self, name: str, target: int) -> None:
-        """Append a jump or call whose registers are prepared."""
-        if name in {"jmp", "call"}:
+            target = len(self.words) + 2 + behind
             self.far(name, target, k=0)
         else:
+            target = len(self.words) + 2 + 1 + behind
+            self.point("Z", target)
             self.emit(name)
+        return target
 
     def call(self) -> None:
         """A call of a function of one instruction, which lies right behind."""
@@ -336,7 +331,7 @@ class _Writer:
         if name == "rcall":
             self.emit(name, k=1)
         else:
-            self.go(name, self.landing(name, 1))
+            self.go(name, 1)
         place = len(self.words)
         self.emit("rjmp", k=0)
         self.simple()

@@ -89,13 +89,8 @@ def test_the_voltage_is_taken_when_the_conversion_starts() -> None:
 
 def test_left_adjusted_results_need_the_high_byte_only_and_clipped_voltages() -> None:
     adc = Small(CONVERTER, seconds=0.001)
-    for voltage_mv, code in (
-        (0, 0),
-        (millivolts(400), 400),
-        (5001, 1023),
-        (12_000, 1023),
-        (-50, 0),
-    ):
+    volts = ((0, 0), (millivolts(400), 400), (5001, 1023), (12_000, 1023), (-50, 0))
+    for voltage_mv, code in volts:
         adc.avr.adc.set(0, voltage_mv)
         for adjust in (0, LEFT):
             adc["mux"] = AVCC | adjust
