@@ -17,7 +17,7 @@ from heatwright.spec import ThermalNetwork, load_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 
-from known_machines import as_csv, machine, recorded, steps
+from test_fit import as_csv, machine, recorded, steps
 
 
 def written(name: str, network: ThermalNetwork, duty: Any) -> Path:

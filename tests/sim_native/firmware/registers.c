@@ -15,19 +15,9 @@ struct {
     uint16_t done;
 } request;
 
-static void clock(uint8_t high) {
-    if (high)
-        PORTB |= _BV(PB0);
-    else
-        PORTB &= (uint8_t)~_BV(PB0);
-}
-
-static void tell(uint8_t bit) {
-    if (bit)
-        PORTB |= _BV(PB3);
-    else
-        PORTB &= (uint8_t)~_BV(PB3);
-}
+#define PUT(pin, high) ((high) ? (PORTB |= _BV(pin)) : (PORTB &= (uint8_t)~_BV(pin)))
+static void clock(uint8_t high) { PUT(PB0, high); }
+static void tell(uint8_t bit) { PUT(PB3, bit); }
 
 /* Modes 1 and 3: a bit changes with the edge away from rest, and is taken with the one back. In 0
    and 2 it is taken just before the edge away. */
@@ -57,10 +47,7 @@ int main(void) {
     for (;;) {
         while (!request.go) {}
         request.go = 0;
-        if (request.floats)
-            PORTB &= (uint8_t)~_BV(PB4);
-        else
-            PORTB |= _BV(PB4);
+        PUT(PB4, !request.floats);
         clock(request.mode >> 1 & 1);
         _delay_us(1);
         request.idle_high = PINB >> PB4 & 1;
