@@ -57,6 +57,7 @@ def feed_problems() -> Iterator[Check]:
         stepper.test_speed_changes_by_no_more_than_the_acceleration,
         stepper.test_it_goes_along_a_trapezoid,
         partial(stepper.test_any_speed_is_right_in_the_mean, mm_per_s=0.0001),
+        partial(stepper.test_any_speed_is_right_in_the_mean, mm_per_s=17.77),
         stepper.test_every_step_is_made,
     ):
         yield lambda place, elf, test=test: test(stepper.Feed(place, elf))

@@ -54,6 +54,8 @@ class Feed(OutputBoard):
         while self.busy:
             assert self.avr.time_s < start + most_s
             self.run(0.05)
+            # It was said at the last tick: 100 steps ago at most.
+            assert abs(self.driver.position - self.get("feed_position")) <= 101
         assert (self.driver.violations, self.driver.missed) == (0, 0)
         assert self.driver.position == self.get("feed_position")
 
