@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, first_lines, reset_problem, wired
+from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, reset_problem, wired
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.reference.course import SpreadCourse, course_of
@@ -100,10 +100,8 @@ def whole_problem(place: Wired, elf: Elf | None = None) -> str:
         late.tick()  # the first window begins with the first duty, whenever that comes
     first = WindowBoard(place, elf)
     ticks = round(first.output.window_s / TICK_S)
-    behind = [
-        (30.0, ticks + 1),
-        *((each, ticks) for each in (50.0, 2.0, 99.0, 4.0, 5.0, 6.0, 89.0, 90.0, 91.0, 40.0)),
-    ]
+    duties_behind = (50.0, 2.0, 99.0, 4.0, 5.0, 6.0, 89.0, 90.0, 91.0, 40.0)
+    behind = [(30.0, ticks + 1), *((each, ticks) for each in duties_behind)]
     return (
         problem(first, iter(behind))  # each duty comes behind the first tick of a window
         or problem(late, duties(2, 400, 25))
@@ -147,13 +145,6 @@ def test_the_gate_and_a_reset_force_it_off(board: str, pin: str, window: str, ac
     bench.ask("heater", 100.0)
     assert any(bench.tick() for _ in range(300))
     assert reset_problem(bench, "heater") == ""
-
-
-@either_level
-def test_the_first_instructions_set_the_level_before_they_drive_it(active: str) -> None:
-    """A pin that were driven first would be low for two cycles: on, where low is active."""
-    lines = first_lines(windows(SPREAD, active))
-    assert lines[-2:] == ["pin_output_heater_off();", "pin_output_heater_drive();"]
 
 
 @pytest.mark.parametrize("on_steps", range(101))

@@ -410,9 +410,3 @@ def _hang_problem(bench: OutputBoard) -> str:
         if bench.get("fault.code"):
             return "what memory has by chance is taken for a hang"
     return ""
-
-
-def first_lines(place: Wired) -> list[str]:
-    """Return the first instructions after a reset, as they stand in the C."""
-    text = sources_of(place.text)["reset.c"].partition("heaters_off")[2].partition("}")[0]
-    return [line.strip() for line in text.splitlines()[2:]]
