@@ -5,7 +5,10 @@ from functools import partial
 from random import Random
 
 import test_max31856_choice as choice
-from converter_checks import (
+from rig.avr import Firmware, Program, on
+from rig.chips import Crucible, crucible
+from rig.specs import spec_of
+from test_converter_firmware import (
     ANSWERS,
     SHORTEST_S,
     answers_problem,
@@ -16,9 +19,6 @@ from converter_checks import (
     short_problem,
     words,
 )
-from rig.avr import Firmware, Program, on
-from rig.chips import Crucible, crucible
-from rig.specs import spec_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf

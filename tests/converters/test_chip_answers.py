@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from chip_bench import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench, code_of
 from numpy.typing import NDArray
 from rig.avr import running
+from test_chips import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench, code_of
 
 from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.shim import load

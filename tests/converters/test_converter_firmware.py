@@ -1,11 +1,13 @@
-"""The firmware's reader on several boards and crystals, and what it makes of any answer."""
+"""The firmware's reader on several boards and crystals, and what it makes of any answer.
 
+Status and raw reading of each step; what is not valid leaves the reading as it was.
+"""
+
+from collections.abc import Callable, Iterable
 from random import Random
 
-import converter_checks as checks
 import numpy as np
 import pytest
-from converter_checks import CRC, NO_ANSWER, OPEN, RANGE, RESET, SHORT, SHORTEST_S, STALE, VALID
 from rig.avr import whole
 from rig.chips import KINDS, PINS, Crucible, crucible
 from rig.specs import example, files_of
@@ -16,13 +18,177 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
 
+VALID, NO_ANSWER, SHORT, CRC, STALE, RESET, OPEN, RANGE = 0, 1, 2, 3, 4, 5, 17, 18
+STEPS_PER_K = {"max6675": 4, "max31855": 4, "max31856": 128}
+ENDS_C = {"max6675": (0.25, 1023.75), "max31855": (-270.0, 1372.0), "max31856": (-199.9, 1371.9)}
+Judged = Callable[[int], tuple[int, int]]
+
+
+def reading_problem(bench: Crucible, count: int) -> str:
+    """Take temperatures over the range: each is the nearest code, in the next step but one."""
+    kind = bench.controller.sensors["tip"].kind
+    bench.steps()
+    for celsius in np.linspace(*ENDS_C[kind], count):
+        bench.sense(float(celsius))
+        step = bench.steps(2)[-1]
+        due = np.floor(STEPS_PER_K[kind] * celsius + 0.5)
+        if step["reading_status"] != VALID or step["reading_raw"] != due:
+            return f"{celsius} °C are {step['reading_raw']}, status {step['reading_status']}"
+        if step["temperature_c"] != np.float32(due / STEPS_PER_K[kind]):
+            return f"{due} steps are {step['temperature_c']} °C"
+    return ""
+
+
+def judged_6675(word: int) -> tuple[int, int]:
+    body = word >> 1
+    if body in {0, 0x7FFF}:
+        return NO_ANSWER, 0
+    if word >> 15 or word >> 1 & 1:
+        return CRC, 0
+    return (OPEN, 0) if word >> 2 & 1 else (VALID, word >> 3)
+
+
+def judged_31855(word: int) -> tuple[int, int]:
+    if word in {0, 0xFFFFFFFF}:
+        return NO_ANSWER, 0
+    fault, reasons = word >> 16 & 1, word & 7
+    if word >> 17 & 1 or word >> 3 & 1 or bool(fault) != bool(reasons):
+        return CRC, 0
+    if fault:
+        return (OPEN if reasons & 1 else SHORT), 0
+    raw = word >> 18
+    return VALID, raw - (1 << 14) if raw >> 13 else raw
+
+
+ANSWERS: dict[str, tuple[Judged, int, tuple[int, ...]]] = {
+    "max6675": (judged_6675, 16, (15, 2, 1)),
+    "max31855": (judged_31855, 32, (17, 16, 3, 2, 1, 0)),
+}
+"""Who judges a chip's answer, its bits, and those that are zero in most."""
+
+
+def words(chance: Random, bits: int, often_zero: tuple[int, ...], count: int) -> list[int]:
+    """Draw any word, and more of those that are almost good; all ones and zeros, and every bit."""
+    mask = ~sum(1 << bit for bit in often_zero)
+    drawn = [chance.getrandbits(bits) for _ in range(count)]
+    good = [word & mask for word in drawn]
+    flipped = [word ^ 1 << chance.choice(often_zero) for word in good]
+    full = (1 << bits) - 1
+    edges = [0, 1, 2, full, full - 1, full ^ 1 << (bits - 1), 1 << (bits - 1)]
+    alone = [400 << bits - 14 | 1 << bit for bit in often_zero]
+    return [*edges, *alone, *drawn, *good, *flipped]
+
+
+def answers_problem(bench: Crucible, answers: Iterable[int], judged: Judged) -> str:
+    _, raw = bench.read(2)[-1]
+    for word in answers:
+        status, code = judged(word)
+        raw = raw if status else code
+        if (found := bench.answered(word)) != (status, raw):
+            return f"{word:#x} is {found}, not {(status, raw)}"
+    return ""
+
+
+def short_problem(bench: Crucible) -> str:
+    bench.sense(100.0)
+    bench.steps(3)
+    bench.chip.short("low")
+    if bench.statuses(2) != [SHORT, SHORT]:
+        return "a short of its answers"
+    bench.chip.short(None)
+    if bench.statuses(3)[1:] != [VALID, VALID]:
+        return "after a short"
+    bench.chip.unplug()
+    return "" if bench.statuses(3)[-1] in {NO_ANSWER, STALE} else "a chip that is not there"
+
+
+SETTINGS = bytes.fromhex("91 03 FF 7F C0 7F FF 80 00 00")
+POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
+"""CR0 to CJTO as they should be: automatic, with the open test, 50 Hz; type K, no averaging."""
+LATE = bytes.fromhex("80 07 00 01 02 03 04 05 06 07")
+"""What an earlier firmware may have left: it converts, filters 60 Hz, takes its wire for type T."""
+CR1, CJTO, CJTL, LTCBH, LTCBL, SR = 1, 9, 11, 12, 14, 15
+SHORTEST_S = 0.31
+"""The period after which, behind a set-up, no reading is in time for the next step."""
+
+
+def judged_31856(registers: bytes) -> tuple[int, int]:
+    if len(set(registers)) == 1 and registers[0] in {0, 0xFF}:
+        return NO_ANSWER, 0
+    if registers[: CJTO + 1] != SETTINGS:
+        return (RESET if registers[: CJTO + 1] == POWER_ON[: CJTO + 1] else CRC), 0
+    said = bytearray(registers[CJTO + 1 :])
+    said[CJTL - CJTO - 1] &= 0xFC
+    said[LTCBL - CJTO - 1] &= 0xE0
+    if not any(said):
+        return NO_ANSWER, 0
+    for bits, status in ((0x02, SHORT), (0x01, OPEN), (0xC0, RANGE)):
+        if registers[SR] & bits:
+            return status, 0
+    return VALID, int.from_bytes(registers[LTCBH:SR], "big", signed=True) >> 5
+
+
+def registers_said(count: int) -> list[bytes]:
+    """Return answers of each sort, then any, and more of those that are almost good."""
+    said = ("19 00 01 40 00 01", "19 00 01 40 00 41", "19 00 01 40 00 40", "19 00 01 40 00 80",
+            "19 00 01 40 00 03", "19 00 00 00 00 00", "00 00 00 01 40 00", "00 04 00 00 00 00",
+            "00 00 00 00 20 00", "19 03 01 40 1F 00", "00 00 00 00 00 00",
+            "00 03 00 00 1F 00", "19 00 FF FF E0 00")  # fmt: skip
+    found = [SETTINGS + bytes.fromhex(each) for each in said]
+    found += [bytes(16), b"\xff" * 16, POWER_ON, SETTINGS[:9] + b"\x01" + found[0][10:]]
+    found += [POWER_ON[:9] + b"\x01" + POWER_ON[10:], POWER_ON[:1] + b"\x13" + POWER_ON[2:]]
+    found += [b"\x11" + POWER_ON[1:], b"\x01" + POWER_ON[1:], SETTINGS + POWER_ON[10:]]
+    found += [SETTINGS[:1] + bytes([SETTINGS[1] ^ 1]) + SETTINGS[2:] + POWER_ON[CJTO + 1 :]]
+    chance = Random(7)  # noqa: S311 - no secret
+    for _ in range(count):
+        drawn = bytearray(SETTINGS + chance.randbytes(6))
+        drawn[SR] &= chance.choice((0x00, 0x3C, 0xFF))
+        found.append(bytes(drawn))
+        place = chance.choice((CR1, CJTO, CJTL, LTCBL, chance.randrange(16)))
+        drawn[place] ^= 1 << chance.randrange(8)
+        found += [bytes(drawn), chance.randbytes(16)]
+    return found
+
+
+def set_up_problem(bench: Crucible) -> str:
+    """Power on beside a chip that was told otherwise: it is set up, and a reading is awaited."""
+    bench.chip.was_told(LATE)
+    bench.sense(30.0)
+    due = [(STALE, 0), (VALID, 30 * 128), (VALID, 30 * 128)]
+    if (found := bench.read(3)) != due:
+        return f"first readings {found}"
+    if bench.chip._registers[: len(SETTINGS)] != SETTINGS or bench.chip.orders != 2:
+        return f"settings {bench.chip._registers.hex()} after {bench.chip.orders} orders"
+    return "misused" if bench.chip.misused else ""
+
+
+def registers_problem(bench: Crucible, answers: Iterable[bytes]) -> str:
+    """Let it answer each of these once: what is set up anew is so at once, and nothing else is."""
+    bench.sense(30.0)
+    chip, raw, sound = bench.chip, bench.read(3)[-1][1], (VALID, 30 * 128)
+    for answer in answers:
+        orders = chip.orders
+        status, code = judged_31856(answer)
+        raw = raw if status else code
+        if (found := bench.answered(int.from_bytes(answer, "big"))) != (status, raw):
+            return f"{answer.hex()} is {found}, not {(status, raw)}"
+        anew = status in {NO_ANSWER, RESET, CRC}
+        if (found := bench.read(2)) != ([(STALE, raw), sound] if anew else [sound, sound]):
+            return f"{answer.hex()}: then {found}"
+        raw = sound[1]
+        if chip.orders != orders + 2 * anew:
+            return f"{answer.hex()}: {chip.orders - orders} orders"
+    wrong = chip.port.violations or chip.misused
+    return f"{chip.port.phases}, {chip.misused}" if wrong else ""
+
+
 SPEED = [("uno", ""), ("leonardo", ""), ("mega2560", ""), ("atmega1284p", ""),
          ("atmega1284p", ", clock: 20 MHz"), ("atmega1284p", ", clock: 8 MHz")]  # fmt: skip
 MOST_US = 100.0
 MOST_MASKED_US = 20.0
 
 of_all = pytest.mark.parametrize("kind", KINDS)
-of_both = pytest.mark.parametrize("kind", checks.ANSWERS)
+of_both = pytest.mark.parametrize("kind", ANSWERS)
 
 
 @of_all
@@ -49,14 +215,14 @@ def test_it_keeps_to_the_data_sheet_and_reads_in_time(kind: str, board: str, clo
 @pytest.mark.parametrize("board", PINS)
 def test_temperatures_over_its_range(kind: str, board: str) -> None:
     bench = Crucible(crucible(kind, board))
-    assert checks.reading_problem(bench, 60) == ""
+    assert reading_problem(bench, 60) == ""
 
 
 @of_both
 def test_any_answer(kind: str) -> None:
-    judged, bits, often_zero = checks.ANSWERS[kind]
-    drawn = checks.words(Random(7), bits, often_zero, 60)  # noqa: S311 - no secret
-    assert checks.answers_problem(Crucible(crucible(kind)), drawn, judged) == ""
+    judged, bits, often_zero = ANSWERS[kind]
+    drawn = words(Random(7), bits, often_zero, 60)  # noqa: S311 - no secret
+    assert answers_problem(Crucible(crucible(kind)), drawn, judged) == ""
     seen = {judged(word)[0] for word in drawn}
     assert seen == ({VALID, NO_ANSWER, CRC, OPEN} | ({SHORT} if kind == "max31855" else set()))
 
@@ -101,7 +267,7 @@ def test_each_wire(kind: str, wire: tuple[str, str], due: int) -> None:
 @of_all
 def test_a_short_of_its_answers_and_a_chip_that_is_not_there(kind: str) -> None:
     period_s = SHORTEST_S if kind == "max31856" else 0
-    assert checks.short_problem(Crucible(crucible(kind, period_s=period_s))) == ""
+    assert short_problem(Crucible(crucible(kind, period_s=period_s))) == ""
 
 
 @pytest.mark.parametrize(("kind", "period_s"), [("max6675", 0.23), ("max31855", 0.2)])
@@ -171,10 +337,10 @@ def test_every_setting(letter: str, average: int, mains: int) -> None:
 def test_a_max31856_is_set_up_and_answers_anything() -> None:
     """Settings that are not as they were written are written again: then it must read once more."""
     brisk = Crucible(crucible("max31856", period_s=SHORTEST_S))
-    assert checks.set_up_problem(brisk) == ""
-    answers = checks.registers_said(60)
-    assert checks.registers_problem(brisk, answers) == ""
-    seen = {checks.judged_31856(answer)[0] for answer in answers}
+    assert set_up_problem(brisk) == ""
+    answers = registers_said(60)
+    assert registers_problem(brisk, answers) == ""
+    seen = {judged_31856(answer)[0] for answer in answers}
     assert seen == {VALID, NO_ANSWER, SHORT, CRC, RESET, OPEN, RANGE}
 
 
@@ -190,7 +356,7 @@ def test_an_interrupted_supply_costs_one_reading(max31856: Crucible) -> None:
     max31856.steps(3)
     max31856.chip.brown_out()
     assert max31856.statuses(4) == [RESET, VALID, VALID, VALID]
-    assert max31856.chip._registers[: checks.CJTO + 1] == checks.SETTINGS
+    assert max31856.chip._registers[: CJTO + 1] == SETTINGS
 
 
 @of_all
@@ -203,7 +369,7 @@ def test_a_reset_of_the_controller_in_the_middle_of_an_answer(kind: str, early_s
     device.advance(4 * bench.period_s - early_s + 0.0005)
     device.avr.reset("external")
     device.advance(device.time_s + 4 * bench.period_s)
-    log, steps = device.steps("crucible"), checks.STEPS_PER_K[kind]
+    log, steps = device.steps("crucible"), STEPS_PER_K[kind]
     good = log["reading_raw"][log["reading_status"] == VALID]
     assert set(good.tolist()) <= {20 * steps, 77 * steps}
     assert log["reading_status"][-1] == VALID

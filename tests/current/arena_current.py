@@ -3,7 +3,6 @@
 from functools import partial
 
 import test_current_firmware as current
-from current_board import Measured, text_of
 from rig.avr import Firmware, Program, on
 
 
@@ -12,10 +11,14 @@ class Currents(Firmware):
 
 
 HALL = on(
-    partial(Measured, "hall"),
+    partial(current.Measured, "hall"),
     current.it_reads_what_flows,
     current.test_a_reading_is_of_the_last_moments_before_the_step,
     current.test_a_current_below_the_scale_is_none,
     current.test_an_adc_that_hangs_leaves_the_last_current,
 )
-ARENAS = [Currents("current/hall", Program(text_of("hall")), ("sensor_amps", "amperes_amps"), HALL)]
+ARENAS = [
+    Currents(
+        "current/hall", Program(current.text_of("hall")), ("sensor_amps", "amperes_amps"), HALL
+    )
+]
