@@ -1,15 +1,19 @@
 """To the last bit, and what no course of `chamber.txt` can tell; every sensor has its reference."""
 
+import math
 from importlib import import_module
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from reference_machines import STEP_A, Kiln, Player, kiln_of, nozzle_of
 from rig.specs import EXAMPLES, example
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
+from heatwright.sim.reference.tuning_rule import Constants, Swings, found_by
 from heatwright.spec import BOARDS, Pid, Sensor, ThreePosition, kinds
 
 FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
@@ -104,3 +108,99 @@ def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code
     sensor = module.IdealSensor(module.Ds18b20.model_validate(told), BOARDS["mega2560"])
     assert sensor.read(50.32) == (0, code)
     assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))
+
+
+# ---- the rule of tuning finds what a relay's swing is made of: an integrator, a lag, a dead time
+
+PERIOD_S = 0.1
+SINGLE = 2**-20
+"""Roundings to single precision, relatively."""
+DAMPED = 5
+"""Lags in each half of a swing after which the turn before it is forgotten: e⁻⁵ is below 1 %."""
+PADE = 0.065
+"""How far the share of the top is from the exact one, up to five times the fall (docs)."""
+
+
+def constants(**changes):
+    numbers = {"period_s": PERIOD_S, "swing_percent": 100, "filter_s": 1, "least_s": 1.35 * 1.1}
+    singles = {name: Single(each) for name, each in (numbers | {"start_percent": 0}).items()}
+    return Constants(**{**singles, "band_k": None, **changes})
+
+
+def swung(rise, fall, lag_s, dead_s, on_s):
+    """Return what is measured of a steady swing of an integrator behind a lag and a dead time.
+
+    In closed form: the block x is a triangle, from 0 to rise · on. Of τ·dy/dt = x − y remains, t
+    after the relay has switched on, y = rise · (t − τ) + A · exp(−t/τ), and t after it has switched
+    off y = x_high − fall · (t − τ) + B · exp(−t/τ); A and B make it periodic.
+    """
+    off_s = on_s * rise / fall
+    on_left, off_left = math.exp(-on_s / lag_s), math.exp(-off_s / lag_s)
+    both = (rise + fall) * lag_s / (1 - on_left * off_left)
+    after_on, after_off = both * (1 - off_left), -both * (1 - on_left)
+    high_c = rise * on_s
+
+    def rising(t):
+        return rise * (t - lag_s) + after_on * math.exp(-t / lag_s)
+
+    def falling(t):
+        return high_c - fall * (t - lag_s) + after_off * math.exp(-t / lag_s)
+
+    top_c = high_c - fall * lag_s * math.log(-after_off / (fall * lag_s))  # where dy/dt = 0
+    off_at_c, on_at_c = rising(on_s - dead_s), falling(off_s - dead_s)
+    steps = (on_s / PERIOD_S, off_s / PERIOD_S)
+    return Swings(*map(Single, (1.0, *steps, off_at_c - on_at_c, top_c - off_at_c, rise)))
+
+
+speeds = st.floats(0.3, 3.0)
+
+
+@given(speeds, st.floats(0.2, 5.0), st.floats(0.5, 6.0), st.floats(0.0, 6.0))
+def test_lag_and_dead_time_are_told_apart(rise, ratio, lag_s, dead_s):
+    """`ratio` is that of rise to fall; both halves are long enough to forget the turn before."""
+    shortest_s = DAMPED * lag_s + dead_s
+    on_s = max(shortest_s, shortest_s / ratio)
+    found = found_by(swung(rise, rise / ratio, lag_s, dead_s, on_s), constants())
+    late_s = lag_s + dead_s
+    left = 2 * lag_s * math.exp(-DAMPED) + SINGLE * on_s
+    assert float(found.lag_s) + float(found.dead_s) == pytest.approx(late_s, abs=left)
+    share = 3 * ratio / (4 * ratio + 6)
+    assert found.lag_s == pytest.approx(lag_s, abs=(PADE * lag_s + 2 * left) / (1 - share))
+
+
+@given(speeds, speeds, st.floats(0.5, 6.0), st.floats(0.3, 5.0))
+def test_a_short_swing_makes_the_lag_shorter_never_longer(rise, fall, lag_s, lags):
+    """Where the swing is too quick to forget its last turn, less lag is found: less derivative."""
+    found = found_by(swung(rise, fall, lag_s, 0.0, lags * lag_s), constants())
+    assert float(found.lag_s) + float(found.dead_s) <= lag_s * (1 + 50 * SINGLE)
+
+
+SWING_K = 1.6 * 12.0 - 2.4 * 5.0
+TOP_K = 3 * 1.6 / (4 * 1.6 + 6 * 0.8) * 1.6 * 5.0
+FOUR = Swings(*map(Single, (4.0, 480, 960, 4 * SWING_K, 4 * TOP_K, 1.6)))
+"""1.6 K/s up, 0.8 down at 100 %: 0.024 K/s per %; on for 12 s, late by 5 s without a dead time."""
+
+
+def test_the_gains_are_skogestads():
+    found = found_by(FOUR, constants())
+    assert found.hold_percent == pytest.approx(100 / 3)
+    assert (found.lag_s, found.dead_s) == (pytest.approx(5.0, rel=1e-5), pytest.approx(0, abs=1e-5))
+    gain = 1 / (0.024 * 0.35 * 5.0)
+    assert found.kd == pytest.approx(gain * 5.0, rel=1e-5)
+    # The way down to the setpoint: 100 % and the derivative's share, of which it lacks a third.
+    slow_s = max(10, (100 + gain * 5.0 * 1.6) / (100 / 3)) * 0.35 * 5.0
+    assert found.ki == pytest.approx(gain / slow_s, rel=1e-5)
+    assert found.kp == pytest.approx(gain * (1 + 5.0 / slow_s), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("band_k", "start_percent", "ratio"),
+    [(None, 0.0, 10.0), (10.0, 0.0, 10.0), (10.0, 20.0, 17.857142857), (10.0, 34.0, 40.0),
+     (40.0, 20.0, 20.285714286)],
+)  # fmt: skip
+def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, ratio):
+    changes = {"start_percent": Single(start_percent)}
+    found = found_by(FOUR, constants(band_k=band_k and Single(band_k), **changes))
+    quick_s = 0.35 * 5.0
+    gain = 1 / (0.024 * quick_s)
+    assert gain / float(found.ki) / quick_s == pytest.approx(ratio, rel=1e-4)

@@ -208,15 +208,11 @@ def test_entering_an_interrupt_takes_the_parts_four_cycles(mcu: str) -> None:
                          :: "n"(_SFR_MEM_ADDR(TCNT1)));
         }
         int main(void) {
-            TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 999;
-            #ifdef TIMSK1
-            TIMSK1 = _BV(OCIE1A);
-            #else
-            TIMSK = _BV(OCIE1A);
-            #endif
+            TCCR1B = _BV(WGM12) | _BV(CS10); OCR1A = 999; MASK = _BV(OCIE1A);
             sei();
             for (;;) asm volatile("nop");
         }""",
+        f"-DMASK={'TIMSK1' if mcu == 'atmega328p' else 'TIMSK'}",
         mcu=mcu,
     )
     avr.run(0.001)
