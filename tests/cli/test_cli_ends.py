@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import Mock, call
 
 import click
 import pytest
@@ -133,20 +133,6 @@ def test_an_interrupted_comparison_ends_its_workers(tmp_path: Path) -> None:
 # ---- work in two processes ----
 
 
-class Listener:
-    def __init__(self) -> None:
-        self.heard: list[object] = []
-
-    def __call__(self, *progress: float) -> None:
-        self.heard.append(progress)
-
-    def note(self, text: str) -> None:
-        self.heard.append(text)
-
-    def end(self, text: str = "") -> None:
-        self.heard.append(f"end{text}")
-
-
 def double(piece: int, job: Job) -> int:
     job.note(f"doubling {piece}")
     job(piece, 10)
@@ -165,18 +151,19 @@ def die(_: int, __: Job) -> int:
 
 
 def test_results_come_in_order_and_progress_goes_to_its_job() -> None:
-    jobs = [Listener() for _ in range(3)]
+    jobs = [Mock() for _ in range(3)]
     assert spread(double, [3, 1, 2], jobs) == [6, 2, 4]
     for piece, job in zip([3, 1, 2], jobs, strict=True):
-        assert job.heard[-1] == "end"
-        assert set(job.heard) <= {f"doubling {piece}", (piece, 10), "end"}
+        *heard, last = job.mock_calls
+        assert last == call.end()
+        assert all(each in (call.note(f"doubling {piece}"), call(piece, 10)) for each in heard)
 
 
 def test_an_error_comes_through_and_a_worker_that_dies_is_noticed() -> None:
     with pytest.raises(Refused, match="not two"):
-        spread(refuse, [1, 2], [Listener(), Listener()])
+        spread(refuse, [1, 2], [Mock(), Mock()])
     with pytest.raises(WorkerDied):
-        spread(die, [1], [Listener()])
+        spread(die, [1], [Mock()])
 
 
 # ---- help ----
