@@ -12,10 +12,6 @@ from heatwright.spec.conversion import conversion
 HOTEND = bed("hotend")
 
 
-class Analogs(Firmware):
-    """The bed on a thermistor."""
-
-
 def edges(plate: AvrDevice) -> None:
     """Hold all codes next to a limit or a point of the table."""
     table = conversion(sensor("hotend"), "atmega328p")
@@ -34,4 +30,4 @@ CHECKS = on(
     adc.test_it_is_of_the_last_codes_before_the_step,
     edges,
 )
-ARENAS = [Analogs("analog/hotend", Program(HOTEND), ("adc", "sensor_bed", "celsius_bed"), CHECKS)]
+ARENAS = [Firmware("analog/hotend", Program(HOTEND), ("adc", "sensor_bed", "celsius_bed"), CHECKS)]

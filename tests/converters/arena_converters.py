@@ -34,14 +34,10 @@ SELECTABLE = crucible(
 )
 
 
-class Converters(Firmware):
-    """A crucible with a converter."""
-
-
-def arena(name: str, text: str, *checks: Callable[[Crucible], str]) -> Converters:
+def arena(name: str, text: str, *checks: Callable[[Crucible], str]) -> Firmware:
     bound = (_timed(check) for check in checks)
     bench = partial(Crucible, text)
-    return Converters(f"converters/{name}", Program(text), BROKEN, on(bench, *bound))
+    return Firmware(f"converters/{name}", Program(text), BROKEN, on(bench, *bound))
 
 
 def _timed(check: Callable[[Crucible], str]) -> Callable[[Crucible], str]:
@@ -72,10 +68,10 @@ def cold(elf: Elf) -> choice.Cold:
 
 
 few_readings = partial(reading_problem, count=7)
-ARENAS: list[Converters] = [
+ARENAS: list[Firmware] = [
     arena("max31856", crucible("max31856", period_s=SHORTEST_S), set_up_problem, few_readings,
           short_problem, each_register_problem),
-    Converters(
+    Firmware(
         "converters/max31856 chosen",
         Program(SELECTABLE),
         ("sensor_tip",),

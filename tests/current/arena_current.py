@@ -5,11 +5,6 @@ from functools import partial
 import test_current_firmware as current
 from rig.avr import Firmware, Program, on
 
-
-class Currents(Firmware):
-    """A heater whose current is measured."""
-
-
 HALL = on(
     partial(current.Measured, "hall"),
     current.it_reads_what_flows,
@@ -18,7 +13,7 @@ HALL = on(
     current.test_an_adc_that_hangs_leaves_the_last_current,
 )
 ARENAS = [
-    Currents(
+    Firmware(
         "current/hall", Program(current.text_of("hall")), ("sensor_amps", "amperes_amps"), HALL
     )
 ]

@@ -23,13 +23,9 @@ from heatwright.sim.native.relay import Armature
 Check = Callable[[Wired, Elf], object]
 
 
-class Outputs(Firmware):
-    """A board with outputs."""
-
-
-def arena(name: str, place: Wired, broken: tuple[str, ...], *checks: Check) -> Outputs:
+def arena(name: str, place: Wired, broken: tuple[str, ...], *checks: Check) -> Firmware:
     bound = tuple(partial(check, place) for check in checks)
-    return Outputs(f"outputs/{name}", place.program, broken, bound)
+    return Firmware(f"outputs/{name}", place.program, broken, bound)
 
 
 def pwm_problem(place: Wired, elf: Elf) -> str:
@@ -108,8 +104,8 @@ ARENAS = [
     arena("switched", held(), BOTH, any_orders_problem),
     arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
     arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
-    Outputs("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
-    Outputs("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
+    Firmware("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
+    Firmware("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(
         arena(f"pwm by {by}", placed("uno", {"heater": f"{said}, power: 40 W"}),
               ("output_heater", "reset"), off_problem, cause_problem, pwm_problem)

@@ -49,15 +49,11 @@ BOTH = Orders(heater=True, cooler=True)
 
 def held(heater: str = "", cooler: str = "", *, board: str = "uno", kind: str = "") -> Wired:
     pins = PINS[board]
-    said = KINDS.get(kind, "kind: digital")
-    return wired(
-        board,
-        {
-            "heater": f"{said}, pin: {pins[0]}, power: 40 W{heater}",
-            "cooler": f"kind: digital, pin: {pins[1]}{cooler}",
-        },
-        gate=True,
-    )
+    outputs = {
+        "heater": f"{KINDS.get(kind, 'kind: digital')}, pin: {pins[0]}, power: 40 W{heater}",
+        "cooler": f"kind: digital, pin: {pins[1]}{cooler}",
+    }
+    return wired(board, outputs, gate=True)
 
 
 class HeldBoard(OutputBoard):

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Iterator
+from itertools import repeat
 from typing import NamedTuple
 
 import pytest
@@ -10,11 +11,8 @@ from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, cause_problem, reset
 from heatwright.sim.elf import Elf
 from heatwright.sim.native.relay import Armature, Wire
 
-PINS = {
-    "uno": ("D3", "D7", "D8"),
-    "mega2560": ("D6", "D9", "D17"),
-    "atmega32": ("PD5", "PD6", "PC1"),
-}
+PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),
+        "atmega32": ("PD5", "PD6", "PC1")}  # fmt: skip
 """Heater's, relay's and contact's; ports beyond the reach of `sbi` among them."""
 OPERATE_S, RELEASE_S = 0.022, 0.012
 """So that the contact is, at a tick, where it was LATE_S after the one before."""
@@ -43,15 +41,11 @@ STEP = Orders(step_due=True)
 
 def relayed(board: str = "uno", *, feedback: bool = True, active: str = "low") -> Wired:
     heater, relay, contact = PINS[board]
-    return wired(
-        board,
-        {
-            "heater": f"kind: digital, pin: {heater}, active: {active}, power: 40 W",
-            "contactor": f"kind: digital, pin: {relay}, active: {active}",
-        },
-        gate=True,
-        feedback=contact if feedback else "",
-    )
+    outputs = {
+        "heater": f"kind: digital, pin: {heater}, active: {active}, power: 40 W",
+        "contactor": f"kind: digital, pin: {relay}, active: {active}",
+    }
+    return wired(board, outputs, gate=True, feedback=contact if feedback else "")
 
 
 class Model:
@@ -105,12 +99,9 @@ class RelayBoard(OutputBoard):
         self._feedback = bool(place.feedback)
         self.contact = self.board.pins[PINS[place.board][2]].port_name
         self.relay = self.avr.relay(
-            coil.pin,
-            self.contact if self._feedback else None,
-            active_high=coil.active == "high",
-            operate_s=OPERATE_S,
-            release_s=RELEASE_S,
-        )
+            coil.pin, self.contact if self._feedback else None, active_high=coil.active == "high",
+            operate_s=OPERATE_S, release_s=RELEASE_S,
+        )  # fmt: skip
         self.model = Model(feedback=self._feedback)
         self._on = {"heater": False, "contactor": False}
         # The interrupt itself may come some cycles sooner or later.
@@ -119,9 +110,6 @@ class RelayBoard(OutputBoard):
         # The first tick comes 10 ms after the clock was started, some microseconds after the reset.
         self.avr.run(LATE_S)
         self.avr.pins.take()
-
-    def fail(self, armature: Armature = Armature.SOUND, wire: Wire = Wire.SOUND) -> None:
-        self.relay.fail(armature, wire)
 
     def tick(self, orders: Orders) -> str:
         """Go on to just after the next tick; say what is not as it should be."""
@@ -168,11 +156,9 @@ def course(seed: int, ticks: int) -> Iterator[Orders]:
         if drawn.random() < 0.05:
             orders = orders._replace(heater=drawn.random() < 0.7)
         yield orders._replace(
-            closed=drawn.random() < 0.02,
-            hangs=drawn.random() < 0.3,
-            acknowledged=drawn.random() < 0.05,
-            step_due=drawn.random() < 0.1,
-        )
+            closed=drawn.random() < 0.02, hangs=drawn.random() < 0.3,
+            acknowledged=drawn.random() < 0.05, step_due=drawn.random() < 0.1,
+        )  # fmt: skip
 
 
 def breakages(seed: int) -> Iterator[tuple[Armature, Wire]]:
@@ -181,18 +167,17 @@ def breakages(seed: int) -> Iterator[tuple[Armature, Wire]]:
     broken = Armature.SOUND, Wire.SOUND
     while True:
         if drawn.random() < 0.01:
-            sound = drawn.random() < 0.6
-            armature = Armature.SOUND if sound else drawn.choice(list(Armature))
-            wire = Wire.SOUND if sound else drawn.choice(list(Wire))
-            broken = armature, wire
+            broken = Armature.SOUND, Wire.SOUND
+            if drawn.random() >= 0.6:
+                broken = drawn.choice(list(Armature)), drawn.choice(list(Wire))
         yield broken
 
 
 def problem(bench: RelayBoard, orders: Iterator[Orders], seed: int | None = None) -> str:
-    broken = breakages(seed) if seed is not None else None
-    for number, each in enumerate(orders):
-        if broken is not None:
-            bench.fail(*next(broken))
+    broken = breakages(seed) if seed is not None else repeat(None)
+    for number, (each, failure) in enumerate(zip(orders, broken, strict=False)):
+        if failure is not None:
+            bench.relay.fail(*failure)
         if found := bench.tick(each):
             return f"tick {number}: {found}"
     return ""
@@ -209,7 +194,7 @@ def whole_problem(place: Wired, elf: Elf | None = None) -> str:
     if bench.get("fault.temperature_c"):
         return "tripped without a fault"
     torn = RelayBoard(place, elf)
-    torn.fail(wire=Wire.TORN)
+    torn.relay.fail(Armature.SOUND, Wire.TORN)
     if found := problem(torn, iter([STEP] * 40)) or problem(bench, course(4, 1500), seed=5):
         return found
     said = (torn.get("fault.code"), torn.get("fault.temperature_c"))
@@ -239,15 +224,13 @@ def test_it_opens_when_the_program_hangs() -> None:
 @pytest.mark.parametrize(
     ("armature", "wire", "code"),
     [
-        (Armature.WELDED, Wire.SOUND, WELDED),
-        (Armature.SOUND, Wire.TORN, WELDED),
-        (Armature.DEAD, Wire.SOUND, OPEN),
-        (Armature.SOUND, Wire.SHORTED, OPEN),
+        (Armature.WELDED, Wire.SOUND, WELDED), (Armature.SOUND, Wire.TORN, WELDED),
+        (Armature.DEAD, Wire.SOUND, OPEN), (Armature.SOUND, Wire.SHORTED, OPEN),
     ],
-)
+)  # fmt: skip
 def test_what_is_broken_at_the_start_never_heats(armature: Armature, wire: Wire, code: int) -> None:
     bench = RelayBoard(relayed())
-    bench.fail(armature, wire)
+    bench.relay.fail(armature, wire)
     for first in (STEP, STEP._replace(acknowledged=True)):
         ticks(bench, first, 1)
         for _ in range(60):
@@ -255,7 +238,7 @@ def test_what_is_broken_at_the_start_never_heats(armature: Armature, wire: Wire,
             assert bench.outputs["heater"].on <= (code == OPEN)
         found = bench.get("fault.code"), bench.get("fault.temperature_c")
         assert (*found, bench.outputs["heater"].on) == (code, JUDGED_C, False)
-    bench.fail()
+    bench.relay.fail(Armature.SOUND, Wire.SOUND)
     ticks(bench, STILL, 20)
     ticks(bench, STEP._replace(acknowledged=True), 1)
     ticks(bench, STEP, 60)
