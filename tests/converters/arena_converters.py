@@ -4,21 +4,11 @@ from collections.abc import Callable
 from functools import partial
 from random import Random
 
+import test_converter_firmware as checks
 import test_max31856_choice as choice
 from rig.avr import Firmware, Program, on
 from rig.chips import Crucible, crucible
 from rig.specs import spec_of
-from test_converter_firmware import (
-    ANSWERS,
-    SHORTEST_S,
-    answers_problem,
-    reading_problem,
-    registers_problem,
-    registers_said,
-    set_up_problem,
-    short_problem,
-    words,
-)
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -52,13 +42,13 @@ def _timed(check: Callable[[Crucible], str]) -> Callable[[Crucible], str]:
 
 
 def any_word_problem(kind: str, bench: Crucible) -> str:
-    judged, bits, often_zero = ANSWERS[kind]
-    drawn = words(Random(7), bits, often_zero, 5)  # noqa: S311 - no secret
-    return answers_problem(bench, drawn, judged)
+    judged, bits, often_zero = checks.ANSWERS[kind]
+    drawn = checks.words(Random(7), bits, often_zero, 5)  # noqa: S311 - no secret
+    return checks.answers_problem(bench, drawn, judged)
 
 
 def each_register_problem(bench: Crucible) -> str:
-    return registers_problem(bench, registers_said(0))
+    return checks.registers_problem(bench, checks.registers_said(0))
 
 
 def cold(elf: Elf) -> choice.Cold:
@@ -67,10 +57,10 @@ def cold(elf: Elf) -> choice.Cold:
     return made
 
 
-few_readings = partial(reading_problem, count=7)
+few_readings = partial(checks.reading_problem, count=7)
 ARENAS: list[Firmware] = [
-    arena("max31856", crucible("max31856", period_s=SHORTEST_S), set_up_problem, few_readings,
-          short_problem, each_register_problem),
+    arena("max31856", crucible("max31856", period_s=checks.SHORTEST_S), checks.set_up_problem,
+          few_readings, checks.short_problem, each_register_problem),
     Firmware(
         "converters/max31856 chosen",
         Program(SELECTABLE),
@@ -83,7 +73,8 @@ ARENAS: list[Firmware] = [
         ),
     ),
     *(
-        arena(kind, crucible(kind), few_readings, short_problem, partial(any_word_problem, kind))
-        for kind in ANSWERS
+        arena(kind, crucible(kind), few_readings, checks.short_problem,
+              partial(any_word_problem, kind))
+        for kind in checks.ANSWERS
     ),
 ]  # fmt: skip

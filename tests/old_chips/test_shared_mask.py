@@ -2,25 +2,16 @@
 
 import pytest
 from rig.avr import Board, board_of, part
+from rig.outputs import wired
 from rig.specs import sources_of
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import pin_number
 
-SPEC = """
-heatwright: 1
-controller: {name: masks, board: atmega32}
-sensors: {air: {kind: ds18b20, pin: PA1}}
-outputs: {heater: {kind: pwm, pin: PC0, frequency: 500 Hz, power: 40 W}}
-loops:
-  air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {initial: 0 °C, minimum: 0 °C, maximum: 70 °C}
-    algorithm: {kind: pid, kp: 10, ki: 0.1}
-"""
-HEATER, GATE = pin_number("PC0"), pin_number("PC7")
+HEATER_SAID = "kind: pwm, pin: PC0, frequency: 500 Hz, power: 40 W"
+SPEC = wired("atmega32", {"heater": HEATER_SAID}).text
+"""Its thermometer is at PA1."""
+GATE = pin_number("PC7")
 
 MAIN = """
 #include <avr/interrupt.h>
