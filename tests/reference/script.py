@@ -30,10 +30,8 @@ WORDS = {
 } | {"none": None, "yes": True}
 TUNINGS = ("BUSY", "DONE", "TIMED_OUT", "STOPPED_BEFORE", "TOO_HOT", "NO_USE")
 WORDS |= {name: number for number, name in enumerate(TUNINGS, 1)}
-SHORT = {"fault": "fault.code", "fault_c": "fault.temperature_c", "duty": "duty_percent"} | {
-    "on": "enabled",
-    "setpoint": "setpoint_c",
-}
+SHORT = {"fault": "fault.code", "fault_c": "fault.temperature_c", "duty": "duty_percent",
+         "on": "enabled", "setpoint": "setpoint_c"}  # fmt: skip
 COMPARED = {"<": operator.lt, ">": operator.gt, "~": lambda found, one: found == pytest.approx(one)}
 
 
@@ -107,9 +105,7 @@ def value(word: str) -> Any:
 def member(record: Any, name: str) -> Any:
     """Give a member of a record, by its last word too."""
     name = SHORT.get(name, name)
-    found = [key for key in record if key == name] or [
-        key for key in record if key.endswith(f".{name}")
-    ]
+    found = [name] if name in record else [key for key in record if key.endswith(f".{name}")]
     assert len(found) <= 1, (name, found)
     return float(record[found[0]]) if found else None
 

@@ -11,9 +11,8 @@ from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
 from heatwright.sim.reference.points import Editor
 from heatwright.spec import Algorithm, Frozen, Heating, RisingWhileOff, Runaway, kinds
 
-RULES = {"heating": Heating, "runaway": Runaway, "frozen": Frozen} | {
-    "rising_while_off": RisingWhileOff
-}
+RULES = {"heating": Heating, "runaway": Runaway, "frozen": Frozen,
+         "rising_while_off": RisingWhileOff}  # fmt: skip
 LOOSE = "frozen: off, rise_rate: 100 K/s, heating: off, runaway: off, rising_while_off: off"
 
 

@@ -133,10 +133,8 @@ def test_in_time_it_goes_by_ticks():
 
 
 def test_an_output_with_minimum_times_has_such_a_course(vary):
-    output = DigitalOutput.model_validate(
-        {"kind": "digital", "pin": "D3", "power": "240 W", "minimum_on": "2 s"}
-    )
-    run = course_of(vary(output=output), "heater")
+    told = {"kind": "digital", "pin": "D3", "power": "240 W", "minimum_on": "2 s"}
+    run = course_of(vary(output=DigitalOutput.model_validate(told)), "heater")
     run.apply(1)
     run.advance(1_000_000)
     run.apply(0)

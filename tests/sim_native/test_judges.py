@@ -5,7 +5,6 @@ timers, USART, ADC, EEPROM and watchdog: QEMU's machines have no pins, EEPROM or
 """
 
 import base64
-from itertools import pairwise
 from pathlib import Path
 
 import judges
@@ -67,19 +66,6 @@ def test_elpm_by_qemu_stays_in_the_first_page(tmp_path: Path) -> None:
     wrong = list(judges.differences(made, ours, theirs, timed=False))
     assert wrong
     assert all("elpm" in line for line in wrong)
-
-
-@pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
-@pytest.mark.parametrize("judge", ["avr8js", "qemu"])
-def test_over_what_simavr_skips_too_far_the_others_judge(judge: str, chip: Chip) -> None:
-    made = image(chip, 0, judges.ERRORS[judge])
-    code = made.words[: made.end]
-    assert sum(is_skip(word) and after & 0xFE0C == 0x960C for word, after in pairwise(code)) > 3
-
-
-def is_skip(word: int) -> bool:
-    """CPSE; SBRC, SBRS; SBIC, SBIS."""
-    return word & 0xFC00 == 0x1000 or word & 0xFC08 == 0xFC00 or word & 0xFD00 == 0x9900
 
 
 @pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)

@@ -1,6 +1,7 @@
 """ELF files, their debug information, and where their cycles go; waveforms."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -91,9 +92,8 @@ def test_names_that_are_not_there(program: Elf) -> None:
 
 def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
     for name in ("a", "b"):
-        (tmp_path / f"{name}.c").write_text(
-            f"static volatile char same; void {name}(void) {{ same++; }}"
-        )
+        source = f"static volatile char same; void {name}(void) {{ same++; }}"
+        (tmp_path / f"{name}.c").write_text(source)
     program = compiled(
         "void a(void); void b(void); int main(void) { a(); b(); for (;;) {} }",
         *["-x", "c", str(tmp_path / "a.c"), str(tmp_path / "b.c")],
@@ -132,10 +132,7 @@ def test_functions() -> None:
     assert program.function_at(main.end - 1) == main
     assert program.function_at(main.end) != main
     assert program.function_at(len(program.flash) + 100) is None
-    assert all(
-        first.end == second.start
-        for first, second in zip(program.functions, program.functions[1:], strict=False)
-    )
+    assert all(first.end == second.start for first, second in pairwise(program.functions))
     with pytest.raises(ElfError, match="no function nothing"):
         program.function("nothing")
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 
 import control
@@ -33,12 +34,8 @@ def first_order(gain: float, lag_s: float, late_s: float = 0.0) -> Process:
 
 def second_order(gain: float, lag_s: float, second_s: float, late_s: float = 0.0) -> Process:
     """gain·exp(−late·s)/((lag·s + 1)(second·s + 1))."""
-    return Process(
-        np.array([[-1 / lag_s, 0.0], [1 / second_s, -1 / second_s]]),
-        np.array([gain / lag_s, 0.0]),
-        np.array([0.0, 1.0]),
-        late_s,
-    )
+    matrix = np.array([[-1 / lag_s, 0.0], [1 / second_s, -1 / second_s]])
+    return Process(matrix, np.array([gain / lag_s, 0.0]), np.array([0.0, 1.0]), late_s)
 
 
 # ---- margins ----
@@ -242,21 +239,20 @@ def test_a_step_of_the_sensor_moves_all_terms() -> None:
 # ---- model reduction and rules against the examples of their author (Skogestad 2003) ----
 
 
-def reduced(lags: list[float], leads: list[float], gain: float, order: int) -> Reduced:
-    return reduce(gain=gain, lags_s=lags, leads_s=leads, late_s=0.0, period_s=0.0, order=order)
+reduced = partial(reduce, gain=1.0, leads_s=[], late_s=0.0, period_s=0.0)
 
 
 def test_example_1() -> None:
     """1/((s + 1)(0.2s + 1)): PI with Kc = 5.5, τI = 0.8."""
-    model = reduced([1.0, 0.2], [], 1.0, 1)
+    model = reduced(lags_s=[1.0, 0.2], order=1)
     assert model == pytest.approx(Reduced(1.0, 1.1, 0.0, 0.1))
     assert simc(model, 0.0) == pytest.approx(Gains(5.5, 5.5 / 0.8, 0.0, 0.0))
 
 
 def test_example_3() -> None:
     """2(15s + 1)/((20s + 1)(s + 1)(0.1s + 1)²): PI 2.33, 1.05; PID 6.67, 0.4, 0.15."""
-    lags, leads = [20.0, 1.0, 0.1, 0.1], [15.0]
-    first, second = reduced(lags, leads, 2.0, 1), reduced(lags, leads, 2.0, 2)
+    model = {"lags_s": [20.0, 1.0, 0.1, 0.1], "leads_s": [15.0], "gain": 2.0}
+    first, second = (reduced(**model, order=order) for order in (1, 2))
     assert first == pytest.approx(Reduced(1.5, 1.05, 0.0, 0.15))
     assert second == pytest.approx(Reduced(1.5, 1.0, 0.15, 0.05))
     assert simc(first, 0.0) == pytest.approx(Gains(2.3333, 2.3333 / 1.05, 0.0, 0.0), rel=1e-4)
@@ -280,17 +276,14 @@ def test_rules_for_leads(
 ) -> None:
     # A lead looks for a larger lag first: one that is above all others has only this.
     others = [1000.0] if lead < lag else []
-    found = reduce(
-        gain=1.0, lags_s=[lag, *others], leads_s=[lead], late_s=dead, period_s=0.0, order=2
-    )
+    found = reduced(lags_s=[lag, *others], leads_s=[lead], late_s=dead, order=2)
     assert found.gain == pytest.approx(gain)
     assert found.second_s == pytest.approx(rest[0] if rest else 0.0)
     assert found.dead_s == dead
 
 
 def test_sampling_is_half_a_period_of_dead_time() -> None:
-    found = reduce(gain=1.0, lags_s=[9.0], leads_s=[], late_s=2.0, period_s=1.0, order=1)
-    assert found.dead_s == 2.5
+    assert reduced(lags_s=[9.0], late_s=2.0, period_s=1.0, order=1).dead_s == 2.5
 
 
 def test_a_double_integrator_is_not_cancelled_but_led() -> None:
