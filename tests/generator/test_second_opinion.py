@@ -41,12 +41,11 @@ def run(*command: str | Path, cwd: Path) -> str:
 def core(folder: Path, lto: bool, where: list[str]) -> Path:
     """Compile the core of the IDE into an archive."""
     folder.mkdir()
-    sources = sorted((IDE / "cores" / "arduino").glob("*.c*"))
-    for language, suffix in (("c", ".c"), ("cpp", ".cpp")):
-        chosen = [path for path in sources if path.suffix == suffix]
+    for language, compiler in (("c", "avr-gcc"), ("cpp", "avr-g++")):
+        chosen = sorted((IDE / "cores" / "arduino").glob(f"*.{language}"))
         # gcc 5.4 keeps this one from C++; the IDE's own compiler is newer.
         words = [*flags(language, lto), "-w", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
-        run("avr-gcc" if suffix == ".c" else "avr-g++", *words, *where, *chosen, cwd=folder)
+        run(compiler, *words, *where, *chosen, cwd=folder)
     run("avr-gcc-ar", "rcs", "core.a", *sorted(folder.glob("*.o")), cwd=folder)
     return folder / "core.a"
 

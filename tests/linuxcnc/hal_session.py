@@ -24,10 +24,6 @@ WAIT_S = 30.0
 POLL_S = 0.05
 
 
-def missing() -> list[str]:
-    return [tool for tool in TOOLS if shutil.which(tool) is None]
-
-
 @contextmanager
 def folder() -> Iterator[Path]:
     """A folder that the ordinary user may enter and write to: pytest's are root's own."""

@@ -19,13 +19,6 @@ def widgets(parent):
         yield from widgets(child)
 
 
-def button(window, text):
-    return next(
-        each for each in widgets(window)
-        if isinstance(each, tkinter.Button) and each.cget("text") == text
-    )  # fmt: skip
-
-
 def enter(window, text):
     field = next(each for each in widgets(window) if isinstance(each, tkinter.Spinbox))
     field.delete(0, "end")
@@ -41,8 +34,9 @@ def look(window, done=0):
         if verb == "type":
             enter(window, text)
         else:
-            kind = "<ButtonPress-1>" if verb == "press" else "<ButtonRelease-1>"
-            button(window, text).event_generate(kind)
+            buttons = [each for each in widgets(window) if isinstance(each, tkinter.Button)]
+            button = next(each for each in buttons if each.cget("text") == text)
+            button.event_generate("<ButtonPress-1>" if verb == "press" else "<ButtonRelease-1>")
     window.after(LOOK_MS, look, window, len(orders))
 
 
