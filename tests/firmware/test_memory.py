@@ -27,7 +27,5 @@ def test_random_contents_never_heat_nor_hang(first: int) -> None:
 def _image(chance: random.Random, size: int) -> bytes:
     if chance.random() < 0.5:
         return chance.randbytes(size)
-    image = b""
-    while len(image) < size:
-        image += bytes([chance.randrange(255)]) * chance.randrange(1, 200)
-    return image[:size]
+    runs = (bytes([chance.randrange(255)]) * chance.randrange(1, 200) for _ in range(size))
+    return b"".join(runs)[:size]

@@ -40,10 +40,12 @@ def test_the_first_instructions_drive_the_heater_off(chamber_elf: Path, cause: s
     assert not (heater["state"] & 1).any()
 
 
-def test_the_watchdog_is_armed_and_the_setpoint_is_the_first() -> None:
+def test_the_watchdog_is_armed_no_pin_floats_and_the_setpoint_is_the_first() -> None:
     device = power_on()
-    device.advance(0.1)
+    device.advance(0.5)
     assert device.avr.read_ram(WDTCSR, 1)[0] & (WDE | WDIE | WDP_2S) == WDE | WDP_2S
+    assert device.avr.read_ram(DDRC, 1)[0] & 1 == 0
+    assert device.avr.read_ram(PORTC, 1)[0] & 1 == 1, "the pull-up of A0, without the shield, too"
     assert device.read(SETPOINT) == np.float32(20.0)
 
 
@@ -96,13 +98,6 @@ def test_the_setpoint_stands_while_a_fault_hides_it(key: str) -> None:
     press(device, key)
     device.advance(1.4)
     assert (device.read(SETPOINT), device.read("fault.code")) == (20, 1)
-
-
-def test_the_keys_pin_does_not_float_without_the_shield() -> None:
-    device = power_on()
-    device.advance(0.5)
-    assert device.avr.read_ram(DDRC, 1)[0] & 1 == 0
-    assert device.avr.read_ram(PORTC, 1)[0] & 1 == 1, "the pull-up of A0"
 
 
 # -- a hang is told even where a boot loader clears MCUSR before the program starts

@@ -2,15 +2,6 @@ from pathlib import Path
 
 import pytest
 from hosted_kiln import GUARDED
-from kiln_desk import KilnDesk
-
-
-@pytest.fixture
-def desk() -> KilnDesk:
-    """The kiln, its display started, nothing on."""
-    made = KilnDesk()
-    made.run(2.0)
-    return made
 
 
 @pytest.fixture(scope="session")

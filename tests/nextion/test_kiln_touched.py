@@ -105,6 +105,14 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
 """What is done with the display, and what is seen then."""
 
 
+@pytest.fixture
+def desk() -> KilnDesk:
+    """The kiln, its display started, nothing on."""
+    made = KilnDesk()
+    made.run(2.0)
+    return made
+
+
 @pytest.mark.parametrize("name", TOUCHES)
 def test_touched(desk: KilnDesk, name: str) -> None:
     for deeds, seen in TOUCHES[name]:
