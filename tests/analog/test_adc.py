@@ -94,11 +94,8 @@ def every_code(plate: AvrDevice, codes: Iterable[int]) -> None:
         hold(plate, int(code))
         plate.advance(0.2 * (step + 1) + 0.1)
     log, codes = plate.steps("bed")[-len(codes) + 1 :], codes[1:]
-    expected = np.select(
-        [codes < bounds.far_low, codes < bounds.low, codes > bounds.far_high, codes > bounds.high],
-        [SHORT, RANGE, OPEN, RANGE],
-        0,
-    )
+    outside = codes < bounds.far_low, codes < bounds.low, codes > bounds.far_high
+    expected = np.select([*outside, codes > bounds.high], [SHORT, RANGE, OPEN, RANGE], 0)
     np.testing.assert_array_equal(log["reading_status"], expected)
     valid = expected == 0
     np.testing.assert_array_equal(log["reading_raw"][valid], OVERSAMPLE * codes[valid])
@@ -171,13 +168,9 @@ def test_channels_from_eight_up_beside_lower_ones() -> None:
 
 @pytest.mark.parametrize(
     ("board", "pin", "heater"),
-    [
-        ("nano", "A6", "D3"),
-        ("leonardo", "D4", "D3"),
-        ("mega2560", "A15", "D3"),
-        ("atmega1284p", "PA3", "PB3"),
-    ],
-)
+    [("nano", "A6", "D3"), ("leonardo", "D4", "D3"), ("mega2560", "A15", "D3"),
+     ("atmega1284p", "PA3", "PB3")],
+)  # fmt: skip
 @pytest.mark.parametrize("circuit", ["hotend", "lm35"])
 def test_boards_their_channels_and_references(
     board: str, pin: str, heater: str, circuit: str

@@ -33,30 +33,20 @@ def test_a_lost_step_is_off_by_a_period_and_none_at_all_does_not_pass() -> None:
     assert not jitter(cycles(), 1.0, CLOCK_HZ, "air").passed
 
 
-@pytest.mark.parametrize(
-    ("begins", "ends", "ticks", "worst"),
-    [
+def test_the_longest_tick() -> None:
+    for begins, ends, ticks, worst in (
         # The work of a tick begins with the interrupt.
         ((1005, 2005, 3005), (0, 1100, 2400, 3100), (999, 1000, 2000, 3000), 400),
         # A tick that comes during the work of the one before waits for it.
         ((1000, 2000, 3000), (0, 2300, 2900, 3100), (1000, 2000, 3000), 1300),
-    ],
-)
-def test_the_longest_tick(
-    begins: tuple[int, ...], ends: tuple[int, ...], ticks: tuple[int, ...], worst: int
-) -> None:
-    figure = longest_tick(cycles(*begins), cycles(*ends), cycles(*ticks), 10**6)
-    assert (figure.worst, figure.limit, figure.passed) == (worst, 1000, worst <= 1000)
+    ):
+        figure = longest_tick(cycles(*begins), cycles(*ends), cycles(*ticks), 10**6)
+        assert (figure.worst, figure.limit, figure.passed) == (worst, 1000, worst <= 1000)
 
 
 def test_keys_are_timed_to_the_complete_text() -> None:
-    screens = [
-        Screen(0.0, ("", "Set temp 19°C")),
-        Screen(1.03, ("", "Set temp 29°C")),
-        Screen(1.04, ("", "Set temp 20°C")),
-        Screen(1.10, ("x", "Set temp 20°C")),
-        Screen(2.03, ("x", "Set temp 21°C")),
-    ]
+    shown = ((0.0, "", 19), (1.03, "", 29), (1.04, "", 20), (1.10, "x", 20), (2.03, "x", 21))
+    screens = [Screen(at_s, (first, f"Set temp {celsius}°C")) for at_s, first, celsius in shown]
     figure = button_to_display([Press(1.0, "up", 20.0), Press(2.0, "up", 21.0)], screens)
     assert figure.worst == pytest.approx(40)
     assert figure.details["median"] == pytest.approx(35)
