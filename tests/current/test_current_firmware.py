@@ -29,7 +29,7 @@ loops:
   air:
     sensor: air
     heater: heater
-    period: PERIOD
+    period: 1 s
     setpoint: {initial: 25 °C, minimum: 20 °C, maximum: 70 °C}
     algorithm: {kind: on_off, hysteresis: 2 K}
     protection: {rising_while_off: off, heating: off, frozen: off}
@@ -47,14 +47,10 @@ CIRCUITS = {
 """What a spec says of the sensor; `far` is on a channel beyond MUX5."""
 
 
-def board_of(circuit: str) -> str:
-    return "mega2560" if circuit == "far" else "uno"
-
-
-def text_of(circuit: str, period: str = "1 s") -> str:
-    board = board_of(circuit)
+def text_of(circuit: str) -> str:
+    board = "mega2560" if circuit == "far" else "uno"
     text = SPEC.replace("THERMOMETER", BOARDS[board]).replace("BOARD", board)
-    return text.replace("PERIOD", period).replace("SENSOR", CIRCUITS[circuit])
+    return text.replace("SENSOR", CIRCUITS[circuit])
 
 
 class Measured:
