@@ -9,14 +9,10 @@ import test_gcode_line
 import test_gcode_tools
 from gcode_world import HostBoard, celsius, gcode_world, ready
 from rig.judged import InItsWorld, first_complaint
-from test_gcode_noise import session_problem
-
-SESSIONS = 4
 
 
 def extruder(built: Path) -> str:
-    problem = first_complaint([test_gcode_commands, test_gcode_line, test_gcode_flood], world=built)
-    return problem or next(filter(None, (session_problem(built, n) for n in range(SESSIONS))), "")
+    return first_complaint([test_gcode_commands, test_gcode_flood, test_gcode_line], world=built)
 
 
 def feeder(built: Path) -> str:

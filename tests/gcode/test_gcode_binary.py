@@ -8,18 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gcode_world import BinaryBoard
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from rig.specs import changed
-from suite import amount
-
-from heatwright.sim.serial_noise import SerialNoise
 
 ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
 STOPPED = "Error:E19 STOPPED (M112): heaters are off until M999"
-WAKE_UP = b"\nM108\nM104 S0\nM999\nM155 S0\n"
 STORED_S = 10.0 + 0.5
 """A new setpoint is stored so long after the last change; a record's bytes, one a tick."""
 
@@ -64,33 +58,6 @@ def test_a_flood_costs_no_step(board: BinaryBoard, name: str) -> None:
     assert board.told("\nM105")[-1].startswith("ok T:")
 
 
-@given(st.binary(min_size=1, max_size=2000))
-@settings(max_examples=amount("gcode_noises"))
-def test_any_bytes_cost_no_step(data: bytes) -> None:
-    board = BinaryBoard("extruder", nozzle=20.0)
-    board.host.send_bytes(data)
-    board.wait(3.0)
-    assert is_in_time(board)
-    board.host.send_bytes(WAKE_UP)
-    board.wait(3.0)
-    assert board.told("M105")[-1].startswith("ok T:")
-    assert 0.0 <= board.device.read("settings.nozzle_setpoint_c") <= 260.0
-
-
-@pytest.mark.parametrize("flooded", [False, True])
-def test_m112_has_the_heater_off_within_two_ticks(board: BinaryBoard, flooded: bool) -> None:
-    """While it waits for the heat, and however many lines wait before it."""
-    board.tell("M109 S200", 3.0)
-    assert board.on_fraction("heater", 1.0) > 0.9
-    if flooded:
-        board.host.send_bytes(b"M105 \n" * 500)
-        board.wait(0.3)
-    board.device.avr.uarts[0].unsend()
-    board.tell("\nM112", 6 * 10 / BAUD + 2 * TICK_S)
-    assert board.on_fraction("heater") == 0.0
-    assert board.host.texts("Error:E19 ") == [STOPPED]
-
-
 def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoard) -> None:
     """M112 and M999 between two steps: the duty of the step before must not come back."""
     board.tell("M104 S200", 5.0)
@@ -131,19 +98,6 @@ def test_a_stored_setpoint_is_taken_again_and_off_is_stored_at_once() -> None:
         board.cut()
         assert board.device.read("settings.nozzle_setpoint_c") == setpoint_c
     assert board.on_fraction("heater") == 0.0
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_bad_cable_loses_no_line(board: BinaryBoard, seed: int) -> None:
-    """Lines are done once and in order, whatever the cable does to bytes both ways."""
-    board.host.noise = SerialNoise(to_board_share=0.005, to_host_share=0.0, seed=seed)
-    for number in range(1, 101):
-        board.device.send(f"M301 P{number}")
-    board.wait(120.0)
-    board.host.noise = None
-    assert board.host.resends > 5
-    done = [text.split()[3] for text in board.host.texts("echo:  M301")]
-    assert done == [f"P{number}.00000" for number in range(1, 101)]
 
 
 def in_the_firmware() -> set[str]:

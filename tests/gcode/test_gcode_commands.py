@@ -5,6 +5,9 @@ from pathlib import Path
 import gcode_world
 import pytest
 from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
+from rig.specs import controller_of
+
+from heatwright.spec import digest
 
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
 
@@ -241,12 +244,9 @@ def test_how_it_ends(world: Path, script: list[bytes], last: list[str], setpoint
 
 def test_it_greets_and_says_what_it_is(world: Path) -> None:
     said = talk(world, "M115")
-    assert said.lines[1].startswith("echo:heatwright extruder, spec ")
-    assert said.answers[0].startswith("FIRMWARE_NAME:heatwright spec ")
+    spec = digest(controller_of("extruder"))
+    assert said.lines[1] == f"echo:heatwright extruder, spec {spec}"
+    assert said.answers[0].startswith(f"FIRMWARE_NAME:heatwright spec {spec} ")
     assert "MACHINE_TYPE:extruder EXTRUDER_COUNT:1" in said.answers[0]
-    assert said.answers[1:] == [
-        "Cap:EEPROM:1",
-        "Cap:AUTOREPORT_TEMP:1",
-        "Cap:EMERGENCY_PARSER:1",
-        "ok",
-    ]
+    capabilities = ("EEPROM", "AUTOREPORT_TEMP", "EMERGENCY_PARSER")
+    assert said.answers[1:] == [*(f"Cap:{each}:1" for each in capabilities), "ok"]

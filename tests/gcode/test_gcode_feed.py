@@ -2,13 +2,9 @@
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, ready
-from rig.specs import controller_of
-
-from heatwright.spec import digest
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
-DIGEST = digest(controller_of("feeder"))
 
 
 @pytest.fixture(params=["host", "binary"])
@@ -46,15 +42,6 @@ def test_lengths(feeder: Board, lines: str, length_mm: float) -> None:
     if isinstance(feeder, BinaryBoard):
         assert feeder.device.outputs["feed"].violations == 0
         assert feeder.device.outputs["feed"].missed == 0
-
-
-def test_distances_lose_nothing_by_rounding(feeder: Board) -> None:
-    """Three hundred times a third of a step."""
-    feeder.tell("M83")
-    for _ in range(300):
-        feeder.tell(f"G1 E{1 / STEPS_PER_MM / 3:.6f}", 0.05)
-    feeder.wait(1.0)
-    assert feeder.steps == pytest.approx(100, abs=1)
 
 
 def test_it_says_where_it_is(feeder: Board) -> None:
@@ -99,11 +86,6 @@ def test_a_host_that_does_not_wait_is_a_second_ahead(feeder: Board, line: str, a
     assert answers.count("ok") - 1 == pytest.approx(ahead + done_mm, abs=1)
     feeder.wait(5.0)
     assert abs(feeder.steps) == 18 * STEPS_PER_MM
-
-
-def test_it_says_what_it_is(feeder: Board) -> None:
-    assert feeder.lines()[:2] == ["start", f"echo:heatwright feeder, spec {DIGEST}"]
-    assert feeder.told("M115")[0].startswith(f"FIRMWARE_NAME:heatwright spec {DIGEST} ")
 
 
 def test_no_feed_while_the_heater_is_off(feeder: Board) -> None:
@@ -169,11 +151,6 @@ def test_another_target_keeps_the_move(feeder: Board) -> None:
     feeder.tell("G1 E5")
     feeder.tell("M104 S200", 3.0)
     assert feeder.steps == round(5 * STEPS_PER_MM)
-
-
-@pytest.mark.parametrize("line", ["G28", "M420"])
-def test_there_are_no_other_commands(feeder: Board, line: str) -> None:
-    assert feeder.told(line) == [f'echo:Unknown command: "{line}"', "ok"]
 
 
 def test_a_stop_ends_the_move_for_good(feeder: Board) -> None:

@@ -1,13 +1,87 @@
-"""Printrun's printcore, as it is, and the simulated board behind a pseudo-terminal."""
+"""Printrun's printcore, as it is, and the simulated board behind a pseudo-terminal, of the
+tests' or of `heatwright simulate --serial`."""
 
+import json
 import re
-from collections.abc import Iterator
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from printrun_host import PrintrunHost, printrun_host
+from printrun.gcoder import LightGCode
+from printrun.printcore import printcore
+from pymodbus.client import ModbusSerialClient
 from rig.live import Cable, LiveBoard, live_board
+from rig.specs import EXAMPLES
+
+from heatwright.sim.live import Clock
+
+PATIENCE_S = 120.0
+"""Real time after which something is not going to happen."""
+GLANCE_S = 0.01
+
+
+class PrintrunHost:
+    """heard -- all lines; temperatures -- those that printcore took for temperatures; errors."""
+
+    def __init__(self, core: Any) -> None:
+        self.core = core
+        self.heard: list[str] = []
+        self.temperatures: list[str] = []
+        self.errors: list[str] = []
+        core.recvcb = lambda line: self.heard.append(line.rstrip())
+        core.tempcb = lambda line: self.temperatures.append(line.rstrip())
+        core.errorcb = lambda line: self.errors.append(str(line).rstrip())
+
+    def print(self, lines: list[str]) -> None:
+        """Send lines as a print is sent, numbered and with checksums; wait for the end."""
+        assert self.core.startprint(LightGCode(lines))
+        self.wait(lambda: not self.core.printing)
+        self.wait(self._listens_again)
+
+    def _listens_again(self) -> bool:
+        """Whether printcore has left its printing for its sending thread: it ends badly between."""
+        core = self.core
+        return (
+            core.print_thread is None
+            and core.send_thread is not None
+            and core.send_thread.is_alive()
+        )
+
+    def ask(self, line: str, answer: str) -> str:
+        """Send a line beside any print; wait for an answer that begins so."""
+        known = len(self.heard)
+        self.core.send_now(line)
+        self.wait(lambda: any(text.startswith(answer) for text in self.heard[known:]))
+        return next(text for text in self.heard[known:] if text.startswith(answer))
+
+    def wait(self, done: Callable[[], bool]) -> None:
+        """Wait until something has happened."""
+        end = time.monotonic() + PATIENCE_S
+        while not done():
+            assert time.monotonic() < end, self.heard[-10:]
+            time.sleep(GLANCE_S)
+
+
+@contextmanager
+def printrun_host(port: str, baud: int) -> Iterator[PrintrunHost]:
+    """Connect printcore to a port."""
+    core = printcore()
+    host = PrintrunHost(core)
+    core.connect(port, baud)
+    try:
+        host.wait(lambda: core.online)
+        yield host
+    finally:
+        core.disconnect()
+
 
 CABLE = Cable(115200, speed=50.0)
 TEMPERATURE = re.compile(r"T:(\d+\.\d) /(\d+\.\d) B:0\.0 /0\.0 @:(\d+)")
@@ -93,3 +167,81 @@ def test_it_survives_a_storm_of_resends(seed: int) -> None:
         assert done == [f"P{number}.00000" for number in range(1, 151)]
         assert board.ask("settings.nozzle_kp") == 150.0
         assert np.array_equal(np.diff(steps["steps"].astype(int)), np.ones(len(steps) - 1))
+
+
+HEATWRIGHT = Path(sys.executable).parent / "heatwright"
+UNKNOWN = 0x8000
+"""Of a temperature: the board has not measured yet."""
+
+
+def heatwright(*arguments: str | Path) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [HEATWRIGHT, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def asked_by_printcore(port: str, baud: int) -> None:
+    with printrun_host(port, baud) as host:
+        host.ask("M115", "FIRMWARE_NAME:heatwright")
+
+
+def asked_by_pymodbus(port: str, baud: int) -> None:
+    """Tenths of a degree, within a step of the converter there, once it has measured."""
+    client = ModbusSerialClient(port, baudrate=baud, timeout=1, retries=5)
+    assert client.connect()
+    while (tenths := client.read_input_registers(100).registers[0]) == UNKNOWN:
+        pass
+    assert abs(tenths - 200) <= 24
+    counters = client.read_input_registers(10, count=6).registers
+    assert counters[0] == counters[3]  # nobody else asks
+    client.close()
+
+
+@pytest.mark.parametrize(
+    ("spec", "speed", "baud", "ask"), [("extruder", 20.0, 115_200, asked_by_printcore),
+                                       ("fabricator", 1.0, 19_200, asked_by_pymodbus)],
+    ids=["gcode", "modbus"],
+)  # fmt: skip
+def test_a_host_finds_the_board_until_ctrl_c(
+    spec: str, speed: float, baud: int, ask: Callable[[str, int], None]
+) -> None:
+    options = ("--serial", "--speed", str(speed), "--json")
+    with heatwright("simulate", EXAMPLES / f"{spec}.yaml", *options) as process:
+        assert process.stdout is not None
+        told = json.loads("".join(process.stdout.readline() for _ in range(5)))
+        assert (told["baud"], told["speed"]) == (baud, speed)
+        ask(told["port"], told["baud"])
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+    assert not Path(told["port"]).exists()
+
+
+def test_it_ends_by_itself_when_told() -> None:
+    arguments = ("--serial", "--speed", "100", "--for", "20 s")
+    with heatwright("simulate", EXAMPLES / "feeder.yaml", *arguments) as process:
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert out.startswith("/dev/")
+    assert "115200 baud, 100 times real time. Ctrl-C ends it." in out
+
+
+@pytest.mark.parametrize(
+    ("speed", "lost_s", "waits", "pauses"),
+    [(2.0, 0.0, 3, [0.5, 0.5, 0.5]), (1.0, 10.0, 2, [1.0]), (1.0, 1.2, 2, [0.8])],
+    ids=["in_time", "much_is_lost_for_good", "a_little_is_made_up_for"],
+)
+def test_the_clock_waits_for_the_boards_time(
+    speed: float, lost_s: float, waits: int, pauses: list[float]
+) -> None:
+    """What was lost is not made up for in a rush."""
+    now_s, paused_s = [100.0], []
+
+    def pause(seconds: float) -> None:
+        paused_s.append(seconds)
+        now_s[0] += seconds
+
+    clock = Clock(speed, lambda: now_s[0], pause)
+    now_s[0] += lost_s
+    for board_s in range(1, waits + 1):
+        clock.wait(float(board_s))
+    assert paused_s == pytest.approx(pauses)

@@ -35,7 +35,7 @@ class MadeUpBoard:
         self.has_measured, self.deaf = True, False
         self.slow_s = 0.0
         """How long after it was switched on it reports WORK."""
-        self.refused: list[int] = []
+        self.refused: set[int] = set()
         """Values of writes that were answered with an exception."""
         self._end, self._master = os.openpty()
         tty.setraw(self._master)
@@ -95,7 +95,7 @@ class MadeUpBoard:
         if self.enabled and not was_enabled:
             self._enabled_at = time.monotonic()
         if request[1] in WRITES and answer[1:2] == bytes([request[1] | EXCEPTION]):
-            self.refused.append(int.from_bytes(request[4:6], "big"))
+            self.refused.add(int.from_bytes(request[4:6], "big"))
         return answer
 
     def _world(self) -> dict[str, float]:

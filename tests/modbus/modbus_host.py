@@ -16,9 +16,9 @@ from rig.specs import sources_of, spec_of
 
 from heatwright.sim.interfaces.modbus_frames import crc, framed
 
-SLAVE = """
+SLAVE = r"""
 heatwright: 1
-controller: {name: shape, title: 'Shape "of" 50 °C', board: mega2560}
+controller: {name: shape, title: '50 °C "of" \ ??/ {{ %s }}', board: mega2560}
 sensors:
   air: {kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, oversample: 4,
     curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}, range: -20 °C .. 300 °C}

@@ -9,7 +9,6 @@ from modbus_host import SLAVE
 from rig.specs import controller_of, files_of, sources_of, spec_of
 
 from heatwright.generator.plan.registers import Register, register_map
-from heatwright.generator.plan.text import c_string
 from heatwright.generator.plan.timers import round_interval
 from heatwright.sim.interfaces import registers as documented
 from heatwright.spec import BOARDS
@@ -27,22 +26,6 @@ def registers() -> tuple[Register, ...]:
 
 def addresses(register: Register) -> list[int]:
     return [register.address + word for word in range(register.words)]
-
-
-def test_no_two_registers_share_an_address() -> None:
-    taken = [(each.table, address) for each in registers() for address in addresses(each)]
-    assert taken == sorted(set(taken))
-    assert len({(each.table, each.name) for each in registers()}) == len(registers())
-
-
-@pytest.mark.parametrize("table", TABLES)
-def test_a_block_has_no_holes_and_at_most_eight_bits(table: str) -> None:
-    mine = [each for each in registers() if each.table == table]
-    taken = [address for each in mine for address in addresses(each)]
-    for block in {address // 100 for address in taken}:
-        inside = [address % 100 for address in taken if address // 100 == block]
-        assert inside == list(range(len(inside)))
-        assert table in {"holdings", "inputs"} or len(inside) <= 8
 
 
 def test_the_csv_is_the_map() -> None:
@@ -112,17 +95,3 @@ def test_it_has_a_timer_of_its_own() -> None:
     assert use.silence in BOARDS["mega2560"].timers
     without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {}", "")).controller
     assert allocate(without).silence is None
-
-
-@pytest.mark.parametrize(
-    ("text", "literal"),
-    [
-        ("Dryer", '"Dryer"'),
-        ('a "b" \\ c', '"a \\"b\\" \\\\ c"'),
-        ("??/ and ???", '"?\\?/ and ?\\?\\?"'),
-        ("50 °C\n\0", '"50 ?C?\\?"'),
-        ("%s {{ x }}", '"%s {{ x }}"'),
-    ],
-)
-def test_a_title_becomes_a_literal(text: str, literal: str) -> None:
-    assert c_string(text) == literal

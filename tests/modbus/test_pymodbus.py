@@ -127,20 +127,3 @@ def test_it_says_who_it_is(master: ModbusSerialClient) -> None:
     assert regular.information[4] == b"Filament dryer on a bus"
     single = good(master.read_device_information(read_code=4, object_id=1, device_id=SLAVE))
     assert single.information == {1: b"dryer"}
-
-
-def test_what_it_may_not_is_refused(master: ModbusSerialClient, slave: LiveBoard) -> None:
-    to = {"device_id": SLAVE}
-    for answer, code in (
-        (master.read_input_registers(16, **to), BAD_ADDRESS),
-        (master.read_holding_registers(107, count=2, **to), BAD_ADDRESS),
-        (master.write_coil(103, True, **to), BAD_ADDRESS),
-        (master.write_register(SETPOINT, 801, **to), BAD_VALUE),
-        (master.write_register(KP, 0, **to), BAD_VALUE),
-        (master.write_registers(SETPOINT, [700, 1001], **to), BAD_VALUE),
-        (master.write_coil(TUNE, True, **to), BAD_VALUE),
-        (master.diag_query_data(b"\0\0", **to), BAD_FUNCTION),
-    ):
-        assert answer.exception_code == code
-    assert slave.ask("settings.air_setpoint_c") == 45
-    assert slave.ask("modbus_counters.exceptions") == 8
