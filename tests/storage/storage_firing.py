@@ -6,10 +6,8 @@ from typing import NamedTuple
 
 from rig.avr import whole
 from rig.specs import EXAMPLES, spec_of
-from storage_bare import LOOP, Names
 from storage_format import OVER, Progress, Segment
 
-from heatwright.sim.avr import Avr
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
@@ -34,6 +32,7 @@ STORED = """\
         - {to: 30 °C, over: 1 h}
 
 """
+LOOP = "chamber"
 Newest = Callable[[bytes], Progress | None]
 """Finds the newest record in an EEPROM."""
 STEP_S = 0.1
@@ -86,11 +85,11 @@ class Cut(NamedTuple):
     """A byte was being written."""
 
 
-def state_of(names: Names, avr: Avr) -> Progress:
+def state_of(device: AvrDevice) -> Progress:
     """The program as it is in RAM, with the loop's temperature."""
-    program = names.read(avr, "program")
+    program = device.read("program")
     values = {name: program[name].item() for name in Progress._fields if name not in UNSAVED}
-    temperature_c = names.read(avr, f"loop_{LOOP}.temperature_c").item()
+    temperature_c = device.read(f"loop_{LOOP}.temperature_c").item()
     return Progress(**values, program_crc=0, temperature_c=temperature_c)
 
 
@@ -102,7 +101,6 @@ class Firing:
         self._newest = newest
         self.controller = controller
         self.device = AvrDevice(controller, program)
-        self._names = Names(program)
         simulation = controller.simulation
         assert simulation is not None
         self._plant = plant_of(
@@ -123,7 +121,7 @@ class Firing:
     def _note(self) -> None:
         if self.device.time_s - self._on_s < START_S:
             return  # the memory is still as the power-up leaves it
-        record = state_of(self._names, self.device.avr)
+        record = state_of(self.device)
         if not self._seen or self._seen[-1].record != record:
             self._seen.append(Seen(self.device.time_s, record))
 

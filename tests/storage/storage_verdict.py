@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from storage_bare import LOOP, Bare
-from storage_firing import IDLE, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen, same
+from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen, same
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
 
@@ -128,12 +128,28 @@ class Outcome(NamedTuple):
     code: int
 
 
+class Again(AvrDevice):
+    """A controller that is powered up again and again, each time with another EEPROM."""
+
+    def power_up(self, image: bytes, felt_c: float) -> None:
+        self.power_cycle()
+        self.avr.eeprom.contents = image
+        self.sense(LOOP, felt_c)
+
+    def run(self, seconds: float) -> None:
+        self.advance(self.time_s + seconds)
+
+    def heated(self) -> bool:
+        """Whether the heater's pin was active since the last call."""
+        return self.on_fraction("element") > 0
+
+
 class Judge:
     """Gives EEPROMs to a controller, and looks at what it does."""
 
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
-        self._device = Bare(controller, program)
+        self._device = Again(controller, program)
         self.wanted = Outcome(IDLE, 0, None, None, 0)
         """What had to become of the last cut."""
 
@@ -154,7 +170,7 @@ class Judge:
             yield from self._goes_on(wanted.goes_on, wanted.loaded)
         yield from self._settings(self.book.memory.settings(cut.image))
         if wanted.state in {IDLE, PAUSED}:
-            self._device.advance(WATCHED_S)
+            self._device.run(WATCHED_S)
             if self._device.heated():
                 yield "the heater is on though nothing runs"
 
@@ -165,12 +181,12 @@ class Judge:
     def _start(self) -> Iterator[str]:
         """Run to the first step; no heater may be on until what is to be done is decided."""
         device, steps = self._device, f"loop_{LOOP}.steps"
-        device.advance(FIRST_STEP_S - 0.1)
+        device.run(FIRST_STEP_S - 0.1)
         while device.read(steps) == 0 or self._read("state") == RESTORING:
-            if device.time_s > DECIDED_BY_S:
+            if device.avr.time_s > DECIDED_BY_S:
                 yield "nothing is decided"
                 return
-            self._device.advance(SLICE_S)
+            self._device.run(SLICE_S)
         if device.heated():
             yield "the heater is on before the checks"
 
@@ -205,7 +221,7 @@ class Judge:
             yield f"{self._loaded()} runs, not {program}"
 
     def _loaded(self) -> Stored:
-        first = self._device.names.address("program.c:loaded")
+        first = self._device.variables["program.c:loaded"].address
         return Stored.of(self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points))
 
     def _settings(self, kept: Settings | None) -> Iterator[str]:

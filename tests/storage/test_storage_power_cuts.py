@@ -6,10 +6,9 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from storage_bare import Bare
 from storage_firing import Cut, Firing, FiringByKeys, machine
 from storage_format import PROGRESS_BYTES, Progress
-from storage_verdict import FIRST_STEP_S, Judge, Outcome
+from storage_verdict import FIRST_STEP_S, Again, Judge, Outcome
 from suite import amount
 
 from heatwright.sim.elf import Elf
@@ -86,10 +85,10 @@ def test_the_start_takes_no_longer_than_the_watchdog_is_told(kilns):
         (memory.progress_at + slot * PROGRESS_BYTES, memory.progress_slot(slot + 1, record))
         for slot in range(memory.progress_slots)
     ]
-    bare = Bare(controller, program)
+    device = Again(controller, program)
     for image in (memory.blank, memory.with_at(memory.blank, *slots)):
-        bare.power_up(image, 20.0)
-        bare.advance(FIRST_STEP_S)
-        while bare.read("loop_chamber.steps") == 0:
-            bare.advance(RESOLUTION_S)
-        assert bare.time_s - FIRST_STEP_S < start_s(controller)
+        device.power_up(image, 20.0)
+        device.run(FIRST_STEP_S)
+        while device.read("loop_chamber.steps") == 0:
+            device.run(RESOLUTION_S)
+        assert device.avr.time_s - FIRST_STEP_S < start_s(controller)
