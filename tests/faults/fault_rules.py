@@ -65,8 +65,7 @@ _HEALTHY: Rules = {
     f"healthy_{c}C_{r}R_{a}degC": None for c in (0.7, 1.3) for r in (0.7, 1.3) for a in (10, 35)
 }
 _RELAY = _of(
-    relay_open="relay_dead relay_contact_shorted",
-    relay_welded="relay_welded relay_contact_torn",
+    relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"
 )
 _PROGRAMS = _of(
     "power_cut_in_program power_cut_until_cold power_cut_in_pause",

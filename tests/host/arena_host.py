@@ -9,8 +9,7 @@ from host_answers import answers_problem, prepare_answers
 from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_gate import gate_problem
-from host_output import output_problem
-from host_power import power_problem, prepare_power
+from host_power import power_problem
 from host_switching import switching_problem
 from host_text import all_text_problems
 from storage_progress import ordered_wrongly
@@ -54,7 +53,7 @@ class HostArena:
         if self.spec in host_specs.COMMANDED:
             prepare_answers(self.spec)
         if self.spec in host_specs.PROGRAMMED:
-            prepare_power(host, self.spec)
+            power_problem(host, self.spec)  # the reference takes all courses
         host.close()
 
     def problem(self, built: Path) -> str:
@@ -81,8 +80,6 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         judges["answers"] = lambda host: answers_problem(host, name)
     if name in host_specs.SWITCHING or name in host_specs.PROGRAMMED:
         judges["switching"] = switching_problem
-    if name in host_specs.AT_ONCE:
-        judges["output"] = output_problem
     if name in host_specs.PROGRAMMED:
         judges["noted"] = lambda host: next(ordered_wrongly(host), "")
         judges["power"] = lambda host: power_problem(host, name)

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from host_courses import LONG_SILENCE, LOWERED, inputs_of, kinds_of, random_course
+from host_courses import LONG_SILENCE, LOWERED, inputs_of, kinds_of, random_course, random_firing
 from host_reference import TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import CRITICAL_C, TUNINGS
-from host_stretches_programmed import FIRING_KINDS
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
@@ -62,7 +61,8 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     drawn = range(COURSES // 4 if programmed else COURSES)
     courses += [random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
     if programmed:
-        courses += [*ARRIVALS, *(_firing(Random(-seed)) for seed in range(FIRINGS))]  # noqa: S311
+        firings = (random_firing(Random(-seed), STRETCHES) for seed in range(FIRINGS))  # noqa: S311
+        courses += [*ARRIVALS, *firings]
     ((_, loop),) = controller.loops.items()
     outlasts = getattr(controller.outputs[loop.heater], "window_s", 0) > loop.period_s
     left_out = must_release(controller) or (outlasts and name in host_specs.COMMANDED)
@@ -78,11 +78,6 @@ def _fixed(name: str, number: int, kind: np.dtype[Any]) -> _Course:
     inputs = inputs_of(controller, course)
     tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY) if trips else ()
     return _Course(inputs, Way(controller).expected(inputs, kind, tripped), tripped)
-
-
-def _firing(random: Random) -> list[Stretch]:
-    start = Stretch("start", random.randint(1, 14), random.randint(-200, 200))
-    return [start, *random_course(random, STRETCHES, FIRING_KINDS)]
 
 
 def run_problem(

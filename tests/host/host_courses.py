@@ -6,7 +6,7 @@ from typing import Any
 from host_reference import Way
 from host_stretches import Stretch, Walk
 from host_stretches_commanded import CommandedWalk, current_of
-from host_stretches_programmed import PROGRAM_KINDS, ProgrammedWalk
+from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
@@ -46,17 +46,22 @@ LOWERED = [
 maximum although the error is negative."""
 
 
-def random_course(random: Random, stretches: int, kinds: tuple[str, ...] = KINDS) -> list[Stretch]:
+def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> list[Stretch]:
     return [
-        Stretch(
-            random.choice(kinds),
-            random.randint(1, 14),
-            random.randint(-200, 200),
-            random.choice((-1, 0, 0, 1)),
-            random.random() < 0.5,
+        _begun(random, random.choice(kinds))._replace(
+            nudge=random.choice((-1, 0, 0, 1)), acknowledge=random.random() < 0.5
         )
         for _ in range(stretches)
     ]
+
+
+def random_firing(random: Random, stretches: int) -> list[Stretch]:
+    """Begin with a program."""
+    return [_begun(random, "start"), *random_course(random, stretches, FIRING_KINDS)]
+
+
+def _begun(random: Random, kind: str) -> Stretch:
+    return Stretch(kind, random.randint(1, 14), random.randint(-200, 200))
 
 
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:

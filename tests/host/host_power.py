@@ -8,11 +8,11 @@ from typing import Any
 
 import host_specs
 import numpy as np
-from host_courses import random_course
+from host_courses import random_firing
 from host_reference import Expected, Restored, Way, first_difference
 from host_scale import scale_of
 from host_stretches import Stretch
-from host_stretches_programmed import FIRING_KINDS, ProgrammedWalk
+from host_stretches_programmed import ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
@@ -48,24 +48,14 @@ Check = Callable[[Host, str], Iterator[str]]
 
 
 def power_problem(host: Host, name: str) -> str:
-    """Say the first thing that is wrong; empty if nothing, or if there are no programs."""
-    if not host.build.parts.programmed:
-        return ""
+    """Say the first thing that is wrong; empty if nothing."""
     checks: tuple[Check, ...] = (_edges, _asked, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
-def prepare_power(host: Host, name: str) -> None:
-    """Let the reference take all courses, before and after the cut."""
-    power_problem(host, name)
-
-
 def _firing(number: int) -> list[Stretch]:
     random = Random(f"power {number}")  # noqa: S311
-    if number % 10 == 0:
-        return LONG
-    start = Stretch("start", random.randint(1, 14), random.randint(-200, 200))
-    return [start, *random_course(random, number % MOST_STRETCHES, FIRING_KINDS)]
+    return LONG if number % 10 == 0 else random_firing(random, number % MOST_STRETCHES)
 
 
 @cache
@@ -97,9 +87,8 @@ class _Noted:
 
     def _step(self, last: State, now: State) -> None:
         order, active = now["program.order"], last["program.state"] != IDLE
-        changed = any(
-            now[f"program.{key}"] != last[f"program.{key}"] for key in ("state", "segment")
-        )
+        followed = ("program.state", "program.segment")
+        changed = any(now[key] != last[key] for key in followed)
         self._since += 1
         due = now["program.state"] in (RUNNING, RETURNING) and self._since >= self._every
         self.saves += order == START and active  # acknowledged and started at once
@@ -127,15 +116,10 @@ def _restored(host: Host, record: State | None) -> Restored:
     settings, fault = library.settings, library.fault
     tunable, adjustable = host.build.parts.tunable, host.build.parts.adjustable
     gains = (settings.air_kp, settings.air_ki, settings.air_kd) if tunable else ()
-    return Restored(
-        _program_of(record),
-        Single(settings.air_setpoint_c),
-        Gains(*map(Single, gains)) if gains else None,
-        settings.air_maximum_c if adjustable else nan,
-        fault.code,
-        Single(fault.temperature_c),
-        fault.time_s,
-    )
+    kept = Single(settings.air_setpoint_c), Gains(*map(Single, gains)) if gains else None
+    critical_c = settings.air_maximum_c if adjustable else nan
+    latched = fault.code, Single(fault.temperature_c), fault.time_s
+    return Restored(_program_of(record), *kept, critical_c, *latched)
 
 
 _AFTER: dict[str, tuple[NDArray[Any], Expected]] = {}

@@ -73,9 +73,7 @@ class Way:
         if restored is not None:
             self._reference.restore(restored.fault_code, restored.fault_c)
             self._time_s = restored.fault_s
-            self._commands.restore(
-                restored.program, restored.setpoint_c, restored.gains, restored.critical_c
-            )
+            self._commands.restore(*restored[:4])
 
     def take(self, number: int, row: Any) -> dict[str, Any]:
         """Do the step of a row, and return the state after it."""
@@ -156,12 +154,8 @@ class Way:
     def step(self, number: int, row: Any) -> tuple[Any, ...]:
         reference, commands = self._reference, self._commands
         code, cooled = reference.fault_code, reference.cooling
-        record = reference.step(
-            int(row["reading_status"]),
-            int(row["reading_raw"]),
-            commands.setpoint_c(row),
-            orders=self._orders(row),
-        )
+        reading = int(row["reading_status"]), int(row["reading_raw"])
+        record = reference.step(*reading, commands.setpoint_c(row), orders=self._orders(row))
         self._record = record
         self._takes_turn = bool(cooled and not reference.cooling)
         commands.after_step()
@@ -186,25 +180,20 @@ class Way:
 
 def first_difference(found: Run, wanted: Expected) -> str:
     """Name the first step after which the two differ, by whatever bit; empty if none."""
-    off = np.abs(found.heater_counts - wanted.heater_counts) > SLACK
-    if found.states.tobytes() == wanted.states.tobytes() and not off.any():
-        return ""
-    differences = []
-    for member in wanted.states.dtype.names or ():
+    counts = found.heater_counts, wanted.heater_counts
+    beside = np.abs(counts[0] - counts[1]) > SLACK
+    if found.states.tobytes() == wanted.states.tobytes() and not beside.any():
+        return ""  # quickly, for it is so nearly always
+    off = {"heater counts": (beside, *counts)}
+    for member in found.states.dtype.names or ():
         ours, theirs = found.states[member].copy(), wanted.states[member].copy()
-        rows = np.flatnonzero(_bits(ours) != _bits(theirs))
-        if len(rows):
-            row = int(rows[0])
-            differences.append((row, member, ours[row], theirs[row]))
-    rows = np.flatnonzero(off)
-    if len(rows):
-        row = int(rows[0])
-        counts = found.heater_counts[row], wanted.heater_counts[row]
-        differences.append((row, "heater counts", *counts))
-    if not differences:
+        off[member] = (_bits(ours) != _bits(theirs), ours, theirs)
+    rows = {name: int(which.argmax()) for name, (which, *_) in off.items() if which.any()}
+    if not rows:
         return ""
-    row, member, ours, theirs = min(differences, key=lambda each: each[0])
-    return f"after step {row + 1}, {member}: host {ours!r}, reference {theirs!r}"
+    name = min(rows, key=lambda each: rows[each])
+    row, (_, ours, theirs) = rows[name], off[name]
+    return f"after step {row + 1}, {name}: host {ours[row]!r}, reference {theirs[row]!r}"
 
 
 def _bits(values: NDArray[Any]) -> NDArray[Any]:

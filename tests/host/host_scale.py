@@ -1,75 +1,49 @@
 """Between temperatures and the codes of a sensor, for courses that go to a temperature."""
 
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Protocol
 
 import numpy as np
 
-from heatwright.spec import Controller, Max6675, Max31855, Max31856
-from heatwright.spec.sensors import Ds18b20
+from heatwright.spec import Controller
 
 ADC_CODES = 1024
 
 
-class Scale(Protocol):
+@dataclass(frozen=True)
+class Steps:
+    """Codes that are whole numbers of a part of a kelvin."""
+
+    per_k: int
     lowest: int
     highest: int
     """Codes that may come; those of `noise` are where the sensor mostly is."""
     noise: tuple[int, int]
-    first: int
-
-    def celsius(self, code: int) -> float: ...
-
-    def code(self, celsius: float) -> int:
-        """Return the nearest code."""
-
-    def moved(self, code: int, by_k: float) -> int:
-        """Return the code farthest from another that is no more than `by_k` from it."""
-
-
-class _Steps:
-    """Codes that are whole numbers of a part of a kelvin."""
-
-    lowest, highest = -(2**15), 2**15 - 1
-    noise = (0, 0)
     first = 0
-    per_k = 1
 
     def celsius(self, code: int) -> float:
         return code / self.per_k
 
     def code(self, celsius: float) -> int:
+        """Return the nearest code."""
         return round(celsius * self.per_k)
 
     def moved(self, code: int, by_k: float) -> int:
+        """Return the code farthest from another that is no more than `by_k` from it."""
         return code + int(by_k * self.per_k)
 
 
-class Sixteenths(_Steps):
-    """Of a DS18B20."""
-
-    noise = (-55 * 16, 125 * 16)
-    per_k = 16
-
-
-class Parts128(_Steps):
-    """Of a MAX31856, which has 19 bits."""
-
-    lowest, highest = -(2**18), 2**18 - 1
-    noise = (-200 * 128, 1372 * 128)
-    per_k = 128
+_QUARTERS = Steps(4, 0, 4095, (0, 4095))
+_STEPS = {
+    "ds18b20": Steps(16, -(2**15), 2**15 - 1, (-55 * 16, 125 * 16)),
+    "max31856": Steps(128, -(2**18), 2**18 - 1, (-200 * 128, 1372 * 128)),
+    "max6675": _QUARTERS,
+    "max31855": _QUARTERS,  # from 0 °C on
+}
 
 
-class Quarters(_Steps):
-    """Of a MAX6675, and of a MAX31855 from 0 °C on."""
-
-    lowest, highest = 0, 4095
-    noise = (0, 4095)
-    per_k = 4
-
-
-class _Table:
+class Table:
     """A sum of codes of the ADC, made a temperature by the reference's table."""
 
     def __init__(self, controller: Controller, name: str) -> None:
@@ -105,14 +79,8 @@ class _Table:
 
 
 @cache
-def scale_of(controller: Controller) -> Scale:
+def scale_of(controller: Controller) -> Steps | Table:
     """Return the scale of the sensor of a controller's only loop."""
     ((_, loop),) = controller.loops.items()
-    sensor = controller.sensors[loop.sensor]
-    if isinstance(sensor, Ds18b20):
-        return Sixteenths()
-    if isinstance(sensor, Max31856):
-        return Parts128()
-    if isinstance(sensor, Max6675 | Max31855):
-        return Quarters()
-    return _Table(controller, loop.sensor)
+    kind = controller.sensors[loop.sensor].kind
+    return _STEPS[kind] if kind in _STEPS else Table(controller, loop.sensor)

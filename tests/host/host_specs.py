@@ -61,8 +61,6 @@ PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in 
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)
 SWITCHED = (*BY_MASTER, *_PROGRAMMED)
 COMMANDED = (*HOSTED, *SWITCHED)
-AT_ONCE = tuple(name for name, text in TEXTS.items() if "minimum_on: 2 s" not in text)
-"""Without outputs that stay on or off for a while, which answer to more than a duty."""
 SWITCHING = tuple(_SWITCHED)
 
 

@@ -66,14 +66,8 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
 
 
 def stretch(kinds):
-    return st.builds(
-        Stretch,
-        st.sampled_from(kinds),
-        st.integers(1, 14),
-        st.integers(-200, 200),
-        st.integers(-1, 1),
-        st.booleans(),
-    )
+    numbers = st.integers(1, 14), st.integers(-200, 200), st.integers(-1, 1)
+    return st.builds(Stretch, st.sampled_from(kinds), *numbers, st.booleans())
 
 
 @pytest.mark.parametrize("name", host_specs.NAMES)

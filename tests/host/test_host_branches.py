@@ -12,28 +12,15 @@ from jinja2 import Environment
 from heatwright.generator import plan_firmware
 
 TEMPLATES = (
-    "src/loop.c.j2",
-    "src/loop_hosted.c.j2",
-    "src/loop_regulates.c.j2",
-    "src/loop_switched.c.j2",
-    "src/current.c.j2",
-    "src/guard.c.j2",
-    "src/program.c.j2",
-    "src/settings.c.j2",
-    "src/gate.c.j2",
-    "algorithms/on_off.c.j2",
-    "algorithms/lead.c.j2",
-    "algorithms/three_position.c.j2",
-    "algorithms/pid.c.j2",
-    "algorithms/autotune.c.j2",
-    "src/fault.c.j2",
+    "src/loop.c.j2", "src/loop_hosted.c.j2", "src/loop_regulates.c.j2", "src/loop_switched.c.j2",
+    "src/current.c.j2", "src/guard.c.j2", "src/program.c.j2", "src/settings.c.j2", "src/gate.c.j2",
+    "src/fault.c.j2", "algorithms/on_off.c.j2", "algorithms/lead.c.j2", "algorithms/pid.c.j2",
+    "algorithms/three_position.c.j2", "algorithms/autotune.c.j2",
     "outputs/time_proportional.c.j2",
-)
+)  # fmt: skip
 INCLUDED_BY = {
-    "src/loop_hosted.c.j2": "src/loop.c.j2",
-    "src/loop_regulates.c.j2": "src/loop.c.j2",
-    "src/loop_switched.c.j2": "src/loop.c.j2",
     "algorithms/lead.c.j2": "algorithms/three_position.c.j2",
+    **dict.fromkeys(TEMPLATES[1:4], "src/loop.c.j2"),
 }
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
