@@ -54,17 +54,23 @@ struct host_world *host_world(void)
 
 static struct host_input input;
 
+static bool asked; /* for a reading: without being asked, a sensor has none */
+
 uint8_t JOIN(sensor_, SENSOR, _take)(RAW *raw)
 {
-    if (input.reading_status == READING_OK) {
+    const uint8_t status = asked ? input.reading_status : FAULT_SENSOR_STALE;
+
+    asked = false;
+    if (status == READING_OK) {
         const RAW reading = (RAW)input.reading_raw;
         memcpy(raw, &reading, sizeof reading);
     }
-    return input.reading_status;
+    return status;
 }
 
 void JOIN(sensor_, SENSOR, _begin)(void)
 {
+    asked = true;
 }
 
 void plotter_send(void);
@@ -78,16 +84,22 @@ void panel_refresh(void)
 }
 
 #ifdef CURRENT
+static bool current_taken; /* the first codes come without being asked for */
+
 uint8_t JOIN(sensor_, CURRENT, _take)(int16_t *raw)
 {
-    if (input.current_status == READING_OK) {
+    const uint8_t status = current_taken ? FAULT_SENSOR_STALE : input.current_status;
+
+    current_taken = true;
+    if (status == READING_OK) {
         memcpy(raw, &input.current_raw, sizeof *raw);
     }
-    return input.current_status;
+    return status;
 }
 
 void JOIN(sensor_, CURRENT, _begin)(void)
 {
+    current_taken = false;
 }
 #endif
 
@@ -100,6 +112,7 @@ uint16_t modbus_silent_ticks(void)
 #ifdef STEPPER
 void JOIN(output_, STEPPER, _halt)(void)
 {
+    world->feed_halts++;
 }
 #endif
 

@@ -55,6 +55,7 @@ struct host_world {
     uint8_t order_refused;    /* the last order to the program was */
     uint32_t cooler_ticks;    /* in which the cooler was on, since the reset */
     uint32_t both_on;         /* ticks in which heater and cooler were */
+    uint32_t feed_halts;      /* ticks in which the gate stopped the feed */
     int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
 };
 

@@ -8,6 +8,7 @@ import host_specs
 from host_answers import answers_problem, prepare_answers
 from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
+from host_current import current_problem
 from host_gate import gate_problem
 from host_power import power_problem
 from host_switching import switching_problem
@@ -73,6 +74,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
     judges: dict[str, Judge] = {
         "control": lambda host: control_problem(host, name, courses),
         "gate": gate_problem,
+        "current": current_problem,
         "text": all_text_problems,
         "settings": lambda host: SettingsKept(host, short=True).problem(),
     }

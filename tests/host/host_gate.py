@@ -87,6 +87,21 @@ class _Gate(Running):
         if self.loop.fan:
             yield from self._expect("the fan stands still", self._after(self._stop_fan, 50), 0)
         yield from self._hang_mark()
+        if self.parts.stepper:
+            yield from self._halts()
+
+    def _halts(self) -> Iterator[str]:
+        """The feed is stopped in every tick in which nothing may be on."""
+        self.run_at(COLD_C)
+        for hangs, ticks, wanted in (
+            (0, WELL_TICKS, 0),
+            (1, MAIN_TICKS + BEYOND_TICKS, BEYOND_TICKS),
+        ):
+            self.host.world.main_hangs = hangs
+            before = self.host.world.feed_halts
+            self._full(ticks)
+            if self.host.world.feed_halts - before != wanted:
+                yield f"the feed is not stopped as it has to be; main loop hangs: {hangs}"
 
     def _hang_mark(self) -> Iterator[str]:
         """A mark tells of a hang after the reset that ends it, and of nothing else."""
