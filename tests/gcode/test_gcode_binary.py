@@ -8,14 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gcode_world import BinaryBoard
-from rig.specs import changed
 
 ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
 STOPPED = "Error:E19 STOPPED (M112): heaters are off until M999"
-STORED_S = 10.0 + 0.5
-"""A new setpoint is stored so long after the last change; a record's bytes, one a tick."""
 
 
 @pytest.fixture
@@ -88,16 +85,6 @@ def test_a_stop_and_kept_gains_outlast_the_power(board: BinaryBoard) -> None:
     assert board.told("M503")[0] == shown
     assert board.told("M502\nM503")[-2] == "echo:  M301 E0 P9.41000 I0.34500 D31.40000"
     assert board.told("M501\nM503")[-2] == shown
-
-
-def test_a_stored_setpoint_is_taken_again_and_off_is_stored_at_once() -> None:
-    stored = changed("extruder", ("maximum: 260 °C}", "maximum: 260 °C, stored: true}"))
-    board = BinaryBoard(stored, nozzle=20.0)
-    for setpoint_c, after_s in ((200, STORED_S), (0, STORED_S - 10.0)):
-        board.tell(f"M104 S{setpoint_c}", after_s)
-        board.cut()
-        assert board.device.read("settings.nozzle_setpoint_c") == setpoint_c
-    assert board.on_fraction("heater") == 0.0
 
 
 def in_the_firmware() -> set[str]:

@@ -44,13 +44,6 @@ def test_lengths(feeder: Board, lines: str, length_mm: float) -> None:
         assert feeder.device.outputs["feed"].missed == 0
 
 
-def test_it_says_where_it_is(feeder: Board) -> None:
-    feeder.tell("G1 E12.5 F1200", 3.0)
-    assert place(feeder) == "E:12.50"
-    feeder.tell("G92 E3")
-    assert place(feeder) == "E:3.00"
-
-
 @pytest.mark.parametrize(("speed", "mm_per_s"), [("F600", 10), ("F120", 2), ("F9999", 20)])
 def test_speeds(feeder: Board, speed: str, mm_per_s: float) -> None:
     """Kept for the lines that name none, and no faster than the feed may run."""
@@ -106,16 +99,6 @@ def test_it_waits_until_the_machine_is_ready(feeder: Board) -> None:
     assert feeder.heard()[-1] == "ok"
 
 
-def test_m108_lets_go_of_what_waits(feeder: Board) -> None:
-    feeder.tell("M104 S203")
-    feeder.tell("G1 E5")
-    feeder.told("G1 E-1", 1.0)
-    assert feeder.told("M108", 0.2) == ["ok", "ok"]
-    feeder.sense("nozzle", 203.0)
-    feeder.wait(3.0)
-    assert feeder.steps == round(5 * STEPS_PER_MM)
-
-
 def test_m400_waits_for_the_end(feeder: Board) -> None:
     assert feeder.told("G1 E20 F600", 0.1) == ["ok"]
     assert "ok" not in feeder.told("M400", 1.5)
@@ -144,13 +127,6 @@ def test_m410_as_it_comes_in_and_as_a_line(feeder: Board, line: str) -> None:
     assert feeder.told(line, 0.5) == ["ok", "ok"] * (line == "M410")
     feeder.tell("M108", 3.0)
     assert 0 < feeder.steps < 15 * STEPS_PER_MM
-
-
-def test_another_target_keeps_the_move(feeder: Board) -> None:
-    feeder.tell("M104 S203")
-    feeder.tell("G1 E5")
-    feeder.tell("M104 S200", 3.0)
-    assert feeder.steps == round(5 * STEPS_PER_MM)
 
 
 def test_a_stop_ends_the_move_for_good(feeder: Board) -> None:
