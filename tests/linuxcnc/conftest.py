@@ -4,8 +4,7 @@ from pathlib import Path
 
 import hal_session
 import pytest
-from hal_session import Hal, linuxcnc_files
-from made_up_board import FABRICATOR, MadeUpBoard
+from hal_session import FABRICATOR, Hal, MadeUpBoard, linuxcnc_files
 from rig.specs import files_of
 
 ALONE = """

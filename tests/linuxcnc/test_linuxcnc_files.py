@@ -7,8 +7,7 @@ from xml.etree import ElementTree as ET
 
 import hal_session
 import pytest
-from hal_session import Hal, linuxcnc_files
-from made_up_board import FABRICATOR
+from hal_session import FABRICATOR, Hal, linuxcnc_files
 from rig.specs import controller_of, files_of
 
 from heatwright.generator import plan_firmware, render
@@ -157,23 +156,17 @@ def test_hal_loads_many_loops_with_long_names(linuxcnc: None) -> None:
             hal.wait("ccccccccccccc-loop8-setpoint-word", -50)
 
 
-def test_its_signals_and_files_are_generated(generated: dict[str, str]) -> None:
+def test_what_the_page_names_is_generated(generated: dict[str, str]) -> None:
+    """Signals, files, pins of mb2hal, and numbers."""
     signals = set(re.findall(r"^net +(\S+)", generated["fabricator.hal"], re.MULTILINE))
     named = set(re.findall(r"\bfabricator-[a-z-]*[a-z]", DOCS)) - {"fabricator-panel"}
     assert named <= signals
     files = set(re.findall(r"\bfabricator(?:_\w+)?\.(?:hal|xml|ini)", DOCS))
     assert files == set(generated)
-
-
-def test_its_pins_are_mb2hals(generated: dict[str, str]) -> None:
     ini = generated["fabricator_mb2hal.ini"]
     for request, pin in re.findall(r"`fabricator\.([\w-]+)\.([\w-]+)(?:\.int)?`", DOCS):
         assert f"HAL_TX_NAME = {request}\n" in ini
         assert pin == "num_errors" or re.search(rf"PIN_NAMES = .*\b{pin}\b", ini), pin
-
-
-def test_its_numbers_are_the_generated_ones(generated: dict[str, str]) -> None:
-    ini = generated["fabricator_mb2hal.ini"]
     busy_s, rate_hz = re.search(r"takes ([\d.]+) s at 19200 baud.* ([\d.]+) times a", DOCS).groups()
     assert f"takes about {busy_s}" in ini
     assert f"MAX_UPDATE_RATE = {rate_hz}\n" in ini

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hal_session import Hal
-from made_up_board import MadeUpBoard
+from hal_session import Hal, MadeUpBoard
 from rig.specs import EXAMPLES, changed
 
 ROUND_S = 1 / 3.6
