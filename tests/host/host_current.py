@@ -1,4 +1,4 @@
-"""Whether a heater's current is watched and limited as in the reference, also at the very limits."""
+"""Whether a heater's current is watched and limited as in the reference, to the very limits."""
 
 from collections.abc import Iterator
 
