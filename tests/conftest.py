@@ -79,10 +79,7 @@ def vary(chamber: Controller) -> Vary:
         )
         outputs = {**chamber.outputs, "heater": output or chamber.outputs["heater"]}
         return chamber.model_copy(
-            update={
-                "loops": ReadOnlyDict({"air": changed}),
-                "outputs": ReadOnlyDict(outputs),
-            }
+            update={"loops": ReadOnlyDict({"air": changed}), "outputs": ReadOnlyDict(outputs)}
         )
 
     return varied

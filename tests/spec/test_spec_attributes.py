@@ -8,14 +8,7 @@ from rig.bad_specs import bases
 from rig.specs import changed, controller_of, example
 
 import heatwright.spec as language
-from heatwright.spec import (
-    ComparisonRow,
-    SpecError,
-    Write,
-    commands,
-    load_text,
-    row_controller,
-)
+from heatwright.spec import ComparisonRow, SpecError, Write, commands, load_text, row_controller
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.coarseness import largest_step_k, step_at_k
 from heatwright.spec.conversion import conversion
