@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import test_slave
-from modbus_host import fuzz, played, slave_world
 from rig.judged import InItsWorld, first_complaint
+from test_slave import fuzz, played, slave_world
 
 SOME, MANY = 1000, 12_000
 """Frames: most mutants do not outlive the first few."""

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from modbus_host import SHORT, pdu, requests
 from numpy.typing import NDArray
 from rig.avr import whole
 from rig.modbus_oracle import Oracle
 from rig.specs import changed, controller_of
 from suite import amount
+from test_slave import SHORT, pdu, requests
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces import modbus_frames as frames

@@ -1,15 +1,303 @@
-"""The slave's C on this computer: against the oracle, and case by case what happens on its line:
-bytes, flags, silences, and what follows."""
+"""The slave's C on this computer, in a world with two loops: against the oracle, and case by case
+what happens on its line: bytes, flags, silences, and what follows."""
 
+import math
+import random
+import re
 import struct
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from modbus_host import ADDRESS, frame, fuzz, played, received, run, slave_world, ticks
+from rig.hosted import World, play, world_of
+from rig.modbus_oracle import GAINS, MODES, Oracle
+from rig.specs import sources_of, spec_of
 from suite import amount
 
-from heatwright.sim.interfaces.modbus_frames import framed
+from heatwright.sim.interfaces.modbus_frames import crc, framed
+
+SLAVE = r"""
+heatwright: 1
+controller: {name: shape, title: '50 °C "of" \ ??/ {{ %s }}', board: mega2560}
+sensors:
+  air: {kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, oversample: 4,
+    curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}, range: -20 °C .. 300 °C}
+  bed: {kind: thermistor, pin: A3, divider: {pull_up: 4.7 kΩ}, oversample: 4,
+    curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}, range: -20 °C .. 300 °C}
+  shunt: {kind: current, pin: A4, scale: 0.2 V/A}
+outputs:
+  heater: {kind: pwm, pin: D46, frequency: 100 Hz, power: 40 W}
+  hot_bed: {kind: digital, pin: D22, power: 100 W, supply: 24 V,
+    current: {sensor: shunt, trip: 6 A}}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    period: 500 ms
+    algorithm: {kind: pid, kp: 8, ki: 0.05, kd: 30, derivative_filter: 4 s,
+      integral: {maximum: 60 %}}
+    autotune: {}
+    setpoint: {initial: 20 °C, minimum: -5 °C, maximum: 250 °C}
+    protection: {maximum: 280 °C, minimum: -10 °C, rise_rate: 20 K/s, frozen: off}
+  bed:
+    sensor: bed
+    heater: hot_bed
+    period: 1 s
+    algorithm: {kind: on_off, hysteresis: 1 K}
+    setpoint: {initial: 20 °C, minimum: 10 °C, maximum: 70.5 °C}
+    protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s, frozen: off}
+interfaces:
+  - {kind: modbus_rtu, address: 17, baud: 1200, parity: odd, driver_enable: D37}
+"""
+"""A loop with gains and one with a measured current."""
+ADDRESS = 17
+LETTERS = {
+    "fault": "f", "fault_temperature": "F", "fault_time": "T", "uptime": "n", "air.missing": "m",
+    "air.temperature": "t", "air.has_reading": "h", "air.reading": "r", "air.duty": "d",
+    "air.setpoint_in_force": "c", "air.states": "S", "bed.states": "B", "air.tuning": "a",
+    "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",
+}  # fmt: skip
+"""Of world.c, by the names that the oracle knows them by."""
+
+
+def slave_world() -> World:
+    """Return the slave's files in their world."""
+    files = [name for name in sources_of(SLAVE) if re.fullmatch(r"modbus.*\.c", name)]
+    return world_of(SLAVE, files, Path(__file__).with_name("world.c"))
+
+
+# -- a script --------------------------------------------------------------------------------------
+
+
+def frame(data: bytes) -> bytes:
+    """A frame comes in, with silence behind it, and is answered."""
+    return b"f" + struct.pack("<H", len(data)) + data
+
+
+def received(data: bytes) -> bytes:
+    """Bytes come in."""
+    return b"r" + struct.pack("<H", len(data)) + data
+
+
+def ticks(count: int) -> bytes:
+    return b"t" + struct.pack("<H", count)
+
+
+def value(name: str, number: float) -> bytes:
+    return b"v" + LETTERS[name].encode() + struct.pack("<f", number)
+
+
+def run(slave: Path, script: Iterable[bytes]) -> list[bytes]:
+    """Play a script; return what came out, piece by piece."""
+    pieces, rest = [], memoryview(play(slave, script))
+    while rest:
+        size = rest[0] | rest[1] << 8
+        pieces.append(bytes(rest[2 : 2 + size]))
+        rest = rest[2 + size :]
+    return pieces
+
+
+# -- by the oracle ---------------------------------------------------------------------------------
+
+READ_ALL = [
+    bytes.fromhex(text)
+    for text in (
+        "01 0000 0003", "01 0064 0003", "01 00c8 0001", "02 0000 0001", "02 0064 0005",
+        "02 00c8 0005", "03 0064 0008", "03 00c8 0001", "04 0000 0010", "04 0064 0007",
+        "04 00c8 0006",
+    )
+]  # fmt: skip
+WORLDS: tuple[dict[str, float], ...] = (
+    {},
+    {"air.has_reading": 1, "air.temperature": 21.25, "air.duty": 37.5, "air.setpoint_in_force": 20,
+     "air.states": 3, "bed.states": 1, "uptime": 70000, "bed.current": 3.456},
+    {"air.temperature": -12.36, "air.missing": 1, "air.reading": 17, "air.duty": 100,
+     "air.setpoint_in_force": -5, "air.states": 2, "air.tuning": 3, "bed.current": -0.5,
+     "bed.has_reading": 1, "bed.temperature": 55.55, "bed.missing": 3},
+    {"air.missing": 0, "air.temperature": 4000, "fault_temperature": -4000, "fault_time": 100000,
+     "uptime": 262144, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0},
+    {"air.temperature": 20.05, "air.states": 13, "uptime": 5, "fault_temperature": 285.44,
+     "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1},
+)  # fmt: skip
+"""What changes about the slave, round by round."""
+FAULTS = (0, 1, 22)
+
+
+class Play(NamedTuple):
+    """What is said to the slave, and what it has to answer."""
+
+    script: tuple[bytes, ...]
+    asked: tuple[bytes, ...]
+    expected: tuple[bytes, ...]
+    """To each that is asked the answer, and the state afterwards."""
+
+
+def written(steps: Iterable[bytes | tuple[str, float]]) -> Play:
+    """Let the oracle answer frames, in a world that others change."""
+    oracle = Oracle(spec_of(SLAVE).controller)
+    script, asked, expected = [], [], []
+    for step in steps:
+        if isinstance(step, bytes):
+            script += [frame(step), b"s"]
+            asked.append(step)
+            expected += [oracle.hear(step), shown(oracle)]
+            continue
+        name, number = step
+        script.append(value(name, number))
+        if name == "fault":
+            oracle.fault = int(number)
+        else:
+            oracle.world[name] = number
+    return Play(tuple(script), tuple(asked), tuple(expected))
+
+
+def played(slave: Path, play: Play) -> str:
+    """Say where the slave differs from the oracle; an empty text if nowhere."""
+    answers = run(slave, play.script)
+    if len(answers) != len(play.expected):
+        return f"{len(answers)} answers, not {len(play.expected)}"
+    for index, (got, want) in enumerate(zip(answers, play.expected, strict=True)):
+        if got != want:
+            asked = play.asked[index // 2].hex(" ")
+            return f"{asked}: {('answers', 'then it is')[index % 2]} {got!r} instead of {want!r}"
+    return ""
+
+
+def shown(oracle: Oracle) -> bytes:
+    """What world.c shows of the state after each frame."""
+    air, bed = oracle.loops["air"], oracle.loops["bed"]
+    calls = [oracle.calls["store"], oracle.calls["restore"], oracle.calls["tune"] & 0xFF]
+    counters = [count & 0xFFFF for count in oracle.counters.values()]
+    numbers = [
+        oracle.fault, oracle.acknowledged & 0xFF, air.setpoint, air.enabled, air.released,
+        MODES.index(air.mode), air.manual_duty, *(air.gains[gain] for gain in GAINS), bed.setpoint,
+        bed.enabled, bed.released, *calls, *counters, 0, oracle.counters["requests"] > 0,
+    ]  # fmt: skip
+    return " ".join(f"{number:.9g}" for number in numbers).encode()
+
+
+@cache
+def fuzz(seed: int, count: int) -> Play:
+    """Frames, and now and then another world, a fault, and a reading of everything."""
+    return written(_steps(seed, count))
+
+
+def _steps(seed: int, count: int) -> Iterator[bytes | tuple[str, float]]:
+    for index, each in enumerate(requests(seed, count, ADDRESS)):
+        if index % 50 == 0:
+            yield from WORLDS[index // 50 % len(WORLDS)].items()
+            if index % 200 == 0:
+                yield ("fault", float(FAULTS[index // 200 % 3]))
+            for pdu in READ_ALL:
+                yield framed(ADDRESS, pdu)
+        yield each
+
+
+# -- requests by chance: right ones near the edges of a map, wrong lengths and values, damage ------
+
+FUNCTIONS = (1, 2, 3, 4, 5, 6, 15, 16, 17, 22, 23, 43, 43, 16, 5)
+ADDRESSES = (*range(-1, 4), *range(8, 18), *range(97, 110), *range(197, 208), 299, 300, 0x8000)
+SHORT = (0, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 9)
+COUNTS = (*SHORT, 16, 17, 121, 122, 123, 124, 125, 126, 1968, 2000, 2001)
+WORDS = (
+    0, 1, 99, 100, 199, 200, 201, 300, 301, 599, 700, 704, 705, 706, 800, 801, 999, 1000, 1001,
+    2499, 2500, 2501, 3200, 3201, 0xFF00, 0xFFCE, 0xFFCD, 0x7FFF, 0x8000, 0x7FC0, 0x7F80, 0x4974,
+    0x2400, 0x2401, 0x3F80, 0xBF80, 0xFFFF,
+)  # fmt: skip
+GAIN_VALUES = (0.0, -0.0, 0.1, 1e6, 1_000_000.0625, 1e9, -1e-3, math.inf, math.nan)
+COILS = (0, 1, 2, 100, 100, 101, 102, 200)
+
+
+def requests(
+    seed: int, count: int, address: int, counts: Sequence[int] = COUNTS
+) -> Iterator[bytes]:
+    """Yield frames as they come in, CRC included; the same for the same seed."""
+    chance = random.Random(seed)  # noqa: S311 - no secret
+    for _ in range(count):
+        yield _frame(chance, address, counts)
+
+
+def _frame(chance: random.Random, address: int, counts: Sequence[int]) -> bytes:
+    kind = chance.random()
+    if kind < 0.03:
+        return chance.randbytes(chance.choice((1, 2, 3, 4, 5, 8, 40, 255, 256, 257, 300)))
+    (to,) = chance.choices((address, 0, chance.randrange(256)), (90, 5, 5))
+    body = bytes([to]) + pdu(chance, counts)
+    if kind < 0.1:
+        body = body[: chance.randrange(1, len(body) + 1)]
+    elif kind < 0.15:
+        body += chance.randbytes(chance.randrange(1, 4))
+    frame = bytearray(body + crc(body))
+    if 0.15 <= kind < 0.2:
+        frame[chance.randrange(len(frame))] ^= 1 << chance.randrange(8)
+    return bytes(frame)
+
+
+def pdu(chance: random.Random, counts: Sequence[int] = COUNTS) -> bytes:
+    """Return a request, often one that may be served."""
+    if chance.random() < 0.4:
+        return _apt(chance)
+    function = chance.choice((*FUNCTIONS, chance.randrange(256)))
+    first = chance.choice(ADDRESSES) & 0xFFFF
+    counted = struct.pack(">HH", first, chance.choice(COUNTS))
+    count = chance.choice((*range(1, 9), *counts))
+    size = (count + 7) // 8
+    second = struct.pack(">H", chance.choice(ADDRESSES) & 0xFFFF)
+    bodies = {
+        **dict.fromkeys((1, 2, 3, 4), counted),
+        5: struct.pack(">HH", first, chance.choice((0, 0, 0xFF00, 0xFF00, 1, 0xFFFF))),
+        6: struct.pack(">HH", first, chance.choice(WORDS)),
+        15: struct.pack(">HH", first, count) + _sized(chance, chance.randbytes(min(size, 246))),
+        16: struct.pack(">H", first) + _words(chance, chance.choice(counts)),
+        17: b"",
+        22: struct.pack(">HHH", first, chance.choice(WORDS), chance.choice(WORDS)),
+        23: counted + second + _words(chance, min(chance.choice(counts), 121)),
+        43: bytes([chance.choice((14, 14, 14, 14, 13)), chance.randrange(6), chance.randrange(7)]),
+    }
+    return bytes([function]) + bodies.get(function, chance.randbytes(chance.randrange(8)))
+
+
+def _apt(chance: random.Random) -> bytes:
+    """Choose what a master says that knows the map."""
+    on, coil = chance.choice((0, 0xFF00)), chance.choice(COILS)
+    duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001, 0xFFFF)), chance.choice(GAIN_VALUES)
+    write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
+    some, many, block = chance.randrange(1, 4), chance.randrange(8), chance.choice((0, 100, 100))
+    few, size = chance.randrange(1, some + 1), chance.choice((246, 247))
+    return chance.choice(
+        (
+            struct.pack(">BHH", 5, coil, on),
+            struct.pack(">BHH", 5, coil, on),
+            struct.pack(">BHHBB", 15, 100, 3, 1, many),
+            struct.pack(">BHHBB", 15, block + 3 - some, few, 1, chance.randrange(256)),
+            struct.pack(">BHH", 5, 100, on),
+            struct.pack(">BHH", 6, 101, duty),
+            struct.pack(">BHH", 6, 100, chance.randrange(3300)),
+            struct.pack(">BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
+            b"\x10" + write_gain,
+            struct.pack(">BHHBHHf", 16, 100, 4, 8, chance.choice((200, 9999)), duty, kp),
+            struct.pack(">BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
+            struct.pack(">BHH", 23, 102, 2) + write_gain,
+            struct.pack(">BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
+            struct.pack(">BHHBHH3f", 16, 100, 8, 16, chance.choice((200, 9999)), duty, kp, 0.0, 3),
+            struct.pack(">BHHB", 15, 100, 1722 + size, size) + bytes(size),
+        )
+    )
+
+
+def _sized(chance: random.Random, data: bytes) -> bytes:
+    """Put its size before data; now and then another one, and data that go with that."""
+    if chance.random() < 0.05:
+        data = (data + bytes(3))[: max(0, len(data) + chance.choice((-1, 1, 2)))]
+    return bytes([len(data) & 0xFF]) + data
+
+
+def _words(chance: random.Random, count: int) -> bytes:
+    values = [chance.choice(WORDS) for _ in range(min(count, 123))]
+    return struct.pack(">H", count) + _sized(chance, struct.pack(f">{len(values)}H", *values))
+
 
 SEEDS = 4
 PARITY, OVERRUN, FRAMING = 1 << 2, 1 << 3, 1 << 4
@@ -86,7 +374,7 @@ CASES = [
 
 @pytest.fixture(scope="session")
 def slave() -> Path:
-    """The slave as a program of this computer: see modbus_host."""
+    """The slave as a program of this computer."""
     return slave_world().sanitized().program()
 
 

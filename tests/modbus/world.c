@@ -273,13 +273,6 @@ static void show(void)
     put(text, (unsigned)size);
 }
 
-static void ticks(unsigned count)
-{
-    while (count-- != 0) {
-        modbus_tick();
-    }
-}
-
 static void do_one(int command)
 {
     switch (command) {
@@ -291,7 +284,11 @@ static void do_one(int command)
     case 'p': leave(next_byte()); break;
     case 's': show(); break;
     case 'x': receive(next_byte()); break;
-    case 't': ticks(next_word()); break;
+    case 't':
+        for (unsigned left = next_word(); left != 0; left--) {
+            modbus_tick();
+        }
+        break;
     case 'v': set(next_byte()); break;
     case 'l': put((const uint8_t[]) { UBRR0 & 0xFF, (uint8_t)(UBRR0 >> 8), UCSR0A, UCSR0C, TCCR2A,
         TCCR2B, PORTE & 1u, DDRE & 1u }, 8); break;
