@@ -16,24 +16,10 @@ from host_stretches_programmed import ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
+from heatwright.sim.reference import program_state as program
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import (
-    IDLE,
-    JUMP,
-    MEMBERS,
-    PAUSE,
-    PAUSED,
-    POWER_COLD,
-    POWER_UNREADABLE,
-    RESTORING,
-    RETURNING,
-    RUNNING,
-    START,
-    STOP,
-    STOPPED,
-    ProgramState,
-)
+from heatwright.sim.reference.program_state import MEMBERS, ProgramState
 from heatwright.spec import Controller
 
 FIRINGS = 80
@@ -86,14 +72,17 @@ class _Noted:
             last = state
 
     def _step(self, last: State, now: State) -> None:
-        order, active = now["program.order"], last["program.state"] != IDLE
+        order, active = now["program.order"], last["program.state"] != program.IDLE
         followed = ("program.state", "program.segment")
         changed = any(now[key] != last[key] for key in followed)
         self._since += 1
-        due = now["program.state"] in (RUNNING, RETURNING) and self._since >= self._every
-        self.saves += order == START and active  # acknowledged and started at once
-        self.saves += order in (STOP, PAUSE)  # before the step that obeys
-        if changed or due or order in (START, JUMP):
+        due = (
+            now["program.state"] in (program.RUNNING, program.RETURNING)
+            and self._since >= self._every
+        )
+        self.saves += order == program.START and active  # acknowledged and started at once
+        self.saves += order in (program.STOP, program.PAUSE)  # before the step that obeys
+        if changed or due or order in (program.START, program.JUMP):
             self._since = 0
             self.saves += 1
             self.record = now
@@ -103,10 +92,10 @@ def _program_of(record: State | None) -> ProgramState:
     """The state of a program after a reset, by docs/control.md, "Loss of power"."""
     if record is None:
         return ProgramState()
-    if record["program.state"] == IDLE:
+    if record["program.state"] == program.IDLE:
         return ProgramState(ended=record["program.ended"], number=record["program.number"])
     kept = {name: record[f"program.{name}"] for name, _ in MEMBERS if name not in NOT_KEPT}
-    kept["state"] = PAUSED if kept["state"] == PAUSED else RESTORING
+    kept["state"] = program.PAUSED if kept["state"] == program.PAUSED else program.RESTORING
     return ProgramState(**{**kept, "before_c": record["temperature_c"]})
 
 
@@ -166,7 +155,7 @@ def _run(host: Host) -> None:
     _erase(host)
     host.set_reading(0, scale_of(host.build.controller).code(BEGIN_C))
     host.step()
-    host.order(START, 1)
+    host.order(program.START, 1)
     for _ in range(3):
         host.step()
     host.library.host_settle()
@@ -184,7 +173,9 @@ def _edges(host: Host, _: str) -> Iterator[str]:
     assert host.build.controller.programs is not None
     after, scale = host.build.controller.programs.after_power_loss, scale_of(host.build.controller)
     gone = scale.code(after.resume_within_k) - scale.code(0.0)
-    state, ended = (PAUSED, 0) if after.otherwise == "pause" else (IDLE, POWER_COLD)
+    state, ended = (
+        (program.PAUSED, 0) if after.otherwise == "pause" else (program.IDLE, program.POWER_COLD)
+    )
     for sign in (-1, 1):
         for further in (0, 1):
             _run(host)
@@ -196,7 +187,7 @@ def _edges(host: Host, _: str) -> Iterator[str]:
             if host.library.progress_saves() != before + 1:
                 yield "what was decided is not saved"
             resumes = gone and not further
-            wanted = {"state": RETURNING, "leap": 1, "ended": 0}
+            wanted = {"state": program.RETURNING, "leap": 1, "ended": 0}
             wanted = wanted if resumes else {"state": state, "leap": 0, "ended": ended}
             yield from _expect(host, f"{sign * (gone + further)} steps away", **wanted)
 
@@ -204,20 +195,20 @@ def _edges(host: Host, _: str) -> Iterator[str]:
 def _asked(host: Host, _: str) -> Iterator[str]:
     """What was paused waits for the operator, and a stop does not wait for a reading."""
     _run(host)
-    host.order(PAUSE)
+    host.order(program.PAUSE)
     host.step()
     host.library.host_settle()
     host.power_up()
     for _ in range(2):
-        yield from _expect(host, "paused", state=PAUSED, number=1, ended=0)
+        yield from _expect(host, "paused", state=program.PAUSED, number=1, ended=0)
         host.step()
     for status in (0, 1):
         _run(host)
         host.power_up()
         host.set_reading(status, scale_of(host.build.controller).code(BEGIN_C))
-        host.order(STOP)
+        host.order(program.STOP)
         host.step()
-        yield from _expect(host, "stopped", state=IDLE, ended=STOPPED)
+        yield from _expect(host, "stopped", state=program.IDLE, ended=program.STOPPED)
 
 
 def _edited(host: Host, _: str) -> Iterator[str]:
@@ -233,14 +224,14 @@ def _edited(host: Host, _: str) -> Iterator[str]:
     for _ in range(2):
         host.power_up()
         wanted = {name: 0 for name, _ in MEMBERS}
-        wanted |= {"number": 1, "ended": POWER_UNREADABLE}
+        wanted |= {"number": 1, "ended": program.POWER_UNREADABLE}
         yield from _expect(host, "edited", **wanted)
         library.host_settle()
     _run(host)
     library.programs_write(2, library.program_loaded())
     library.host_settle()
     host.power_up()
-    yield from _expect(host, "another place edited", state=RESTORING, number=1)
+    yield from _expect(host, "another place edited", state=program.RESTORING, number=1)
 
 
 def _senseless(host: Host, _: str) -> Iterator[str]:
@@ -249,7 +240,7 @@ def _senseless(host: Host, _: str) -> Iterator[str]:
     places: list[tuple[str, list[tuple[float, bool]]]] = [
         ("segment", [(0, False), (1, True), (6, True), (7, False)]),
         ("number", [(0, False), (8, False), (9, False), (1, True)]),
-        ("state", [(RETURNING, True), (RESTORING, False), (5, False)]),
+        ("state", [(program.RETURNING, True), (program.RESTORING, False), (5, False)]),
     ]
     edges = [(limits.minimum_c, True), (limits.maximum_c, True), (nan, False)]
     edges += [(limits.minimum_c - 1, False), (limits.maximum_c + 1, False)]
@@ -273,5 +264,5 @@ def _saved(host: Host, when: str, *, goes_on: bool) -> Iterator[str]:
     host.library.progress_save()
     host.library.host_settle()
     host.power_up()
-    state, ended = (RESTORING, 0) if goes_on else (IDLE, POWER_UNREADABLE)
+    state, ended = (program.RESTORING, 0) if goes_on else (program.IDLE, program.POWER_UNREADABLE)
     yield from _expect(host, when, state=state, ended=ended)

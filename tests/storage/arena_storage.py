@@ -2,18 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from host_builds import build_of_spec
+from rig.avr import Firmware
 from rig.specs import sources_of, spec_of
 from storage_host import Kept
 from storage_programs import Programs
 from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import text_of
-from storage_waits import compiled, waits_problem
+from storage_waits import waiting, waits_problem
 
-from heatwright.sim.elf import Elf
 from heatwright.sim.host import Host, HostBuild
 
 
@@ -51,37 +52,16 @@ class StorageArena:
         return self.kind(Host(replace(self._build, library=built)), short=True).problem()
 
 
-@dataclass
-class WaitsArena:
+def waits(machine: str, *files: str) -> Firmware:
     """The same files on the simulated processor, whose EEPROM is not ready at once."""
-
-    machine: str
-    files: tuple[str, ...]
-    together = False
-
-    @property
-    def name(self) -> str:
-        return f"storage/{self.machine}/waits"
-
-    def sources(self) -> Mapping[str, str]:
-        found = sources_of(text_of(self.machine))
-        return {name: found[name] for name in self.files}
-
-    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
-        del folder  # the rig has its own
-        return compiled(self.machine, changed).path
-
-    def prepare(self) -> None:
-        """Nothing is shared."""
-
-    def problem(self, built: Path) -> str:
-        return waits_problem(self.machine, Elf(built))
+    checks = (partial(waits_problem, machine),)
+    return Firmware(f"storage/{machine}/waits", waiting(machine), files, checks)
 
 
-ARENAS = [
+ARENAS: list[StorageArena | Firmware] = [
     StorageArena("few", "programs.c", Programs),
     StorageArena("few", "progress.c", Progresses),
     StorageArena("typed", "settings.c", SettingsKept),
-    WaitsArena("few", ("programs.c", "progress.c")),
-    WaitsArena("typed", ("settings.c",)),
+    waits("few", "programs", "progress"),
+    waits("typed", "settings"),
 ]

@@ -173,9 +173,6 @@ class Firing:
             self._operate(state)
 
     def _operate(self, state: int) -> None:
-        self.device.send(self._order(state))
-
-    def _order(self, state: int) -> str:
         random = self._random
         jump = f"#10 {random.randint(1, 6)};"
         orders = {
@@ -184,7 +181,7 @@ class Firing:
             PAUSED: ["#9 1;", "#9 1;", jump, "#17;", GAINS],
         }
         order = random.choice(orders.get(state, ["#9 0;", "#17;"]))
-        return {EDIT: self._edit, GAINS: self._gains}.get(order, lambda: order)()
+        self.device.send({EDIT: self._edit, GAINS: self._gains}.get(order, lambda: order)())
 
     def _edit(self) -> str:
         """Another program at one of the places, on the display."""

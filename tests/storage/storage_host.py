@@ -3,7 +3,7 @@
 Each check says what is wrong, if anything is.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from random import Random
 from typing import Any
@@ -44,27 +44,17 @@ class Kept:
 
     # ---- what it is; each kind says it ----
 
-    def save(self, value: Any) -> None:
-        """Let it be written from now on."""
-        raise NotImplementedError
-
-    def found(self) -> Any:
-        """What the firmware says it is."""
-        raise NotImplementedError
-
-    def known(self, image: bytes) -> Any:
-        """What the firmware has to say it is."""
-        raise NotImplementedError
-
-    def slot_at(self, slot: int) -> int:
-        raise NotImplementedError
-
-    def slot_bytes(self, turn: int, value: Any, digest: bytes | None = None) -> bytes:
-        raise NotImplementedError
-
-    def used(self, slot: int, turn: int) -> bytes:
-        """An EEPROM in use: every slot written, the newest with `old`."""
-        raise NotImplementedError
+    save: Callable[[Any], None]
+    """Let it be written from now on."""
+    found: Callable[[], Any]
+    """What the firmware says it is."""
+    known: Callable[[bytes], Any]
+    """What the firmware has to say it is, with this EEPROM."""
+    slot_at: Callable[[int], int]
+    slot_bytes: Callable[..., bytes]
+    """Of a turn and a value, perhaps with the digest of another spec."""
+    used: Callable[[int, int], bytes]
+    """An EEPROM in use: every slot written, the newest, with this turn, with `old`."""
 
     def beside(self, image: bytes, when: str, *, done: bool) -> Iterator[str]:
         """What else must be so after one was saved, or cut short, over an EEPROM."""

@@ -1,8 +1,6 @@
 """What writes, in a processor of its own: how long a tick of it takes at most."""
 
-from collections.abc import Mapping
-
-from rig.avr import Board, board_of, part
+from rig.avr import Board, Program, board_of
 from storage_specs import text_of
 
 from heatwright.sim.elf import Elf
@@ -48,8 +46,8 @@ MOST_S = 500e-6
 """A byte takes 3.3 ms to write; a record is made, and its CRC, in much less."""
 
 
-def compiled(machine: str, changed: Mapping[str, str] | None = None) -> Elf:
-    return part(text_of(machine), FILES, MAIN, changed=changed)
+def waiting(machine: str) -> Program:
+    return Program(text_of(machine), FILES, MAIN)
 
 
 def waits_problem(machine: str, elf: Elf) -> str:

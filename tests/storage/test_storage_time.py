@@ -3,7 +3,7 @@
 import pytest
 from storage_firing import Firing, FiringByKeys, machine
 from storage_verdict import Book
-from storage_waits import compiled, waits_problem
+from storage_waits import waiting, waits_problem
 
 ROWS = 1500
 WAIT_S = 100e-6
@@ -34,4 +34,4 @@ def test_no_access_waits_for_another(example, firing_of, monkeypatch):
 
 @pytest.mark.parametrize("machine", ["few", "typed"])
 def test_nor_where_all_want_to_write_at_once(machine):
-    assert waits_problem(machine, compiled(machine)) == ""
+    assert waits_problem(machine, waiting(machine).elf()) == ""
