@@ -30,10 +30,7 @@ def generated() -> dict[str, str]:
 
 @pytest.fixture
 def place(generated: dict[str, str]) -> Iterator[Path]:
-    """A configuration folder with the generated files, as a user copies them.
-
-    One word is changed: the kernel's pseudo-terminals have no parity.
-    """
+    """A folder with the generated files, but no parity: the kernel's pseudo-terminals have none."""
     with hal_session.folder() as folder:
         for name, text in generated.items():
             (folder / name).write_text(text.replace("SERIAL_PARITY = even", "SERIAL_PARITY = none"))

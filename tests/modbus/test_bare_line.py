@@ -52,10 +52,7 @@ CALM = {
 def slave_of(
     name: str, baud: int | None = None, *replaced: tuple[str, str], warm_c: float = 45.0
 ) -> tuple[Controller, AvrDevice]:
-    """Return an example, with another speed of its line and other parts, in a processor.
-
-    All its sensors are as warm.
-    """
+    """Power an example, with other parts and speed of its line; all its sensors are as warm."""
     text = changed(name, *replaced)
     if baud is not None:
         text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
