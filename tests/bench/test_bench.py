@@ -52,17 +52,6 @@ def test_a_held_key_is_one_press(chamber):
     assert device.steps("air")["setpoint_c"].tolist() == [30, 30, 40, 40]
 
 
-def test_select_acknowledges(chamber):
-    device = ReferenceDevice(chamber)
-    device.sense("air", 90.0)
-    device.advance(2.5)
-    device.sense("air", 30.0)
-    device.advance(4.5)
-    device.press("select")
-    device.advance(6.5)
-    assert device.steps("air")["fault.code"].tolist() == [6, 6, 6, 6, 0, 0]
-
-
 def test_readings_are_what_the_sensor_felt_when_its_conversion_began(run):
     log = run.steps["air"]
     felt_c = np.interp(log["time_s"] - 0.8, run.times_s, run.sensed_c["air"])  # row before 0.78 s

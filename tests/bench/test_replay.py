@@ -41,7 +41,7 @@ TOLD = {
 }
 LOGS = ("chamber", *TOLD)
 OCCUR = {
-    "chamber": {"fault.code": {0, 8}},
+    "chamber": {"fault.code": {0, 8}, "fault.acknowledgements": {0, 1}},
     "extruder": {
         "mode": {0, 1, 2}, "fault.code": {0, 19}, "autotune.starts": {0, 1, 2, 4},
         "fault.acknowledgements": {0, 1, 2}, "autotune.result": {0, 1, 4},

@@ -309,7 +309,6 @@ class SettingsKept(Kept):
             wanted = kept._replace(setpoint_c=setpoint_c if taken else setpoint.initial_c)
             yield from self.expect(f"setpoint {setpoint_c}", wanted)
         tried = (-1e-30, GAIN_MAXIMUM + 0.1, inf, nan, 0.0, GAIN_MAXIMUM)
-        tried = (-1e-30, GAIN_MAXIMUM + 0.1, inf, nan, 0.0, GAIN_MAXIMUM)
         for each, gain in product(range(places), tried):
             changed = [*self.old.gains]
             changed[each] = gain
