@@ -1,24 +1,31 @@
 """The generated C, on the host: what each judge of the mutants holds of it, and the reference."""
 
+from random import Random
+
 import host_specs
 import numpy as np
 import pytest
 from arena_host import judges_of
-from host_control import run_problem
-from host_courses import inputs_of, kinds_of
-from host_reference import Way
+from host_builds import build_of_spec
+from host_control import STRETCHES, run_problem
+from host_courses import inputs_of, kinds_of, random_course
+from host_reference import Way, first_difference
 from host_stretches import Stretch
 from host_text import MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig.controllers import drawings
 from storage_host import Kept
 from storage_programs import Programs
 from storage_progress import Progresses
 from storage_settings import SettingsKept
-from suite import amount
+from suite import SEED, amount
 
+from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
+from heatwright.sim.reference.held import has_minimum
+from heatwright.spec import DigitalOutput
 
 KEPT: dict[type[Kept], tuple[str, ...]] = {
     Programs: ("few", "many", "usual"),
@@ -113,3 +120,35 @@ def test_any_number_is_rounded_half_away_from_zero_inside_its_text(hosts, value,
 def test_every_temperature_of_the_sensor_is_written_exactly(hosts, decimals):
     for raw in range(-(2**15), 2**15):
         assert code_problem(hosts("switch_lead"), raw, decimals) == ""
+
+
+# ---- any controller that the language allows, with one loop ----
+
+COURSES = 4
+OTHER_CODES = ("over", "leak")
+"""Stretches whose codes are those of the current sensor of `host_specs`."""
+
+
+@pytest.mark.parametrize("number", range(amount("host_drawn_controllers")))
+def test_any_controller_on_the_host_is_the_reference(number: int) -> None:
+    random = Random(f"host {SEED} {number}")  # noqa: S311 - no secret
+    drawn = next(drawings(random, loops=(1,)))
+    controller = drawn.spec.controller
+    ((_, loop),) = controller.loops.items()
+    cooler = controller.outputs[loop.cooler] if loop.cooler else None
+    kinds = tuple(kind for kind in kinds_of(controller) if kind not in OTHER_CODES)
+    host = Host(build_of_spec(drawn.spec))
+    for _ in range(COURSES):
+        inputs = inputs_of(controller, random_course(random, STRETCHES, kinds))
+        wanted = Way(controller).expected(inputs, host.type)
+        wanted = wanted._replace(heater_counts=wanted.heater_counts % 2**32)  # as the host's are
+        if isinstance(cooler, DigitalOutput) and has_minimum(cooler):
+            # It decides by itself when it ends, and the heater waits for it.
+            host.erase()
+            host.power_up()
+            nothing = np.full(len(inputs), np.nan)
+            states = wanted._replace(heater_counts=nothing)
+            assert first_difference(host.run(inputs), states) == "", drawn
+        else:
+            assert run_problem(host, inputs, wanted) == "", drawn
+    host.close()
