@@ -89,21 +89,15 @@ def test_a_stop_and_kept_gains_outlast_the_power(board: BinaryBoard) -> None:
 
 def in_the_firmware() -> set[str]:
     text = (ROOT / "templates" / "interfaces" / "gcode.c.j2").read_text("utf-8")
-    functions = {"G": ("do_g",), "M": ("do_m", "do_gains", "do_feed")}
     found = set()
-    for letter, names in functions.items():
-        for name in names:
-            body = text.partition(f"static bool {name}(void)\n")[2].partition("\n}\n")[0]
-            found |= {f"{letter}{number}" for number in re.findall(r"case (\d+):", body)}
+    for name, letter in {"do_g": "G", "do_m": "M", "do_gains": "M", "do_feed": "M"}.items():
+        body = text.partition(f"static bool {name}(void)\n")[2].partition("\n}\n")[0]
+        found |= {f"{letter}{number}" for number in re.findall(r"case (\d+):", body)}
     return found
 
 
 def test_every_command_is_told_and_no_other() -> None:
     page = (ROOT / "docs" / "gcode.md").read_text("utf-8")
     table = page.partition("## Commands")[2].partition("\n`G0` to")[0]
-    told = {
-        command
-        for row in re.findall(r"^\| (`[^|]+`[^|]*)\|", table, re.MULTILINE)
-        for command in re.findall(r"\b[GM]\d+\b", row)
-    }
-    assert told == in_the_firmware()
+    rows = re.findall(r"^\| (`[^|]+`[^|]*)\|", table, re.MULTILINE)
+    assert set(re.findall(r"\b[GM]\d+\b", "".join(rows))) == in_the_firmware()

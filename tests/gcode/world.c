@@ -2,9 +2,9 @@
  *
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
  * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of
- * nozzle and bed in degrees (16 bits, signed), 's', the nozzle's setpoint by somebody else; 'f', a fault's code, 'a', a tuning's result, and 'w',
- * how often its relay has switched (8 bits each). What is sent goes to standard output; `=` lines
- * show the state at the end.
+ * nozzle and bed in degrees (16 bits, signed), 's', the nozzle's setpoint by somebody else; 'f', a
+ * fault's code, 'a', a tuning's result, and 'w', how often its relay has switched (8 bits each).
+ * What is sent goes to standard output; `=` lines show the state at the end.
  */
 #include <math.h>
 
