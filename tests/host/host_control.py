@@ -8,7 +8,15 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from host_courses import LONG_SILENCE, LOWERED, inputs_of, kinds_of, random_course, random_firing
+from host_courses import (
+    LONG_SILENCE,
+    LOWERED,
+    RISEN,
+    inputs_of,
+    kinds_of,
+    random_course,
+    random_firing,
+)
 from host_reference import TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from host_stretches import Stretch
 from host_stretches_commanded import CRITICAL_C, TUNINGS
@@ -49,7 +57,7 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     """
     controller = host_specs.spec_of(name).controller
     kinds, programmed = kinds_of(controller), name in host_specs.PROGRAMMED
-    courses = [LONG_SILENCE, LOWERED]
+    courses = [LONG_SILENCE, LOWERED, RISEN]
     if name in host_specs.COMMANDED:
         courses += [
             *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),

@@ -46,6 +46,10 @@ LOWERED = [
 maximum although the error is negative."""
 
 
+RISEN = [Stretch("setpoint", 3, 3), *(Stretch("rise_by", 3, value) for value in range(6))]
+"""At full power, rises by what rules wait for to the bit."""
+
+
 def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> list[Stretch]:
     return [
         _begun(random, random.choice(kinds))._replace(
