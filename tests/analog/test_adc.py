@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
 from rig.avr import whole
-from rig.specs import example, spec_of
+from rig.specs import spec_of
 
 from heatwright.sim.chain import ChainError, chain_errors, convert, table_of
 from heatwright.sim.circuits import shares
@@ -214,12 +214,6 @@ def test_it_is_exact_to_one_step(site: tuple[str, Spec, Elf]) -> None:
     assert found.table_steps <= found.chain_steps <= 1.0
     assert len(found.rows) == 7
     assert found.chain_error >= max(row.error for row in found.rows) > 0
-
-
-@pytest.mark.parametrize("name", ["extruder", "feeder"])
-def test_the_examples(name: str) -> None:
-    found = chain_errors(example(name).controller, whole(name))
-    assert all(each.passed for each in found)
 
 
 def test_the_reference_reads_the_same_table(site: tuple[str, Spec, Elf]) -> None:

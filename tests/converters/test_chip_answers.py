@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rig.avr import running
-from test_chips import AUTO, FIFTY, FIRST_S, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench, code_of
+from test_chips import AUTO, FIFTY, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench
 
 from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.shim import load
@@ -74,34 +73,10 @@ def test_codes_of_the_data_sheet(kind: str) -> None:
         assert found == bits, celsius
 
 
-def test_a_max6675_answers(old: Bench) -> None:
-    old.chip.sense(700.0)
-    old.run(max6675.LONGEST_S)
-    assert old.word() == 2800 << 3 | 1  # D0 is three-state: our pull-up
-    old.run(max6675.LONGEST_S)
-    assert old.word(pull_up=False) & ~1 == 2800 << 3
-    assert (old.chip.port.violations, old.chip.reads) == (0, 2)
-
-
 def test_more_clocks_than_bits_bring_nothing(old: Bench) -> None:
     old.chip.sense(10.0)
     old.run(max6675.LONGEST_S)
     assert old.reader.read(24) == (40 << 3) << 8 | 0x1FF
-
-
-def test_plugged_in_and_pulled_out_while_selected(old: Bench) -> None:
-    """What is left of the wires' levels does not matter: it starts with the next answer."""
-    old.chip.unplug()
-    old.chip.unplug()
-    old.reader.avr.pins.drive("PB2", "low")
-    old.chip.plug()
-    assert old.chip.reads == 1
-    old.chip.unplug()
-    old.reader.avr.pins.drive("PB2", None)
-    old.chip.plug()
-    old.chip.sense(50.0)
-    old.run(2 * max6675.LONGEST_S)
-    assert old.celsius() == 50.0
 
 
 def test_corrupted_answers(old: Bench) -> None:
@@ -128,30 +103,6 @@ def test_two_chips_share_clock_and_data(old: Bench) -> None:
     other.sense(900.0)
     old.run(max6675.LONGEST_S)
     assert (old.celsius(), other.reads) == (100.0, 0)
-
-
-@pytest.mark.parametrize("celsius", [-270.0, -0.25, 0.0, 1350.0, 1800.0])
-def test_a_max31855_answers(celsius: float) -> None:
-    made = Bench("max31855")
-    made.chip.sense(celsius)
-    made.chip.internal_c = 31.5
-    made.run(max31855.POWER_UP_S + max31855.LONGEST_S)
-    word = made.word()
-    assert code_of(word) == 4 * celsius
-    assert word >> 4 & 0xFFF == 31.5 * 16
-    assert word & (FAULT | ALWAYS_ZERO | 7) == 0
-    assert made.chip.port.violations == 0
-
-
-def test_it_converts_in_the_background(small: Bench) -> None:
-    """Answers do not disturb it."""
-    small.chip.sense(100.0)
-    seen = []
-    for _ in range(21):
-        seen.append(small.celsius())
-        small.run(0.01)
-    changes = sum(one != other for one, other in pairwise(seen))
-    assert (seen[0], seen[-1], changes) == (20.0, 100.0, 1)
 
 
 def test_what_can_be_corrupted_can_be_noticed(small: Bench) -> None:
@@ -189,22 +140,6 @@ def test_what_it_is_told_must_stand(chip: Bench, phase: str) -> None:
     chip.write("CJTH", 0x55)
     phases = chip.chip.port.phases
     assert {name for name, seen in phases.items() if seen.violations} == {phase}
-
-
-def test_the_first_conversion_and_those_that_follow(chip: Bench) -> None:
-    chip.chip.sense(300.0)
-    chip.write("CR0", AUTO | FIFTY)
-    chip.run(FIRST_S - 0.002)
-    assert chip.celsius() == 0.0
-    chip.run(0.002)
-    assert chip.celsius() == 300.0
-    seen = []
-    for times in range(60):
-        chip.chip.sense(300.0 + times)
-        seen.append(chip.celsius())
-        chip.run(0.01)
-    changes = sum(one != other for one, other in pairwise(seen))
-    assert 5 <= changes <= 6  # every 110 ms
 
 
 @pytest.mark.parametrize(

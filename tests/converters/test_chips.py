@@ -130,7 +130,7 @@ class Orders:
         getattr(self._chip, method)(*map(yaml.safe_load, values))
 
     def drive(self, pin: str, level: str) -> None:
-        self._bench.reader.avr.pins.drive(pin, level)
+        self._bench.reader.avr.pins.drive(pin, yaml.safe_load(level))
 
     def reads(self, celsius: str, within: str = "0") -> None:
         assert self._bench.celsius() == pytest.approx(float(celsius), rel=0, abs=float(within))
@@ -158,8 +158,8 @@ class Orders:
     def begin(self, cr0: str) -> None:
         self._bench.begin(cr0=int(cr0, 16))
 
-    def misused(self, times: str) -> None:
-        assert self._chip.misused == int(times)
+    def is_(self, member: str, number: str) -> None:
+        assert attrgetter(member)(self._chip) == int(number)
 
 
 @pytest.mark.parametrize(("kind", "title"), EACH)
@@ -167,4 +167,4 @@ def test_it_does(kind: str, title: str) -> None:
     orders = Orders(kind)
     for step in SCRIPTS[kind][title].split(";"):
         order, *words = step.split()
-        getattr(orders, order)(*words)
+        getattr(orders, "is_" if order == "is" else order)(*words)

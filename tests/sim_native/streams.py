@@ -134,14 +134,13 @@ class Image:
         return b"".join(word.to_bytes(2, "little") for word in self.words)
 
 
-def image(chip: Chip, seed: int, errors: Errors, only: Collection[str] = ()) -> Image:
-    """Make an image; `only`: streams of nothing but these simple instructions."""
-    return _Writer(chip, Random(seed), errors, sorted(only)).whole()  # noqa: S311 - no secret
+def image(chip: Chip, seed: int, errors: Errors) -> Image:
+    return _Writer(chip, Random(seed), errors).whole()  # noqa: S311 - no secret
 
 
 class _Writer:
-    def __init__(self, chip: Chip, rng: Random, errors: Errors, only: list[str]) -> None:
-        self.chip, self.rng, self.errors, self.only = chip, rng, errors, only
+    def __init__(self, chip: Chip, rng: Random, errors: Errors) -> None:
+        self.chip, self.rng, self.errors = chip, rng, errors
         self.words: list[int] = []
         self.names: list[list[str]] = []
         self.untimed: set[int] = set()
@@ -235,7 +234,7 @@ class _Writer:
         self.untimed.discard(len(self.names) - 1)
         self.depth = 0
         for _ in range(LENGTH):
-            self.simple() if self.only else self.unit()
+            self.unit()
         made = list(self.names[-1])
         self.record()
         self.names[-1] = made
@@ -264,7 +263,7 @@ class _Writer:
         self.rng.choice(units)()
 
     def simple(self) -> None:
-        self.emit(self.rng.choice(self.only or sorted(SIMPLE)))
+        self.emit(self.rng.choice(sorted(SIMPLE)))
 
     def memory(self) -> None:
         if self.rng.random() < 0.3:

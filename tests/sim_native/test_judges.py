@@ -12,15 +12,12 @@ import numpy as np
 import pytest
 from rig.avr import Board, shared, whole
 from rig.specs import example
-from streams import CHIPS, Chip, Errors, Image, image
+from streams import CHIPS, Chip, Image, image
 from suite import amount
 
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.native.pins import Source, pin_name
 from heatwright.spec.uses import pin_uses
-
-EVERYTHING = Errors()
-"""What the part does: nothing is left out."""
 
 
 def judged(judge: str, images: list[Image], folder: Path) -> list[bytes]:
@@ -34,38 +31,6 @@ def test_streams_run_alike(judge: str, chip: Chip, tmp_path: Path) -> None:
     images = [image(chip, seed, errors) for seed in range(amount("images_of_streams"))]
     for made, theirs in zip(images, judged(judge, images, tmp_path), strict=True):
         assert not list(judges.differences(made, judges.on_ours(made), theirs, timed=errors.timed))
-
-
-def test_the_flags_that_avr8js_gets_wrong_are_wrong_there_and_nothing_else_is() -> None:
-    """simavr decides: it does as ours does."""
-    chip = CHIPS["atmega2560"]
-    images = [image(chip, 1, EVERYTHING, only=[name]) for name in judges.AVR8JS_FLAGS]
-    ran = judges.on_avr8js(images)
-    for (name, flags), made, theirs in zip(judges.AVR8JS_FLAGS.items(), images, ran, strict=True):
-        ours = judges.on_ours(made)
-        assert ours == judges.on_ours(made, simavrs=True), name
-        wrong = 0
-        for a, b in zip(judges.flags_of(ours, chip), judges.flags_of(theirs, chip), strict=True):
-            wrong |= a ^ b
-        assert wrong == sum(1 << flag for flag in flags), name
-
-
-def test_the_times_that_avr8js_gets_wrong() -> None:
-    chip = CHIPS["atmega2560"]
-    made = image(chip, 1, EVERYTHING, only=judges.AVR8JS_CYCLES)
-    ours, (theirs,) = judges.on_ours(made), judges.on_avr8js([made])
-    assert ours == judges.on_ours(made, simavrs=True)
-    for number in range(1, chip.streams):
-        assert judges.cycles(ours, number) - judges.cycles(theirs, number) == 24
-
-
-def test_elpm_by_qemu_stays_in_the_first_page(tmp_path: Path) -> None:
-    made = image(CHIPS["atmega2560"], 1, Errors(registers=False, wide_skips=True))
-    ours, (theirs,) = judges.on_ours(made), judges.on_qemu([made], tmp_path)
-    assert ours == judges.on_ours(made, simavrs=True)
-    wrong = list(judges.differences(made, ours, theirs, timed=False))
-    assert wrong
-    assert all("elpm" in line for line in wrong)
 
 
 @pytest.mark.parametrize("chip", CHIPS.values(), ids=CHIPS)
