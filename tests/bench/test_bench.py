@@ -150,9 +150,9 @@ def up(at_s, **more):
           Action(2.0, write=Write("air.enabled", True))],
          ["air.setpoint = 60", "air.enabled = on"]),
         *(([{"at": "3 s", "program": said}],
-           [Action(3.0, program=ProgramOrder(*order))], [said])
-          for said, order in (
-              ("start 2", ("start", 2)), ("pause", ("pause",)), ("jump 3", ("jump", 3)))),
+           [Action(3.0, program=ProgramOrder(word, int(*number)))], [said])
+          for said in ("start 2", "pause", "resume", "skip", "jump 3", "stop")
+          for word, *number in (said.split(),)),
     ],
 )  # fmt: skip
 def test_what_is_done_when(lines, expected, texts):

@@ -167,13 +167,6 @@ def test_programs(keys: dict[str, object], expected: dict[str, object]) -> None:
     assert chosen(programs, expected) == expected
 
 
-@pytest.mark.parametrize("order", ["start 1", "pause 0", "resume 0", "skip 0", "jump 7", "stop 0"])
-def test_orders(order: str) -> None:
-    word, number = order.split()
-    event = language.Event.model_validate({"at": "9 s", "program": order.removesuffix(" 0")})
-    assert event.program == language.ProgramOrder(word, int(number))
-
-
 def test_the_default_clock_waits_before_the_default_runaway() -> None:
     assert language.HoldBack().within_k < language.Runaway().above_k
 

@@ -5,7 +5,6 @@ import math
 import pickle
 import re
 from decimal import Decimal
-from pathlib import Path
 
 import pytest
 import yaml
@@ -84,16 +83,6 @@ def test_a_spec_never_changes(chamber: Spec) -> None:
             change()
     assert pickle.loads(pickle.dumps(controller)) == controller  # noqa: S301
     assert hash(controller) == hash(load(CHAMBER).controller)
-
-
-def test_messages_carry_the_path_as_given(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        load(tmp_path / "none.yaml")
-    file = tmp_path / "wrong.yaml"
-    file.write_text("heatwright: 3\n")
-    with pytest.raises(SpecError) as caught:
-        load(file)
-    assert str(caught.value).startswith(f"{file}:1:1: ")
 
 
 def test_huge_and_endless_files_are_refused() -> None:
