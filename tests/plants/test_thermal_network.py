@@ -212,10 +212,6 @@ def test_a_heated_block_ends_where_it_radiates_what_it_is_given():
     assert FACTOR * (found_k**4 - (20 - ZERO_K_C) ** 4) == pytest.approx(240.0, rel=1e-9)
 
 
-def test_at_the_temperature_of_its_surroundings_nothing_is_radiated():
-    assert run(plant(ALONE), 1000, on=0.0)[0] == pytest.approx(20.0, abs=1e-9)
-
-
 def test_what_one_node_loses_another_gains():
     radiation = [{"between": ["walls", "element"], **RADIATION}]
     machine = plant(THREE, links=[], radiation=radiation, initial="500 °C")

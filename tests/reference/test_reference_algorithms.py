@@ -14,7 +14,7 @@ from heatwright.sim.reference import Reference
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.sim.reference.tuning_rule import Constants, Swings, found_by
-from heatwright.spec import BOARDS, Pid, Sensor, ThreePosition, kinds
+from heatwright.spec import BOARDS, Pid, Sensor, kinds
 
 FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
 
@@ -49,15 +49,6 @@ def test_the_sum_is_in_the_order_of_the_slots_and_single():
     record = kiln.feed_all([float(x) for x in readings])[-1]
     expected = (readings[3] + readings[1] + readings[2]) * np.float32(1 / 3)
     assert record["temperature_c"] == expected
-
-
-@pytest.mark.parametrize("temperature_c", [0.0, 47.5, 48.0, 50.0, 52.0, 52.5, 69.0])
-def test_never_both(vary, temperature_c):
-    wide = {"kind": "three_position", "dead_band": "2 K", "hysteresis": "2 K", "lead": "5 s"}
-    player = Player(vary(**FREE, algorithm=ThreePosition.model_validate(wide)))
-    for reading_c in (40.0, temperature_c, temperature_c, 60.0, temperature_c):
-        record = player.feed(reading_c)
-        assert not (record["algorithm.heating"] and record["algorithm.cooling"])
 
 
 def test_an_acknowledgement_without_a_fault_changes_nothing(vary):

@@ -197,16 +197,6 @@ def test_a_spec_without_a_shield(device: AvrDevice) -> None:
         device.press("up")
 
 
-def test_two_devices_are_equal_however_they_are_advanced(chamber: Controller) -> None:
-    first, second = (AvrDevice(chamber, whole("chamber")) for _ in range(2))
-    first.advance(10)
-    for time_s in np.linspace(0.01, 10, 77):
-        second.advance(float(time_s))
-    assert first.steps("air").tobytes() == second.steps("air").tobytes()
-    assert first.plotter.lines == second.plotter.lines
-    assert first.plotter.lines
-
-
 # ---- building and finding the shim, and what is said when it cannot be had ----
 
 BUILD = [sys.executable, "-m", "heatwright.sim.native.build"]
