@@ -174,7 +174,6 @@ class BinaryBoard(Board):
 
     def __init__(self, spec: str, **celsius: float) -> None:
         self.device = AvrDevice(controller_of(spec), whole(spec))
-        self._celsius = celsius
         for sensor, degrees in celsius.items():
             self.sense(sensor, degrees)
         self.wait(1.0)
@@ -196,13 +195,6 @@ class BinaryBoard(Board):
 
     def wait(self, seconds: float) -> None:
         self.device.advance(self.device.time_s + seconds)
-
-    def cut(self, seconds: float = 1.0) -> None:
-        """Lose the power for a moment."""
-        self.device.power_cycle()
-        for sensor, degrees in self._celsius.items():
-            self.sense(sensor, degrees)
-        self.wait(seconds)
 
     def on_fraction(self, output: str, seconds: float = 2.0) -> float:
         """How much of the time from now on an output is on."""

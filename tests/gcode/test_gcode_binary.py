@@ -12,7 +12,6 @@ from gcode_world import BinaryBoard
 ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
-STOPPED = "Error:E19 STOPPED (M112): heaters are off until M999"
 
 
 @pytest.fixture
@@ -72,19 +71,6 @@ def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoa
     assert " /0.0 B" in board.told("M105")[0]
     board.tell("M104 S200")
     assert board.device.on_fraction("heater") > 0.0
-
-
-def test_a_stop_and_kept_gains_outlast_the_power(board: BinaryBoard) -> None:
-    board.tell("M301 P11 I0.5 D60")
-    board.tell("M500", 2.0)
-    board.tell("M301 P12", 2.0)
-    board.tell("M112", 2.0)
-    board.cut()
-    assert board.host.texts("Error") == [STOPPED]
-    shown = "echo:  M301 E0 P11.00000 I0.50000 D60.00000"
-    assert board.told("M503")[0] == shown
-    assert board.told("M502\nM503")[-2] == "echo:  M301 E0 P9.41000 I0.34500 D31.40000"
-    assert board.told("M501\nM503")[-2] == shown
 
 
 def in_the_firmware() -> set[str]:

@@ -11,7 +11,6 @@ from heatwright.spec import digest
 
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
 
-
 UNKNOWN = {
     "G28": "G28", "G1 E5": "G1", "M9999": "M9999", "M99999": "M", "M105.5": "M", "M": "M",
     "X5": "X5", "?": "?", "~": "~", "°": "?", "AT+GMM": "A", "M410": "M410",

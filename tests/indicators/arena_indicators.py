@@ -5,11 +5,6 @@ from functools import partial
 import test_indicators as leds
 from rig.avr import Firmware, Program, on
 
-
-class Lights(Firmware):
-    """An oven with LEDs."""
-
-
 CHECKS = {
     "loop": (leds.LOOP_LOW, leds.test_each_state_has_its_lights,
              leds.test_they_are_dark_from_the_reset_on_until_there_is_something_to_show,
@@ -17,7 +12,7 @@ CHECKS = {
     "master": (leds.HOSTED, leds.test_switched_by_the_master, leds.it_hears_its_master),
 }  # fmt: skip
 ARENAS = [
-    Lights(f"indicators/{name}", Program(text), ("indicators_block",),
-           on(partial(leds.Shown, text), *checks))
+    Firmware(f"indicators/{name}", Program(text), ("indicators_block",),
+             on(partial(leds.Shown, text), *checks))
     for name, (text, *checks) in CHECKS.items()
 ]  # fmt: skip

@@ -1,8 +1,10 @@
 """The menu by keys: values, faults on every screen, keys that repeat, programs from end to end."""
 
 import pytest
-from menu_desk import STATES, MenuDesk, scripts_of
+from menu_desk import CONTROLLER, STATES, MenuDesk, scripts_of
+from rig.avr import whole
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.native.analog import millivolts
 
 OVER_TEMPERATURE = 6
@@ -14,6 +16,17 @@ TITLES = [
 ]  # fmt: skip
 SETPOINT = "settings.chamber_setpoint_c"
 ENABLED = "loop_chamber.enabled"
+
+
+@pytest.fixture(scope="session")
+def device() -> AvrDevice:
+    return AvrDevice(CONTROLLER, whole("kiln_uno"))
+
+
+@pytest.fixture
+def desk(device: AvrDevice) -> MenuDesk:
+    """The kiln with keys, nothing on, its first screen shown."""
+    return MenuDesk(device)
 
 
 def to(title: str) -> str:

@@ -32,7 +32,6 @@ ANSWER_S = 0.005
 SETTLE_CHARACTERS = 100
 """What the unplugged master had on the line is over by then."""
 
-
 CALM = {
     "fabricator": (
         ("{rise: 5 K, within: 30 s}", "off"),
@@ -158,7 +157,6 @@ LEAST = 300
 ROOM_C = 50.0
 VOLATILE = {2: range(3), 4: range(3), 17: (0, 1, 2, 3, *range(5, 40))}
 """Functions whose answers tell what only the machine knows: what of them is compared."""
-
 
 BITS = 11
 """Of a character: start, data, parity, stop."""

@@ -155,7 +155,6 @@ GOOD = frames.framed(1, bytes([4, 2, 0xFF, 0xF6]))
 """Minus ten steps of a half."""
 RELEASE = "PORTD &= (uint8_t)~_BV(2);"
 
-
 HARMLESS = {"WAIT": "2500", "DRIVE": "PORTD |= _BV(2);", "RELEASE": RELEASE, "MIDDLE": "",
             "BEFORE": ""}  # fmt: skip
 
@@ -195,7 +194,6 @@ WRONG = [
     )),
 ]  # fmt: skip
 EARLY = "PORTD &= 0xFB;"
-
 
 TOO_LATE = {"WAIT": str(round(1.5e6 * ANSWER_S))}
 

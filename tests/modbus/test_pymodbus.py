@@ -18,7 +18,6 @@ BAD_VALUE = 3
 SETPOINT, MANUAL_DUTY, KP = 100, 101, 102
 ENABLED, MANUAL, TUNE = 100, 101, 102
 
-
 DRYER = controller_of("dryer")
 
 

@@ -44,17 +44,11 @@ static bool cut;
 static bool taken;
 
 uint32_t clock_seconds(void);
-uint32_t clock_seconds(void)
-{
-    return now_ticks / 100u;
-}
+uint32_t clock_seconds(void) { return now_ticks / 100u; }
 
 /* ---- EEPROM ---- */
 
-bool eeprom_is_ready(void)
-{
-    return true;
-}
+bool eeprom_is_ready(void) { return true; }
 
 static uint8_t *cell(const uint8_t *place)
 {
@@ -62,10 +56,7 @@ static uint8_t *cell(const uint8_t *place)
     return &eeprom[(uintptr_t)place];
 }
 
-uint8_t eeprom_read_byte(const uint8_t *place)
-{
-    return *cell(place);
-}
+uint8_t eeprom_read_byte(const uint8_t *place) { return *cell(place); }
 
 void eeprom_read_block(void *to, const void *from, size_t size)
 {
@@ -74,16 +65,11 @@ void eeprom_read_block(void *to, const void *from, size_t size)
     }
 }
 
-void eeprom_write_byte(uint8_t *place, uint8_t value)
-{
-    *cell(place) = value;
-}
+void eeprom_write_byte(uint8_t *place, uint8_t value) { *cell(place) = value; }
 
 /* ---- the sensor ---- */
 
-void sensor_chamber_begin(void)
-{
-}
+void sensor_chamber_begin(void) { }
 
 uint8_t sensor_chamber_take(int32_t *raw)
 {

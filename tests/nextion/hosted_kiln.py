@@ -49,7 +49,6 @@ interfaces:
 """
 """A kiln that no fault stops but those that a test trips."""
 
-
 FILES = {name for name in sources_of(SPEC) if name.endswith(".c")} - FOREIGN
 WORLD = world_of(SPEC, FILES, Path(__file__).with_suffix(".c"), *PACKED, *WATCHED, ANY_PLACE)
 GUARDED = replace(WORLD, flags=(*WORLD.flags, *SANITIZED, ANY_PLACE))

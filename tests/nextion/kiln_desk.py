@@ -51,23 +51,18 @@ class KilnDesk:
             self.display.tap(name)
             self.run(0.6)
 
-    def read(self, name: str) -> Any:
-        return self.device.read(name).item()
-
-    def shows(self, attribute: str) -> int | str:
-        return self.display.value(attribute)
-
     def do(self, deeds: str) -> None:
         """Do what stands there between semicolons, with time for what comes of it.
 
-        `enter 12.5`, `order 2 1`, `wait 30` (seconds), `power` (cut and given back); `wire S`,
-        `break` and `mend` the thermocouple; all other words are touched.
+        `enter 12.5` in place of what is shown, `order 2 1`, `wait 30` (seconds), `power` (cut and
+        given back); `wire S`, `break` and `mend` the thermocouple; all other words are touched.
         """
         for deed in deeds.split("; "):
             verb, _, rest = deed.partition(" ")
             match verb:
                 case "enter":
-                    self.enter(rest)
+                    keys = {key: f"d{place}" for place, key in enumerate("789456123.0-")}
+                    self.tap("clear", *(keys[character] for character in rest), "ok")
                 case "order":
                     self.display.send(f"#{rest};")
                 case "wait":
@@ -88,10 +83,6 @@ class KilnDesk:
         if name == "page":
             return self.display.page
         if name.startswith("row"):
-            return " ".join(str(self.shows(f"{column}{name[3:]}.txt")) for column in "kmt").strip()
-        return self.shows(name) if name.endswith((".txt", ".val", ".en")) else self.read(name)
-
-    def enter(self, text: str) -> None:
-        """Key a number into the pages that ask for one, in place of what they show."""
-        keys = {key: f"d{place}" for place, key in enumerate("789456123.0-")}
-        self.tap("clear", *(keys[character] for character in text), "ok")
+            return " ".join(self.look(f"{column}{name[3:]}.txt") for column in "kmt").strip()
+        shown = name.endswith((".txt", ".val", ".en"))
+        return self.display.value(name) if shown else self.device.read(name).item()

@@ -172,10 +172,10 @@ def test_another_port_another_speed(port: int, baud: int) -> None:
     desk = KilnDesk(text)
     desk.run(4.0)
     assert BOARDS["mega2560"].uarts[port].number == desk.device.uart == port
-    assert desk.shows("main.temp.val") == 20
+    assert desk.look("main.temp.val") == 20
     assert desk.display.errors == []
     desk.tap("bprog", "s1")
     desk.run(1.0)
-    assert desk.read("program.state") == RUNNING
+    assert desk.look("program.state") == RUNNING
     late = [text for text, _ in desk.display.errors]
     assert all(text.startswith("programs.") for text in late), "said as its page was left"

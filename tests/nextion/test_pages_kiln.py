@@ -32,7 +32,6 @@ DIGITS = {"temp": 4, "set": 4, "duty": 3, "ot": 3}
 """Of numbers, where they are not days, hours, minutes or places."""
 COMMAND = re.compile(rb"(#\d+( [^#;]*)?;)*")
 
-
 DISPLAYS = [pages for name in NAMES if (pages := display_pages(example(name).controller))]
 PAGES = {page.name: page for pages in DISPLAYS for page in pages}
 every_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
