@@ -1,16 +1,12 @@
 """Printrun's printcore, as it is, and the simulated board behind a pseudo-terminal, of the
 tests' or of `heatwright simulate --serial`."""
 
-import json
 import re
-import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +14,7 @@ import pytest
 from printrun.gcoder import LightGCode
 from printrun.printcore import printcore
 from pymodbus.client import ModbusSerialClient
-from rig.live import Cable, LiveBoard, live_board
+from rig.live import HEATWRIGHT, Cable, LiveBoard, live_board, simulated
 from rig.specs import EXAMPLES
 
 from heatwright.sim.live import Clock
@@ -169,15 +165,8 @@ def test_it_survives_a_storm_of_resends(seed: int) -> None:
         assert np.array_equal(np.diff(steps["steps"].astype(int)), np.ones(len(steps) - 1))
 
 
-HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 UNKNOWN = 0x8000
 """Of a temperature: the board has not measured yet."""
-
-
-def heatwright(*arguments: str | Path) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
-        [HEATWRIGHT, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
 
 
 def asked_by_printcore(port: str, baud: int) -> None:
@@ -205,24 +194,17 @@ def asked_by_pymodbus(port: str, baud: int) -> None:
 def test_a_host_finds_the_board_until_ctrl_c(
     spec: str, speed: float, baud: int, ask: Callable[[str, int], None]
 ) -> None:
-    options = ("--serial", "--speed", str(speed), "--json")
-    with heatwright("simulate", EXAMPLES / f"{spec}.yaml", *options) as process:
-        assert process.stdout is not None
-        told = json.loads("".join(process.stdout.readline() for _ in range(5)))
-        assert (told["baud"], told["speed"]) == (baud, speed)
-        ask(told["port"], told["baud"])
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 0
-    assert not Path(told["port"]).exists()
+    with simulated(spec, speed) as (port, told_baud):
+        assert told_baud == baud
+        ask(port, baud)
 
 
 def test_it_ends_by_itself_when_told() -> None:
     arguments = ("--serial", "--speed", "100", "--for", "20 s")
-    with heatwright("simulate", EXAMPLES / "feeder.yaml", *arguments) as process:
-        out, _ = process.communicate(timeout=60)
-    assert process.returncode == 0
-    assert out.startswith("/dev/")
-    assert "115200 baud, 100 times real time. Ctrl-C ends it." in out
+    command = [HEATWRIGHT, "simulate", EXAMPLES / "feeder.yaml", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.startswith("/dev/")
+    assert "115200 baud, 100 times real time. Ctrl-C ends it." in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,14 @@ LinuxCNC's own pyvcp on a screen that nobody sees, and in front of the real firm
 import os
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hal_session import Hal, MadeUpBoard
-from rig.specs import EXAMPLES, changed
+from rig.live import simulated
+from rig.specs import changed
 
 ROUND_S = 1 / 3.6
 """MAX_UPDATE_RATE of the generated mb2hal.ini."""
@@ -230,19 +230,9 @@ COOLS_S = 10 / SPEED
 
 @pytest.fixture
 def port(linuxcnc: None) -> Iterator[str]:
-    """The serial port of the simulated board, as `heatwright simulate --serial` prints it."""
-    command = [
-        sys.executable, "-m", "heatwright.cli.main", "simulate", str(EXAMPLES / "fabricator.yaml"),
-        "--serial", "--speed", str(SPEED),
-    ]  # fmt: skip
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as board:
-        try:
-            assert board.stdout is not None
-            name, _, _ = board.stdout.readline().decode().partition(":")
-            os.chmod(name, 0o666)  # noqa: PTH101, S103 - mb2hal runs as another user
-            yield name
-        finally:
-            board.terminate()
+    with simulated("fabricator", SPEED) as (name, _):
+        os.chmod(name, 0o666)  # noqa: PTH101, S103 - mb2hal runs as another user
+        yield name
 
 
 def test_setpoint_and_on_heat_to_300_degrees(port: str, place: Path) -> None:

@@ -109,16 +109,13 @@ class Wire:
 
     def put(self, sent: Sent) -> float:
         """Send a frame; return when it will have ended, s."""
-        gaps_s = sent.gaps_s or 0.0
-        return self.bus.send(
-            sent.data, form=sent.form, baud=sent.baud, gap_s=gaps_s, flips=sent.flips
-        )
+        data, gaps_s = sent.data, sent.gaps_s or 0.0
+        return self.bus.send(data, form=sent.form, baud=sent.baud, gap_s=gaps_s, flips=sent.flips)
 
     def ask(self, sent: Sent) -> Frame | None:
         """Send a frame and wait for its answer, as long as one may take to begin."""
         self.frames.clear()
-        end_s = self.put(sent)
-        return self.answer_since(end_s)
+        return self.answer_since(self.put(sent))
 
     def answer_since(self, end_s: float) -> Frame | None:
         """Wait for the answer to what ended then."""

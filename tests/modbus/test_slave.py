@@ -265,26 +265,20 @@ def _apt(chance: random.Random) -> bytes:
     duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001, 0xFFFF)), chance.choice(GAIN_VALUES)
     write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
     some, many, block = chance.randrange(1, 4), chance.randrange(8), chance.choice((0, 100, 100))
-    few, size = chance.randrange(1, some + 1), chance.choice((246, 247))
-    return chance.choice(
-        (
-            struct.pack(">BHH", 5, coil, on),
-            struct.pack(">BHH", 5, coil, on),
-            struct.pack(">BHHBB", 15, 100, 3, 1, many),
-            struct.pack(">BHHBB", 15, block + 3 - some, few, 1, chance.randrange(256)),
-            struct.pack(">BHH", 5, 100, on),
-            struct.pack(">BHH", 6, 101, duty),
-            struct.pack(">BHH", 6, 100, chance.randrange(3300)),
-            struct.pack(">BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
-            b"\x10" + write_gain,
-            struct.pack(">BHHBHHf", 16, 100, 4, 8, chance.choice((200, 9999)), duty, kp),
-            struct.pack(">BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
-            struct.pack(">BHH", 23, 102, 2) + write_gain,
-            struct.pack(">BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
-            struct.pack(">BHHBHH3f", 16, 100, 8, 16, chance.choice((200, 9999)), duty, kp, 0.0, 3),
-            struct.pack(">BHHB", 15, 100, 1722 + size, size) + bytes(size),
-        )
-    )
+    few = chance.randrange(1, some + 1)
+    degrees = chance.choice((200, 9999))
+    form, *values = chance.choice((
+        ("BHH", 5, coil, on), ("BHH", 5, coil, on), ("BHH", 5, 100, on), ("BHH", 6, 101, duty),
+        ("BHHBB", 15, 100, 3, 1, many), ("BHH", 6, 100, chance.randrange(3300)),
+        ("BHHBB", 15, block + 3 - some, few, 1, chance.randrange(256)),
+        ("BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
+        ("B9s", 16, write_gain), ("BHH9s", 23, 102, 2, write_gain),
+        ("BHHBHHf", 16, 100, 4, 8, degrees, duty, kp), ("BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
+        ("BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
+        ("BHHBHH3f", 16, 100, 8, 16, degrees, duty, kp, 0.0, 3),
+        ("BHHB246x", 15, 100, 1722 + 246, 246), ("BHHB247x", 15, 100, 1722 + 247, 247),
+    ))  # fmt: skip
+    return struct.pack(f">{form}", *values)
 
 
 def _sized(chance: random.Random, data: bytes) -> bytes:

@@ -91,10 +91,8 @@ class Kilns:
                 each.sense("chamber", FIRST_C + RISE_K_PER_S * self.now_s)
                 each.advance(self.now_s)
                 each.feed()
-            (cycles, images), (others_cycles, others) = (
-                self.quiet.images.take(),
-                self.board.images.take(),
-            )
+            cycles, images = self.quiet.images.take()
+            others_cycles, others = self.board.images.take()
             assert len(cycles) == len(others_cycles), f"ticks are missing before {self.now_s} s"
             found = self.board.differences(others, images)
             assert not found, f"difference within {STEP_S} s before {self.now_s} s: {found}"

@@ -1,14 +1,19 @@
 """A simulated board behind a serial port, in a process of its own, so that a host here is free."""
 
+import json
 import multiprocessing
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any
 
 from rig.avr import whole
-from rig.specs import controller_of
+from rig.specs import EXAMPLES, controller_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.live import Clock, run
@@ -140,3 +145,23 @@ def live_board(spec: str, cable: Cable) -> Iterator[LiveBoard]:
     finally:
         process.kill()
         process.join()
+
+
+HEATWRIGHT = Path(sys.executable).parent / "heatwright"
+
+
+@contextmanager
+def simulated(name: str, speed: float) -> Iterator[tuple[str, int]]:
+    """The port and the baud rate that `heatwright simulate --serial` tells, until Ctrl-C."""
+    command = [HEATWRIGHT, "simulate", EXAMPLES / f"{name}.yaml", "--serial", "--json"]
+    command += ["--speed", str(speed)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            told = json.loads("".join(process.stdout.readline() for _ in range(5)))
+            assert told["speed"] == speed
+            yield told["port"], told["baud"]
+        finally:
+            process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+    assert not Path(told["port"]).exists()

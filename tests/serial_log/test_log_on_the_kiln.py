@@ -1,11 +1,7 @@
 """The log in the kilns' whole firmware: it tells what the loop did, and changes nothing of it."""
 
-import json
 import random
 import re
-import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -13,7 +9,8 @@ from typing import Any
 import pytest
 from log_firmware import shown_c
 from rig.avr import whole
-from rig.specs import EXAMPLES, changed, example, spec_of
+from rig.live import simulated
+from rig.specs import changed, example, spec_of
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
@@ -23,7 +20,6 @@ from heatwright.spec import Controller, Event, SerialLog
 KILNS = ("kiln", "kiln_uno")
 FLOOD_S = 60
 ROOT = Path(__file__).parents[2]
-HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 SPEED = 60
 """Times real time: an entry a minute comes every second."""
 
@@ -107,20 +103,14 @@ def test_the_page_s_example_reads_it() -> None:
     page = (ROOT / "docs" / "serial_log.md").read_text("utf-8")
     found = re.search(r"```python\n(.*?)```", page, re.DOTALL)
     assert found is not None
-    command = [HEATWRIGHT, "simulate", EXAMPLES / "kiln_uno.yaml", "--serial", "--json"]
-    command += ["--speed", str(SPEED)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        told = json.loads("".join(process.stdout.readline() for _ in range(5)))
-        example = found[1].replace("/dev/ttyUSB0", told["port"])
+    with simulated("kiln_uno", SPEED) as (port, baud):
+        example = found[1].replace("/dev/ttyUSB0", port).replace("115200", str(baud))
         names: dict[str, Any] = {}
         for _ in range(30):
             time.sleep(1.0)
-            exec(example.replace("115200", str(told["baud"])), names)  # noqa: S102 - our own page
+            exec(example, names)  # noqa: S102 - our own page
             if len(names["rows"]) > 2:
                 break
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 0
     rows = names["rows"]
     assert rows[0] == "time_s,temperature_c,setpoint_c"
     assert all(re.fullmatch(r"\d+,\d+\.\d,\d+\.\d", row) for row in rows[1:])
