@@ -1,11 +1,11 @@
 """The fabricator: its source's acceptance test in eight steps, and what it is promised to do."""
 
 import pytest
-from bench_runs import ACCEPTANCE, COOLER_S, END_S, HOT_C, MILD_C, OFF_S, ON_S, SET_S, run_of
-from machines import modelled
+from machines import ACCEPTANCE, ACCEPTED_S, HOT_C, MILD_C, modelled, run_of
 from rig.specs import changed, spec_of
 
 LOOP = "nozzle"
+SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S
 SETTLED_S = 4.0
 """A look tells steady light after two seconds; the master reads once a second."""
 WARMED_UP_S = 160.0

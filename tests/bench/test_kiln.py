@@ -1,8 +1,7 @@
 """The kiln: its binary fires glass; what it is told on the way is in test_replay."""
 
 import pytest
-from bench_runs import run_of
-from machines import PLANTS, assert_margins, at, course, example, modelled, noisy, scaled
+from machines import PLANTS, assert_margins, at, course, example, modelled, noisy, run_of, scaled
 
 from heatwright.sim.firing import firing_of
 from heatwright.sim.metrics import metrics

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from bench_runs import REFUSED_AT_S, RUNS, run_of, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from machines import at, course, events, example, modelled
+from machines import REFUSED_AT_S, RUNS, at, course, events, example, modelled, run_of, written
 from numpy.lib.recfunctions import append_fields
 
 from heatwright.sim.bench import ReferenceDevice, bench

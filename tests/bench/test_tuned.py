@@ -8,8 +8,7 @@ sensor.
 
 import numpy as np
 import pytest
-from bench_runs import FEED_MM_PER_S, HOLD_S, PHASES, TUNED_S, run_of
-from machines import PLANTS, assert_margins, tuned
+from machines import FEED_MM_PER_S, HOLD_S, PHASES, PLANTS, TUNED_S, assert_margins, run_of, tuned
 
 from heatwright.sim.metrics import metrics
 

@@ -18,7 +18,7 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.pid import PidControl
 from heatwright.sim.tuning.disturbed import LOAD_PERCENT, load_answer, step_kick
 from heatwright.sim.tuning.gains import Gains, Series
-from heatwright.sim.tuning.loop import minimal_pid, pid, pid_response, sampled, sampled_response
+from heatwright.sim.tuning.loop import minimal_pid, pid, sampled, sampled_response
 from heatwright.sim.tuning.margins import is_stable, margins
 from heatwright.sim.tuning.process import Process, at_full_power, process_of
 from heatwright.sim.tuning.reduced import Reduced, reduce
@@ -187,12 +187,6 @@ def test_the_pid_is_the_references() -> None:
     linear = 50 + control.forced_response(pid(GAINS, PERIOD_S), U=errors).outputs
     # Each of some ten operations in single precision rounds numbers below 100.
     assert linear == pytest.approx(duties, rel=0, abs=10 * 100 * float(np.finfo(np.float32).eps))
-
-
-def test_the_pids_response_is_its_systems() -> None:
-    system = pid(GAINS, PERIOD_S)
-    expected = np.array([system(z) for z in Z])
-    assert pid_response(GAINS, PERIOD_S, Z) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(("ki", "kd", "states"), [(0.0, 0.0, 0), (0.1, 0.0, 1), (0.1, 5.0, 2)])
