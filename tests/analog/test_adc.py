@@ -8,12 +8,12 @@ from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
 from rig.avr import whole
 from rig.specs import spec_of
 
-from heatwright.sim.chain import ChainError, chain_errors, convert, table_of
+from heatwright.sim.chain import chain_errors, convert, table_of
 from heatwright.sim.circuits import shares
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf, ElfError
+from heatwright.sim.elf import ElfError
 from heatwright.sim.reference.adc import IdealSensor, converter
-from heatwright.spec import BOARDS, Spec
+from heatwright.spec import BOARDS
 from heatwright.spec.conversion import limits
 
 CELSIUS = "temperature_c"
@@ -169,13 +169,13 @@ def test_channels_from_eight_up_beside_lower_ones() -> None:
 @pytest.mark.parametrize(
     ("board", "pin", "heater"),
     [("nano", "A6", "D3"), ("leonardo", "D4", "D3"), ("mega2560", "A15", "D3"),
-     ("atmega1284p", "PA3", "PB3")],
+     ("atmega1284p", "PA3", "PB3"), ("uno", "A1", "D3")],
 )  # fmt: skip
-@pytest.mark.parametrize("circuit", ["hotend", "lm35"])
+@pytest.mark.parametrize("circuit", ["hotend", "lm35", "tmp36", "frost"])
 def test_boards_their_channels_and_references(
     board: str, pin: str, heater: str, circuit: str
 ) -> None:
-    """ADC7 without a digital pin, ADC8 and ADC15 through MUX5; 1.1 V inside and 2.56 V."""
+    """ADC7 without a digital pin, ADC8 and ADC15 through MUX5; AVCC, AREF, 1.1 V and 2.56 V."""
     text = bed(circuit, board=board)
     text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
     text = text.replace("frequency: 490 Hz", "frequency: 977 Hz")
@@ -191,58 +191,24 @@ def test_boards_their_channels_and_references(
 # From the tip's temperature to what the loop takes it for.
 
 ON_THE_BED = ("hotend", "single", "points", "steinhart", "frost", "lm35", "tmp36", "falling")
-REFERENCES = {"hotend": 1, "frost": 1, "falling": 1, "lm35": 3, "tmp36": 0}
-"""REFS bits of ADMUX: 1 AVCC, 3 internal, 0 AREF."""
 
 
-@pytest.fixture(scope="module", params=ON_THE_BED)
-def site(request: pytest.FixtureRequest) -> tuple[str, Spec, Elf]:
-    text = bed(request.param)
-    return request.param, spec_of(text), whole(text)
-
-
-def only(spec: Spec, program: Elf) -> ChainError:
+@pytest.mark.parametrize("name", ON_THE_BED)
+def test_it_is_exact_to_one_step_and_the_references_own(name: str) -> None:
+    spec, program = spec_of(bed(name)), whole(bed(name))
     (found,) = chain_errors(spec.controller, program)
-    return found
-
-
-def test_it_is_exact_to_one_step(site: tuple[str, Spec, Elf]) -> None:
-    _, spec, program = site
-    found = only(spec, program)
     assert found.passed
     assert found.table_steps < 0.5
     assert found.table_steps <= found.chain_steps <= 1.0
     assert len(found.rows) == 7
     assert found.chain_error >= max(row.error for row in found.rows) > 0
-
-
-def test_the_reference_reads_the_same_table(site: tuple[str, Spec, Elf]) -> None:
-    _, spec, program = site
-    controller = spec.controller
-    part = controller.sensors["bed"]
+    part, board = spec.controller.sensors["bed"], spec.controller.board
     assert isinstance(part, AnalogSensor)
-    law = converter(part, controller.board)
-    ideal = IdealSensor(part, controller.board)
+    law, ideal = converter(part, board), IdealSensor(part, board)
     sums = [ideal.read(float(celsius))[1] for celsius in np.linspace(*part.range_c, 500)]
-    table = table_of(program, "bed")
     expected = np.array([law(raw) for raw in sums], np.float32)
-    found = convert(table, np.array(sums))
-    np.testing.assert_array_equal(found.view("u4"), expected.view("u4"))
-
-
-def test_the_loop_reads_the_tips_temperature(site: tuple[str, Spec, Elf]) -> None:
-    name, spec, program = site
-    device = AvrDevice(spec.controller, program)
-    part = spec.controller.sensors["bed"]
-    for place, tip_c in enumerate((45.0, 50.0, 55.0, 60.0)):
-        device.sense("bed", tip_c)
-        device.advance(2.0 * (place + 1))
-        last = device.steps("bed")[-1]
-        assert last["reading_status"] == 0
-        both = shares(part, spec.controller.board, np.array([tip_c, last["temperature_c"]]))
-        assert abs(both[0] - both[1]) * 1024 <= 1.0
-    if name in REFERENCES:
-        assert device.read("ADMUX") >> 6 == REFERENCES[name]
+    made = convert(table_of(program, "bed"), np.array(sums))
+    np.testing.assert_array_equal(made.view("u4"), expected.view("u4"))
 
 
 def test_a_table_that_is_off_is_found() -> None:
@@ -250,7 +216,7 @@ def test_a_table_that_is_off_is_found() -> None:
     at = program.symbols["sensor_bed_points"] + 10 * 8 + 2
     worse = np.frombuffer(program.flash[at : at + 4], "<f4") + np.float32(1.0)
     program.flash = program.flash[:at] + worse.tobytes() + program.flash[at + 4 :]
-    found = only(spec, program)
+    (found,) = chain_errors(spec.controller, program)
     assert found.table_steps > 0.5
     assert not found.passed
 

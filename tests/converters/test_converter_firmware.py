@@ -8,14 +8,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from rig.avr import whole
 from rig.chips import KINDS, PINS, Crucible, crucible
-from rig.specs import example, files_of
+from rig.specs import files_of
 
-from heatwright.cli.chips import complaints
-from heatwright.sim.bench import ReferenceDevice, bench
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.metrics import metrics
 from heatwright.sim.replay import replay
 
 VALID, NO_ANSWER, SHORT, CRC, STALE, RESET, OPEN, RANGE = 0, 1, 2, 3, 4, 5, 17, 18
@@ -374,20 +369,3 @@ def test_a_reset_of_the_controller_in_the_middle_of_an_answer(kind: str, early_s
     assert set(good.tolist()) <= {20 * steps, 77 * steps}
     assert log["reading_status"][-1] == VALID
     assert kind != "max31856" or bench.chip.misused == 0
-
-
-@pytest.mark.parametrize("name", ["press", "hotplate"])
-def test_an_example_meets_what_is_expected(name: str) -> None:
-    """Binary and model, each in closed loop."""
-    controller = example(name).controller
-    device, (loop,) = AvrDevice(controller, whole(name)), controller.loops
-    wanted = controller.simulation.expect
-    for each in (ReferenceDevice(controller), device):
-        trace = bench(controller, each)
-        found = metrics(trace, controller)
-        assert 0 <= found.overshoot_k <= wanted.overshoot_k
-        assert found.steady_error_k <= wanted.steady_k
-        assert set(trace.steps[loop]["fault.code"]) == {0}
-    assert complaints(device) == ()
-    result = replay(controller, trace.steps[loop])
-    assert (result.mismatches, set(result.unchecked)) == (0, {"fault.time_s"})
