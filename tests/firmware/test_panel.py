@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from chamber_on import SETPOINT, power_on, press
+from test_start import SETPOINT, power_on, press
 
 from heatwright.sim.device import AvrDevice
 

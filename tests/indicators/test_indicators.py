@@ -3,6 +3,7 @@
 They are on a small oven whose temperature and current are in the test's hand.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -177,11 +178,6 @@ with_a_master = pytest.mark.parametrize("text", SILENT_S, ids=["usual", "impatie
 BLINK_S = 0.5
 
 
-@with_a_master
-def test_a_master_is_heard_lost_and_heard_again(text: str) -> None:
-    it_hears_its_master(Shown(text))
-
-
 def it_hears_its_master(shown: Shown) -> None:
     """Once it is there it reads once a second; a question to another board is none to this."""
     master = shown.device.master
@@ -207,13 +203,14 @@ def test_it_is_lost_after_the_time_that_the_rule_gives(text: str) -> None:
     assert SILENT_S[text] - 0.2 <= first_s - heard_s <= SILENT_S[text] + BLINK_S
 
 
-@pytest.fixture
-def hosted() -> Shown:
-    return Shown(HOSTED)
-
-
-def test_switched_by_the_master(hosted: Shown) -> None:
-    assert hosted.lights()["enabled"] == "lit"
+def it_is_switched_by_its_master(shown: Shown) -> None:
+    assert shown.lights()["enabled"] == "lit"
     for on, light in ((False, "dark"), (True, "lit")):
-        hosted.device.write("block.enabled", on)
-        assert hosted.lights()["enabled"] == light
+        shown.device.write("block.enabled", on)
+        assert shown.lights()["enabled"] == light
+
+
+@with_a_master
+@pytest.mark.parametrize("check", [it_hears_its_master, it_is_switched_by_its_master])
+def test_beside_a_master(text: str, check: Callable[[Shown], None]) -> None:
+    check(Shown(text))

@@ -11,16 +11,19 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from display_orders import Grammar, Malice
-from kiln_desk import DISPLAY_FILES, RUNNING, firmware
 from numpy.typing import NDArray
-from rig.specs import example
+from rig.avr import whole
+from rig.specs import example, sources_of
 from suite import amount
+from test_kiln_touched import RUNNING
 
 from heatwright.generator.stack import worst_stack
 from heatwright.sim.avr import RAM_FILL
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.dwarf import Variable
 
+DISPLAY_FILES = sorted(name for name in sources_of("kiln") if re.fullmatch(r"nextion\w*\.c", name))
+"""Source files whose variables are the display's own."""
 FIRST = 0x20
 """Address of the first register; below are those of the core."""
 CORE = slice(0x5D - FIRST, 0x60 - FIRST)
@@ -42,7 +45,7 @@ class Watched(AvrDevice):
     """A kiln whose memory is noted each time it falls asleep after a tick."""
 
     def __init__(self) -> None:
-        super().__init__(*firmware("kiln"))
+        super().__init__(example("kiln").controller, whole("kiln"))
         self.unplug()
         end = self.elf.static_ram[1]
         self.images = self.avr.snapshots((self.variables[TICK].address, 1), (FIRST, end - FIRST))

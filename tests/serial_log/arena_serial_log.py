@@ -4,8 +4,8 @@ from collections.abc import Callable
 from functools import partial
 
 import test_serial_log as told
-from log_firmware import LogBoard, program
 from rig.avr import Firmware, on
+from test_serial_log import LogBoard, program
 
 TALK = ("log", "log_note", "log_talk", "log_port")
 

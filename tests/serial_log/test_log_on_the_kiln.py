@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from log_firmware import shown_c
 from rig.avr import whole
 from rig.live import simulated
 from rig.specs import changed, example, spec_of
+from test_serial_log import shown_c
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
