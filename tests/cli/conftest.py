@@ -1,9 +1,13 @@
+import shlex
 from pathlib import Path
 from shutil import copy
 
 import pytest
-from rig.commands import Heatwright, run
+from rig.commands import Heatwright, Outcome
 from rig.specs import EXAMPLES
+
+from heatwright.cli.ends import ended
+from heatwright.cli.main import cli
 
 
 @pytest.fixture
@@ -14,4 +18,13 @@ def heatwright(
     for example in ("chamber.yaml", "oven.yaml"):
         copy(EXAMPLES / example, tmp_path)
     monkeypatch.chdir(tmp_path)
-    return lambda words, status=0: run(capfd, words, status)
+
+    def run(words: str, status: int = 0) -> Outcome:
+        capfd.readouterr()
+        found = ended(cli, shlex.split(words))
+        out, err = capfd.readouterr()
+        assert "Traceback" not in out + err
+        assert found == status, err
+        return Outcome(out, err)
+
+    return run

@@ -1,22 +1,14 @@
-"""Command lines, run in this process: what they say, and how they end."""
+"""What command lines say that are run in this process, and specs for them."""
 
 import json
-import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import pytest
 from rig.specs import EXAMPLES
 
-from heatwright.cli.ends import ended
-from heatwright.cli.main import cli
 
-
-@dataclass
-class Outcome:
-    status: int
+class Outcome(NamedTuple):
     out: str
     err: str
 
@@ -26,16 +18,6 @@ class Outcome:
 
 
 Heatwright = Callable[..., Outcome]
-
-
-def run(capfd: pytest.CaptureFixture[str], words: str, status: int) -> Outcome:
-    """Run a command line, which must end with this status."""
-    capfd.readouterr()
-    found = ended(cli, shlex.split(words))
-    out, err = capfd.readouterr()
-    assert "Traceback" not in out + err
-    assert found == status, err
-    return Outcome(found, out, err)
 
 
 def changed(name: str, old: str, new: str, count: int = 1) -> str:
