@@ -10,19 +10,18 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from rig.specs import example
 from suite import Suite
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.toolchain import build
-from heatwright.spec import Controller, load
+from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
 # A job in the background starts with Ctrl-C ignored and hands that down to its children, but some
 # tests press it and wait for what it does.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-EXAMPLES = Path(__file__).parents[1] / "spec" / "examples"
 
 Vary = Callable[..., Controller]
 
@@ -46,20 +45,20 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
 
 @pytest.fixture(scope="session")
 def chamber() -> Controller:
-    return load(EXAMPLES / "chamber.yaml").controller
+    return example("chamber").controller
 
 
 @pytest.fixture(scope="session")
 def chamber_elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The chamber's binary, as PlatformIO builds it; built once, then taken from the cache."""
     project = tmp_path_factory.mktemp("chamber")
-    write(render(plan_firmware(load(EXAMPLES / "chamber.yaml"))), project)
+    write(render(plan_firmware(example("chamber"))), project)
     return build(project).elf
 
 
 @pytest.fixture(scope="session")
 def oven() -> Controller:
-    return load(EXAMPLES / "oven.yaml").controller
+    return example("oven").controller
 
 
 @pytest.fixture(scope="session")
@@ -70,13 +69,9 @@ def vary(chamber: Controller) -> Vary:
         *, algorithm: Any = None, output: Any = None, period_s: float = 1.0, **protection: Any
     ) -> Controller:
         loop = chamber.loops["air"]
-        changed = loop.model_copy(
-            update={
-                "algorithm": algorithm or loop.algorithm,
-                "period_s": period_s,
-                "protection": loop.protection.model_copy(update=protection),
-            }
-        )
+        changes = {"algorithm": algorithm or loop.algorithm, "period_s": period_s}
+        kept = loop.protection.model_copy(update=protection)
+        changed = loop.model_copy(update={**changes, "protection": kept})
         outputs = {**chamber.outputs, "heater": output or chamber.outputs["heater"]}
         return chamber.model_copy(
             update={"loops": ReadOnlyDict({"air": changed}), "outputs": ReadOnlyDict(outputs)}
