@@ -20,6 +20,8 @@ from hosted_kiln import (
 )
 
 START = "8 1"
+GIVEN = "1/5400/3600,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"
+"""The first program: kind, tenths of a degree, seconds or tenths of a kelvin per hour."""
 IDLE, RUNNING = "0", "1"
 
 
@@ -51,8 +53,8 @@ def test_an_order_does_what_it_says(hosted: Path, text: str) -> None:
 
 
 TAKEN = "2 1|4 20|5 1|20 900|2 0|8 1|9 0|9 1|10 2|17|12|16|22|13 2|21 3|15 6|11 1|14 a|7 1,1,1:"
-REFUSED = "9 0|9 1|9 2|10 1|18|8 3"
-"""Of a kiln that does nothing; the last is an empty place."""
+REFUSED = "9 0|9 1|9 2|10 1|18|8 3|8 0|13 0|13 99|7 0,1,1:|7 1,-5,100,3:|7 1,-5,100,4:"
+"""Of a kiln that does nothing; place 3 is empty."""
 
 
 def test_an_order_tells_whether_it_was_taken(hosted: Path) -> None:
@@ -85,6 +87,17 @@ COURSES = {
     "off stops a program": ("8 1|2 0", "state on ended", "1 0 0|0 0 2"),
     "the thermocouple is chosen only while off": ("2 1|15 6|2 0|15 6", "type", "3|3|3|6"),
     "a mark goes with its program": ("11 4|13 2", "marked", "4|0"),
+    "a change outlives a look at another program": (
+        "13 3|7 1,20,600:|14 new|13 1|13 3", "name points",
+        f" | 1/6000/1200,|new 1/6000/1200,|fuse {GIVEN}|new 1/6000/1200,",
+    ),
+    "a name without segments does not": (
+        "13 3|14 new|13 1|13 3", "name points", f" |new |fuse {GIVEN}| ",
+    ),
+    "the program that runs is not changed": (
+        "8 1|7 1,0,0:|18|18|18", "points state segment",
+        f"{GIVEN} 1 1| 1 1| 1 2| 1 3| 1 4",
+    ),
 }  # fmt: skip
 """Orders, and what is seen of the state after each (0 idle, 1 runs, 2 paused, 3 returns)."""
 
@@ -153,8 +166,6 @@ def test_what_comes_over_the_line(hosted: Path, name: str) -> None:
 
 # -- order 7: segments put in, changed, taken away; all that was sent, or nothing
 
-GIVEN = "1/5400/3600,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"
-"""Kind, tenths of a degree, seconds or tenths of a kelvin per hour."""
 TEN = "".join(f"{number},1,{100 + number}:" for number in range(1, 11))
 KINDS = {
     "1,20,600:2,40,300:3,60,300:4,0,0:": "1/6000/1200,1/3000/2400,4/0/3600,",  # of the source
@@ -176,9 +187,9 @@ CHANGES = {
     ("3,0,0:",): "1/5400/3600,4/0/1800,",
     ("1,0,0:",): "",
     ("6,0,0:",): GIVEN,
-    ("7,0,0:",): GIVEN,
+    ("7,0,0:",): GIVEN, ("0,10,100:",): GIVEN, ("1,-5,100:",): GIVEN,
     ("2,0,0:", "4,1,1:"): "1/5400/3600,",
-}
+}  # fmt: skip
 """Of a program that is there: a gap would be one in an empty place; the target of before makes a
 hold; what was taken away does not come back."""
 SENT = [
@@ -190,23 +201,6 @@ SENT = [
 @pytest.mark.parametrize(("place", "texts", "left"), SENT)
 def test_a_program_is_changed(hosted: Path, place: str, texts: tuple[str, ...], left: str) -> None:
     assert order(hosted, place, *(f"7 {text}" for text in texts)).state["points"] == left
-
-
-@pytest.mark.parametrize(
-    ("orders", "kept"),
-    [(["7 1,20,600:", "14 new"], ("new", "1/6000/1200,")), (["14 new"], ("", ""))],
-)
-def test_a_change_outlives_a_look_at_another_program(
-    hosted: Path, orders: list[str], kept: tuple[str, str]
-) -> None:
-    """A name without segments does not."""
-    said = order(hosted, "13 3", *orders, "13 1", "13 3")
-    assert (said.state["name"], said.state["points"]) == kept
-
-
-def test_the_program_that_runs_is_not_changed(hosted: Path) -> None:
-    said = order(hosted, "8 1", "7 1,0,0:", "18", "18", "18")
-    assert (said.state["points"], said.state["state"], said.state["segment"]) == ("", "1", "4")
 
 
 # -- whatever comes, nothing is read or written where it must not be: sanitizers watch all
