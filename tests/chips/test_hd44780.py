@@ -97,42 +97,28 @@ def test_a_slow_chip_needs_longer(oscillator_hz: float, lost: bool) -> None:
     assert Writer(Times().at(oscillator_hz), patience=1.5).lost == 0
 
 
-def test_addresses_and_directions() -> None:
+COURSES = {
+    "the first row ends at 0x27, the second starts at 0x40": [(0x27, "ab", 1, "b")],
+    "backwards": [([0x04], "", 0, ""), (0x0F, "zyx", 0, " " * 13 + "xyz")],
+    "the second row ends at 0x67, the first follows": [(0x67, "cd", 0, "d")],
+    "the display is shifted": [
+        (0, "0123456789abcdefghij", 0, "0123456789abcdef"), ([0x18], "", 0, "123456789abcdefg"),
+        ([0x1C, 0x1C], "", 0, " 0123456789abcde"), ([0x02], "", 0, "0123456789abcdef"),
+    ],
+    "the cursor moves": [([0x14], "b", 0, " b"), ([0x10, 0x10], "a", 0, "ab")],
+    "own characters": [([0x40], "■" * 8, 0, ""), (0, "■", 0, "■")],
+}  # fmt: skip
+"""Commands or an address, what is said then; a row, and what it shows."""
+
+
+@pytest.mark.parametrize("what", COURSES)
+def test_what_is_shown(what: str) -> None:
     chip = Writer()
-    chip.say(0x27, "ab")  # the first row ends at 0x27, the second starts at 0x40
-    assert chip.text[1][0] == "b"
-    chip.commands(0x04)  # backwards
-    chip.say(0x0F, "zyx")
-    assert chip.text[0][13:] == "xyz"
-    chip.commands(0x06)
-    chip.say(0x67, "cd")
-    assert chip.text[0][0] == "d"
-
-
-def test_shifting_the_display() -> None:
-    chip = Writer()
-    chip.say(0, "0123456789abcdefghij")
-    for commands, row in (
-        ([0x18], "123456789abcdefg"),
-        ([0x1C, 0x1C], " 0123456789abcde"),
-        ([0x02], "0123456789abcdef"),
-    ):
-        chip.commands(*commands)
-        assert chip.text[0] == row
-
-
-def test_cursor_moves_and_own_characters() -> None:
-    chip = Writer()
-    chip.commands(0x14)
-    chip.byte(1, ord("b"))
-    chip.commands(0x10, 0x10)
-    chip.byte(1, ord("a"))
-    assert chip.text[0][:2] == "ab"
-    chip.commands(0x40)
-    for line in range(8):
-        chip.byte(1, line)
-    chip.say(0, "■")
-    assert chip.text[0][:2] == "■b"
+    for where, text, row, shown in COURSES[what]:
+        chip.commands(*(where if isinstance(where, list) else [0x80 | where]))
+        for char in text:
+            chip.byte(1, A00.index(char))
+        assert chip.text[row] == shown.ljust(16)
 
 
 PINS = ("PB0", "PB1", "PD4", "PD5", "PD6", "PD7")
