@@ -4,14 +4,21 @@ docs/gcode.md tells of every command of the firmware, and of none that there is 
 import random
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from gcode_world import BinaryBoard
+from rig.specs import example
+
+from heatwright.sim.faults.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
+from heatwright.spec.rules import RULES
 
 ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
+FEEDER = example("feeder").controller
+STEPS_PER_MM, SPEED_MM_PER_S = 128, 20
 
 
 @pytest.fixture
@@ -71,6 +78,26 @@ def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoa
     assert " /0.0 B" in board.told("M105")[0]
     board.tell("M104 S200")
     assert board.device.on_fraction("heater") > 0.0
+
+
+@pytest.mark.parametrize("entry", [INTERRUPTS_ON, INTERRUPTS_OFF])
+def test_a_main_loop_that_hangs_ends_the_feed(entry: str) -> None:
+    """The gate's permit lasts ten ticks; then the watchdog resets the chip."""
+    board = BinaryBoard("feeder", nozzle=210.0)
+    for line in ("M104 S210", "M83", f"G1 E200 F{60 * SPEED_MM_PER_S}"):
+        board.tell(line)
+    board.wait(3.5)
+    before, feed = board.steps, board.device.outputs["feed"]
+    assert before > SPEED_MM_PER_S * STEPS_PER_MM
+    world = SimpleNamespace(device=board.device, site=SimpleNamespace(controller=FEEDER))
+    hang(world, entry)  # type: ignore[arg-type]
+    board.wait(0.5)
+    assert board.steps - before <= (0.1 + 2 * TICK_S) * SPEED_MM_PER_S * STEPS_PER_MM
+    assert feed.on == (entry == INTERRUPTS_OFF)
+    board.wait(3.5)
+    assert RULES[int(board.device.read("fault.code"))].id == "watchdog_reset"
+    board.device.feed()
+    assert not feed.on
 
 
 def in_the_firmware() -> set[str]:
