@@ -246,8 +246,9 @@ def test_every_entry_of_the_list_fits_a_mutant():
     assert Report([arena.name for arena in arenas], cases_of(arenas)).unused_entries() == []
 
 
-UNSETTLED = ("analog", "converters", "current", "firmware", "gcode", "indicators", "menu", "modbus",
-             "nextion", "outputs", "serial_log")  # fmt: skip
+UNSETTLED = ("analog", "converters", "firmware", "gcode", "indicators", "menu", "modbus", "nextion",
+             "outputs/burst", "outputs/feed", "outputs/held", "outputs/pwm", "outputs/spread",
+             "outputs/switched", "outputs/windows", "serial_log")  # fmt: skip
 """Areas of which not every survivor has been looked at yet: `make mutation` tells them."""
 ALIVE = Path(__file__).with_name("alive.txt")
 """Survivors of the sample that nobody has looked at yet: a debt that may only become less."""

@@ -34,6 +34,9 @@ class StorageArena:
     def sources(self) -> Mapping[str, str]:
         return {self.file: sources_of(text_of(self.machine))[self.file]}
 
+    def headers(self) -> Mapping[str, str]:
+        return sources_of(text_of(self.machine))
+
     @property
     def _build(self) -> HostBuild:
         return build_of_spec(spec_of(text_of(self.machine)), sanitized=False)
