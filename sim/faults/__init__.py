@@ -3,6 +3,5 @@
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.faults.fault import Fault, FaultResult
 from heatwright.sim.faults.procedure import try_fault
-from heatwright.sim.faults.run import run_faults
 
-__all__ = ["Fault", "FaultResult", "catalogue", "run_faults", "try_fault"]
+__all__ = ["Fault", "FaultResult", "catalogue", "try_fault"]

@@ -2,13 +2,11 @@
 
 import random
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, site_of, tried
 
-from heatwright.sim.faults import catalogue, run_faults, try_fault
-from heatwright.sim.faults import run as running
+from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.faults.bounds import lasting_s, steps, watchdog_s
 from heatwright.sim.faults.healthy import SPREAD, healthy
 from heatwright.spec import Controller
@@ -75,15 +73,3 @@ def test_machines_at_random_do_not_trip(seed: int) -> None:
     network = site.network.model_copy(update={"nodes": nodes, "links": links})
     for fault in healthy(site, f"machine {seed}", network, chance.uniform(10.0, 35.0)):
         assert try_fault(fault).detail == ""
-
-
-def test_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In order, with progress; the faults themselves are tried one by one elsewhere."""
-    site, told = site_of("chamber"), []
-    first = catalogue(site.controller, site.program)[:3]
-    monkeypatch.setattr(running, "catalogue", lambda *_: first)
-    found = run_faults(site.controller, site.program, progress=lambda *now: told.append(now))
-    assert [each.fault for each in found] == ["unplugged", "shorted_to_ground", "shorted_to_supply"]
-    assert told == [(1, 3), (2, 3), (3, 3)]
-    assert all(each.passed for each in found)
-    assert replace(found[0], problems=("one", "two")).detail == "one; two"
