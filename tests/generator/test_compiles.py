@@ -1,12 +1,23 @@
-"""What compiles whatever a spec says: any name, another crystal; and what must not."""
+"""What compiles whatever a spec says: any name, another crystal; and what must not. Second
+opinions: the Arduino IDE builds the folder as a sketch, with its own flags and core and our main;
+cppcheck finds nothing."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from random import Random
 
 import pytest
 from jinja2 import UndefinedError
 from rig.avr import whole
-from rig.specs import changed, controller_of, files_of
+from rig.controllers import drawings
+from rig.specs import changed, controller_of, example, files_of
+from suite import SEED, amount
 
-from heatwright.generator import render
+from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.plan import File, Plan
+from heatwright.generator.plan.assembly import MCU_MACROS
 from heatwright.spec.names import LONGEST_NAME
 
 PLAIN = changed("chamber").partition("simulation:")[0]
@@ -21,20 +32,8 @@ def test_an_undefined_name_is_an_error() -> None:
 @pytest.mark.parametrize("name", ["ticks", "fault", "i_2", "w" * LONGEST_NAME])
 def test_a_name_may_be_any_word_of_the_firmware(name: str) -> None:
     """One name for sensor, output and loop at once, and one the firmware uses itself."""
-    whole(f"""
-heatwright: 1
-controller: {{name: {name}, board: mega2560}}
-sensors: {{{name}: {{kind: ds18b20, pin: A1}}}}
-outputs: {{{name}: {{kind: digital, pin: D22, power: 100 W}}}}
-loops:
-  {name}:
-    sensor: {name}
-    heater: {name}
-    period: 1 s
-    setpoint: {{initial: 20 °C, minimum: 10 °C, maximum: 70 °C, stored: true}}
-    algorithm: {{kind: on_off, lead: 2 s}}
-interfaces: [{{kind: lcd_keypad, loop: {name}}}, {{kind: serial_plotter, loop: {name}}}]
-""")
+    text = changed(PLAIN, ("maximum: 70 °C}", "maximum: 70 °C, stored: true}"))
+    whole(re.sub(r"\bair\b|(?<=: )heater|heater(?=: {)", name, text))
 
 
 @pytest.mark.parametrize("clock_mhz", [8, 14.7456, 20])
@@ -43,6 +42,7 @@ def test_another_crystal(clock_mhz: float) -> None:
     text = changed("chamber", ("board: uno", f"board: uno\n  clock: {clock_mhz} MHz"))
     text = text.partition("interfaces:")[0]
     clock_hz = controller_of(text).board.clock_hz
+    assert "f_cpu" not in files_of("chamber")["platformio.ini"]
     assert clock_hz == round(clock_mhz * 1e6)
     assert f"\nboard_build.f_cpu = {clock_hz}L\n" in files_of(text)["platformio.ini"]
     whole(text)
@@ -50,10 +50,6 @@ def test_another_crystal(clock_mhz: float) -> None:
         whole(text, "-UF_CPU", "-DF_CPU=16000000UL")
     with pytest.raises(AssertionError, match="choose that board"):
         whole(text, "-U__AVR_ATmega328P__")
-
-
-def test_the_boards_own_clock_is_left_to_platformio() -> None:
-    assert "f_cpu" not in files_of("chamber")["platformio.ini"]
 
 
 def test_as_many_periods_as_can_be_counted_are_taken_as_the_file_says_them() -> None:
@@ -77,3 +73,98 @@ def test_two_converters_with_registers_share_no_name() -> None:
         ("\nsafety:", f"  wall: {loop}\nsafety:"), ("board: uno", "board: mega2560"),
         ("outputs:", "outputs:\n  other: {kind: digital, pin: D22, power: 9 W}"),
     ))  # fmt: skip
+
+
+IDE = Path("/usr/share/arduino/hardware/arduino/avr")
+"""Where Debian's arduino-core-avr puts it."""
+
+SLOW = {"-flto", "-fno-fat-lto-objects", "-fuse-linker-plugin"}
+"""Link-time optimisation, which older IDEs do without."""
+
+
+def flags(language: str, lto: bool) -> list[str]:
+    """Return what platform.txt gives the compiler; every warning an error."""
+    text = (IDE / "platform.txt").read_text()
+    found = re.search(rf"^compiler\.{re.escape(language)}\.flags=(.*)$", text, re.MULTILINE)
+    assert found is not None
+    words = found[1].replace("{compiler.warning_flags}", "-Wall -Wextra").split()
+    return [word for word in words if lto or word not in SLOW]
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def core(folder: Path, lto: bool, where: list[str]) -> Path:
+    """Compile the core of the IDE into an archive."""
+    folder.mkdir()
+    for language, compiler in (("c", "avr-gcc"), ("cpp", "avr-g++")):
+        chosen = sorted((IDE / "cores" / "arduino").glob(f"*.{language}"))
+        # gcc 5.4 keeps this one from C++; the IDE's own compiler is newer.
+        words = [*flags(language, lto), "-w", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
+        run(compiler, *words, *where, *chosen, cwd=folder)
+    run("avr-gcc-ar", "rcs", "core.a", *sorted(folder.glob("*.o")), cwd=folder)
+    return folder / "core.a"
+
+
+@pytest.mark.parametrize("lto", [True, False], ids=["lto", "plain"])
+def test_the_ide_builds_the_chamber(lto: bool, tmp_path: Path) -> None:
+    chamber_files = files_of("chamber")
+    write(chamber_files, tmp_path / "chamber")
+    sources = sorted((tmp_path / "chamber" / "src").glob("*.c"))
+    where = [
+        "-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO",
+        "-DARDUINO_ARCH_AVR", f"-I{IDE}/cores/arduino", f"-I{IDE}/variants/standard",
+    ]  # fmt: skip
+    archive = core(tmp_path / "core", lto, where)
+    # The IDE puts Arduino.h in front of the sketch and compiles it as C++.
+    sketch = tmp_path / "chamber.ino.cpp"
+    sketch.write_text(f"#include <Arduino.h>\n{chamber_files['chamber.ino']}", encoding="utf-8")
+    ours = tmp_path / "objects"
+    ours.mkdir()
+    run("avr-gcc", *flags("c", lto), "-Werror", *where, *sources, cwd=ours)
+    run("avr-g++", *flags("cpp", lto), "-Werror", *where, sketch, cwd=ours)
+    run(
+        "avr-gcc", *flags("c.elf", lto), "-Werror", "-mmcu=atmega328p", "-o", "chamber.elf",
+        *sorted(ours.glob("*.o")), archive, "-lm", "-Wl,-Map=chamber.map", cwd=tmp_path,
+    )  # fmt: skip
+    assert "core.a(" not in (tmp_path / "chamber.map").read_text().partition("Allocating")[0]
+    listing = run("avr-objdump", "-d", "chamber.elf", cwd=tmp_path)
+    assert_starts_safely(listing)
+    size = run("avr-size", "chamber.elf", cwd=tmp_path)
+    print(f"\nArduino IDE, {'with' if lto else 'without'} -flto:\n{size}")
+
+
+def assert_starts_safely(listing: str) -> None:
+    """The reset leads to heaters_off: D3 = PD3 low and driven before there is a stack."""
+    first = re.search(r"^ +0:\t(?:\w\w )+\s*jmp\t0x(\w+)", listing, re.MULTILINE)
+    assert first is not None
+    start = re.search(rf"^0*{first[1]} <heaters_off>:\n(.*\n)(.*\n)", listing, re.MULTILINE)
+    assert start is not None
+    assert "cbi\t0x0b, 3" in start[1]
+    assert "sbi\t0x0a, 3" in start[2]
+
+
+CPPCHECK = [
+    "cppcheck", "--quiet", "--enable=warning,performance,portability", "--inconclusive",
+    "--std=c11", "--platform=avr8", "--library=avr", "--error-exitcode=1",
+]  # fmt: skip
+
+
+CHECKED = ("chamber", "fabricator", "dryer", "kiln", "kiln_uno")
+
+
+@pytest.mark.parametrize("case", [*CHECKED, *range(amount("drawn_for_cppcheck"))])
+def test_nothing_is_found(case: str | int, tmp_path: Path) -> None:
+    random = Random(f"cppcheck {SEED} {case}")  # noqa: S311 - no secret
+    spec = example(case) if isinstance(case, str) else next(drawings(random)).spec
+    board = spec.controller.board
+    write(render(plan_firmware(spec)), tmp_path)
+    assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
+    done = subprocess.run(
+        [*CPPCHECK, f"-D{MCU_MACROS[board.mcu]}", f"-DF_CPU={board.clock_hz}UL", "src"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")

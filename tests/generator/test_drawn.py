@@ -1,4 +1,5 @@
-"""Controllers drawn from the language: accepted, compiled, and run in step with the reference."""
+"""Each kind of the language is in all layers, and controllers drawn from it are accepted, compiled,
+and run in step with the reference."""
 
 import re
 from collections import Counter
@@ -10,12 +11,14 @@ from typing import Any
 import pytest
 from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
 from rig.avr import whole
+from rig.bad_specs import cases
 from rig.controllers import Drawn, attempt, drawings, drawn
-from rig.specs import files_of
+from rig.specs import EXAMPLES, files_of
 from rig.store import CompileFailed
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware
+from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.render import _load
 from heatwright.generator.stack import worst_stack
 from heatwright.sim.bench import bench
@@ -34,12 +37,16 @@ from heatwright.spec import (
     kinds,
 )
 from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
+from heatwright.spec.controller import WATCHDOG_S
 
-TEMPLATES = Path(__file__).parents[2] / "templates"
+ROOT = Path(__file__).parents[2]
+TEMPLATES = ROOT / "templates"
 LARGE_FLASH = 100_000
 """Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
 TOO_LARGE = re.compile(r"will not fit in region `text'|is not within region `data'")
 CODE = (".c", ".h")
+FOLDERS = {"sensors": Sensor, "outputs": Output, "algorithms": Algorithm, "interfaces": Interface}
+KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(union)]
 
 
 def test_most_of_what_is_drawn_is_accepted() -> None:
@@ -96,7 +103,7 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
     assert set(product(noting.places, (True, False))) - noting.seen == set()
     assert frozenset().union(*(kinds_in(each.spec.controller) for each in pool)) == {
         *BOARDS,
-        *(kind for union in (Sensor, Output, Algorithm, Interface) for kind in kinds(union)),
+        *(kind for _, kind in KINDS),
     }
 
 
@@ -169,3 +176,38 @@ def project_flags(ini: str) -> list[str]:
     flags = found[1].split()
     assert {"-Werror", "-Wpedantic", "-Wconversion", "-std=c11"} <= set(flags)
     return flags
+
+
+def test_the_folders_hold_nothing_that_is_no_kind() -> None:
+    for folder, union in FOLDERS.items():
+        shared = {"__init__", "common", "autotune"}
+        plans = {path.stem for path in (ROOT / "generator" / "plan" / folder).glob("*.py")}
+        assert plans - shared == set(kinds(union))
+
+
+def test_an_example_uses_every_kind() -> None:
+    texts = [path.read_text("utf-8") for path in EXAMPLES.glob("*.yaml")]
+    used = {kind for text in texts for kind in re.findall(r"\bkind: (\w+)", text)}
+    assert {kind for _, kind in KINDS} <= used
+
+
+@pytest.mark.parametrize(("folder", "kind"), KINDS)
+def test_a_bad_spec_is_about_it(folder: str, kind: str) -> None:
+    """One of its keys, or it by name, is objected to; that it occurs would show nothing."""
+    own = {field.alias or name for name, field in kinds(FOLDERS[folder])[kind].model_fields.items()}
+    section = "loops" if folder == "algorithms" else folder
+    for case in cases().values():
+        text = case.text.decode(errors="replace")
+        messages = [line for line in case.messages if f" {section}" in line]
+        if f"kind: {kind}" in text and any(
+            f".{key}:" in line or kind in line for line in messages for key in own
+        ):
+            return
+    pytest.fail(f"nothing in tests/bad_specs objects to a key of {kind}")
+
+
+def test_every_watchdog_period_has_its_name_in_avr_libc() -> None:
+    assert set(WATCHDOG_NAMES) == set(WATCHDOG_S)
+    header = Path("/usr/lib/avr/include/avr/wdt.h").read_text("utf-8", errors="replace")
+    for name in WATCHDOG_NAMES.values():
+        assert re.search(rf"#define\s+WDTO_{name}\b", header)

@@ -51,6 +51,12 @@ TABLES = {
 SHORT = {"in-force": "setpoint-in-force"}
 
 
+@pytest.fixture(scope="module")
+def generated() -> dict[str, str]:
+    """The LinuxCNC files of the fabricator by their names."""
+    return linuxcnc_files(files_of(FABRICATOR))
+
+
 def loop_name(number: int) -> str:
     return f"loop_{number}_" + "x" * (LONGEST - len(f"loop_{number}_"))
 
@@ -135,7 +141,7 @@ def test_names_that_are_too_long_are_cut() -> None:
             assert len(name) <= LONGEST_IN_HAL, name
 
 
-def test_hal_loads_many_loops_with_long_names(linuxcnc: None) -> None:
+def test_hal_loads_many_loops_with_long_names() -> None:
     files = linuxcnc_files(files_of(many_loops()))
     with hal_session.folder() as place:
         for name, text in files.items():

@@ -8,10 +8,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import hal_session
 import pytest
-from hal_session import Hal, MadeUpBoard
+from hal_session import FABRICATOR, Hal, MadeUpBoard, linuxcnc_files
 from rig.live import simulated
-from rig.specs import changed
+from rig.specs import changed, files_of
 
 ROUND_S = 1 / 3.6
 """MAX_UPDATE_RATE of the generated mb2hal.ini."""
@@ -22,6 +23,38 @@ LATE_S = 10.0
 """What a busy machine may take on top."""
 
 ENABLED, WORK = "fabricator-nozzle-enabled", "fabricator-nozzle-work"
+
+
+ALONE = """
+loadrt threads name1=servo-thread period1=1000000
+source fabricator.hal
+start
+"""
+
+
+@pytest.fixture
+def place() -> Iterator[Path]:
+    """A folder with the generated files, but no parity: the kernel's pseudo-terminals have none."""
+    with hal_session.folder() as folder:
+        for name, text in linuxcnc_files(files_of(FABRICATOR)).items():
+            (folder / name).write_text(text.replace("SERIAL_PARITY = even", "SERIAL_PARITY = none"))
+        (folder / "test.hal").write_text(ALONE)
+        yield folder
+
+
+@pytest.fixture
+def board(place: Path) -> Iterator[MadeUpBoard]:
+    with MadeUpBoard() as board:
+        (place / "fabricator_port").symlink_to(board.port)
+        yield board
+
+
+@pytest.fixture
+def hal(board: MadeUpBoard, place: Path) -> Iterator[Hal]:
+    """The generated HAL with the made-up board, no panel."""
+    with Hal(place, "test.hal") as session:
+        session.wait("fabricator-exchange", 1)
+        yield session
 
 
 def until(board: MadeUpBoard, name: str, value: object) -> None:
@@ -149,7 +182,7 @@ FINGER = "pressed_pyvcp.py"
 
 
 @pytest.fixture
-def display(linuxcnc: None) -> Iterator[str]:
+def display() -> Iterator[str]:
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed: make setup LINUXCNC=1")
     told, tell = os.pipe()
@@ -202,11 +235,11 @@ def test_the_panel_heats_stops_and_acknowledges(
     press(place, "ON")
     touched.wait("fabricator-nozzle-heat", 1, LATE_S)
     assert board.setpoint_celsius == 300
-    assert touched.pin("fabricator-panel.nozzle.heat") == 1
+    assert touched.signal("fabricator-panel.nozzle.heat", "getp") == 1
     board.celsius = 299.5
     touched.wait("fabricator-nozzle-warm", 1, LATE_S)
-    assert touched.pin("fabricator-panel.nozzle.bar") == 299.5
-    assert touched.pin("fabricator-panel.nozzle.temperature") == 299.5
+    assert touched.signal("fabricator-panel.nozzle.bar", "getp") == 299.5
+    assert touched.signal("fabricator-panel.nozzle.temperature", "getp") == 299.5
     press(place, "OFF")
     touched.wait("fabricator-nozzle-work", 0, LATE_S)
     assert not board.enabled
@@ -229,7 +262,7 @@ COOLS_S = 10 / SPEED
 
 
 @pytest.fixture
-def port(linuxcnc: None) -> Iterator[str]:
+def port() -> Iterator[str]:
     with simulated("fabricator", SPEED) as (name, _):
         os.chmod(name, 0o666)  # noqa: PTH101, S103 - mb2hal runs as another user
         yield name
