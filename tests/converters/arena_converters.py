@@ -8,10 +8,7 @@ import test_converter_firmware as checks
 import test_max31856_choice as choice
 from rig.avr import Firmware, Program, on
 from rig.chips import Crucible, crucible
-from rig.specs import spec_of
-
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
+from rig.specs import controller_of
 
 BROKEN = ("sensor_tip", "spi_tip")
 SELECTABLE = crucible(
@@ -51,12 +48,6 @@ def each_register_problem(bench: Crucible) -> str:
     return checks.registers_problem(bench, checks.registers_said(0))
 
 
-def cold(elf: Elf) -> choice.Cold:
-    made = choice.Cold(AvrDevice(spec_of(SELECTABLE).controller, elf), "tip", "crucible")
-    made.begin()
-    return made
-
-
 few_readings = partial(checks.reading_problem, count=7)
 ARENAS: list[Firmware] = [
     arena("max31856", crucible("max31856", period_s=checks.SHORTEST_S), checks.set_up_problem,
@@ -66,7 +57,7 @@ ARENAS: list[Firmware] = [
         Program(SELECTABLE),
         ("sensor_tip",),
         on(
-            cold,
+            partial(choice.Cold, controller_of(SELECTABLE)),
             choice.test_it_is_taken_over_with_the_next_reading,
             choice.test_not_while_a_program_runs_or_waits,
             choice.test_not_when_it_is_switched_before_the_next_step_sees_it,

@@ -1,41 +1,34 @@
 """The operator chooses the thermocouple's type on the touch display: the kiln's binary."""
 
-from typing import NamedTuple
+from typing import Any
 
 import pytest
 from rig.avr import whole
 from rig.specs import example
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.sensors.max31856 import Max31856
+from heatwright.sim.elf import Elf
+from heatwright.spec import Controller
 
 K, S = 3, 6
 """Codes of types, which the operator may choose."""
+CHOOSE_S = f"#15 {S};"
 ROOM_C = 25.0
 
 
-class Cold(NamedTuple):
-    """A machine at room temperature, where every type reads the same."""
+class Cold:
+    """A machine of one loop at room temperature, where every type reads the same."""
 
-    device: AvrDevice
-    sensor: str
-    loop: str
-
-    def begin(self) -> None:
+    def __init__(self, controller: Controller, elf: Elf) -> None:
+        self.device = AvrDevice(controller, elf)
+        ((self.loop, loop),) = controller.loops.items()
+        self.sensor = loop.sensor
+        self.chip: Any = self.device.sensors[self.sensor]
         self.device.sense(self.sensor, ROOM_C)
         self.run(3.02)
 
     def run(self, seconds: float) -> None:
         self.device.advance(self.device.time_s + seconds)
-
-    @property
-    def chip(self) -> Max31856:
-        found = self.device.sensors[self.sensor]
-        assert isinstance(found, Max31856)
-        return found
-
-    def choose(self, code: int) -> None:
-        self.send(f"#15 {code};")
 
     def send(self, order: str) -> None:
         self.device.send(order)
@@ -50,15 +43,13 @@ class Cold(NamedTuple):
 
 @pytest.fixture
 def cold() -> Cold:
-    found = Cold(AvrDevice(example("kiln").controller, whole("kiln")), "chamber", "chamber")
-    found.begin()
-    return found
+    return Cold(example("kiln").controller, whole("kiln"))
 
 
 def test_it_is_taken_over_with_the_next_reading(cold: Cold) -> None:
     assert cold.chosen == (K, K)
     done = len(cold.device.steps(cold.loop))
-    cold.choose(S)
+    cold.send(CHOOSE_S)
     assert cold.chosen == (S, S)
     cold.run(1.0)
     after = cold.device.steps(cold.loop)[done:]
@@ -77,7 +68,7 @@ def test_a_warm_kiln_jumps(cold: Cold) -> None:
         cold.device.sense(cold.sensor, warmer_c)
         cold.run(1.0)
     assert cold.device.read("fault.code") == 0
-    cold.choose(S)
+    cold.send(CHOOSE_S)
     cold.run(1.0)
     assert cold.device.steps(cold.loop)["temperature_c"].max() > 150.0
     assert cold.device.read("fault.code") == 8
@@ -87,11 +78,11 @@ def test_not_while_a_program_runs_or_waits(cold: Cold) -> None:
     for order, code in (("start", K), ("pause", K), ("stop", S)):
         cold.device.program(order, 1)
         cold.run(2.0)
-        cold.choose(S)
+        cold.send(CHOOSE_S)
         assert cold.chosen == (code, code)
 
 
 def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> None:
-    for order in ("#2 1;#15 6;", "#2 0;#15 6;"):
+    for order in (f"#2 1;{CHOOSE_S}", f"#2 0;{CHOOSE_S}"):
         cold.send(order)
         assert cold.chosen == (K, K)

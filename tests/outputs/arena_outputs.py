@@ -9,7 +9,7 @@ import test_outputs_stepper as stepper
 from rig.avr import Firmware, Program
 from rig.outputs import Wired, cause_problem, reset_problem
 from rig.specs import spec_of
-from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem, windows_problem
+from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem
 from test_outputs_pwm import PwmBoard, heater_problems, placed, restart_problem
 from test_outputs_relay import OPEN, RelayBoard, relayed
 from test_outputs_relay import whole_problem as relay_problem
@@ -103,7 +103,7 @@ ARENAS = [
     arena("held", held(*VARIANTS["all"]), BOTH, any_orders_problem),
     arena("switched", held(), BOTH, any_orders_problem),
     arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
-    arena("windows beside a cooler", held(kind="windows"), HEATER, windows_problem),
+    arena("windows beside a cooler", held(kind="windows"), HEATER, timed_problem),
     Firmware("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
     Firmware("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(

@@ -218,8 +218,3 @@ class FiringByKeys(Firing):
             self.device.shield.play(random.choices(KEYS, k=random.randint(1, 8)))
         else:
             self.device.program(*random.choice(orders.get(state, [("stop", 0)])))
-
-
-def same(record: Progress, seen: Progress) -> bool:
-    """Whether a record is of this moment."""
-    return record._replace(program_crc=0) == seen

@@ -70,6 +70,11 @@ class Kept:
         self.host.world.writes_left = self.host.world.torn = -1
         self.host.power_up()
 
+    def in_ring(self, slot: int, turn: int, values: Iterable[Any]) -> bytes:
+        """An EEPROM with these values, the newest first, at this slot and with this turn."""
+        pieces = enumerate(self.slot_bytes(turn - age, each) for age, each in enumerate(values))
+        return self.memory.image(*((self.slot_at((slot - n) % self.slots), p) for n, p in pieces))
+
     @property
     def image(self) -> bytes:
         return bytes(self.host.eeprom)

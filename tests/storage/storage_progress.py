@@ -26,7 +26,7 @@ class Progresses(Kept):
 
     def __init__(self, host: Host, *, short: bool = False) -> None:
         super().__init__(host, short=short)
-        self.slots = self.memory.progress_slots
+        self.slots, self.slot_bytes = self.memory.progress_slots, self.memory.progress_slot
         self.turns = (1, 2, self.slots, 255, 256, 65536, 2**32 - 2)
         self.boot(self.memory.blank)
         crc = self.library.programs_crc(self.library.program_loaded())
@@ -59,17 +59,10 @@ class Progresses(Kept):
     def slot_at(self, slot: int) -> int:
         return self.memory.progress_at + slot * PROGRESS_BYTES
 
-    def slot_bytes(self, turn: int, value: Progress, digest: bytes | None = None) -> bytes:
-        return self.memory.progress_slot(turn, value, digest)
-
     def used(self, slot: int, turn: int) -> bytes:
-        pieces = []
-        for age in range(min(self.slots, turn)):
-            record = self.old if age == 0 else self.old._replace(ended=age & 0xFF)
-            pieces.append(
-                (self.slot_at((slot - age) % self.slots), self.slot_bytes(turn - age, record))
-            )
-        return self.memory.image(*pieces)
+        ages = range(1, min(self.slots, turn))
+        aged = (self.old._replace(ended=age & 0xFF) for age in ages)
+        return self.in_ring(slot, turn, (self.old, *aged))
 
     def beside(self, image: bytes, when: str, *, done: bool) -> Iterator[str]:
         newest = self.memory.progress(image)

@@ -32,6 +32,7 @@ class SettingsKept(Kept):
     def __init__(self, host: Host, *, short: bool = False) -> None:
         super().__init__(host, short=short)
         memory, self._loop = self.memory, self.parts.loop
+        self.slot_bytes = memory.settings_slot
         loop, sensor = self.controller.loops[self._loop], self.controller.sensors[self.parts.sensor]
         self.slots, self.size = memory.settings_slots, memory.settings_bytes
         self.codes_allowed = {TYPES.index(each) for each in getattr(sensor, "selectable", ())}
@@ -106,22 +107,12 @@ class SettingsKept(Kept):
     def slot_at(self, slot: int) -> int:
         return slot * SETTINGS_STRIDE
 
-    def slot_bytes(self, turn: int, value: Settings, digest: bytes | None = None) -> bytes:
-        return self.memory.settings_slot(turn, value, digest)
-
     def used(self, slot: int, turn: int) -> bytes:
-        pieces = []
-        for age in range(self.slots):
-            record = self.old if age == 0 else self.old._replace(code=1 + age % 5, time_s=age)
-            pieces.append(
-                (self.slot_at((slot - age) % self.slots), self.slot_bytes(turn - age, record))
-            )
-        return self.memory.image(*pieces)
+        aged = (self.old._replace(code=1 + age % 5, time_s=age) for age in range(1, self.slots))
+        return self.in_ring(slot, turn, (self.old, *aged))
 
     def boot_with(self, kept: Settings, seen: int = 0) -> None:
-        self.boot(
-            self.memory.image((self.slot_at(3), self.memory.settings_slot(7, kept, None, seen)))
-        )
+        self.boot(self.memory.image((self.slot_at(3), self.slot_bytes(7, kept, None, seen))))
 
     # ---- the checks ----
 

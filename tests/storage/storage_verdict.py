@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen, same
+from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
 from heatwright.sim.device import AvrDevice
@@ -50,11 +50,8 @@ class Book:
                 found = self.memory.program(cut.image, place)
                 if newest == 0 and found == self.memory.given(place):
                     continue
-                later = [
-                    number
-                    for number, edit in enumerate(sent, start=1)
-                    if number >= newest and found is not None and edit.segments == found.segments
-                ]
+                kept = found and found.segments
+                later = [n for n, one in enumerate(sent, 1) if n >= newest and one.segments == kept]
                 if not later or sent[later[0] - 1].time_s > cut.time_s:
                     return f"{cut.time_s:.6f} s: place {place} has {found}"
                 newest = later[0]
@@ -73,11 +70,8 @@ class Book:
         known_s = cut.time_s - self.late_s()
         changed_s = _changed_s(cut, known_s)
         moments = [each for each in cut.seen if changed_s is None or each.time_s >= changed_s]
-        matching = [
-            each
-            for each in moments
-            if record and any(same(record, made) for made in _made_of(cut, each))
-        ]
+        known = record and record._replace(program_crc=0)
+        matching = [each for each in moments if known in _made_of(cut, each)]
         if matching:
             running = record is not None and record.state in {RUNNING, RETURNING}
             age_s = cut.time_s - matching[-1].time_s
