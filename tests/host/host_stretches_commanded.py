@@ -115,7 +115,7 @@ class CommandedWalk(Walk):
     def _load(self, stretch: Stretch) -> None:
         """The heater draws another share of what is due, at the setpoint or below it."""
         if stretch.value % 3 == 0:
-            self._ramp_to(self._setpoint_c - 5)
+            self._ramp_to(self._setpoint_c - 5 - stretch.steps % 5)
         self._set_others(share=SHARES[stretch.value % len(SHARES)])
         self._zigzag(stretch)
         self._set_others()
