@@ -88,9 +88,7 @@ STARTER = """
 
 static volatile bool asked;
 
-void gate_tick(void)
-{
-}
+void gate_tick(void) {}
 
 EMPTY_INTERRUPT(TIMER0_COMP_vect)
 

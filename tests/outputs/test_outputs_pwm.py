@@ -88,11 +88,6 @@ class PwmBoard(OutputBoard):
         return ""
 
 
-def pwm(board: str = "uno", **outputs: str) -> PwmBoard:
-    """Put outputs, each a pin and what the file says of it, on a board."""
-    return PwmBoard(placed(board, outputs))
-
-
 def placed(board: str, outputs: Outputs) -> Wired:
     """Say where outputs are, each of which begins with its pin."""
     return wired(board, {name: f"kind: pwm, pin: {said}" for name, said in outputs.items()})
@@ -211,7 +206,7 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
     wide = BOARDS[board].timers[number].bits == 16
     said = f"frequency: {1000 if wide else 976.5625} Hz, active: {active}"
     outputs = {f"fan_{pin.lower()}": f"{pin}, {said}" for pin in pins}
-    bench = pwm(board, **outputs)
+    bench = PwmBoard(placed(board, outputs))
     for name in outputs:
         channel = bench.channels[name]
         assert (channel.timer, channel.by_interrupts) == (number, False)
@@ -249,7 +244,8 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
 def test_frequency_and_share(
     board: str, pin: str, frequency_hz: float, by_interrupts: bool, active: str
 ) -> None:
-    bench = pwm(board, fan=f"{pin}, frequency: {frequency_hz} Hz, active: {active}")
+    said = f"{pin}, frequency: {frequency_hz} Hz, active: {active}"
+    bench = PwmBoard(placed(board, {"fan": said}))
     assert bench.channels["fan"].by_interrupts == by_interrupts
     shortest = 5 + LATEST_INTERRUPT_S * frequency_hz * 100 * by_interrupts
     for percent in (shortest, 33.3, 100 - shortest):
@@ -265,7 +261,7 @@ def test_frequency_and_share(
 )
 def test_two_on_one_timer_keep_apart(board: str, pins: tuple[str, str], timer: int) -> None:
     hot, part = f"{pins[0]}, frequency: 30 Hz", f"{pins[1]}, frequency: 122 Hz, active: low"
-    bench = pwm(board, hot=hot, part=part)
+    bench = PwmBoard(placed(board, {"hot": hot, "part": part}))
     assert {channel.timer for channel in bench.channels.values()} == {timer}
     bench.ask("hot", 20.0)
     bench.ask("part", 70.0)
@@ -281,7 +277,7 @@ def test_two_on_one_timer_keep_apart(board: str, pins: tuple[str, str], timer: i
 @pytest.mark.parametrize(("board", "pin"), [("uno", "D4"), ("mega2560", "A8"), ("atmega32", "PC0")])
 def test_an_interrupt_is_short(board: str, pin: str) -> None:
     """20 us at most with interrupts off."""
-    bench = pwm(board, fan=f"{pin}, frequency: 490 Hz")
+    bench = PwmBoard(placed(board, {"fan": f"{pin}, frequency: 490 Hz"}))
     profile = bench.avr.profile(bench.program)
     for percent in (3.0, 50.0, 97.0):
         bench.ask("fan", percent)

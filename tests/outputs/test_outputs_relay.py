@@ -35,7 +35,6 @@ class Orders(NamedTuple):
     step_due: bool = False
 
 
-STILL = Orders(wanted=False)
 STEP = Orders(step_due=True)
 
 
@@ -239,7 +238,7 @@ def test_what_is_broken_at_the_start_never_heats(armature: Armature, wire: Wire,
         found = bench.get("fault.code"), bench.get("fault.temperature_c")
         assert (*found, bench.outputs["heater"].on) == (code, JUDGED_C, False)
     bench.relay.fail(Armature.SOUND, Wire.SOUND)
-    ticks(bench, STILL, 20)
+    ticks(bench, Orders(wanted=False), 20)
     ticks(bench, STEP._replace(acknowledged=True), 1)
     ticks(bench, STEP, 60)
     assert (bench.get("fault.code"), bench.outputs["heater"].on) == (0, True)

@@ -29,8 +29,8 @@ class Programs(Kept):
 
     def __init__(self, host: Host, *, short: bool = False) -> None:
         super().__init__(host, short=short)
-        self.number = 2
-        self.size = self.memory.program_bytes
+        self.number, self.size = 2, self.memory.program_bytes
+        self.slot_bytes = self.memory.program_slot
 
     def packed(self, stored: Stored) -> Any:
         raw = stored.packed(max(self.memory.points, len(stored.segments)))
@@ -63,9 +63,6 @@ class Programs(Kept):
 
     def slot_at(self, slot: int) -> int:
         return self.memory.program_at(self.number, slot)
-
-    def slot_bytes(self, turn: int, value: Stored, digest: bytes | None = None) -> bytes:
-        return self.memory.program_slot(turn, value, digest)
 
     def used(self, slot: int, turn: int) -> bytes:
         """With a program at every place, and an older one in its other slot."""

@@ -1,6 +1,7 @@
 """What must happen after a power cut, from the EEPROM's bytes and a temperature; and what does."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -83,9 +84,6 @@ class Book:
         return f"{record} is of no moment since {changed_s}"
 
 
-_ANY = Progress(0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0)
-
-
 def _made_of(cut: Cut, moment: Seen) -> Iterator[Progress]:
     """What a moment may be noted as: as it was, or as an order to stop or to pause will leave it.
 
@@ -102,13 +100,12 @@ def _made_of(cut: Cut, moment: Seen) -> Iterator[Progress]:
 
 def _changed_s(cut: Cut, before_s: float) -> float | None:
     """When state or segment changed last before a time, since the power came on; None: never."""
-    changed_s, last = None, cut.seen[0].record if cut.seen else _ANY
-    for time_s, record in cut.seen[1:]:
+    changed_s = None
+    for (_, last), (time_s, record) in pairwise(cut.seen):
         if time_s > before_s:
             break
         if (record.state, record.segment) != (last.state, last.segment):
             changed_s = time_s
-        last = record
     return changed_s
 
 

@@ -6,7 +6,7 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from storage_firing import Cut, Firing, FiringByKeys, machine
+from storage_firing import Firing, FiringByKeys, machine
 from storage_format import PROGRESS_BYTES, Progress
 from storage_verdict import FIRST_STEP_S, Again, Judge, Outcome
 from suite import amount
@@ -33,11 +33,6 @@ def kind_of(outcome: Outcome) -> str:
     return names.get((outcome.state, outcome.goes_on is not None), "goes on")
 
 
-def cuts_of(judge: Judge, firing: Firing, count: int) -> list[Cut]:
-    """Most of them while something is written, the others as it comes."""
-    return list(islice(firing.cuts(MOST_ROWS, busy=1.0, quiet=0.02), count))
-
-
 class Kiln(NamedTuple):
     controller: Controller
     program: Elf
@@ -61,7 +56,8 @@ def test_every_cut_leaves_what_can_go_on_or_has_ended(kilns, seed):
     random, found = Random(seed), []  # noqa: S311
     controller, program, judge, firing_of = kilns[seed % len(kilns)]
     firing = firing_of(controller, program, seed, judge.book.record)
-    cuts = cuts_of(judge, firing, CUTS)
+    # Most of them while something is written, the others as it comes.
+    cuts = list(islice(firing.cuts(MOST_ROWS, busy=1.0, quiet=0.02), CUTS))
     assert len(cuts) == CUTS
     if firing_of is Firing:  # who plays with keys may change a program
         assert judge.book.forgotten(cuts, firing.edits) == ""
