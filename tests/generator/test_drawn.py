@@ -25,19 +25,10 @@ from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay
-from heatwright.spec import (
-    BOARDS,
-    Algorithm,
-    Controller,
-    Interface,
-    Output,
-    Sensor,
-    SerialLog,
-    SpecError,
-    kinds,
-)
+from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
 from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
-from heatwright.spec.controller import WATCHDOG_S
+from heatwright.spec.controller import WATCHDOG_S, Controller
+from heatwright.spec.interfaces import SerialLog
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "templates"
@@ -101,10 +92,8 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
     files = [path for path in TEMPLATES.glob("*/*") if path.suffix in {*CODE, ".j2"}]
     assert with_included(used) == {path.relative_to(TEMPLATES).as_posix() for path in files}
     assert set(product(noting.places, (True, False))) - noting.seen == set()
-    assert frozenset().union(*(kinds_in(each.spec.controller) for each in pool)) == {
-        *BOARDS,
-        *(kind for _, kind in KINDS),
-    }
+    found = frozenset().union(*(kinds_in(each.spec.controller) for each in pool))
+    assert found == {*BOARDS, *(kind for _, kind in KINDS)}
 
 
 def with_included(templates: set[str]) -> set[str]:
@@ -122,9 +111,8 @@ def kinds_in(controller: Controller) -> set[str]:
     """List all kinds and the board of a controller."""
     loops = controller.loops.values()
     parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
-    return {each.kind for each in (*parts, *(loop.algorithm for loop in loops))} | {
-        controller.board.name
-    }
+    kinds_of_parts = {each.kind for each in (*parts, *(loop.algorithm for loop in loops))}
+    return kinds_of_parts | {controller.board.name}
 
 
 @pytest.mark.parametrize("number", range(amount("drawn_compiled")))

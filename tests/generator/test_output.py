@@ -147,22 +147,13 @@ def test_the_folder_itself_may_be_a_link(tmp_path: Path) -> None:
     assert everything(tmp_path / "real") == encoded(FILES)
 
 
-@pytest.mark.parametrize(
-    ("there", "reason"),
-    [
-        ("out", "is a file where a folder is needed"),
-        ("out/src", "is a file where a folder is needed"),
-        ("out/src/main.c/x", "is a folder where a file is needed"),
-        ("out/README.md/x", "is a folder where a file is needed"),
-    ],
-)
-def test_files_and_folders_that_are_not_what_is_needed(
-    there: str, reason: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("there", ["out", "out/src", "out/src/main.c/x", "out/README.md/x"])
+def test_files_and_folders_that_are_not_what_is_needed(there: str, tmp_path: Path) -> None:
+    found, needed = ("folder", "file") if there.endswith("/x") else ("file", "folder")
     (tmp_path / there).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / there).write_text(OURS)
     before = everything(tmp_path)
-    with pytest.raises(OutputRefused, match=reason):
+    with pytest.raises(OutputRefused, match=f"is a {found} where a {needed} is needed"):
         write(FILES, tmp_path / "out")
     assert everything(tmp_path) == before
 
@@ -174,14 +165,8 @@ def test_a_pipe_in_the_way_is_not_opened(tmp_path: Path) -> None:
     assert not (tmp_path / "src").exists()
 
 
-@pytest.mark.parametrize(
-    ("moment", "error"),
-    [
-        ("heatwright.generator.output.os.fdopen", OSError(errno.ENOSPC, "No space left")),
-        ("pathlib.Path.replace", OSError(errno.ENOSPC, "No space left")),
-        ("pathlib.Path.chmod", KeyboardInterrupt()),
-    ],
-)
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left"), KeyboardInterrupt()])
+@pytest.mark.parametrize("moment", ["os.fdopen", "pathlib.Path.replace", "pathlib.Path.chmod"])
 def test_a_failure_or_ctrl_c_leaves_the_old_file_whole(
     moment: str, error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -262,15 +247,11 @@ def test_nothing_of_the_day_or_the_machine_shows(spec: Path) -> None:
             assert word not in text, (path, word)
 
 
-def test_every_file_begins_with_the_banner() -> None:
+def test_every_file_begins_with_the_banner_and_is_tidy() -> None:
     said = f"{MARK} from chamber.yaml: edit that file, not this one. SPDX-License-Identifier: MIT-0"
     signs = {".ini": f"; {said}", ".md": f"<!-- {said} -->"}
     for path, text in files_of("chamber").items():
         assert text.partition("\n")[0] == signs.get(Path(path).suffix, f"// {said}"), path
-
-
-def test_every_file_is_tidy() -> None:
-    for path, text in files_of("chamber").items():
         assert text.endswith("\n"), path
         assert not re.search(r"\n\n\Z|\n\n\n|[\t\r]| $|\{%|//%", text, re.MULTILINE), path
         if path.endswith((".c", ".h")):
@@ -292,11 +273,8 @@ def test_nothing_else_is_committed() -> None:
 
 def test_the_chamber_takes_three_quarters_of_the_sketch_and_leaves_room(tmp_path: Path) -> None:
     """The sketch with its libraries takes 8826 bytes of flash and 345 of RAM, and protects less."""
-    protection = example("chamber").controller.loops["air"].protection
-    rules = (
-        protection.heating, protection.runaway, protection.frozen, protection.rising_while_off
-    )  # fmt: skip
-    assert all(rules)
+    rules = example("chamber").controller.loops["air"].protection
+    assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
     write(files_of("chamber"), tmp_path)
     built = build(tmp_path)
     assert built.flash_bytes <= 6620

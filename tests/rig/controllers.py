@@ -382,13 +382,11 @@ class _Controller:
         start_c = max(loop.start_c for loop in loops)
         plant: Part = {
             "kind": "thermal_network",
-            "nodes": joined(loops, "nodes"),
-            "links": links,
+            "nodes": joined(loops, "nodes"), "links": links,
             "heat": {f"{loop.name}_heater": loop.heat for loop in loops},
-            "sense": joined(loops, "sense"),
-            **({"fans": fans} if fans else {}),
+            "sense": joined(loops, "sense"), **({"fans": fans} if fans else {}),
             **({"radiation": radiation} if radiation else {}),
-        }
+        }  # fmt: skip
         if start_c != 20 or self.draws.seldom():
             plant["initial"] = text(start_c, "°C")
         if "feed" in self.outputs or self.draws.seldom():
@@ -440,16 +438,14 @@ class _Controller:
     def text(self) -> str:
         """Write the file."""
         whole: Part = {
-            "heatwright": 1,
-            "controller": self.identity,
+            "heatwright": 1, "controller": self.identity,
             "sensors": joined(self.loops, "sensors"),
             "outputs": {**joined(self.loops, "outputs"), **self.outputs},
             "loops": {loop.name: loop.parts() for loop in self.loops},
-            **({"programs": self.programs} if self.programs else {}),
-            "safety": self.safety,
+            **({"programs": self.programs} if self.programs else {}), "safety": self.safety,
             **({"interfaces": self.interfaces} if self.interfaces else {}),
             **({"simulation": self._simulation()} if self._simulated else {}),
-        }
+        }  # fmt: skip
         if not self._simulated and self.draws.one(True, True, False):
             for output in whole["outputs"].values():
                 if "current" not in output:

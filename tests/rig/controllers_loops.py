@@ -39,14 +39,10 @@ class LoopDraw:
     ) -> None:
         self.name, self.served, self._spare_pins = name, served, spare_pins
         self.draws, self.board, self.left = sensors.draws, sensors.board, sensors.left
-        self.sensors: dict[str, Part] = {}
-        self.outputs: dict[str, Part] = {}
+        self.sensors, self.outputs, self.fans, self.sense = (dict[str, Part]() for _ in range(4))
         self.loop: Part = {}
-        self.links: list[Part] = []
-        self.radiation: list[Part] = []
+        self.links, self.radiation = list[Part](), list[Part]()
         self.nodes: dict[str, str] = {}
-        self.fans: dict[str, Part] = {}
-        self.sense: dict[str, Part] = {}
         chosen = served.has_menu and served.switched
         part, self.sensor = sensors.draw(spare_pins - 2, chosen=chosen, cold=cold)
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
@@ -274,12 +270,9 @@ class LoopDraw:
         if served.zero_is_off and draws.some():
             low_c = first_c = 0.0
         self.low_c = low_c
-        self.loop["setpoint"] = {
-            "initial": text(first_c, "°C"),
-            "minimum": text(low_c, "°C"),
-            "maximum": text(self.high_c, "°C"),
-            **draws.maybe({"stored": True}),
-        }
+        limits = {"minimum": text(low_c, "°C"), "maximum": text(self.high_c, "°C")}
+        self.loop["setpoint"] = {"initial": text(first_c, "°C"), **limits}
+        self.loop["setpoint"] |= draws.maybe({"stored": True})
         self._least_duty()
         if served.switched and draws.some():
             self.loop["starts"] = draws.one("enabled", "disabled")

@@ -152,16 +152,11 @@ DOES = {
         {0}_set = 0;
         output_{0}_set({0}_percent);
     }}"""),
-    "stop": ("volatile uint8_t {0}_stop;", """
-    if ({0}_stop != 0) {{
-        {0}_stop = 0;
-        output_{0}_stop();
-    }}"""),
-    "disable": ("volatile uint8_t {0}_disable;", """
-    if ({0}_disable != 0) {{
-        {0}_disable = 0;
-        output_{0}_disable();
-    }}"""),
+    **{does: (f"volatile uint8_t {{0}}_{does};", f"""
+    if ({{0}}_{does} != 0) {{{{
+        {{0}}_{does} = 0;
+        output_{{0}}_{does}();
+    }}}}""") for does in ("stop", "disable")},
     "move": ("volatile int32_t {0}_steps;\nvolatile float {0}_speed;", """
     if ({0}_steps != 0) {{
         output_{0}_move({0}_steps, {0}_speed);
@@ -255,12 +250,9 @@ class Wired:
         if "heater" in dict(self.outputs):
             ticks += "    output_heater_tick(permitted != 0);\n"
         orders += WANT * (self.gate and "gate_want_air(" in headers["gate.h"])
+        gate = "" if self.gate else GATE.format(ticks=ticks)
         return MAIN.format(
-            includes=includes,
-            variables=variables,
-            orders=orders,
-            starts=starts,
-            gate="" if self.gate else GATE.format(ticks=ticks),
+            includes=includes, variables=variables, orders=orders, starts=starts, gate=gate
         )
 
 
