@@ -26,14 +26,11 @@ the processor wakes and enters an interrupt."""
 
 
 class Pulses(NamedTuple):
-    """What was seen of an output, in cycles of the processor."""
+    """What was seen of an output, in cycles of the processor, and the share of time it was on."""
 
     periods: NDArray[np.int64]
-    """From one beginning to the next."""
     widths: NDArray[np.int64]
-    """Of whole pulses."""
     share: float
-    """Of the time that it was on."""
 
 
 class PwmBoard(OutputBoard):
@@ -57,7 +54,7 @@ class PwmBoard(OutputBoard):
         on = (mine["state"] & 1 == 1) == (switch.active == "high")
         cycles = mine["cycle"].astype(np.int64)
         begins, ends = cycles[on], cycles[~on]
-        begins_whole = begins[begins < ends[-1]] if len(ends) else begins[:0]
+        begins_whole = begins[begins < ends[-1]] if len(ends) else begins[:0]  # of whole pulses
         widths = ends[np.searchsorted(ends, begins_whole)] - begins_whole
         return Pulses(np.diff(begins), widths, share)
 

@@ -81,10 +81,7 @@ void fault_trip(uint8_t code, float temperature_c)
     }}
 }}
 
-bool loop_air_is_ready(void)
-{{
-    return ready != 0;
-}}
+bool loop_air_is_ready(void) {{ return ready != 0; }}
 {gate}
 
 static void obey(void)
@@ -92,10 +89,7 @@ static void obey(void)
 {orders}
 }}
 
-static __attribute__((noinline)) void start_again(void)
-{{
-    __asm__ volatile("jmp 0");
-}}
+static __attribute__((noinline)) void start_again(void) {{ __asm__ volatile("jmp 0"); }}
 
 int main(void)
 {{
@@ -198,17 +192,14 @@ class Wired:
         hosted = f"{{kind: gcode, loops: {{T0: air}}, fans: {{{listed}}}, steppers: {{{fed}}}}}"
         relay = "relay: contactor" if "contactor" in said else ""
         digital = "kind: digital" in said.get("heater", "")
+        cooled, all_said = "cooler" in said, {"heater": heater} | said
         return SPEC.format(
-            board=self.board,
-            ready="" if "cooler" in said else "ready_within: 3 K",
-            sensor=sensor,
-            outputs="\n  ".join(
-                f"{name}: {{{each}}}" for name, each in ({"heater": heater} | said).items()
-            ),
-            control=COOLED if "cooler" in said else ON_OFF if digital else PID,
+            board=self.board, sensor=sensor, ready="" if cooled else "ready_within: 3 K",
+            outputs="\n  ".join(f"{name}: {{{each}}}" for name, each in all_said.items()),
+            control=COOLED if cooled else ON_OFF if digital else PID,
             safety=f"{relay}, relay_feedback: {self.feedback}" if self.feedback else relay,
-            interface="" if "cooler" in said else hosted,
-        )
+            interface="" if cooled else hosted,
+        )  # fmt: skip
 
     @property
     def controller(self) -> Controller:

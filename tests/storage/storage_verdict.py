@@ -208,12 +208,10 @@ class Judge:
                 yield f"{name} is {self._read(name)}, not {getattr(record, name)}"
         if not 0 <= self._read("energy") - record.energy <= FULL_PERMILLE:
             yield f"energy is {self._read('energy')}, not {record.energy}"
-        if self._loaded() != program:
-            yield f"{self._loaded()} runs, not {program}"
-
-    def _loaded(self) -> Stored:
         first = self._device.variables["program.c:loaded"].address
-        return Stored.of(self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points))
+        raw = self._device.avr.read_ram(first, 14 + 7 * self.book.memory.points)
+        if (loaded := Stored.of(raw)) != program:
+            yield f"{loaded} runs, not {program}"
 
     def _settings(self, kept: Settings | None) -> Iterator[str]:
         if kept is None:
