@@ -38,19 +38,29 @@ def making(fault: Fault, spoil: Callable[[World], object], **changes: Any) -> Fa
     return replace(fault, make=make, **changes)
 
 
-def never_mended(fault: Fault) -> Fault:
-    """The chip stays off the line through a loss of power."""
+def forgetting(world: World) -> None:
+    """Erase what outlasts the power."""
+    eeprom = world.device.avr.eeprom
+    eeprom.contents = b"\xff" * eeprom.size
 
-    def spoil(world: World) -> None:
-        power_cut = world.power_cut
 
-        def cut(off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
-            power_cut(off_s, undefined=undefined)
-            fault.cause(world)
+def cut_off(spoil: Callable[[World], object]) -> Callable[[Fault], Fault]:
+    """With something done to the world before each loss of power, and no cure."""
 
-        world.power_cut = cut  # type: ignore[method-assign]
+    def spoilt(fault: Fault) -> Fault:
+        def spoil_cuts(world: World) -> None:
+            power_cut = world.power_cut
 
-    return making(fault, spoil, cure=lambda _: None)
+            def cut(off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
+                spoil(world)
+                power_cut(off_s, undefined=undefined)
+                fault.cause(world)
+
+            world.power_cut = cut  # type: ignore[method-assign]
+
+        return making(fault, spoil_cuts, cure=lambda _: None)
+
+    return spoilt
 
 
 SPOILT: dict[str, Callable[[Fault], Fault]] = {
@@ -64,7 +74,8 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
         tripping(fault, due=lambda _: False, due_within_s=1.0), cause=lambda _: None
     ),
     "heater off after 0.9.. s, not within 0.010 s": partial(replace, off_within_s=TICK_S),
-    "tripped again although|sensor_no_answer is latched after its ack": never_mended,
+    "tripped again although|sensor_no_answer is latched after its ack": cut_off(lambda _: None),
+    "no fault is latched after a loss of power": cut_off(forgetting),
     "sensor_no_answer was latched before it began": lambda fault: making(
         fault, lambda world: (fault.cause(world), world.run(10.0))
     ),
