@@ -118,8 +118,9 @@ def play(world: Path, script: Iterable[bytes]) -> bytes:
 
 
 @cache
-def _loaded(library: Path) -> ctypes.CDLL:
-    return ctypes.CDLL(str(library))
+def _loaded(library: Path | None) -> ctypes.CDLL:
+    """Load a library; with None, what this process has already: its C library."""
+    return ctypes.CDLL(str(library) if library else None)
 
 
 def _played(library: ctypes.CDLL, script: bytes) -> bytes:
@@ -128,12 +129,7 @@ def _played(library: ctypes.CDLL, script: bytes) -> bytes:
         script, ctypes.c_size_t(len(script)), ctypes.byref(said), ctypes.byref(size)
     )
     words = ctypes.string_at(said, size.value)
-    _libc().free(said)
+    _loaded(None).free(said)
     if status:
         raise Stopped(words.rpartition(b"\n")[2].decode(errors="replace"))
     return words
-
-
-@cache
-def _libc() -> ctypes.CDLL:
-    return ctypes.CDLL(None)
