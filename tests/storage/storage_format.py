@@ -1,8 +1,10 @@
 """What stands in the EEPROM, as docs/storage.md says it; written without the C."""
 
 import struct
+from functools import lru_cache
 from typing import NamedTuple
 
+from heatwright.sim.interfaces.modbus_frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.commands import tunable
 from heatwright.spec.eeprom import layout
@@ -14,21 +16,10 @@ OVER, RATE, FAST, HOLD, UNTIL = 1, 2, 3, 4, 5
 TYPES = "BEJKNRST"
 
 
-def _shifted(value: int) -> int:
-    for _ in range(8):
-        value = value >> 1 ^ (0xA001 if value & 1 else 0)
-    return value
-
-
-_SHIFTED = [_shifted(byte) for byte in range(256)]
-
-
+@lru_cache(10_000)
 def crc16(data: bytes) -> int:
     """Modbus's CRC."""
-    crc = 0xFFFF
-    for byte in data:
-        crc = crc >> 8 ^ _SHIFTED[(crc ^ byte) & 0xFF]
-    return crc
+    return int.from_bytes(crc(data), "little")
 
 
 class Segment(NamedTuple):
