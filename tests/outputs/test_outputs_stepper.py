@@ -79,7 +79,7 @@ def on_each(*boards: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("feed", [(board,) for board in boards], indirect=True)
 
 
-@pytest.mark.parametrize("feed", product(BOARDS, (FEEDER, FASTEST)), indirect=True)
+@pytest.mark.parametrize("feed", [*product(BOARDS, (FEEDER, FASTEST))], indirect=True)
 def test_every_step_is_made(feed: Feed) -> None:
     assert not feed.driver.on
     place = 0
@@ -230,7 +230,7 @@ def test_moves_the_same_way_are_one(feed: Feed) -> None:
     assert middle.max() < 1.1 / (20 * STEPS_PER_MM)  # it does not stop in between
 
 
-@pytest.mark.parametrize("feed", product(("nano", "mega2560"), (FASTEST,)), indirect=True)
+@pytest.mark.parametrize("feed", [*product(("nano", "mega2560"), (FASTEST,))], indirect=True)
 def test_interrupts_however_late_lose_no_step_and_no_time(feed: Feed) -> None:
     """Interrupts off for longer than an interval, on a timer soon round and on a long one."""
     for number, deaf_us in enumerate((*range(20, 920, 20), 150), 1):
@@ -242,7 +242,7 @@ def test_interrupts_however_late_lose_no_step_and_no_time(feed: Feed) -> None:
         assert np.diff(feed.times_s[-1500:]).max() <= 1 / 1024 + TICK_S
 
 
-@pytest.mark.parametrize("feed", product(BOARDS, (FASTEST,)), indirect=True)
+@pytest.mark.parametrize("feed", [*product(BOARDS, (FASTEST,))], indirect=True)
 def test_an_interrupt_is_short(feed: Feed) -> None:
     """20 us at most with interrupts off, the step's own 2 us in it."""
     profile = feed.avr.profile(feed.program)
