@@ -1,6 +1,7 @@
 """An arena at work, in a process of its own: prepared once, it judges mutant after mutant."""
 
 import contextlib
+import faulthandler
 import multiprocessing
 import os
 import resource
@@ -79,6 +80,7 @@ class Trial:
 
 def _judge(judge: Judge, built: Path, number: int, most_s: float, writes: int) -> None:
     """Never returns. The first character says that there is an answer."""
+    faulthandler.disable()  # a crash is a verdict, and nobody's business
     try:
         os.environ[VARIABLE] = str(number)
         resource.setrlimit(resource.RLIMIT_CPU, (int(most_s) + 1, int(most_s) + 2))
