@@ -1,9 +1,7 @@
 """C for the simulated processor: small programs, parts of a firmware with a `main` of the test's,
 and whole firmware. Each is compiled once (`store`)."""
 
-import re
 import subprocess
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,11 +76,6 @@ def whole(spec: str, *flags: str, changed: Changed | None = None) -> Elf:
     return Program(spec, flags=flags).elf(changed)
 
 
-INCLUDED = re.compile(r'#include "(.+?)"')
-DEFINE = re.compile(r"^#define (\w+) .*(?<!\\)\n", re.MULTILINE)
-WORD = re.compile(r"\w+", re.ASCII)
-
-
 @dataclass(frozen=True)
 class Program:
     """Some files of a spec's firmware with a main program; without one, the whole firmware."""
@@ -118,7 +111,7 @@ class Program:
         for name in sorted(each for each in texts if each.endswith(".c")):
             command = [*words, "-c", name, "-o", f"{name}.o"]
             place = folder if name in stale else None
-            objects.append(_made(command, _needed(name, texts), f"{name}.o", place))
+            objects.append(_made(command, headers | {name: texts[name]}, f"{name}.o", place))
         link = [*words, "-Wl,--gc-sections", *map(str, objects), "-lm", "-o", "firmware.elf"]
         return Elf(_made(link, {}, "firmware.elf", folder))
 
@@ -126,25 +119,6 @@ class Program:
         board = board_of(self.spec)
         chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL"]
         return ["avr-gcc", *chip, *FLAGS, *(WARNINGS if strict else ("-w",)), *self.flags]
-
-
-def _needed(name: str, texts: Mapping[str, str]) -> dict[str, str]:
-    """Return a file and the headers that it includes, without macros that nothing there uses.
-
-    What is equal then is compiled once, for however many firmwares.
-    """
-    found: dict[str, str] = {}
-    left = [name]
-    while left:
-        if (each := left.pop()) in texts and each not in found:
-            found[each] = texts[each]
-            left += INCLUDED.findall(texts[each])
-    words = Counter(WORD.findall("\n".join(found.values())))
-
-    def is_used(define: re.Match[str]) -> str:
-        return define[0] if words[define[1]] > 1 else ""
-
-    return {each: DEFINE.sub(is_used, text) for each, text in found.items()}
 
 
 def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Path | None) -> Path:
