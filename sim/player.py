@@ -45,10 +45,8 @@ class Player:
         """Return what the reference makes of a row, member by member."""
         if self._last is None or self._is_reset(row, self._last):
             return self._first_of_segment(number, row)
-        for _ in range(_counted(ACKNOWLEDGEMENTS, self._last, row)):
-            self._reference.stop()  # unless there is a fault already, it came since the last step
-            self._reference.acknowledge()
-        starts = _counted(STARTS, self._last, row)
+        self._acknowledge(_counted(ACKNOWLEDGEMENTS, row, self._last))
+        starts = _counted(STARTS, row, self._last)
         self._last = row
         return self._fed(row, starts, lost=bool(row["fault.code"] == MASTER_LOST))
 
@@ -68,16 +66,19 @@ class Player:
     def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
         self._reference = Reference(self._controller, self._loop)
-        acknowledged = int(row[ACKNOWLEDGEMENTS]) if ACKNOWLEDGEMENTS in _names(row) else 0
+        acknowledged = _counted(ACKNOWLEDGEMENTS, row)
         restored = code or (EMERGENCY_STOP if acknowledged else 0)  # whichever it was: it has gone
         self._reference.restore(restored, Single(row["fault.temperature_c"]))
-        for _ in range(acknowledged):
-            self._reference.stop()
-            self._reference.acknowledge()
+        self._acknowledge(acknowledged)
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)
-        return self._fed(row, int(row[STARTS]) if STARTS in _names(row) else 0, lost=False)
+        return self._fed(row, _counted(STARTS, row), lost=False)
+
+    def _acknowledge(self, times: int) -> None:
+        for _ in range(times):
+            self._reference.stop()  # unless there is a fault already, it came since the last step
+            self._reference.acknowledge()
 
     def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
         if row["fault.code"] == EMERGENCY_STOP:
@@ -131,9 +132,11 @@ def _orders(row: np.void, *, lost: bool) -> Orders:
     return orders
 
 
-def _counted(member: str, last: np.void, row: np.void) -> int:
-    """Return by how much a count of 8 bits went on; 0 if the log does not have it."""
-    return (int(row[member]) - int(last[member])) & 0xFF if member in _names(row) else 0
+def _counted(member: str, row: np.void, last: np.void | None = None) -> int:
+    """Return by how much a count of 8 bits went on, or since the reset; 0 if the log has none."""
+    if member not in _names(row):
+        return 0
+    return (int(row[member]) - (0 if last is None else int(last[member]))) & 0xFF
 
 
 def _names(row: np.void) -> tuple[str, ...]:

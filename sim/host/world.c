@@ -84,13 +84,13 @@ void panel_refresh(void)
 }
 
 #ifdef CURRENT
-static bool current_taken; /* the first codes come without being asked for */
+static bool current_asked;
 
 uint8_t JOIN(sensor_, CURRENT, _take)(int16_t *raw)
 {
-    const uint8_t status = current_taken ? FAULT_SENSOR_STALE : input.current_status;
+    const uint8_t status = current_asked ? input.current_status : FAULT_SENSOR_STALE;
 
-    current_taken = true;
+    current_asked = false;
     if (status == READING_OK) {
         memcpy(raw, &input.current_raw, sizeof *raw);
     }
@@ -99,7 +99,7 @@ uint8_t JOIN(sensor_, CURRENT, _take)(int16_t *raw)
 
 void JOIN(sensor_, CURRENT, _begin)(void)
 {
-    current_taken = false;
+    current_asked = true;
 }
 #endif
 
@@ -243,6 +243,9 @@ void host_power_up(void)
     memcpy(&first, image, (size_t)(_end - &first));
     world->ticks = 0;
     world->heater_counts = 0;
+#ifdef CURRENT
+    current_asked = true; /* the first codes come by themselves */
+#endif
     for (uint8_t i = 0; i < HOST_PORTS; i++) {
         host_ddr[i] = 0xFF;
     }

@@ -23,7 +23,11 @@ HALF, TWO = Single(0.5), Single(2)
 
 
 class Limiter:
-    """Watches and limits a heater's current."""
+    """Watches and limits a heater's current.
+
+    amperes_of -- converts a sum of codes; idle_a -- below it a current counts as none;
+    amperes_per_percent -- what a duty makes due.
+    """
 
     def __init__(self, controller: Controller, heater: str, period_s: float) -> None:
         """Derive the constants of a heater whose current is measured.
@@ -37,12 +41,12 @@ class Limiter:
             message = f"The current of {heater} is not measured"
             raise ValueError(message)
         current = output.current
-        self._convert = _converter(controller, current)
+        self.amperes_of = _converter(controller, current)
         self._limit = None if current.limit_a is None else Single(current.limit_a)
         self._trip = Single(current.over_a)
-        idle_a = max(IDLE_SHARE * current.nominal_a, IDLE_ADC_STEPS * self._convert.step_a)
-        self._idle = Single(idle_a)
-        self._per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
+        idle_a = max(IDLE_SHARE * current.nominal_a, IDLE_ADC_STEPS * self.amperes_of.step_a)
+        self.idle_a = Single(idle_a)
+        self.amperes_per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
         self._lasting = max(FEWEST_STEPS, steps(LASTING_S, period_s))
         limit: tuple[Member, ...] = (("limit_percent", "f4"),) if self._limit is not None else ()
         self.members: tuple[Member, ...] = (
@@ -65,7 +69,7 @@ class Limiter:
         """Take in a reading, and what the heater was asked for meanwhile."""
         self._raw = raw
         self._applied = applied_percent
-        self._amperes = self._convert(raw)
+        self._amperes = self.amperes_of(raw)
         if self._limit is not None:
             self._limit_percent = self._limited(self._limit)
 
@@ -73,12 +77,12 @@ class Limiter:
         """Return the code of the fault, 0 for none."""
         if self._amperes >= self._trip:
             return OVER_CURRENT
-        leaks = self._applied == ZERO and self._amperes >= self._idle
+        leaks = self._applied == ZERO and self._amperes >= self.idle_a
         self._leak_steps = counted(self._leak_steps) if leaks else 0
         if self._leak_steps >= self._lasting:
             return CURRENT_WHILE_OFF
-        due = self._applied * self._per_percent
-        lacks = due >= TWO * self._idle and self._amperes < HALF * due
+        due = self._applied * self.amperes_per_percent
+        lacks = due >= TWO * self.idle_a and self._amperes < HALF * due
         self._none_steps = counted(self._none_steps) if lacks else 0
         return NO_CURRENT if self._none_steps >= self._lasting else 0
 

@@ -64,8 +64,10 @@ class ProgrammedOperator(SwitchedOperator):
         """Give an order; tell whether that may be."""
         code = ORDERS[order]
         waits = self._program[0]
-        if waits == STOP or (waits == PAUSE and code not in (STOP, PAUSE)):
+        if waits == STOP:
             return code == STOP  # given again
+        if waits == PAUSE and code not in (STOP, PAUSE):
+            return False
         if not self._may_order(code, number):
             if code == START and self.state == IDLE and not self._reference.fault_code:
                 self._program = NO_ORDER  # the copy is read over that of a START that waits

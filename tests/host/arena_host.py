@@ -59,7 +59,7 @@ class HostArena:
 
     def problem(self, built: Path) -> str:
         host = Host(replace(build_of(self.spec, sanitized=False), library=built))
-        judges = [*judges_of(self.spec, FIRST_COURSES).values(), *judges_of(self.spec).values()]
+        judges = [*judges_of(self.spec, FIRST_COURSES).values(), judges_of(self.spec)["control"]]
         return next((problem for judge in judges if (problem := judge(host))), "")
 
 

@@ -50,11 +50,11 @@ def at_limits(limiter: Limiter, scale: int) -> Iterator[tuple[Single, int]]:
     """Duties and sums of codes: a few of all, and all at which a rule is met to the last bit."""
     duties = [Single(each) for each in (0, 1.5, 25, 60, 99, 100)]
     yield from ((duty, raw * scale) for duty in duties for raw in (0, 1, 40, 200, 600, RAWS - 1))
-    yield from ((duty, 0) for duty in at(TWO * limiter._idle, limiter._per_percent))
+    yield from ((duty, 0) for duty in at(TWO * limiter.idle_a, limiter.amperes_per_percent))
     for raw in range(0, RAWS * scale, 7):
-        amperes = limiter._convert(raw)
-        for duty in at(TWO * amperes, limiter._per_percent):
-            if HALF * (duty * limiter._per_percent) == amperes:
+        amperes = limiter.amperes_of(raw)
+        for duty in at(TWO * amperes, limiter.amperes_per_percent):
+            if HALF * (duty * limiter.amperes_per_percent) == amperes:
                 yield duty, raw
 
 

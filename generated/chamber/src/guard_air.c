@@ -44,7 +44,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_air.setpoint_last_c = loop_air.setpoint_c;
-    guard_air.in_band = 0; /* runaway() counts from 0 until it is met */
+    guard_air.in_band = 0; /* runaway() clears its count until the band is met */
 }
 
 /* chamber.yaml:29 loops.air.protection.runaway

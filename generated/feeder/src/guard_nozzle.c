@@ -44,7 +44,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_nozzle.setpoint_last_c = loop_nozzle.setpoint_c;
-    guard_nozzle.in_band = 0; /* runaway() counts from 0 until it is met */
+    guard_nozzle.in_band = 0; /* runaway() clears its count until the band is met */
 }
 
 /* feeder.yaml:38 loops.nozzle.protection.runaway

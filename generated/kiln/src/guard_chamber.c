@@ -49,7 +49,7 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_chamber.setpoint_last_c = loop_chamber.setpoint_c;
-    guard_chamber.in_band = 0; /* runaway() counts from 0 until it is met */
+    guard_chamber.in_band = 0; /* runaway() clears its count until the band is met */
 }
 
 /* kiln.yaml:46 loops.chamber.protection.runaway
