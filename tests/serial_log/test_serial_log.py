@@ -81,8 +81,7 @@ SLOW_RAM = "every: 60 s, entries: 20"  # so slow that none is noted meanwhile
 SLOW_LINE = "every: 1 s, entries: 20, baud: 600"
 EEPROM = "every: 64 s, entries: 50, keep: eeprom"
 HOURLY = "every: 1 h, entries: 50, keep: eeprom"
-HOUR_S = 3600
-"""Times beyond all places."""
+HOUR_S = 3600  # so long that times have all places
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
 OTHERS = 50.0, 60.0
