@@ -80,8 +80,7 @@ RAM = "every: 2 s, entries: 20"
 SLOW_RAM = "every: 60 s, entries: 20"  # so slow that none is noted meanwhile
 SLOW_LINE = "every: 1 s, entries: 20, baud: 600"
 EEPROM = "every: 64 s, entries: 50, keep: eeprom"
-HOURLY = "every: 1 h, entries: 50, keep: eeprom"
-HOUR_S = 3600  # so long that times have all places
+HOURLY = "every: 1 h, entries: 50, keep: eeprom"  # its times have all places
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
 OTHERS = 50.0, 60.0
@@ -297,8 +296,7 @@ class Image:
     def __init__(self, board: LogBoard) -> None:
         self.start, self._size = layout(board.controller).history.start, board.interface.entries
         self.contents = bytearray(board.avr.eeprom.contents)
-        config = sources_of(board.text)["config.h"]
-        self._digest = int(config.partition("SPEC_DIGEST 0x")[2][6:8], 16)
+        self._digest = int(sources_of(board.text)["config.h"].partition("DIGEST 0x")[2][6:8], 16)
 
     def put(self, lap: int, place: int, tenths: tuple[int, int]) -> None:
         """Write an entry; the place behind the last is of nobody."""
@@ -330,7 +328,7 @@ class Image:
             lap, celsius, shall = self.whole().get(number % size, (-1, 0, 0))
             if lap == number // size:
                 shown = None if celsius == -0x8000 else celsius / 10
-                found.append(LogRow(HOUR_S * (number + 1) % 2**32, shown, shall / 10))
+                found.append(LogRow(3600 * (number + 1) % 2**32, shown, shall / 10))
         return found
 
 
