@@ -60,13 +60,9 @@ def noisy(controller: Controller, noise_k: float) -> Controller:
 
 
 def assert_margins(
-    controller: Controller,
-    gains: Gains | None = None,
-    at_c: float | None = None,
-    *,
-    gain: float = 2.0,
-    phase_deg: float = 45.0,
-) -> None:
+    controller: Controller, gains: Gains | None = None, at_c: float | None = None, *,
+    gain: float = 2.0, phase_deg: float = 45.0,
+) -> None:  # fmt: skip
     """See that the only loop keeps what every tuned loop here is held to, at a temperature."""
     ((name, loop),) = controller.loops.items()
     own = loop.algorithm
@@ -184,7 +180,7 @@ DRYER: Lines = (
     written(110, air__enabled=False),
     {"for": "120 s"},
 )
-REFUSED_AT_S = (40, 55, 56, 67)
+REFUSED = {40: "air.setpoint", 55: "air.manual", 56: "air.tune", 67: "air.setpoint"}
 EXTRUDER: Lines = (
     *at({1: "M303 S200 C5", TUNED_S: "M106 S255"}),  # then it is cooled down
     *at({1400: "M107", 1500: "M104 S200"}),

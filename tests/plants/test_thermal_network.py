@@ -206,21 +206,6 @@ def test_a_block_in_empty_space_cools_by_the_inverse_cube():
         assert found_k == pytest.approx(exact_k, rel=off)
 
 
-def test_a_heated_block_ends_where_it_radiates_what_it_is_given():
-    machine = plant(ALONE, power_w=240.0, ambient_c=20.0)
-    found_k = run(machine, 20_000, on=1.0)[0] - ZERO_K_C
-    assert FACTOR * (found_k**4 - (20 - ZERO_K_C) ** 4) == pytest.approx(240.0, rel=1e-9)
-
-
-def test_what_one_node_loses_another_gains():
-    radiation = [{"between": ["walls", "element"], **RADIATION}]
-    machine = plant(THREE, links=[], radiation=radiation, initial="500 °C")
-    run(machine, 10, on=1.0)
-    element_c, _, walls_c = run(machine, 100_000, on=0.0)
-    assert element_c == pytest.approx(walls_c, abs=1e-6)
-    assert 60 * element_c + 4500 * walls_c == pytest.approx(4560 * 500 + 240.0, rel=1e-9)
-
-
 def test_a_surface_as_large_as_may_be_stays_calm():
     """Far quicker than a step: each goes to ambient, but for the cell of the grid."""
     huge = [{"between": ["block", "ambient"], "area": "1000 m²", "emissivity": 1}]
