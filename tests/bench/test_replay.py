@@ -98,7 +98,6 @@ def logs(controllers):
 
 @pytest.fixture(scope="module")
 def replayed(controllers):
-    """The replay of a log of the chamber."""
     return lambda log: replay(controllers["chamber"], log)
 
 

@@ -60,7 +60,6 @@ def steps(count: int = 1000, *changes: tuple[int, float]) -> Series:
 
 
 def as_csv(record: Record) -> str:
-    """The record as a file."""
     rows = zip(record.times_s, record.readings_c, record.powers_w, strict=True)
     lines = [f"{t:g},{read_c:.3f},{100 * power_w / POWER_W:g}" for t, read_c, power_w in rows]
     return "\n".join(["time [s],temperature [°C],duty [%]", *lines, ""])

@@ -52,7 +52,6 @@ SHORT = {"in-force": "setpoint-in-force"}
 
 @pytest.fixture(scope="module")
 def generated() -> dict[str, str]:
-    """The LinuxCNC files of the fabricator by their names."""
     return linuxcnc_files(files_of(FABRICATOR))
 
 

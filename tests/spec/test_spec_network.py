@@ -38,11 +38,6 @@ def heated(*running: str, **changes: object) -> Heated:
     return Heated(network, "heater", "probe", 20.0, running)
 
 
-def test_the_end_is_ohms_law() -> None:
-    assert heated().steady_k(100) == pytest.approx(50, rel=4 * EPSILON)
-    assert heated().power_w(50) == pytest.approx(100, rel=4 * EPSILON)
-
-
 def test_a_fan_multiplies_the_conductance() -> None:
     fans = {"fan": {"link": ("ambient", "body"), "factor": 4}}
     still, moved = heated(fans=fans), heated("fan", fans=fans)
@@ -97,12 +92,9 @@ def test_two_surfaces_radiate_to_each_other() -> None:
     between = {"between": ("wire", "body"), "area": "0.02 m²", "emissivity": 0.8}
 
     def end_k(node: str) -> float:
-        return heated(
-            nodes={"wire": "10 J/K", "body": "100 J/K"},
-            heat={"heater": "wire"},
-            sense={"probe": {"node": node}},
-            radiation=(between,),
-        ).steady_k(200)
+        nodes, sense = {"wire": "10 J/K", "body": "100 J/K"}, {"probe": {"node": node}}
+        parts = {"nodes": nodes, "heat": {"heater": "wire"}, "radiation": (between,)}
+        return heated(**parts, sense=sense).steady_k(200)
 
     wire_k, body_k = end_k("wire"), end_k("body")
     assert body_k == pytest.approx(100, rel=1e-9)

@@ -164,7 +164,6 @@ GAINS = Gains(3.0, 0.05, 40.0, 4.0)
 
 
 def reference(**more: object) -> PidControl:
-    """The reference's controller with the same gains."""
     gains = {"kp": 3.0, "ki": 0.05, "kd": 40.0, "derivative_filter": "4 s"}
     return PidControl(Pid.model_validate({"kind": "pid", **gains, **more}), PERIOD_S)
 
