@@ -220,8 +220,10 @@ def exact(record: Record) -> float:
     return WORST_CONDITION * EPS * (20 + float(np.ptp(record.readings_c))) + LEAST_LAG_S * steepest
 
 
-def answered(network: ThermalNetwork, record: Record, delay_s: float) -> Series:
-    return Answer(record, 0.0).readings(modes(network, "heater", "sensor"), delay_s, 20.0, None)
+def answered(
+    network: ThermalNetwork, record: Record, delay_s: float, start_c: Series | None = None
+) -> Series:
+    return Answer(record, 0.0).readings(modes(network, "heater", "sensor"), delay_s, 20.0, start_c)
 
 
 MACHINES = st.builds(
@@ -245,3 +247,11 @@ def test_equal_time_constants_have_no_modes_but_an_answer(lag: float) -> None:
     # A relative change of a time constant moves no step response by more than its share.
     found = answered(network, record, 1.3)
     assert found == pytest.approx(record.readings_c, rel=0, abs=8 * APART * moved_k + exact(record))
+
+
+def test_a_start_that_is_not_at_rest_dies_away() -> None:
+    network = machine(lag=0.0, delay=0.0)
+    record = recorded(network, np.zeros(500))
+    found = answered(network, record, 0.0, np.array([100.0, 100.0]))
+    expected = 20 + 80 * np.exp(-record.times_s / (16.7 * 14.7))
+    assert found == pytest.approx(expected, rel=0, abs=100 * WORST_CONDITION * EPS)

@@ -16,8 +16,6 @@ from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.sim.reference.tuning_rule import Constants, Swings, found_by
 from heatwright.spec import BOARDS, Sensor, kinds
 
-FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
-
 
 def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
     assert 0.3 / 0.1 < 3

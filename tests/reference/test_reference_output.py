@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from heatwright.sim.reference.course import course_of
 from heatwright.sim.reference.held import Held
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import heater_of
+from heatwright.sim.reference.output import heater_of, pwm_period
 from heatwright.spec import DigitalOutput, PwmOutput, TimeProportionalOutput
+from heatwright.spec.base import ReadOnlyDict
 
 
 def pwm(**settings):
@@ -20,6 +21,17 @@ def windows(**settings):
     return TimeProportionalOutput.model_validate(
         {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
     )
+
+
+def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
+    """Only pulses that interrupts make have a least length."""
+    assert pwm_period(vary(output=pwm(pin="D9")), "heater") == (32653, 0)
+    controller = vary(output=pwm(pin="D3", frequency="122 Hz"))
+    assert pwm_period(controller, "heater") == (16393, 100)
+    outputs = {**controller.outputs, "second": pwm(pin="D4", frequency="30 Hz")}
+    both = controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
+    assert pwm_period(both, "heater") == (2049, 13)
+    assert pwm_period(both, "second") == (8333, 13)
 
 
 COUNTS = {
