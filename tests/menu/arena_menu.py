@@ -1,23 +1,27 @@
-"""The menu's C, broken, and what then has to complain: the tests of the menu."""
+"""The menu's C, broken, and what then has to complain: walks through its screens."""
 
 from pathlib import Path
 
-import test_menu
-from menu_desk import CONTROLLER, MenuDesk
-from rig.avr import Firmware, Program
-from rig.judged import first_complaint
+from hosted_menu import BROKEN, SPEC, WORLD, problem_of, walks
+from rig.judged import InItsWorld
 from rig.specs import sources_of
 
-from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
+
+class Menu(InItsWorld):
+    """Of the kiln's files those of which the menu is made."""
+
+    def sources(self) -> dict[str, str]:
+        """Return the files that may be broken."""
+        return {name: text for name, text in super().sources().items() if name in BROKEN}
+
+    def headers(self) -> dict[str, str]:
+        """Return what the files include."""
+        return {name: text for name, text in sources_of(SPEC).items() if name.endswith(".h")}
 
 
-def problem(program: Elf) -> str:
-    """Work all screens."""
-    device = AvrDevice(CONTROLLER, program)
-    return first_complaint([test_menu], desk=lambda: MenuDesk(device))
+def problem(world: Path) -> str:
+    """Walk until something is not as the model has it."""
+    return next(filter(None, (problem_of(world, walk) for walk in walks(72))), "")
 
 
-SOURCES = (Path(name) for name in sources_of("kiln_uno") if name.endswith(".c"))
-FILES = {path.stem for path in SOURCES if path.stem.startswith("menu")} | {"panel", "keypad", "lcd"}
-ARENAS = [Firmware("menu/kiln_uno", Program("kiln_uno"), tuple(sorted(FILES)), (problem,))]
+ARENAS = [Menu("menu/walks", lambda: WORLD, problem)]
