@@ -2,13 +2,14 @@
 
 import random
 import struct
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from menu_model import LETTERS, POINTS, PROGRAMS, Keypad, Machine, Menu
-from rig.hosted import World, play, world_of
+from menu_model import IDLE, LETTERS, POINTS, PROGRAMS, Keypad, Machine, Menu
+from rig.hosted import play, world_of
 from rig.specs import changed, sources_of
 
 from heatwright.sim.interfaces.hd44780 import Hd44780, Times
@@ -28,13 +29,12 @@ SOURCES = sources_of(SPEC) | {
 """Waits and the ADC are the world's."""
 BROKEN = {name for name in SOURCES if name.startswith("menu") and name.endswith(".c")}
 BROKEN |= {"panel.c", "keypad.c", "lcd.c"}
-_FOUND = world_of(
+WORLD = replace(world_of(
     SPEC, BROKEN | {"text.c"}, Path(__file__).with_suffix(".c"), "-fpack-struct=1",
     "-Wno-address-of-packed-member", "-Dstrcat_P=strcat", "-fno-toplevel-reorder",
     "-fsanitize=undefined", "-fno-sanitize=alignment", "-fno-sanitize-recover=all",
     "-fstack-protector-all", "-D_FORTIFY_SOURCE=2",
-)  # fmt: skip
-WORLD = World(SOURCES, _FOUND.files, _FOUND.world, _FOUND.flags)
+), sources=SOURCES)  # fmt: skip
 
 LEVELS = {"right": (0, 14), "up": (15, 49), "down": (50, 99), "left": (100, 149),
           "select": (150, 224), "": (225, 255)}  # fmt: skip
@@ -53,9 +53,10 @@ WAYS = (("", (24, 25, 20, 10, 20, 1)), ("left", (1, 30, 25, 0, 40, 1)),
         ("right", (0, 1, 0, 0, 3, 1)),
         ("right right right select", (30, 30, 20, 6, 10, 1)))  # fmt: skip
 """Of each kind of walk, where it begins, and how often it takes each key."""
+FAULT_OF_A_WHOLE_LINE = 13
 EDGES_C = (0.0, -10.4, -0.6, -0.4, 0.4, 0.5, 99.5, 1099.5, 1100.0)
-CLOCKS = (0, 29, 30, 1799, 1800, 43199, 43200, 432000000, 432000030, 43200 * 65536 - 1)
-COUNTS = (0, 59, 60, 1300, 19_999_999, 20_000_001, 2**32 - 1)
+CLOCKS = (0, 29, 30, 1799, 1800, 43199, 43200, *(432000000, 432000030) * 3, 43200 * 65536 - 1)
+COUNTS = (0, 59, 60, 1300, 8_388_609, 19_999_999, 20_000_001, 2**32 - 1)
 GAINS = (0.0, 0.0005, 0.001, 0.00101, 0.00105, 0.00106, 7.5, 9.5e5, 9.6e5, 1e6)
 PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "state": ("B", tuple(range(5))), "waiting": ("B", tuple(range(4))),
@@ -72,16 +73,13 @@ PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "level": ("B", ()), "fresh": ("B", ()),
 }  # fmt: skip
 """What is put into the world (hosted_menu.c), in what form, and what is drawn of it."""
-NUMBERS = {name: number for number, name in enumerate(PLACES)}
 DRAWN = [name for name, (_, values) in PLACES.items() if values]
 
 
 def placed(name: str, value: Any) -> bytes:
     """Return the command that puts a value, or its bytes, at a place."""
-    form = PLACES[name][0]
-    return struct.pack("<cB", b"p", NUMBERS[name]) + (
-        struct.pack(f"<{form}", value) if form else value
-    )
+    form = PLACES[name][0] or f"{len(value)}s"
+    return struct.pack(f"<cB{form}", b"p", list(PLACES).index(name), value)
 
 
 def program_bytes(name: str, segments: list[tuple[int, int, int]]) -> bytes:
@@ -97,6 +95,7 @@ class Walk:
     def __init__(self, seed: int) -> None:
         self._draw = random.Random(seed)  # noqa: S311 - the same in every run
         way, self._often = WAYS[seed % len(WAYS)]
+        self._way = way.split()
         self._machine, self._keypad = Machine(told=[]), Keypad()
         self.script = b""
         self.looks: list[tuple[str, list[str], tuple[str, str]]] = []
@@ -106,12 +105,12 @@ class Walk:
         self._menu = Menu(self._machine)
         self._wait(3, "right")  # a key that is down at the start
         self._wait(40, "")
-        for key in way.split():
-            self._press(key)
+        self._press(*self._way)
         self._stir()
+        acts = (self._tap, self._stir, self._hold, self._leave, self._upset, self._keep,
+                self._mean)  # fmt: skip
         for _ in range(40):
-            acts = self._tap, self._stir, self._hold, self._leave, self._upset
-            self._draw.choices(acts, (70, 12, 20, 1, 1))[0]()
+            self._draw.choices(acts, (70, 12, 20, 1, 1, 6, 6))[0]()
 
     def _put(self, name: str, value: Any) -> None:
         self.script += placed(name, value)
@@ -147,14 +146,14 @@ class Walk:
             self._wait(LINE_TICKS, "")
             self._look(what)
 
-    def _press(self, key: str) -> None:
-        self._wait(2, key)
-        self._wait_and_look()
+    def _press(self, *keys: str) -> None:
+        for key in keys:
+            self._wait(2, key)
+            self._wait_and_look()
 
     def _tap(self) -> None:
         key = self._draw.choices(list(LEVELS), self._often)[0]
-        for _ in range(self._draw.choice((1, 1, 1, 2, 4))):
-            self._press(key)
+        self._press(*[key] * self._draw.choice((1, 1, 1, 2, 4)))
 
     def _hold(self) -> None:
         """For long; a contact that bounces, a key beside it, or a late conversion in between."""
@@ -170,19 +169,32 @@ class Walk:
 
     def _leave(self) -> None:
         """Go back to where one came from, and beyond."""
-        for _ in range(self._draw.randint(12, 30)):
-            self._press("left")
+        self._press(*["left"] * self._draw.randint(12, 30))
+
+    def _keep(self) -> None:
+        """Save what is edited, and go on editing."""
+        self._press("select", "select", *self._way[3:])
+
+    def _mean(self) -> None:
+        """Press SELECT once more, when all may be otherwise."""
+        self._press("select")
+        self._put("state", self._draw.choice((IDLE, IDLE, 1, 2)))
+        self._put("is_saved", self._draw.choice((0, 1)))
+        self._press("select")
 
     def _stir(self) -> None:
         """Make another machine of it, which is shown at once, or when a key counts."""
         draw = self._draw
-        for name in ("state", "waiting", "ended", *draw.sample(DRAWN, 4)):
+        for name in ("state", "waiting", "ended", "clock", *draw.sample(DRAWN, 4)):
             self._put(name, draw.choice(PLACES[name][1]))
         self._put_lists()
         if draw.random() < 0.7:
-            self.script += b"f"
-            self._menu.refresh()
-            self._wait_and_look()
+            self._refresh()
+
+    def _refresh(self) -> None:
+        self.script += b"f"
+        self._menu.refresh()
+        self._wait_and_look()
 
     def _program(self) -> tuple[str, list[tuple[int, int, int]]] | None:
         draw = self._draw
@@ -201,9 +213,13 @@ class Walk:
         return kind, target if kind < 4 else 0, amount if most else 0
 
     def _upset(self) -> None:
-        """A display that was unplugged, or has missed its place, finds it at the next set-up."""
-        self._look(self._draw.choice(("cold", "stray")))
-        self._wait(2 * SET_UP_TICKS + 40, "")
+        """A display that has missed its place finds it at the next set-up; one that was unplugged
+        may still be starting then."""
+        what, set_ups = self._draw.choice((("cold", 2), ("stray", 1)))
+        self._put("fault", FAULT_OF_A_WHOLE_LINE)
+        self._refresh()
+        self._look(what)
+        self._wait(set_ups * SET_UP_TICKS + 40, "")
         self._look("both")
 
 

@@ -49,7 +49,7 @@ def number(value: float, decimals: int = 0) -> str:
     size = np.float32(min(abs(value), 20e6))
     for _ in range(decimals):
         size *= np.float32(10)
-    counts = int(size + np.float32(0.5))
+    counts = int(float(size) + 0.5)
     digits = f"{counts:0{decimals + 1}d}"
     point = f".{digits[-decimals:]}" if decimals else ""
     return f"{'-' if value < 0 and counts else ''}{digits[: len(digits) - decimals]}{point}"
