@@ -258,12 +258,6 @@ def test_each_wire(kind: str, wire: tuple[str, str], due: int) -> None:
     assert bench.statuses(3)[-1] == VALID
 
 
-@of_all
-def test_a_short_of_its_answers_and_a_chip_that_is_not_there(kind: str) -> None:
-    period_s = SHORTEST_S if kind == "max31856" else 0
-    assert short_problem(Crucible(crucible(kind, period_s=period_s))) == ""
-
-
 @pytest.mark.parametrize(("kind", "period_s"), [("max6675", 0.23), ("max31855", 0.2)])
 def test_the_shortest_period(kind: str, period_s: float) -> None:
     """A reading in every step from the first that can have one; conversions come to their end."""

@@ -31,7 +31,6 @@ STATE, START = "program.state", "bprog s1"
 TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "8 a program is started": [
         (START, {"page": "main", STATE: RUNNING, "program.number": 1, ENABLED: 1})],
-    "8 an empty place is not": [("bprog s2", {STATE: IDLE})],
     "9 it is paused, and goes on": [
         (f"{START}; wait 10; bt1", {STATE: PAUSED, ENABLED: 0, "bt1.val": 0}),
         ("bt1", {STATE: RETURNING, ENABLED: 1, "bt1.val": 1})],
@@ -76,7 +75,6 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "15 the thermocouple": [
         ("wire S; bset btype typeS", {TYPE: S, "thermo.type.txt": "S"}),
         (f"{SAVED}; power", {TYPE: S})],
-    "15 not while a program runs": [(f"{START}; bset btype typeS", {TYPE: K})],
     **{
         f"{number} and 22 gains are set and kept": [
             (f"bdebug b{gain}; enter 1.25", {setting: 1.25, f"{gain}.txt": "1.25"}),
