@@ -118,8 +118,6 @@ def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
 
 # ---- scenarios ----
 
-MINUTE = {"for": "1 min"}
-
 
 def up(at_s, **more):
     return {"at": f"{at_s} s", "press": "up", **more}
@@ -129,7 +127,7 @@ def up(at_s, **more):
     ("lines", "expected", "texts"),
     [
         # Each press is down and up.
-        ([up(10, times=2), MINUTE],
+        ([up(10, times=2), {"for": "1 min"}],
          [Action(10.0, "up"), Action(10.1), Action(10.2, "up"), Action(10.3)],
          ["up", None, "up", None]),
         # An event waits for the hand to be free.
@@ -235,14 +233,11 @@ AUTOMATIC, TUNING = 0, 2
 @pytest.mark.parametrize(
     ("text", "command", "words"),
     [
-        ("M104 S200", "M104", {"S": 200.0}),
-        ("N12 M104 T0 S200.5*91", "M104", {"T": 0.0, "S": 200.5}),
-        ("g1 e5 f300 ; feed", "G1", {"E": 5.0, "F": 300.0}),
-        ("M104 D", "M104", {"D": None}),
-        ("M303S180C3", "M303", {"S": 180.0, "C": 3.0}),
-        ("G92 E-.5", "G92", {"E": -0.5}),
+        ("M104 S200", "M104", {"S": 200}), ("N12 M104 T0 S2.5*91", "M104", {"T": 0, "S": 2.5}),
+        ("g1 e5 f300 ; feed", "G1", {"E": 5, "F": 300}), ("M104 D", "M104", {"D": None}),
+        ("M303S180C3", "M303", {"S": 180, "C": 3}), ("G92 E-.5", "G92", {"E": -0.5}),
     ],
-)
+)  # fmt: skip
 def test_lines(text, command, words):
     assert parsed(text) == (command, words)
 

@@ -33,8 +33,6 @@ def running(log):
 
 
 class TestAFiring:
-    """8 hours, from the button on the display to the cold kiln."""
-
     def test_the_program_runs_to_its_end(self, fired, kiln):
         assert len(fired.log) == HOURS * 3600
         segments = kiln.programs.stored[0].segments
@@ -69,8 +67,6 @@ class TestAFiring:
 
 
 class TestOtherKilns:
-    """Gains that hold on a machine which is not quite this one."""
-
     def test_the_loop_is_stable_and_on_this_one_has_room(self, kiln):
         assert_margins(kiln, at_c=GAINS_AT_C)
         for plant in PLANTS:

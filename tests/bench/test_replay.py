@@ -184,10 +184,6 @@ def test_a_missing_and_a_repeated_step_are_seen(replayed, log, row):
     assert replayed(np.insert(log, row, log[row])).mismatches
 
 
-def test_the_first_step_done_twice_is_a_reset_that_shows(replayed, log):
-    assert replayed(np.insert(log, 0, log[0])).segments == 2
-
-
 def test_a_fault_that_outlived_a_reset_is_listed(replayed, log):
     """After the reset the fault is there, although the reading gives no reason for it."""
     clean = {

@@ -151,13 +151,11 @@ def test_what_is_asked_of_a_run(
 @pytest.mark.parametrize(
     ("changes", "failed"),
     [
-        ({}, 0),
-        ({"mismatches": 1}, 1),
-        ({"restored": ("a fault",)}, 1),
+        ({}, 0), ({"mismatches": 1}, 1), ({"restored": ("a fault",)}, 1),
         ({"unchecked": ("loop.secret",)}, 1),
         ({"unchecked": ("fault.time_s",)}, 0),  # inputs and the clock are not compared
     ],
-)
+)  # fmt: skip
 def test_what_differs_from_the_model_fails(
     loops: ClosedLoop, changes: dict[str, Any], failed: int
 ) -> None:
@@ -204,13 +202,11 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
 @pytest.mark.parametrize(
     ("figure", "fault", "expected"),
     [
-        ({}, {}, ""),
-        ({"worst": 123.456}, {}, "busy waiting: 123.5 µs (limit: 100 µs)"),
+        ({}, {}, ""), ({"worst": 123.456}, {}, "busy waiting: 123.5 µs (limit: 100 µs)"),
         ({"worst": None}, {}, "busy waiting: – (limit: 100 µs)"),
         ({}, {"rule": None, "problems": ("no trip",)}, "fault unplugged: no trip"),
     ],
-    ids=["passes", "too long", "not seen", "no trip"],
-)
+)  # fmt: skip
 def test_verify_says_what_failed(
     heatwright: Heatwright, tried: Any, figure: Any, fault: Any, expected: str
 ) -> None:

@@ -143,11 +143,9 @@ class Wire:
 
 
 RUNS = {
-    ("fabricator", 115_200): 0.45,
-    ("fabricator", 19_200): 0.07,
-    ("dryer", 115_200): 0.45,
-    ("dryer", 1_200): 0.03,
-}
+    ("fabricator", 115_200): 0.45, ("fabricator", 19_200): 0.07,
+    ("dryer", 115_200): 0.45, ("dryer", 1_200): 0.03,
+}  # fmt: skip
 """Shares of all frames; most of them as fast as they come."""
 LEAST = 600
 ROOM_C = 50.0

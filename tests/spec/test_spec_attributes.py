@@ -200,13 +200,12 @@ def test_a_name_may_be_as_long_as_it_says() -> None:
 
 # -- who sets a loop, switches it and tunes it, and whether it runs after the start
 
-ON_OFF = "{kind: on_off}"
 OF_A_LOOP = ("commanded", "switched", "tunable", "zero_is_off", "starts_enabled", "programmed")
 OF_ALL = ("must_release", "gcode_of", "modbus_of", "nextion_of")
 CHANGED = {
     "the extruder, on or off": changed(
         bases()["extruder"],
-        ("{kind: pid, kp: 9, ki: 0.3, kd: 31, derivative_filter: 1 s, band: 10 K}", ON_OFF),
+        ("kind: pid, kp: 9, ki: 0.3, kd: 31, derivative_filter: 1 s, band: 10 K", "kind: on_off"),
     ),
     "the kiln, started": changed(
         bases()["programmed_kiln"], ("    period: 1 s", "    starts: enabled\n    period: 1 s")

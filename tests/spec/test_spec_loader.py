@@ -292,18 +292,13 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         assert context["remedy"]
 
 
-def test_limits() -> None:
+def test_limits_and_choices_that_keep_their_type() -> None:
     quantity = Quantity(units.DURATION, least=0.01, most=10)
     assert (quantity.read_one("10 ms"), quantity.read_one("10 s")) == (0.01, 10)
     for text in ("9 ms", "11 s"):
         with pytest.raises(PydanticCustomError):
             quantity.read_one(text)
-
-
-def test_choices_keep_their_type() -> None:
-    found = Quantity(units.BITS, choices=(9, 10)).read_one("9 bit")
-    assert found == 9
-    assert isinstance(found, int)
+    assert repr(Quantity(units.BITS, choices=(9, 10)).read_one("9 bit")) == "9"
 
 
 @pytest.mark.parametrize("text", ["48.5 °C .. 51.9 °C", "48.5 °C..51.9 °C", "119.3 °F .. 51.9 C"])
