@@ -137,9 +137,7 @@ def made(duty: Any) -> Record:
 RECORDS: dict[str, Callable[[], Record]] = {
     "full from the first row": lambda: made(steps(1000, (0, 1.0))),
     "on from the first row": lambda: made(steps(1000, (0, 0.3))),
-    "begun while it heats": lambda: some(
-        made(steps(1200, (20, 0.8), (500, 0.3))), slice(100, None)
-    ),
+    "begun as it heats": lambda: some(made(steps(1200, (20, 0.8), (500, 0.3))), slice(100, None)),
     "odd times": at_odd_times,
     "closed loop": lambda: made(np.clip(np.random.default_rng(5).normal(0.4, 0.3, 800), 0, 1)),
 }

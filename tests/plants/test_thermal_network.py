@@ -22,16 +22,15 @@ from heatwright.sim.plants.thermal_network import Plant
 from heatwright.spec import Event, ThermalNetwork, kinds
 
 THREE = {
-    "kind": "thermal_network",
+    "kind": "thermal_network", "heat": {"heater": "element"},
     "nodes": {"element": "60 J/K", "air": "900 J/K", "walls": "4500 J/K"},
     "links": [
         {"between": ["element", "air"], "resistance": "0.35 K/W"},
         {"between": ["air", "walls"], "resistance": "0.173 K/W"},
         {"between": ["walls", "ambient"], "resistance": "0.130 K/W"},
     ],
-    "heat": {"heater": "element"},
     "sense": {"air": {"node": "air", "lag": "8 s"}},
-}
+}  # fmt: skip
 ONE = {
     "kind": "thermal_network", "nodes": {"block": "10 J/K"}, "heat": {"heater": "block"},
     "links": [{"between": ["block", "ambient"], "resistance": "2 K/W"}],
@@ -82,18 +81,15 @@ def networks(draw: st.DrawFn) -> tuple[dict[str, Any], Callable[..., Any]]:
     heat, lag_s = draw(st.floats(0.01, 1)), draw(st.integers(1, 20))
     ends = [names[number : number + 2] for number in joined]
     network = {
-        "kind": "thermal_network",
         "nodes": {name: f"{each} J/K" for name, each in zip(names, capacities, strict=False)},
-        "links": [
-            {"between": pair, "resistance": f"{value} K/W"}
-            for pair, value in zip(ends, resistances, strict=True)
-        ],
-        "heat": {"heater": names[heated]},
+        "links": [{"between": pair, "resistance": f"{value} K/W"}
+                  for pair, value in zip(ends, resistances, strict=True)],
+        "kind": "thermal_network", "heat": {"heater": names[heated]},
         "fans": {"fan": {"link": ends[blown][::-1], "factor": factor}},
         "filament": {"node": names[fed], "heat": f"{heat} J/K/mm"},
         "sense": {"tip": {"node": names[sensed], "lag": f"{lag_s} s"}},
         "initial": f"{draw(st.sampled_from([20, 300]))} °C",
-    }
+    }  # fmt: skip
 
     def slopes(_: float, state: Any, on: float, fan: float, mm_per_s: float) -> list[float]:
         *nodes_c, tip_c = state

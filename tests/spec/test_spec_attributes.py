@@ -167,10 +167,6 @@ def test_programs(keys: dict[str, object], expected: dict[str, object]) -> None:
     assert chosen(programs, expected) == expected
 
 
-def test_the_default_clock_waits_before_the_default_runaway() -> None:
-    assert language.HoldBack().within_k < language.Runaway().above_k
-
-
 IDS = """
     sensor_no_answer sensor_short sensor_crc sensor_stale sensor_reset over_temperature
     under_temperature rise_rate sensor_frozen heating_failed runaway_above runaway_below
@@ -220,8 +216,7 @@ CHANGED = {
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("chamber", "starts_enabled"),
-        ("oven", "starts_enabled"),
+        *((name, "starts_enabled") for name in ("chamber", "oven")),
         ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
         ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
         ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),
