@@ -231,24 +231,6 @@ def test_every_driver_in_its_order_of_strength() -> None:
     ]  # fmt: skip
 
 
-def test_an_outside_edge_is_an_interrupt_and_a_held_level_is_none() -> None:
-    avr = running(
-        """
-        ISR(PCINT0_vect) { PORTC++; }
-        int main(void) {
-            DDRC = 0x3f; PCICR = 1; PCMSK0 = 0x08; PORTB = 0x08; PCIFR = 1; sei();
-            for (;;) { PORTB ^= 1; }
-        }"""
-    )
-    avr.pins.pull("PB3", "high")
-    avr.run(0.001)
-    before = avr.read_ram(0x28, 1)[0]
-    for level in ("low", "high", "low", None):
-        avr.pins.drive("PB3", level)
-        avr.run(0.001)
-    assert avr.read_ram(0x28, 1)[0] - before == 4
-
-
 def test_contention_is_counted() -> None:
     avr = running("DDRB = 1; PORTB = 1;")
     avr.pins.drive("PB0", "low")
@@ -339,13 +321,6 @@ def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     cycles = avr.pins.take()["cycle"].astype(int)
     gaps = set(np.diff(cycles[2:]).tolist())
     assert all(abs(gap - 128 * 256) < 20 for gap in gaps), gaps
-
-
-def test_phase_correct_pwm_is_refused() -> None:
-    avr = running("DDRD = 8; OCR2B = 9; TCCR2A = 0x21; TCCR2B = 2;")
-    avr.pins.watch("PD3")
-    with pytest.raises(RuntimeError, match="phase-correct PWM on timer 2"):
-        avr.run(0.1)
 
 
 def test_a_pin_to_which_two_timers_lead() -> None:

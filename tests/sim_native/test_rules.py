@@ -7,6 +7,8 @@ import pytest
 from rig.avr import CLOCK_HZ, powered, running, shared
 from rig.small import Small
 
+from heatwright.sim.avr import AvrError
+
 EVERY = ("atmega328p", "atmega32", "atmega16")
 every_part = pytest.mark.parametrize("mcu", EVERY)
 
@@ -202,18 +204,25 @@ def test_entering_an_interrupt_takes_the_parts_four_cycles(mcu: str) -> None:
     assert 4 + 3 <= avr.read_ram(0x100, 1)[0] <= 4 + 3 + 3  # entry, jmp, rest of an instruction
 
 
-def test_a_crash_says_where() -> None:
-    avr = running("int main(void) { ((void (*)(void))0x3fff)(); for (;;) {} }")
-    with pytest.raises(RuntimeError, match=r"flash byte 0x"):
-        avr.run(1)
+LIMITS = {
+    "((void (*)(void))0x3fff)();": "flash byte 0x",
+    "set_sleep_mode(SLEEP_MODE_PWR_DOWN); sei(); sleep_mode();": "sleep mode other than idle",
+    "set_sleep_mode(SLEEP_MODE_ADC); sei(); sleep_mode();": "sleep mode other than idle",
+    "DDRD = 8; OCR2B = 9; TCCR2A = 0x21; TCCR2B = 2;": "phase-correct PWM on timer 2",
+    "UCSR0C = 0x46;": "not simulated",
+    "UCSR0A = 1;": "not simulated",
+}
+OF_ALL = [(source, mcu) for source in list(LIMITS)[:3] for mcu in EVERY]
 
 
-@every_part
-@pytest.mark.parametrize("mode", ["SLEEP_MODE_PWR_DOWN", "SLEEP_MODE_ADC"])
-def test_other_sleep_modes_are_refused(mcu: str, mode: str) -> None:
-    source = f"set_sleep_mode({mode}); sei(); sleep_mode();"
-    with pytest.raises(RuntimeError, match="sleep mode other than idle"):
-        running(source, mcu=mcu).run(0.01)
+@pytest.mark.parametrize(
+    ("source", "mcu"), [*OF_ALL, *((source, EVERY[0]) for source in list(LIMITS)[3:])]
+)
+def test_what_is_not_simulated_ends_the_run_and_says_so(source: str, mcu: str) -> None:
+    avr = running(source, mcu=mcu)
+    avr.pins.watch("PD3")
+    with pytest.raises(AvrError, match=LIMITS[source]):
+        avr.run(0.1)
 
 
 # ---- the older peripherals of ATmega16 and ATmega32, by their data sheets ----

@@ -5,7 +5,6 @@ import pytest
 from rig.avr import CLOCK_HZ
 from rig.small import Small
 
-from heatwright.sim.avr import AvrError
 from heatwright.sim.native.characters import Format, heard
 from heatwright.sim.native.parts import PARTS
 
@@ -328,9 +327,3 @@ def test_a_reset_ends_what_is_received() -> None:
     uart.avr.reset()
     uart.avr.run(0.01)
     assert uart.heard()[-1:] == b"c"
-
-
-@pytest.mark.parametrize("setting", ["UCSR0C = 0x46;", "UCSR0A = 1;"])
-def test_what_is_not_simulated_ends_the_run(setting: str) -> None:
-    with pytest.raises(AvrError, match="not simulated"):
-        Small(f"int main(void) {{ {setting} for (;;) {{}} }}", seconds=0.001)
