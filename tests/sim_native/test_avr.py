@@ -19,7 +19,6 @@ from heatwright.sim.avr import RAM_FILL, Avr
 from heatwright.sim.device import AvrDevice, StaleBinary
 from heatwright.sim.elf import ElfError
 from heatwright.sim.native import SimulatorMissing, shim
-from heatwright.sim.vcd import VcdRecorder
 from heatwright.spec import Controller, digest
 
 ENDLESS = "int main(void) { for (;;) PORTB++; }"
@@ -156,18 +155,6 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
     assert np.allclose(steps["time_s"], [1, 2, 3, 4.5, 5.5], atol=0.02)
     with pytest.raises(KeyError):
         device.steps("nozzle")
-
-
-def test_recorders_get_everything(device: AvrDevice, tmp_path: Path) -> None:
-    device.sense("air", -5.0)
-    with VcdRecorder(tmp_path / "x.vcd", {"heater": "PD3"}, device.avr.clock_hz) as recorder:
-        device.record(recorder)
-        device.advance(4.5)
-        device.feed()
-    text = (tmp_path / "x.vcd").read_text()
-    assert text.count("\n1!") == 1  # at full power, without a pause
-    assert "heater" in text
-    assert device.on_fraction("heater") == pytest.approx(3.5 / 4.5, abs=0.01)
 
 
 def test_a_spec_without_a_shield(device: AvrDevice) -> None:
