@@ -41,25 +41,6 @@ def test_ram_is_not_zero_at_power_on() -> None:
     assert set(avr.read_ram(0x100, 2048)) == {RAM_FILL}
 
 
-def test_stack_use_by_the_fill_and_by_the_pointer() -> None:
-    program = compiled(
-        """
-        __attribute__((noinline)) uint8_t deep(uint8_t n) {
-            volatile uint8_t room[20];
-            for (uint8_t i = 0; i < 20; i++) room[i] = n;
-            return n ? deep(n - 1) + room[3] : 0;
-        }
-        int main(void) { PORTB = deep(5); for (;;) {} }"""
-    )
-    fast, stepped = powered(program), powered(program)
-    profile = stepped.profile(program)
-    fast.run(0.01)
-    stepped.run(0.01)
-    assert fast.stack_used == stepped.stack_used
-    assert 0 <= profile.stack_used - fast.stack_used <= 2
-    assert profile.stack_used > 6 * 22
-
-
 def test_long_logs_are_kept_whole() -> None:
     """More than the shim's own buffer: it is emptied while the run goes on."""
     avr = running("int main(void) { DDRB = 1; for (;;) PINB = 1; }")

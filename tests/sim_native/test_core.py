@@ -151,7 +151,6 @@ int main(void) {
 }
 """
 
-
 PROGRAMS = {
     "interrupts and sleep": (lambda: shared("blink.c"), 40_000_000),
     # Interrupts every few instructions, one of them interruptible, while the program masks.

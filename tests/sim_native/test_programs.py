@@ -39,7 +39,6 @@ int main(void) {
 }
 """
 
-
 PLAIN = {"hidden": 9, "initialised": 0x1234, "local": 9, "kept": 4}
 
 
@@ -139,7 +138,6 @@ int main(void) {
     }
 }
 """
-
 
 Profiled = tuple[Profile, Avr]
 
