@@ -1,5 +1,6 @@
 """Feeds the reference model with what went into each control step of a log."""
 
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,11 +28,23 @@ class Restored:
     fault_code: int
 
 
+@dataclass(frozen=True)
+class Latched:
+    """A fault that was latched since the step before: by this loop, or else by another."""
+
+    row: int
+    time_s: float
+    fault_code: int
+    own: bool
+
+
 class Player:
     """Feeds the reference, row by row."""
 
     def __init__(self, controller: Controller, loop: str) -> None:
         """Begin before the first step."""
+        self._has_others = len(controller.loops) > 1
+        self.latched: list[Latched] = []
         self._controller = controller
         self._loop = loop
         self._reference = Reference(controller, loop)
@@ -48,7 +61,33 @@ class Player:
         self._acknowledge(_counted(ACKNOWLEDGEMENTS, row, self._last))
         starts = _counted(STARTS, row, self._last)
         self._last = row
-        return self._fed(row, starts, lost=bool(row["fault.code"] == MASTER_LOST))
+        lost = bool(row["fault.code"] == MASTER_LOST)
+        if self._reference.fault_code or not row["fault.code"]:
+            return self._fed(row, starts, lost=lost)
+        return self._tripped(number, row, starts, lost=lost)
+
+    def _tripped(self, number: int, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
+        """Do a step after which a fault is latched: one of this loop, or else of another.
+
+        Another loop's comes before the step or, if that loop is later in the same tick, after it.
+        """
+        before = deepcopy(self._reference) if self._has_others else None
+        values = self._fed(row, starts, lost=lost)
+        code, temperature_c = int(row["fault.code"]), Single(row["fault.temperature_c"])
+        own = self._reference.fault_code == code
+        self.latched.append(Latched(number, float(row["time_s"]), code, own))
+        if own or before is None:
+            return values
+        said = {"fault.code": code, "fault.temperature_c": temperature_c}
+        later = tuple(
+            said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
+        )
+        if self._is_equal(later, row):
+            self._reference.restore(code, temperature_c)
+            return later
+        self._reference = before
+        before.restore(code, temperature_c)
+        return self._fed(row, starts, lost=False)
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1

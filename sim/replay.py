@@ -12,17 +12,19 @@ in the first step after the reset; those are listed in `ReplayResult.restored`, 
 whether there was one. So does a program that outlived it.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.player import LOADED, Player, Restored
+from heatwright.sim.player import LOADED, Latched, Player, Restored
 from heatwright.sim.reference.members import Member
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
+from heatwright.spec.timers import TICK_S
 
-__all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay"]
+__all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay", "replay_all"]
 
 MOST_SHOWN = 10
 
@@ -65,8 +67,43 @@ class ReplayResult:
     segments: int
     """Runs of steps from one reset to the next."""
     restored: tuple[Restored, ...]
+    latched: tuple[Latched, ...]
+    """Faults that were latched between two steps."""
     unchecked: tuple[str, ...]
     """Members of the log that the reference does not have."""
+
+
+def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str, ReplayResult]:
+    """Compare the logs of all loops with the reference model.
+
+    A fault stops every loop. Which loop's it is the reference model says: where none has it, that
+    is a mismatch, too.
+
+    Raises:
+        ReplayError: a log is empty or lacks a member.
+
+    """
+    results = {name: replay(controller, log, name) for name, log in logs.items()}
+    own = [each for result in results.values() for each in result.latched if each.own]
+    slowest_s = max(loop.period_s for loop in controller.loops.values()) + TICK_S
+    return {
+        name: _with_orphans(result, [
+            each for each in result.latched if not each.own and not any(
+                it.fault_code == each.fault_code and abs(it.time_s - each.time_s) <= slowest_s
+                for it in own
+            )
+        ])
+        for name, result in results.items()
+    }  # fmt: skip
+
+
+def _with_orphans(result: ReplayResult, orphans: list[Latched]) -> ReplayResult:
+    """Count faults that no loop has broken a rule for."""
+    found = tuple(
+        Mismatch(each.row, each.time_s, "fault.code", "0", str(each.fault_code)) for each in orphans
+    )
+    first = (*found, *result.first)[:MOST_SHOWN]
+    return replace(result, mismatches=result.mismatches + len(found), first=first)
 
 
 def replay(controller: Controller, log: StepLog, loop: str | None = None) -> ReplayResult:
@@ -105,6 +142,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         first=tuple(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]),
         segments=player.segments,
         restored=tuple(player.restored),
+        latched=tuple(player.latched),
         unchecked=tuple(sorted({*(log.dtype.names or ())} - {*NO_MEMBERS, *dict(player.members)})),
     )
 

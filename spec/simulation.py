@@ -140,6 +140,13 @@ class ThermalNetwork(Model):
     initial_c: Temperature | None = Field(
         None, alias="initial", description="Temperature of all nodes at the start; else ambient."
     )
+    bears_c: Annotated[Mapping[str, Temperature], ReadOnly] = Field(
+        {},
+        alias="bears",
+        description="For each node, the highest temperature that it bears; left out: what full "
+        "power makes of it until the loop's maximum trips, and a tenth more.",
+        validate_default=True,
+    )
     fans: Annotated[Mapping[str, FanEffect], ReadOnly] = Field(
         {}, description="For each fan, the link it changes.", validate_default=True
     )

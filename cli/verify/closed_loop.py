@@ -7,7 +7,7 @@ from pathlib import Path
 
 from heatwright.cli.running import Run, run_binary
 from heatwright.cli.talk import Job
-from heatwright.sim.replay import ReplayResult, replay
+from heatwright.sim.replay import ReplayResult, replay_all
 from heatwright.spec import Controller, Event
 
 LEAST_S = 1800.0
@@ -25,9 +25,7 @@ class ClosedLoop:
 def closed_loop(controller: Controller, elf: Path, job: Job) -> ClosedLoop:
     """Run and replay."""
     run = run_binary(long_enough(controller), elf, job)
-    return ClosedLoop(
-        run, {loop: replay(controller, log, loop) for loop, log in run.trace.steps.items()}
-    )
+    return ClosedLoop(run, replay_all(controller, run.trace.steps))
 
 
 def long_enough(controller: Controller) -> Controller:

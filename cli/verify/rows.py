@@ -15,8 +15,8 @@ CHECK_TEXTS = 3
 CHAIN_COLUMNS = ("sensor", "at", "one step of the ADC", "largest error near")
 CHAIN_UNITS = {"temperature": ("°C", "K", 0), "current": ("A", "A", 1)}
 """Of what is measured and of differences; decimals of the former."""
-FAULT_COLUMNS = ("fault", "trips", "after [s]", "limit [s]", "heater off after [s]", "peak [°C]")
-FAULT_TEXTS = 2
+FAULT_COLUMNS = ("fault", "trips", "also counted", "after [s]", "heater off [s]", "peak [°C]")
+FAULT_TEXTS = 3
 FIGURE_COLUMNS = ("", "in", "worst", "limit")
 FIGURE_TEXTS = 2
 
@@ -43,12 +43,13 @@ def chain_cells(chains: Iterable[ChainError]) -> list[tuple[str, ...]]:
 
 def fault_cells(result: FaultResult) -> tuple[str, ...]:
     """Return a fault's row in the order of FAULT_COLUMNS."""
-    nothing = "nothing" if result.expected else "nothing, as it must"
+    nothing = "nothing, as it must" if result.calm else "nothing"
+    others = [rule for rule in result.counting if rule != result.rule]
     return (
         result.fault.replace("_", " "),
         (result.rule or nothing).replace("_", " "),
+        ", ".join(others).replace("_", " ") or NONE,
         _seconds(result.tripped_after_s),
-        _seconds(result.allowed_s),
         _seconds(result.heater_off_after_s),
         f"{result.peak_c:.1f}",
     )

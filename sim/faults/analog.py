@@ -11,11 +11,10 @@ import numpy as np
 
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
-from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import reading_s, steps
-from heatwright.sim.faults.currents import measured
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import sensor_step_k
+from heatwright.sim.faults.machine import sensor_step_k, watch_s
 from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
@@ -27,10 +26,6 @@ SOUND_PER_BROKEN = 4
 """An intermittent wire is sound for so many times as long as it is broken: the machine holds."""
 COLDEST_C, HOTTEST_C = -200.0, 800.0
 """No sensor is asked to be beyond these."""
-
-
-CUT_RULE = "sensor_short"
-"""What sees that the element is cut off."""
 
 
 def cut(world: World) -> None:
@@ -66,8 +61,8 @@ def _wire(wiring: Wiring) -> Act:
 def _broken(site: Site) -> Iterator[Fault]:
     """A wire is broken, or the two touch: the circuit goes to its own limits."""
     sound = _wire(Wiring())
-    yield no_reading(site, "open", "sensor_open", _wire(Wiring(opened=True)), sound)
-    yield no_reading(site, "shorted", "sensor_short", _wire(Wiring(shorted=True)), sound)
+    yield no_reading(site, "open", _wire(Wiring(opened=True)), sound)
+    yield no_reading(site, "shorted", _wire(Wiring(shorted=True)), sound)
 
 
 def _beyond_the_table(site: Site) -> Iterator[Fault]:
@@ -78,7 +73,7 @@ def _beyond_the_table(site: Site) -> Iterator[Fault]:
         ("beyond_the_hot_end", hottest_c, HOTTEST_C),
     ):
         beyond_c = _next_codes_c(site, end_c, away_c)
-        yield no_reading(site, name, "sensor_range", _feel(site, beyond_c), _feel_again(site))
+        yield no_reading(site, name, _feel(site, beyond_c), _feel_again(site))
 
 
 def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
@@ -108,33 +103,17 @@ def _converter(site: Site) -> Iterator[Fault]:
 
     Keys are on the same ADC: whoever has them cannot acknowledge until it is well again.
     """
-    hangs = no_reading(site, "adc_hangs", "sensor_stale", _fail(hung=True), _fail())
-    yield replace(hangs, again=None if site.has_keys else hangs.trip)
-    trip = _stands_still(site)
-    if trip is not None:
-        yield Fault(
-            "adc_stuck",
-            lambda: starts.heating(site),
-            _fail(stuck=True),
-            _fail(),
-            trip=trip,
-            again=None if site.has_keys else trip,
-        )
-
-
-def _stands_still(site: Site) -> Trip | None:
-    """A reading that stands still below the setpoint: 10 from full power on, or 9 before.
-
-    A measured current stands still, too: sooner or later it is not what the duty asks for.
-    """
-    trip, frozen = trips.no_rise_but_moving(site), site.loop.protection.frozen
-    if trip is None or frozen is None:
-        trip = trips.no_rise(site)
-    else:
-        trip = replace(trip, rules=("heating_failed", "sensor_frozen"))
-    if trip is None or measured(site) is None:
-        return trip
-    return replace(trip, rules=(*trip.rules, "no_current", "current_while_off"))
+    hangs = no_reading(site, "adc_hangs", _fail(hung=True), _fail())
+    yield replace(hangs, again=not site.has_keys)
+    yield Fault(
+        "adc_stuck",
+        lambda: starts.heating(site),
+        _fail(stuck=True),
+        _fail(),
+        watch_s=watch_s(site),
+        sensor_lies=True,
+        again=not site.has_keys,
+    )
 
 
 def _fail(*, hung: bool = False, stuck: bool = False) -> Act:
@@ -149,6 +128,7 @@ def _contacts(site: Site) -> Iterator[Fault]:
             "intermittent_wire",
             lambda: starts.heating(site),
             _now_and_then(site, most, SOUND_PER_BROKEN * most),
+            calm=True,
             watch_s=WATCH_S,
         )
     sensor = _sensor(site)
@@ -163,8 +143,7 @@ def _jump(
 ) -> Fault:
     """Change what the circuit sees of the element by what it would in twice the allowed rate.
 
-    wiring -- from the element's resistance and that change. After an acknowledgement nothing
-    changes any more, and no rule can tell.
+    wiring -- from the element's resistance and that change.
     """
 
     def cause(world: World) -> None:
@@ -173,8 +152,14 @@ def _jump(
         here_ohm, there_ohm = (float(ohm) for ohm in element_ohm(sensor, around_c))
         _wire(wiring(here_ohm, abs(there_ohm - here_ohm)))(world)
 
-    trip = Trip(("rise_rate",), reading_s(site.loop))
-    return Fault(name, lambda: starts.heating(site), cause, _wire(Wiring()), trip=trip)
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        _wire(Wiring()),
+        trip=Trip((), reading_s(site.loop)),
+        sensor_lies=True,
+    )
 
 
 def _now_and_then(site: Site, broken: int, sound: int) -> Act:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import cast
 
-from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import steps
 from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
@@ -17,9 +18,6 @@ from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
 """In bursts so many answers are sound for each that is not: the machine holds its setpoint."""
-
-CUT_RULE = "sensor_open"
-"""What sees that the thermocouple is cut off."""
 
 
 def cut(world: World) -> None:
@@ -35,8 +33,8 @@ def mend(world: World) -> None:
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to those that only answer."""
     yield from wires(site)
-    yield no_reading(site, "thermocouple_broken", "sensor_open", cut, mend)
-    yield failing_supply(site, "sensor_no_answer")
+    yield no_reading(site, "thermocouple_broken", cut, mend)
+    yield failing_supply(site)
     yield from conversions(site)
 
 
@@ -58,20 +56,16 @@ def _fail(faults: Faults) -> Act:
 def wires(site: Site) -> Iterator[Fault]:
     """Yield what makes the chip no longer answer, or badly."""
     sound = _fail(Faults())
-    yield no_reading(
-        site, "unplugged", "sensor_no_answer", on_chip(SpiChip.unplug), on_chip(SpiChip.plug)
-    )
-    yield no_reading(site, "data_shorted_to_ground", "sensor_short", _short("low"), _short(None))
-    yield no_reading(
-        site, "data_shorted_to_supply", "sensor_no_answer", _short("high"), _short(None)
-    )
-    yield no_reading(site, "no_clock", "sensor_no_answer", _fail(Faults(dumb=True)), sound)
-    yield no_reading(site, "damaged_answers", "sensor_crc", _fail(Faults(corrupt_rate=1.0)), sound)
+    yield no_reading(site, "unplugged", on_chip(SpiChip.unplug), on_chip(SpiChip.plug))
+    yield no_reading(site, "data_shorted_to_ground", _short("low"), _short(None))
+    yield no_reading(site, "data_shorted_to_supply", _short("high"), _short(None))
+    yield no_reading(site, "no_clock", _fail(Faults(dumb=True)), sound)
+    yield no_reading(site, "damaged_answers", _fail(Faults(corrupt_rate=1.0)), sound)
 
 
-def failing_supply(site: Site, rule: str) -> Fault:
-    """Return what breaks the chip's supply down again and again, which is seen by a rule."""
-    return no_reading(site, "failing_supply", rule, _failing_supply, _leave_alone)
+def failing_supply(site: Site) -> Fault:
+    """Return what breaks the chip's supply down again and again."""
+    return no_reading(site, "failing_supply", _failing_supply, _leave_alone)
 
 
 def conversions(site: Site) -> Iterator[Fault]:
@@ -118,25 +112,31 @@ def _leave_alone(world: World) -> None:
 
 def _frozen(site: Site) -> Iterator[Fault]:
     """Conversions that return the reading of this moment for ever, while the machine heats."""
-    trip = trips.no_rise(site)
-    if trip is not None:
-        yield Fault(
-            "frozen",
-            lambda: starts.heating(site),
-            _fail(Faults(frozen=True)),
-            _fail(Faults()),
-            trip=trip,
-            again=trip,
-        )
+    yield Fault(
+        "frozen",
+        lambda: starts.heating(site),
+        _fail(Faults(frozen=True)),
+        _fail(Faults()),
+        watch_s=watch_s(site),
+        sensor_lies=True,
+        again=True,
+    )
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """What happens beside a heater's wires, and must not stop a machine."""
-    yield Fault("answers_damaged_in_bursts", lambda: starts.heating(site), _bursts, watch_s=WATCH_S)
+    yield Fault(
+        "answers_damaged_in_bursts",
+        lambda: starts.heating(site),
+        _bursts,
+        calm=True,
+        watch_s=WATCH_S,
+    )
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),
         on_chip(SpiChip.brown_out),
+        calm=True,
         watch_s=WATCH_S,
         judge=_zeros_not_believed,
     )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.sim.faults import effects, processor, starts, trips
+from heatwright.sim.faults import effects, processor, starts
 from heatwright.sim.faults.bounds import watchdog_s
 from heatwright.sim.faults.effects import Heat
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import steady_c
+from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.world import Site, Weather, World
 
 WATCH_S = 60.0
@@ -23,23 +23,23 @@ def faults(site: Site) -> Iterator[Fault]:
     cooler = site.loop.cooler
     if cooler is None:
         return
-    target_c = starts.highest_c(site)
-    full_c = steady_c(site, 1.0, ambient_c=starts.ambient_c(site), cooled=True)
-    if full_c < target_c - MARGIN_K:
-        stalls = trips.no_rise_but_moving(site)
-        yield Fault(
-            "cooler_shorted",
-            lambda: starts.heating(site),
-            _wire(cooler, effects.shorted),
-            _mend(cooler),
-            trip=stalls,
-            again=stalls,
-        )
     yield Fault(
-        "cooler_dead", lambda: cooling(site), _wire(cooler, effects.opened), watch_s=WATCH_S
+        "cooler_shorted",
+        lambda: starts.heating(site),
+        _wire(cooler, effects.shorted),
+        _mend(cooler),
+        watch_s=watch_s(site),
+        again=True,
+    )
+    yield Fault(
+        "cooler_dead",
+        lambda: cooling(site),
+        _wire(cooler, effects.opened),
+        calm=True,
+        watch_s=WATCH_S,
     )
     if site.has_operator:
-        yield Fault("heating_and_cooling_by_turns", lambda: starts.heating(site), _turns)
+        yield Fault("heating_and_cooling_by_turns", lambda: starts.heating(site), _turns, calm=True)
     yield Fault(
         "hung_while_cooling",
         lambda: cooling(site),

@@ -34,8 +34,12 @@ def faults(site: Site) -> Iterator[Fault]:
         ("touch_display_floods", _flood),
         ("touch_display_asks_too_much", _ask_too_much),
     ):
-        yield Fault(name, lambda: starts.heating(site), cause, watch_s=WATCH_S, judge=_unmoved)
-    yield Fault("touched_at_random", lambda: starts.heating(site), _play, watch_s=WATCH_S)
+        yield Fault(
+            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
+        )
+    yield Fault(
+        "touched_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S
+    )
 
 
 def _unplug(world: World) -> None:

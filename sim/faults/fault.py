@@ -31,11 +31,11 @@ def no_complaint(world: World) -> str:
 
 @dataclass(frozen=True)
 class Trip:
-    """A rule has to trip.
+    """A fault has to be latched, whatever the machine does meanwhile.
 
-    rules -- ids of the rules of which one must; allowed_s -- bound on the time it takes since the
-    rule's condition has been met without a gap; due -- whether it is met; due_within_s -- how long
-    the machine may take until then.
+    rules -- ids of those of which one must; none: whichever the reference model names first;
+    allowed_s -- bound on the time it takes since `due` has been met without a gap; due_within_s --
+    how long the machine may take until then.
     """
 
     rules: tuple[str, ...]
@@ -46,24 +46,31 @@ class Trip:
 
 @dataclass(frozen=True)
 class Fault:
-    """One way to fail, and what has to follow.
+    """One way to fail: what happens, what ends it, and for how long it is watched.
+
+    What follows is not written here: the reference model takes the same readings and says which
+    rule is met first, and when. The machine says what it bears.
 
     make -- gives a world in the state the fault meets; cause, cure -- bring it and take it away.
-    trip -- what has to trip; None: nothing may. off_within_s -- bound on the time from the cause to
-    heater off, where the heater must be off before the rule trips. again -- what has to trip after
-    an acknowledgement while the cause goes on; None: no rule can tell. watch_s -- for how long
-    nothing may trip; may -- rules that may be latched then all the same. judge -- looks at the
-    world at the end and says what is wrong, or "".
+    watch_s -- for how long it is watched where nothing trips. calm -- the machine is well all the
+    same: nothing may trip but `may`, which may be latched before, too. trip -- a fault has to be
+    latched so soon, where that does not depend on the machine: no reading comes any more, the
+    processor is reset. off_within_s -- bound on the time from the cause to heater off, where the
+    heater must be off before. sensor_lies -- whether the loop's sensor itself says what its tip
+    does not feel. again -- whether it is acknowledged while the cause goes on. judge -- looks at
+    the world at the end and says what is wrong, or "".
     """
 
     id: str
     make: Callable[[], World]
     cause: Act
     cure: Act = nothing
+    watch_s: float = 0.0
+    calm: bool = False
     trip: Trip | None = None
     off_within_s: float | None = None
-    again: Trip | None = None
-    watch_s: float = 0.0
+    sensor_lies: bool = False
+    again: bool = False
     may: tuple[str, ...] = ()
     judge: Judge = no_complaint
 
@@ -72,16 +79,18 @@ class Fault:
 class FaultResult:
     """What was found.
 
-    fault -- its id; rule -- id of the rule that tripped, None if none did; expected -- ids of the
-    rules of which one must trip (none: nothing may trip); tripped_after_s -- since the condition of
-    the rule was met, s; allowed_s -- the bound on that, from the specification; heater_off_after_s
-    -- since the same moment or, where it is bounded by itself, since the cause; peak_c -- highest
-    temperature at the loop's sensor, from the cause until shortly after the trip.
+    fault -- its id; calm -- whether nothing was to trip; rule -- id of the rule that tripped, None
+    if none did; counting -- ids of the rules that counted then, too, or that counted when the watch
+    ended: those that would have come next; tripped_after_s -- since the cause, s; allowed_s -- the
+    bound on that, where there is one that does not depend on the machine; heater_off_after_s --
+    when the heater was last on, since the cause, s; peak_c -- highest temperature at the loop's
+    sensor, from the cause until the heat has spread after the trip.
     """
 
     fault: str
+    calm: bool
     rule: str | None
-    expected: tuple[str, ...]
+    counting: tuple[str, ...]
     tripped_after_s: float | None
     allowed_s: float | None
     heater_off_after_s: float | None
@@ -102,8 +111,9 @@ class FaultResult:
         """Return it for machines; times in s, temperatures in °C."""
         return {
             "fault": self.fault,
+            "calm": self.calm,
             "rule": self.rule,
-            "expected": list(self.expected),
+            "counting": list(self.counting),
             "tripped_after_s": _rounded(self.tripped_after_s),
             "allowed_s": _rounded(self.allowed_s),
             "heater_off_after_s": _rounded(self.heater_off_after_s),

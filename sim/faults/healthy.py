@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import usable_c
-from heatwright.sim.faults.trips import full_percent
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import ThermalNetwork
 
@@ -81,9 +80,9 @@ def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) ->
             world.until(_has_enough, LONGEST_S)
             world.run(HOLD_S)
 
-    yield Fault(name, make, cause)
+    yield Fault(name, make, cause, calm=True)
 
 
 def _has_enough(world: World) -> bool:
     """Whether the controller no longer asks for full power."""
-    return world.loop("duty_percent") < full_percent(world.site.loop)
+    return world.loop("duty_percent") < starts.full_percent(world.site.loop)

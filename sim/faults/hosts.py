@@ -33,6 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "host_out_of_bounds",
         lambda: starts.heating(site),
         _ask_too_much,
+        calm=True,
         watch_s=WATCH_S,
         judge=_keeps_setpoint,
     )
@@ -40,6 +41,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "host_garbled",
         lambda: starts.heating(site),
         _garble,
+        calm=True,
         watch_s=WATCH_S,
         judge=_hears_all,
     )

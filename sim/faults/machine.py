@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.sim.faults.world import Site
-from heatwright.sim.plants import plant_of
-from heatwright.spec import ThermalNetwork
+from heatwright.sim.plants import FOREVER_S, full_power, plant_of
+from heatwright.spec import Heating, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
-FOREVER_S = 1e7
-"""Longer than any machine takes to settle: four months."""
 COURSE_STEP_S = 1.0
 LONGEST_S = 24 * 3600.0
+TRAVELLED = 0.95
 
 
 def steady_c(site: Site, share: float, *, ambient_c: float, cooled: bool = False) -> float:
@@ -29,6 +28,35 @@ def share_for(site: Site, hold_c: float, *, ambient_c: float, cooled: bool = Fal
     """Return the share of the heater's power that would hold a temperature, °C; it may exceed 1."""
     full_c = steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled)
     return (hold_c - ambient_c) / (full_c - ambient_c)
+
+
+def watch_s(site: Site) -> float:
+    """Return for how long a broken machine is watched: no rule that sees it comes later, s.
+
+    Full power takes it to its maximum, or to where it levels out; and then every rule has had all
+    its time twice.
+    """
+    protection = site.loop.protection
+    lasting_s = [
+        rule.within_s if isinstance(rule, Heating) else rule.for_s
+        for rule in (protection.heating, protection.frozen, protection.runaway)
+        if rule is not None
+    ]
+    if protection.rising_while_off is not None:
+        lasting_s.append(protection.rising_while_off.settle_s)
+    return min(LONGEST_S, _travel_s(site) + 2 * sum(lasting_s))
+
+
+def _travel_s(site: Site) -> float:
+    """Return how long full power takes to the maximum, or to all but a twentieth of its way, s."""
+    network, simulation = site.network, site.controller.simulation
+    ambient_c = simulation.ambient_c if simulation else 20.0
+    most_c = min(site.loop.protection.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
+    goal_c = ambient_c + TRAVELLED * (most_c - ambient_c)
+    for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
+        if sensed_c >= goal_c:
+            return time_s
+    return LONGEST_S
 
 
 def rise_k(site: Site, after_s: float) -> float:
@@ -109,9 +137,5 @@ def blur_k(site: Site, temperature_c: float) -> float:
 
 def _powered(site: Site, share: float, *, cooled: bool = False) -> dict[str, float]:
     """Everything on but coolers and other loops' heaters."""
-    loops = site.controller.loops.values()
-    others = {loop.heater for loop in loops} | {loop.cooler for loop in loops if loop.cooler}
-    asked = dict.fromkeys(site.controller.outputs, 1.0) | dict.fromkeys(others, 0.0)
-    if cooled and site.loop.cooler:
-        asked[site.loop.cooler] = 1.0
-    return asked | {site.loop.heater: share}
+    asked = full_power(site.controller, site.loop_name, share)
+    return asked | ({site.loop.cooler: 1.0} if cooled and site.loop.cooler else {})

@@ -36,6 +36,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "master_insists_on_heat",
         lambda: starts.heating(site),
         _insist,
+        calm=True,
         watch_s=WATCH_S,
         judge=_stays_off,
     )
@@ -45,7 +46,9 @@ def faults(site: Site) -> Iterator[Fault]:
         ("bus_of_other_format", _speak_otherwise(modbus)),
         ("bus_of_other_slaves", _speak_to_others),
     ):
-        yield Fault(name, lambda: starts.heating(site), cause, watch_s=WATCH_S, judge=_unmoved)
+        yield Fault(
+            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
+        )
 
 
 def _lost(site: Site, after_s: float) -> Fault:

@@ -11,12 +11,15 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.spec.rules import RULES
 
 SEED = 1
 WATCH_S = 30.0
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
 REST_S = 2.0
+SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
+"""Of which one sees that the sensor's line is cut."""
 LONGEST_MS = 1000
 
 
@@ -33,7 +36,9 @@ def faults(site: Site) -> Iterator[Fault]:
             "record_cut_short",
             lambda: latched(site),
             cut_short,
-            may=(cut_rule(site),),
+            may=SENSOR_RULES,
+            sensor_lies=True,
+            calm=True,
             watch_s=WATCH_S,
         )
 
@@ -63,11 +68,6 @@ def cut_line(world: World) -> None:
 def mend_line(world: World) -> None:
     """Give it back."""
     _of_sensor(world.site).mend(world)
-
-
-def cut_rule(site: Site) -> str:
-    """Return the id of the rule that sees it."""
-    return str(_of_sensor(site).CUT_RULE)
 
 
 def _of_sensor(site: Site) -> ModuleType:

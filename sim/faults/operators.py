@@ -29,6 +29,7 @@ def faults(site: Site) -> Iterator[Fault]:
             "display_unplugged",
             lambda: starts.heating(site),
             _unplug_and_plug,
+            calm=True,
             watch_s=RESYNC_S,
             judge=_shows_again,
         )
@@ -39,6 +40,7 @@ def faults(site: Site) -> Iterator[Fault]:
             "serial_flood",
             lambda: starts.heating(site),
             _flood,
+            calm=True,
             watch_s=WATCH_S,
             may=("master_lost",),
             judge=keeps_time,
@@ -47,10 +49,15 @@ def faults(site: Site) -> Iterator[Fault]:
 
 def _keys(site: Site) -> Iterator[Fault]:
     yield Fault(
-        "key_stuck", lambda: starts.heating(site), hold("down"), watch_s=WATCH_S, judge=_one_step
+        "key_stuck",
+        lambda: starts.heating(site),
+        hold("down"),
+        calm=True,
+        watch_s=WATCH_S,
+        judge=_one_step,
     )
-    yield Fault("keys_at_random", lambda: starts.heating(site), _play, watch_s=WATCH_S)
-    trip = Trip((memory.cut_rule(site),), answer_s(site.loop))
+    yield Fault("keys_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S)
+    trip = Trip((), answer_s(site.loop))
 
     def cause(world: World) -> None:
         hold("select")(world)
@@ -60,7 +67,9 @@ def _keys(site: Site) -> Iterator[Fault]:
         memory.mend_line(world)
         world.device.press(None)
 
-    yield Fault("select_stuck", lambda: starts.heating(site), cause, cure, trip=trip)
+    yield Fault(
+        "select_stuck", lambda: starts.heating(site), cause, cure, trip=trip, sensor_lies=True
+    )
 
 
 def hold(key: str) -> Act:

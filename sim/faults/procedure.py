@@ -1,26 +1,34 @@
 """How every fault is tried: cause, trip, acknowledgement, cure, loss of power, acknowledgement.
 
-Where nothing may trip, it is watched for a while. Where a rule must trip, it has to
+The reference model is fed with what the firmware read, and says what has to be latched, and when
+(heatwright.sim.faults.witness). A machine that is well is watched for a while: nothing may trip.
+Of any other, where a rule trips, its fault has to
 
-1. trip in time, with the right rule, and the heater has to be off;
-2. show its number and words on the display, and tell the host;
-3. trip again when it is acknowledged while the cause goes on;
-4. stay latched when the cause has gone, and through a loss of power;
-5. go away when it is acknowledged then.
+1. be latched in the step in which its condition is met, and the heater has to be off;
+2. show its number and words on the display, and be told to the host;
+3. stay latched when the cause has gone, and through a loss of power;
+4. go away when it is acknowledged then.
 
-From each trip to its acknowledgement no heater's pin may be on for a single cycle.
+Many are acknowledged before that, too, while the cause goes on: what follows is again for the rules
+to say. From each trip to its acknowledgement no heater's pin may be on for a single cycle. And no
+node of the machine may become hotter than it bears, until the heat has spread after the first trip.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from heatwright.sim.faults import cooling, relays, told
+from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
+from heatwright.sim.faults.memory import SENSOR_RULES
+from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
+from heatwright.spec import Protection
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -30,7 +38,7 @@ REST_S = 2.0
 after its start-up of at most ten) and an EEPROM for a record (one byte a tick)."""
 
 SHOWN_S = 0.1
-"""How long after a trip its peak is still looked for; a gate is closed in a tenth of that."""
+"""Longer than a gate takes to close, by far."""
 
 COOLER_K = 5.0
 COOLING_S = 4 * 3600.0
@@ -47,16 +55,15 @@ def try_fault(fault: Fault) -> FaultResult:
 class _Trial:
     """One fault on its way through the procedure.
 
-    first -- the trip that is reported; latched -- the present one; since_s -- when the condition of
-    the first was met.
+    first -- the trip that is reported; cause_s -- when the cause came.
     """
 
     fault: Fault
     world: World
     problems: list[str] = field(default_factory=list)
     first: Change | None = None
+    counting: tuple[str, ...] = ()
     cause_s: float = 0.0
-    since_s: float = 0.0
     off_s: float | None = None
     peak_c: float = 0.0
 
@@ -64,16 +71,23 @@ class _Trial:
         if self.world.fault and not self.fault.may:
             self._wrong(f"{_name(self.world.fault)} was latched before it began")
             return
-        self.cause_s = self.since_s = self.world.now_s
-        self.world.peak_c = self.world.sensed_c
-        self.fault.cause(self.world)
-        if self.fault.trip:
-            self._must_trip(self.fault.trip)
-        else:
+        self._begin()
+        if self.fault.calm:
             self._may_not_trip()
+        else:
+            self._may_trip()
+        self._end()
+
+    def _begin(self) -> None:
+        self.cause_s = self.world.now_s
+        self.world.watch_peaks()
+        self.fault.cause(self.world)
+
+    def _end(self) -> None:
         judged = self.fault.judge(self.world)
         self.world.device.feed()
-        for complaint in (judged, *overlaps(self.world.device.interlocks)):
+        said = witness.complaints(self.world, sensor_lies=self.fault.sensor_lies)
+        for complaint in (judged, *overlaps(self.world.device.interlocks), *said):
             if complaint:
                 self._wrong(complaint)
 
@@ -81,9 +95,10 @@ class _Trial:
         first, trip = self.first, self.fault.trip
         return FaultResult(
             fault=self.fault.id,
+            calm=self.fault.calm,
             rule=RULES[first.code].id if first else None,
-            expected=trip.rules if trip else (),
-            tripped_after_s=first.time_s - self.since_s if first else None,
+            counting=self.counting,
+            tripped_after_s=first.time_s - self.cause_s if first else None,
             allowed_s=trip.allowed_s if trip else None,
             heater_off_after_s=self.off_s,
             peak_c=self.peak_c,
@@ -97,31 +112,50 @@ class _Trial:
 
     def _may_not_trip(self) -> None:
         self.world.run(self.fault.watch_s)
-        self.peak_c = self.world.peak_c
+        self._judge_peaks()
         trips = self.world.trips.since(self.cause_s)
         trips = [trip for trip in trips if RULES[trip.code].id not in self.fault.may]
         if trips:
             self.first = trips[0]
             self._wrong(f"{_name(trips[0].code)} tripped for no reason")
 
-    # -- a rule must trip ----------------------------------------------------------------------
+    # -- a rule trips, if the machine breaks one -----------------------------------------------
 
-    def _must_trip(self, trip: Trip) -> None:
-        self.first, self.since_s = self._wait(trip, self.cause_s, "")
+    def _may_trip(self) -> None:
+        self.first = self._wait(self.cause_s, "")
+        self.counting = witness.counting(self.world)
         if self.first is None:
+            self._judge_peaks()
             return
         self._judge_heater()
-        latched = self.first
-        self._holds(latched, "after the trip")
-        self.peak_c = self.world.peak_c
-        if self.fault.again:
-            latched = self._again(self.fault.again) or latched
+        self._holds(self.first, "after the trip")
+        self._judge_peaks()
+        latched: Change | None = self.first
+        if self.fault.again and self.world.site.has_operator:
+            latched = self._again()
+        if latched is None:
+            latched = self._anew()
+        if latched is not None:
+            self._goes(latched)
+
+    def _goes(self, latched: Change) -> None:
+        """Take the cause away: the fault stays until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
         self._holds(latched, "when its cause has gone")
         self.world.power_cut()
         self._holds(latched, "after a loss of power")
         self._clears()
+
+    def _anew(self) -> Change | None:
+        """Go all the way again, up to the trip, on another world."""
+        self._end()
+        self.world = self.fault.make()
+        self._begin()
+        latched = self._wait(self.cause_s, " the second time")
+        if latched is not None:
+            self._holds(latched, "after it tripped the second time")
+        return latched
 
     def _cools_down(self) -> None:
         """Wait until the machine has left its maximum, which would rightly trip again.
@@ -133,19 +167,22 @@ class _Trial:
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
         self.world.until(lambda now: now.sensed_c < limit_c, COOLING_S)
 
-    def _wait(self, trip: Trip, began_s: float, when: str) -> tuple[Change | None, float]:
-        """Wait for a trip; return it, and since when its condition had been met."""
-        world = self.world
+    def _wait(self, began_s: float, when: str) -> Change | None:
+        """Wait until a fault is latched; None: nothing has tripped, which may be right."""
+        trip = self.fault.trip
+        if trip is None:
+            self.world.until(_is_latched, self.fault.watch_s)
+            return next(iter(self.world.trips.since(began_s)), None)
         since_s = self._follow(trip, began_s)
         if since_s is None:
             self._wrong(f"its condition was not met within {trip.due_within_s:g} s{when}")
-            return None, world.now_s
-        trips = world.trips.since(began_s)
-        if not trips:
+            return None
+        found = next(iter(self.world.trips.since(began_s)), None)
+        if found is None:
             self._wrong(f"nothing tripped{when}")
-            return None, since_s
-        self._judge_trip(trip, trips[0], since_s, when)
-        return trips[0], since_s
+        else:
+            self._judge_trip(trip, found, since_s, when)
+        return found
 
     def _follow(self, trip: Trip, began_s: float) -> float | None:
         """Go on until a fault is latched, or much too late.
@@ -168,21 +205,52 @@ class _Trial:
         return max(began_s, world.now_s - world.step_s) if since_s is None else since_s
 
     def _judge_trip(self, trip: Trip, found: Change, since_s: float, when: str) -> None:
-        if RULES[found.code].id not in trip.rules:
+        if trip.rules and RULES[found.code].id not in trip.rules:
             self._wrong(f"{_name(found.code)} tripped, not {' or '.join(trip.rules)}{when}")
         after_s = found.time_s - since_s
         if after_s > trip.allowed_s:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
 
     def _judge_heater(self) -> None:
-        """See how soon the heater was off."""
+        """See how soon the heater was off, and let the heat spread that is under way."""
         limit_s = self.fault.off_within_s
-        since_s = self.since_s if limit_s is None else self.cause_s
         self.world.run(SHOWN_S)
-        last_on_s = self.world.heaters.last_on_s(since_s)
-        self.off_s = 0.0 if last_on_s is None else last_on_s - since_s
+        last_on_s = self.world.heaters.last_on_s(self.cause_s)
+        self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
+        self.world.until(lambda now: not now.peaks.spreads, SPREADING_S)
+
+    def _judge_peaks(self) -> None:
+        """See that no node became hotter than it bears; of several, tell the first."""
+        self.peak_c = self.world.peak_c
+        for node, peak_c in self.world.peaks.highest_c.items():
+            bears_c = self.world.bears_c[node]
+            if peak_c > bears_c:
+                self._wrong(
+                    f"{node} became {peak_c:.1f} °C hot and bears {bears_c:.1f} °C. If it bears "
+                    f"that, say so: simulation.plant.bears: {{{node}: {math.ceil(peak_c)} °C}}. "
+                    f"Else {self._remedy(node, bears_c)}"
+                )
+                return
+
+    def _remedy(self, node: str, bears_c: float) -> str:
+        """Say which number would have kept a node from becoming too hot."""
+        off_s = self.world.peaks.latest_off_s(node, bears_c)
+        rule = RULES[self.first.code].id if self.first else None
+        late_s = (
+            self.world.now_s - self.cause_s
+            if self.first is None
+            else (self.first.time_s - self.cause_s)
+        )
+        path = f"loops.{self.world.site.loop_name}.protection"
+        for key, value_s, trips in _lasting(self.world.site.loop.protection):
+            shorter_s = value_s - (late_s - off_s)
+            if rule in trips and shorter_s > 0:
+                return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
+        if rule is None and off_s > 0:
+            return f"let a rule see it within {_rounded_down(off_s):g} s: {path}.frozen.for"
+        return "limit the heater's power"
 
     def _holds(self, latched: Change, when: str) -> None:
         """See that it stays latched and shown, and that no heater has been on since the trip."""
@@ -206,16 +274,14 @@ class _Trial:
 
     # -- acknowledgements ----------------------------------------------------------------------
 
-    def _again(self, again: Trip) -> Change | None:
-        """Acknowledge while the cause goes on."""
-        if not self.world.site.has_operator:
-            return None
+    def _again(self) -> Change | None:
+        """Acknowledge while the cause goes on; None: no rule is broken any more."""
         began_s = self.world.now_s
         self.world.acknowledge()
-        trip, _ = self._wait(again, began_s, " when acknowledged")
-        if trip:
-            self._holds(trip, "after it tripped again")
-        return trip
+        latched = self._wait(began_s, " when acknowledged")
+        if latched is not None:
+            self._holds(latched, "after it tripped again")
+        return latched
 
     def _clears(self) -> None:
         """Acknowledge when the cause has gone: nothing may stay, nothing may come."""
@@ -237,3 +303,20 @@ def _is_latched(world: World) -> bool:
 
 def _name(code: int) -> str:
     return RULES[code].id if code else "no fault"
+
+
+def _lasting(protection: Protection) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+    """Yield the keys that say how long a rule takes, their values in s, and the rules."""
+    if protection.heating:
+        yield "heating.within", protection.heating.within_s, ("heating_failed",)
+    if protection.frozen:
+        yield "frozen.for", protection.frozen.for_s, ("sensor_frozen",)
+    if protection.runaway:
+        yield "runaway.for", protection.runaway.for_s, ("runaway_above", "runaway_below")
+    yield "stale_after", protection.stale_after_s, SENSOR_RULES
+
+
+def _rounded_down(seconds: float) -> float:
+    """Leave two digits."""
+    unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
+    return math.floor(seconds / unit) * unit

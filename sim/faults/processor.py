@@ -50,11 +50,16 @@ def faults(site: Site) -> Iterator[Fault]:
         "reset_button",
         lambda: starts.heating(site),
         lambda world: world.device.avr.reset("external"),
+        calm=True,
         watch_s=WATCH_S,
         judge=off_through_reset,
     )
     yield Fault(
-        "power_cut", lambda: starts.heating(site), lambda world: world.power_cut(), watch_s=WATCH_S
+        "power_cut",
+        lambda: starts.heating(site),
+        lambda world: world.power_cut(),
+        calm=True,
+        watch_s=WATCH_S,
     )
 
 

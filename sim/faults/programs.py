@@ -9,7 +9,7 @@ from typing import Any
 from heatwright.sim.faults import effects, memory, starts
 from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.fault import Fault, Trip
-from heatwright.sim.faults.machine import steady_c
+from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.world import STEP_S, Site, Weather, World
 from heatwright.sim.plants import plant_of
@@ -47,7 +47,8 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda: under_way(site),
         memory.cut_line,
         memory.mend_line,
-        trip=Trip((memory.cut_rule(site),), answer_s(site.loop)),
+        trip=Trip((), answer_s(site.loop)),
+        sensor_lies=True,
         judge=_failed,
     )
     yield Fault(
@@ -108,16 +109,12 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
     def mend(world: World) -> None:
         world.wiring.heat.pop(site.loop.heater)
 
-    # With a long limit it is rule 10 that sees the machine level out.
-    heating = ("heating_failed",) if site.loop.protection.heating else ()
-    rules = (LAGS, *heating)
-
     yield Fault(
         "heater_too_weak_for_program",
         lambda: _started(site),
         cause,
         mend,
-        trip=Trip(rules, ramp_s + hold_back.limit_s + 2 * site.loop.period_s),
+        watch_s=ramp_s + hold_back.limit_s + watch_s(site),
         judge=lambda world: _lag_was_long(world, hold_back),
     )
 
@@ -159,6 +156,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         "power_cut_in_program",
         lambda: under_way(site),
         lambda world: world.power_cut(),
+        calm=True,
         watch_s=WATCH_S,
         judge=(lambda world: _goes_on(world, programs)) if resumes else _stays_ended,
     )

@@ -8,15 +8,15 @@ from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site
 
 
-def no_reading(site: Site, name: str, rule: str, cause: Act, cure: Act) -> Fault:
+def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
     """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
-    trip = Trip((rule,), answer_s(site.loop))
     return Fault(
         name,
         lambda: starts.heating(site),
         cause,
         cure,
-        trip=trip,
+        trip=Trip((), answer_s(site.loop)),
         off_within_s=reading_s(site.loop),
-        again=trip,
+        sensor_lies=True,
+        again=True,
     )

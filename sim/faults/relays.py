@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.sim.faults import currents, starts, trips
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.world import Condition, Site, World
 from heatwright.sim.native.relay import Armature, Wire
 from heatwright.sim.relay import SafetyRelay
@@ -40,15 +41,12 @@ def faults(site: Site) -> Iterator[Fault]:
             _breaks(armature, wire, at_start=trip is stays_closed),
             lambda world: _relay(world).fail(),
             trip=trip,
-            again=trip,
+            again=True,
         )
 
 
 def _unseen(site: Site) -> Iterator[Fault]:
     """Without a contact, a relay that never closes is a heater that gives nothing."""
-    trip = currents.no_current(site) or trips.no_rise_but_moving(site)
-    if trip is None:
-        return
 
     def cause(world: World) -> None:
         _relay(world).fail(Armature.DEAD)
@@ -59,8 +57,8 @@ def _unseen(site: Site) -> Iterator[Fault]:
         lambda: starts.cold(site),
         cause,
         lambda world: _relay(world).fail(),
-        trip=trip,
-        again=trip,
+        watch_s=watch_s(site),
+        again=True,
     )
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
-from heatwright.sim.faults.trips import full_percent
 from heatwright.sim.faults.world import Site, Weather, World
-from heatwright.spec import PwmOutput
+from heatwright.spec import Loop, Pid, PwmOutput
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
@@ -50,6 +49,12 @@ def first_steps(world: World) -> None:
     world.run(FIRST_STEPS * world.site.loop.period_s)
 
 
+def full_percent(loop: Loop) -> float:
+    """Return the most the loop may ask of its heater, %."""
+    algorithm = loop.algorithm
+    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
+
+
 def heating(site: Site) -> World:
     """Begin below the highest usable setpoint, with the heater on at this moment."""
     target_c = highest_c(site)
@@ -72,19 +77,22 @@ def heater_is_on(world: World) -> bool:
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
-    """Begin with a machine that rests so far above the lowest setpoint, heater off."""
-    start_c = setpoints_c(site)[0] + above_k
-    world = World(site, Weather(start_c, start_c))
-    first_steps(world)
-    world.set_setpoint(start_c - above_k)
+    """Begin with a machine so far above the lowest setpoint, which is asked for: heater off."""
+    lowest_c = setpoints_c(site)[0]
+    world = resting(site, lowest_c + above_k)
+    world.set_setpoint(lowest_c)
     first_steps(world)
     return world
 
 
-def cold(site: Site, *, below_k: float = 2 * BELOW_K) -> World:
-    """Begin with a machine that rests so far below the initial setpoint, or the lowest in use."""
-    start_c = resting_c(site) - below_k
-    world = World(site, Weather(start_c, start_c))
+def cold(site: Site) -> World:
+    """Begin with a machine as cold as its surroundings."""
+    return resting(site, ambient_c(site))
+
+
+def resting(site: Site, start_c: float) -> World:
+    """Begin with a machine at a temperature, asked for nothing."""
+    world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
     return world
 

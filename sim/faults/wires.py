@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.sim.faults import effects, starts
-from heatwright.sim.faults.bounds import reading_s
+from heatwright.sim.faults import effects, machine, starts
 from heatwright.sim.faults.currents import SOFT_START, Measured, measured
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.world import Site, World
 
 BEYOND = 1.2
 """How far beyond what trips the current of a shorted wire is."""
@@ -52,17 +51,13 @@ def _shorted(site: Site, heater: Measured) -> Fault:
     start = SOFT_START if heater.limit_a is not None else 1.0
     times = BEYOND * heater.over_a / (start * heater.mean_a)
 
-    def heats(world: World) -> bool:
-        return world.loop("duty_percent") > 0
-
-    trip = Trip(("over_current",), reading_s(site.loop) + STEP_S, heats, WATCH_S)
     return Fault(
         "heater_shorted",
         lambda: starts.heating(site),
         _grows(site, times),
         _mends(site),
-        trip=trip,
-        again=trip,
+        watch_s=machine.watch_s(site),
+        again=True,
     )
 
 
@@ -87,4 +82,4 @@ def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
             return f"{found_a:.2f} A flowed, where {heater.over_a:g} A trip"
         return ""
 
-    return Fault("heater_part_shorted", make, cause, watch_s=WATCH_S, judge=held)
+    return Fault("heater_part_shorted", make, cause, calm=True, watch_s=WATCH_S, judge=held)

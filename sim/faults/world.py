@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.hands import hand_of
+from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
-from heatwright.sim.plants import Plant, plant_of
+from heatwright.sim.plants import Plant, plant_of, profile_c
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
@@ -27,7 +32,10 @@ Condition = Callable[["World"], bool]
 
 @dataclass(frozen=True)
 class Weather:
-    """The machine at the start: all of it at one temperature; its surroundings at another, °C."""
+    """The machine at the start: what the loop's sensor feels, and the surroundings, °C.
+
+    It has been so for long. What belongs to other loops is as cold as the surroundings.
+    """
 
     start_c: float
     ambient_c: float
@@ -55,8 +63,8 @@ class World:
 
     device -- the controller; hand -- who serves the loop; wiring -- what lies between, coupling --
     what goes to the machine when nothing is broken; trips, heaters -- what was recorded;
-    peak_c -- the highest temperature at the loop's sensor since it was last set; rising -- whether
-    that temperature rose in the last step.
+    peak_c -- the highest temperature at the loop's sensor since `watch_peaks`, °C; peaks -- of all
+    nodes.
     """
 
     def __init__(self, site: Site, weather: Weather) -> None:
@@ -72,8 +80,9 @@ class World:
         self._row = 0
         self._power_on_s = 0.0
         self._switched_on = False
-        self.peak_c = self.sensed_c
-        self.rising = False
+        self._times_s: list[float] = []
+        self._tips: dict[str, list[float]] = {sensor: [] for sensor in self._felt}
+        self.watch_peaks()
         self.trips = TripLog(self.device)
         self.heaters = HeaterLog(
             self.device, {loop.heater for loop in site.controller.loops.values()}
@@ -83,15 +92,18 @@ class World:
         self.step()
 
     def _machine(self, weather: Weather) -> Plant:
-        network = (weather.network or self.site.network).model_copy(
-            update={"initial_c": weather.start_c}
-        )
+        network = weather.network or self.site.network
+        begins_c = profile_c(
+            self.site.controller, network, self.site.loop_name, weather.start_c,
+            ambient_c=weather.ambient_c,
+        )  # fmt: skip
         return plant_of(
             self.site.controller,
-            network,
+            network.model_copy(update={"initial_c": weather.ambient_c}),
             ambient_c=weather.ambient_c,
             step_s=self.step_s,
             seed=weather.seed,
+            starts_c=begins_c,
         )
 
     # -- the machine ---------------------------------------------------------------------------
@@ -110,6 +122,19 @@ class World:
     def tip_c(self) -> float:
         """What the tip of the loop's sensor feels, °C."""
         return self._tip(self.site.loop.sensor)
+
+    def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return what a sensor's tip felt, °C, from each of these times on, s."""
+        return np.array(self._times_s), np.array(self._tips[sensor])
+
+    def watch_peaks(self) -> None:
+        """Look for the highest temperatures from now on."""
+        self.peak_c, self.peaks = self.sensed_c, Peaks(self._plant, self.step_s)
+
+    @property
+    def bears_c(self) -> Mapping[str, float]:
+        """What every node bears, °C."""
+        return bears_c(self.site.controller)
 
     def _tip(self, sensor: str) -> float:
         felt_c = self._felt[sensor]
@@ -131,8 +156,11 @@ class World:
 
     def step(self) -> None:
         """Go on by one step of time."""
+        self._times_s.append(self.now_s)
         for sensor in self._felt:
-            self.device.sense(sensor, self._tip(sensor))
+            tip_c = self._tip(sensor)
+            self._tips[sensor].append(tip_c)
+            self.device.sense(sensor, tip_c)
         for sensor, amperes in self._plant.currents_a().items():
             self.device.sense(sensor, amperes)
         self._row += 1
@@ -145,11 +173,12 @@ class World:
             {name: heat[name](share) if name in heat else share for name, share in asked.items()}
         )
         heats = {name: conducts[name] + more() for name, more in besides.items()}
-        self._plant.step({**conducts, **heats}, feed_mm_per_s, conducts)
-        before_c = self.sensed_c
+        given = {**conducts, **heats}
+        self._plant.step(given, feed_mm_per_s, conducts)
         self._felt = self._plant.sensed_c()
-        self.rising = self.sensed_c > before_c
         self.peak_c = max(self.peak_c, self.sensed_c)
+        if not besides:  # for heat from elsewhere nothing here is to blame
+            self.peaks.note(self._plant, given, feed_mm_per_s)
 
     # -- the operator --------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 `plant: {kind: thermal_network}` is `heatwright.sim.plants.thermal_network.Plant`.
 """
 
+import math
 from collections.abc import Mapping
 from importlib import import_module
 from types import ModuleType
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 from heatwright.spec import Controller, Stepper, ThermalNetwork, full_a
 
 Temperatures = NDArray[np.float64]
+FOREVER_S = 1e7
+"""Longer than any machine takes to settle: four months."""
 
 
 class Plant(Protocol):
@@ -21,6 +24,8 @@ class Plant(Protocol):
 
     nodes: tuple[str, ...]
     """Names of the temperatures in `temperatures_c`."""
+    heaters: tuple[str, ...]
+    """Names of the outputs that give heat."""
 
     @property
     def temperatures_c(self) -> Temperatures:
@@ -53,8 +58,78 @@ def plant_module(kind: str) -> ModuleType:
     return import_module(f"heatwright.sim.plants.{kind}")
 
 
-def plant_of(
-    controller: Controller, plant: ThermalNetwork, *, ambient_c: float, step_s: float, seed: int = 0
+def nodes_of(controller: Controller, plant: ThermalNetwork) -> dict[str, tuple[str, ...]]:
+    """Return for each loop the nodes that are nearer to it than to any other loop.
+
+    Near is what few links, or surfaces that radiate, lie between; where its heat goes to and where
+    it is measured is nearest. What is as near to two loops is nobody's. A single loop has all.
+    """
+    if len(controller.loops) == 1:
+        return {name: tuple(plant.nodes) for name in controller.loops}
+    far = {
+        name: _far(plant, {plant.heat[loop.heater], str(plant.sense[loop.sensor].node)})
+        for name, loop in controller.loops.items()
+    }
+    return {
+        name: tuple(
+            node for node in plant.nodes
+            if all(mine[node] < far[other][node] for other in far if other != name)
+        )
+        for name, mine in far.items()
+    }  # fmt: skip
+
+
+def profile_c(
+    controller: Controller, plant: ThermalNetwork, loop: str, level_c: float, *, ambient_c: float
+) -> dict[str, float]:
+    """Return the nodes of a loop as they are after a long time at a temperature, °C.
+
+    Their shares of the rise above the surroundings are those at full power; below these all are as
+    cold as the loop's sensor.
+    """
+    own, sensor = nodes_of(controller, plant)[loop], controller.loops[loop].sensor
+    if level_c <= ambient_c:
+        return dict.fromkeys(own, level_c)
+    settled = plant_of(
+        controller, plant.model_copy(update={"initial_c": ambient_c}), ambient_c=ambient_c,
+        step_s=FOREVER_S,
+    )  # fmt: skip
+    settled.step(full_power(controller, loop))
+    sensed_k = settled.sensed_c()[sensor] - ambient_c
+    rises = zip(settled.nodes, settled.temperatures_c - ambient_c, strict=True)
+    share = (level_c - ambient_c) / sensed_k
+    return {node: ambient_c + share * float(rise_k) for node, rise_k in rises if node in own}
+
+
+def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[str, float]:
+    """Return what is on while a loop heats: its heater, every fan, and nothing of other loops."""
+    others = {each.heater for each in controller.loops.values()}
+    others |= {each.cooler for each in controller.loops.values() if each.cooler}
+    asked = dict.fromkeys(controller.outputs, 1.0) | dict.fromkeys(others, 0.0)
+    return asked | {controller.loops[loop].heater: share}
+
+
+def _far(plant: ThermalNetwork, near: set[str]) -> dict[str, float]:
+    """Count what lies between each node and the nearest of some."""
+    far = {node: 0.0 if node in near else math.inf for node in plant.nodes}
+    ends = [link.between for link in plant.links]
+    ends += [surface.between for surface in plant.radiation]
+    for _ in plant.nodes:
+        for here, there in ends:
+            if here in far and there in far:
+                far[here] = min(far[here], far[there] + 1)
+                far[there] = min(far[there], far[here] + 1)
+    return far
+
+
+def plant_of(  # noqa: PLR0913 - all but two are named
+    controller: Controller,
+    plant: ThermalNetwork,
+    *,
+    ambient_c: float,
+    step_s: float,
+    seed: int = 0,
+    starts_c: Mapping[str, float] | None = None,
 ) -> Plant:
     """Build the machine of a specification for a fixed time step.
 
@@ -64,6 +139,7 @@ def plant_of(
         ambient_c: temperature of the surroundings, °C.
         step_s: time step of the simulation, s.
         seed: of the sensor noise.
+        starts_c: temperature of nodes that do not begin with the others, °C.
 
     """
     module = plant_module(plant.kind)
@@ -77,6 +153,7 @@ def plant_of(
             step_s=step_s,
             seed=seed,
             full_a=_currents_of(controller),
+            starts_c=starts_c,
         ),
     )
 

@@ -44,6 +44,7 @@ class Plant:
         step_s: float,
         seed: int = 0,
         full_a: Mapping[str, float] | None = None,
+        starts_c: Mapping[str, float] | None = None,
     ) -> None:
         """Set the network to its initial temperature.
 
@@ -54,9 +55,11 @@ class Plant:
             step_s: time step, s.
             seed: of the sensor noise.
             full_a: current of each output when active, A; of those whose current is measured.
+            starts_c: of nodes that do not begin at the network's initial temperature, °C.
 
         """
         self.nodes = tuple(network.nodes)
+        self.heaters = tuple(network.heat)
         self._network = network
         self._step_s = step_s
         self._heaters = tuple((name, powers_w[name]) for name in network.heat)
@@ -67,6 +70,10 @@ class Plant:
         self._radiant = self._states + len(self._heaters)
         self._vector = np.full(self._radiant + len(network.radiation) + 1, initial_c)
         self._vector[-1] = ambient_c
+        for node, start_c in (starts_c or {}).items():
+            self._vector[self.nodes.index(node)] = start_c
+        for place, name in enumerate(self._lagging, len(self.nodes)):
+            self._vector[place] = self._vector[self._node_of(name)]
         self._surfaces = tuple(
             Surface.of(each, [self._place(node) for node in each.between])
             for each in network.radiation
@@ -74,7 +81,13 @@ class Plant:
         self._next = np.empty(self._states)
         self._matrices: dict[tuple[float, ...], Matrix] = {}
         self._feelers = {
-            name: Feeler(self.state_of(name), sense, initial_c, step_s, (seed, number))
+            name: Feeler(
+                self.state_of(name),
+                sense,
+                self.state_c(self.state_of(name)),
+                step_s,
+                (seed, number),
+            )
             for number, (name, sense) in enumerate(tips.items())
         }
         self._ammeters = {

@@ -35,6 +35,8 @@ def plant_names(controller: Controller) -> Findings:
         yield from unknown((*_PLANT, "filament", "node"), plant.filament.node, "nodes", nodes)
     for fan in plant.fans:
         yield from unknown((*_PLANT, "fans", fan), fan, "outputs", controller.outputs)
+    for node in plant.bears_c:
+        yield from unknown((*_PLANT, "bears", node), node, "nodes", nodes)
     yield from _ends_exist(plant)
 
 

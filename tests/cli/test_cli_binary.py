@@ -30,9 +30,10 @@ CLOSED_LOOP = {
     "loads": [None],
 }  # fmt: skip
 FAULT = {
-    "fault": str, "rule": str | None, "expected": [str], "tripped_after_s": NUMBER | None,
-    "allowed_s": NUMBER | None, "heater_off_after_s": NUMBER | None, "peak": NUMBER,
-    "passed": bool, "detail": str,
+    "fault": str, "calm": bool, "rule": str | None, "counting": [str],
+    "tripped_after_s": NUMBER | None, "allowed_s": NUMBER | None,
+    "heater_off_after_s": NUMBER | None,
+    "peak": NUMBER, "passed": bool, "detail": str,
 }  # fmt: skip
 EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],

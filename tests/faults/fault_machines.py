@@ -96,11 +96,18 @@ MACHINES = {
             "cooler_shorted", "heating_and_cooling_by_turns", "hung_while_cooling",
         ),
     ),
-    **{kind: Machine(crucible(kind), healthy=True) for kind in KINDS},
+    **{
+        kind: Machine(crucible(kind), healthy=True, otherwise={"switch_leaking": "runaway_above"})
+        for kind in KINDS
+    },
     # In 200 ms, too, they fall too little to jump.
     **{
-        name: Machine(bed(name, interface=KEYS), otherwise={"fallen_out": "heating_failed"})
-        for name in ("hotend", "frost", "falling")
+        name: Machine(
+            bed(name, interface=KEYS), otherwise={"fallen_out": "heating_failed", **leaks}
+        )
+        for name, leaks in (
+            ("hotend", {}), ("frost", {"switch_leaking": "runaway_above"}), ("falling", {}),
+        )
     },
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(

@@ -10,6 +10,8 @@ from heatwright.spec import Controller
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
+LEAK = "rising_while_off"
+"""Unless the machine cools down into the band before: then the band is left, too."""
 
 
 def _of(none: str = "", **by_rule: str) -> Rules:
@@ -111,17 +113,16 @@ def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
     """
     heating, frozen = loop.protection.heating, loop.protection.frozen
     sooner = heating is None or (frozen is not None and frozen.for_s <= heating.within_s)
-    rise = "no_current" if measured else "heating_failed"
-    found: Rules = {}
+    rise = "no_current" if measured else "heating_failed" if heating else "sensor_frozen"
+    below = bool(loop.protection.runaway.below_k) and not heating
+    found: Rules = {"heater_open": rise, "heater_weak": rise}
+    found["heat_lost"] = "runaway_below" if below else rise
+    if loop.fan:
+        found["fan_stopped"] = found["heat_lost"]
     if controller.sensors[loop.sensor].kind in {"thermistor", "rtd", "analog"}:
         found["adc_stuck"] = rise
     else:
         found["frozen"] = "sensor_frozen" if sooner else "heating_failed"
-    if heating:
-        found |= {"heater_open": rise, "heater_weak": rise}
-        found |= {"fan_stopped": "heating_failed"} if loop.fan else {}
-    if loop.protection.runaway.below_k:
-        found["heat_lost"] = rise if heating else "runaway_below"
     if loop.cooler:
         found |= {"cooler_shorted": "heating_failed", "hung_while_cooling": "watchdog_reset"}
         found |= _of("cooler_dead heating_and_cooling_by_turns")
@@ -140,7 +141,7 @@ def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
     return {
         "switch_shorted_when_hot": "current_while_off" if measured else hot,
         "switch_shorted_in_band": "current_while_off" if measured else band,
-        "switch_leaking": "current_while_off" if measured else "rising_while_off",
+        "switch_leaking": "current_while_off" if measured else LEAK,
         "heat_from_elsewhere": band,
         "fire": hot,
         **(_CURRENT if measured else {}),

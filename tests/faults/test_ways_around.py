@@ -1,14 +1,13 @@
-"""Ways around the protection; and every step in and after a fault is the model's."""
+"""Ways around the protection."""
 
 import pytest
-from fault_machines import expected, faults_of, site_of
+from fault_machines import site_of
 from rig.specs import changed
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import shorted
 from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
-from heatwright.sim.replay import ReplayResult, replay
 
 SIX_SIGMA_K = 6 * 0.8
 """Of the machine's noise."""
@@ -53,73 +52,3 @@ def test_off_and_on_is_no_way_around_the_limit(after_s: float) -> None:
     world.run(SETTLED_S)
     assert world.fault == 0
     assert world.loop("duty_percent") > RAMP_PERCENT
-
-
-# ---- what the binary does in and after a fault is, step by step, what the model does ----
-
-FAULTS = {
-    "fabricator": (
-        "open", "jump_up", "heater_open", "switch_leaking", "heater_shorted",
-        "heater_part_shorted", "cooler_shorted", "heating_and_cooling_by_turns", "master_lost",
-    ),
-    "kiln": (
-        "sensor_lost_in_program", "power_cut_in_program", "power_cut_until_cold",
-        "power_cut_in_pause",
-    ),
-}  # fmt: skip
-LONGEST_S = 40.0
-ON_S = 4.0
-
-
-def begun(machine: str, name: str) -> World:
-    """Cause a fault, and wait for what it trips."""
-    fault = faults_of(machine)[name]
-    world = fault.make()
-    fault.cause(world)
-    assert world.until(lambda now: now.fault != 0, LONGEST_S) == bool(expected(machine)[name])
-    world.run(ON_S)
-    return world
-
-
-def replayed(world: World) -> ReplayResult:
-    return replay(world.site.controller, world.device.steps(world.site.loop_name))
-
-
-@pytest.mark.parametrize(
-    ("machine", "name"), [(machine, name) for machine in FAULTS for name in FAULTS[machine]]
-)
-def test_every_step_is_the_models(machine: str, name: str) -> None:
-    """A fault outlives a loss of power; once acknowledged, it does not outlive another."""
-    world = begun(machine, name)
-    code = world.fault
-    world.power_cut()
-    world.run(ON_S)
-    faults_of(machine)[name].cure(world)
-    world.run(ON_S)  # to be well again is a jump, too
-    world.acknowledge()
-    world.run(ON_S)
-    world.power_cut()
-    world.acknowledge()
-    world.run(ON_S)
-    result = replayed(world)
-    assert result.first == ()
-    assert result.segments == (4 if name.startswith("power_cut") else 3)
-    assert [each.fault_code for each in result.restored] == ([code] if code else [])
-
-
-@pytest.mark.parametrize("name", ["relay_dead", "relay_contact_shorted"])
-def test_every_step_behind_a_bad_relay_is_the_models(name: str) -> None:
-    """One that fails while the power is away is no fault that outlived it."""
-    world = begun("pid", name)
-    world.acknowledge()
-    assert world.until(lambda now: now.fault != 0, LONGEST_S)
-    fault = faults_of("pid")[name]
-    fault.cure(world)
-    world.acknowledge()
-    world.run(ON_S)
-    assert not world.fault
-    fault.cause(world)
-    world.power_cut()
-    assert world.until(lambda now: now.fault != 0, LONGEST_S)
-    result = replayed(world)
-    assert (result.first, result.segments, result.restored) == ((), 2, ())

@@ -80,6 +80,7 @@ simulation:
     links:
       - {between: [plate, ambient], resistance: 1.1 K/W}
     heat: {heater: plate}
+    bears: {plate: 100 °C}
     sense: {bed: {node: plate, lag: 4 s}}
   scenario:
     - {for: 300 s}

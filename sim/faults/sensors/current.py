@@ -7,10 +7,9 @@ from typing import cast
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import reading_s
-from heatwright.sim.faults.currents import lasting_current_s, measured, no_current
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.trips import LONGEST_S
+from heatwright.sim.faults.currents import measured
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.spec import Current, DigitalOutput, PwmOutput
@@ -23,16 +22,16 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda: starts.heating(site),
         _wire(Wiring(opened=True)),
         _wire(Wiring()),
-        trip=no_current(site),
-        again=no_current(site),
+        watch_s=watch_s(site),
+        again=True,
     )
     yield Fault(
         "current_sensor_at_supply",
         lambda: starts.heating(site),
         _wire(Wiring(pin="high")),
         _wire(Wiring()),
-        trip=Trip(("over_current",), reading_s(site.loop)),
-        again=Trip(("over_current",), reading_s(site.loop)),
+        watch_s=watch_s(site),
+        again=True,
     )
     if site.has_operator:
         yield Fault(
@@ -40,7 +39,7 @@ def faults(site: Site) -> Iterator[Fault]:
             lambda: starts.heating(site),
             _stand,
             _let_go,
-            trip=Trip(("current_while_off",), lasting_current_s(site), _is_off, LONGEST_S),
+            watch_s=watch_s(site),
         )
 
 
@@ -64,14 +63,10 @@ def _stand(world: World) -> None:
     """Let the sensor say on and on what it says of the heater now, and cool down."""
     heater = measured(world.site)
     assert heater is not None  # noqa: S101 - else there is no such sensor
-    world.until(lambda now: _probe(now).amperes >= 2 * heater.idle_a, LONGEST_S)
+    world.until(lambda now: _probe(now).amperes >= 2 * heater.idle_a, starts.LONGEST_S)
     _probe(world).stands = True
     world.set_setpoint(starts.setpoints_c(world.site)[0])
 
 
 def _let_go(world: World) -> None:
     _probe(world).stands = False
-
-
-def _is_off(world: World) -> bool:
-    return world.loop("duty_percent") == 0.0

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import cast
 
-from heatwright.sim.faults import starts, trips
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -15,10 +16,6 @@ from heatwright.sim.sensors.ds18b20 import Ds18b20
 WATCH_S = 120.0
 READ_MARGIN_S = 0.030
 """So long before a step is due its conversion has ended (docs/control.md)."""
-
-
-CUT_RULE = "sensor_short"
-"""What sees that its line is cut."""
 
 
 def cut(world: World) -> None:
@@ -49,15 +46,15 @@ def _on_chip(act: Callable[[Ds18b20], None]) -> Act:
 
 def _answers(site: Site) -> Iterator[Fault]:
     """The chip no longer answers, or badly: the heater is off at the first missed reading."""
-    cases: tuple[tuple[str, str, Act, Act], ...] = (
-        ("unplugged", "sensor_no_answer", _on_chip(Ds18b20.unplug), _on_chip(Ds18b20.plug)),
-        ("shorted_to_ground", "sensor_short", _short("low"), _short(None)),
-        ("shorted_to_supply", "sensor_no_answer", _short("high"), _short(None)),
-        ("damaged_answers", "sensor_crc", _corrupt(1.0), _corrupt(0.0)),
-        ("failing_supply", "sensor_reset", _failing_supply(on=True), _failing_supply(on=False)),
+    cases: tuple[tuple[str, Act, Act], ...] = (
+        ("unplugged", _on_chip(Ds18b20.unplug), _on_chip(Ds18b20.plug)),
+        ("shorted_to_ground", _short("low"), _short(None)),
+        ("shorted_to_supply", _short("high"), _short(None)),
+        ("damaged_answers", _corrupt(1.0), _corrupt(0.0)),
+        ("failing_supply", _failing_supply(on=True), _failing_supply(on=False)),
     )
-    for name, rule, cause, cure in cases:
-        yield no_reading(site, name, rule, cause, cure)
+    for name, cause, cure in cases:
+        yield no_reading(site, name, cause, cure)
 
 
 def _short(level: str | None) -> Act:
@@ -123,29 +120,27 @@ def _leave_alone(world: World) -> None:
 
 def _frozen(site: Site) -> Iterator[Fault]:
     """Conversions that return the reading of this moment for ever, while the machine heats."""
-    trip = trips.no_rise(site)
-    if trip is None:
-        return
     yield Fault(
         "frozen",
         lambda: starts.heating(site),
         _freeze(on=True),
         _freeze(on=False),
-        trip=trip,
-        again=trip,
+        watch_s=watch_s(site),
+        sensor_lies=True,
+        again=True,
     )
 
 
 def _never_converts(site: Site) -> Iterator[Fault]:
     """A chip that keeps its power-on value from the start, with good mark and CRC."""
-    trip = Trip(("sensor_reset",), answer_s(site.loop))
     yield Fault(
         "never_converts",
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
         _freeze(on=True),
         _freeze(on=False),
-        trip=trip,
-        again=trip,
+        trip=Trip((), answer_s(site.loop)),
+        sensor_lies=True,
+        again=True,
         judge=_never_believed,
     )
 
@@ -156,12 +151,14 @@ def _harmless(site: Site) -> Iterator[Fault]:
         "answers_damaged_in_bursts",
         lambda: starts.heating(site),
         _bursts,
+        calm=True,
         watch_s=WATCH_S,
     )
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),
         _on_chip(Ds18b20.brown_out),
+        calm=True,
         watch_s=WATCH_S,
         judge=_never_believed,
     )
@@ -169,7 +166,14 @@ def _harmless(site: Site) -> Iterator[Fault]:
     def slow(chip: Ds18b20) -> None:
         chip.faults.slow = 1.5
 
-    yield Fault("slow_conversions", lambda: starts.heating(site), _on_chip(slow), watch_s=WATCH_S)
+    yield Fault(
+        "slow_conversions",
+        lambda: starts.heating(site),
+        _on_chip(slow),
+        calm=True,
+        sensor_lies=True,
+        watch_s=WATCH_S,
+    )
 
 
 def _never_believed(world: World) -> str:

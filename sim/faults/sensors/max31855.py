@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import cast
 
 from heatwright.sim.faults import converter, starts
-from heatwright.sim.faults.converter import CUT_RULE, chip_of, cut, mend
+from heatwright.sim.faults.converter import chip_of, cut, mend
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.spi_chip import Wire
 
-__all__ = ["CUT_RULE", "cut", "faults", "mend"]
+__all__ = ["cut", "faults", "mend"]
 
 SLOW = 1.5
 
@@ -24,8 +24,15 @@ def faults(site: Site) -> Iterator[Fault]:
     wires: tuple[Wire, ...] = ("ground", "supply")
     for wire in wires:
         name = f"thermocouple_touches_{wire}"
-        yield no_reading(site, name, "sensor_short", _touch(wire), _touch(None))
-    yield Fault("slow_conversions", lambda: starts.heating(site), _slow, watch_s=converter.WATCH_S)
+        yield no_reading(site, name, _touch(wire), _touch(None))
+    yield Fault(
+        "slow_conversions",
+        lambda: starts.heating(site),
+        _slow,
+        calm=True,
+        sensor_lies=True,
+        watch_s=converter.WATCH_S,
+    )
 
 
 def _touch(wire: Wire | None) -> Act:

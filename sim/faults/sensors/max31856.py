@@ -27,9 +27,6 @@ SLOW = 1.5
 TOO_HOT_C, USUAL_C = 130.0, 25.0
 """A cold junction beyond the chip's range, and a usual one."""
 
-CUT_RULE = "sensor_short"
-"""What sees that its answers are pulled to ground."""
-
 
 def cut(world: World) -> None:
     """Short its answers to ground."""
@@ -45,20 +42,24 @@ def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to the loop's sensor."""
     yield from wires(site)
     yield from _broken(site)
-    yield failing_supply(site, "sensor_reset")
-    yield no_reading(
-        site, "orders_shorted_to_supply", "sensor_no_answer", _orders("high"), _orders(None)
-    )
+    yield failing_supply(site)
+    yield no_reading(site, "orders_shorted_to_supply", _orders("high"), _orders(None))
     yield no_reading(
         site,
         "thermocouple_beyond_supply",
-        "sensor_short",
         _beyond(supply=True),
         _beyond(supply=False),
     )
-    yield no_reading(site, "chip_too_hot", "sensor_range", _is(TOO_HOT_C), _is(USUAL_C))
+    yield no_reading(site, "chip_too_hot", _is(TOO_HOT_C), _is(USUAL_C))
     yield from conversions(site)
-    yield Fault("slow_conversions", lambda: starts.heating(site), _slow, watch_s=WATCH_S)
+    yield Fault(
+        "slow_conversions",
+        lambda: starts.heating(site),
+        _slow,
+        calm=True,
+        sensor_lies=True,
+        watch_s=WATCH_S,
+    )
 
 
 def open_s(site: Site) -> float:
@@ -73,8 +74,7 @@ def _broken(site: Site) -> Iterator[Fault]:
     Its capacitor holds the voltage for a while; or nothing does, and the tip seems to be as cold as
     the chip, which another rule may see sooner.
     """
-    found = Trip(("sensor_open",), answer_s(site.loop) + open_s(site))
-    fallen = ("rise_rate", "under_temperature", "sensor_open")
+    found = Trip((), answer_s(site.loop) + open_s(site))
     yield Fault(
         "thermocouple_broken",
         lambda: _just_tested(site),
@@ -82,15 +82,17 @@ def _broken(site: Site) -> Iterator[Fault]:
         mend_thermocouple,
         trip=found,
         off_within_s=reading_s(site.loop) + open_s(site),
-        again=found,
+        sensor_lies=True,
+        again=True,
     )
     yield Fault(
         "thermocouple_broken_at_bias",
         lambda: _just_tested(site),
         _break_at_bias,
         mend_thermocouple,
-        trip=Trip(fallen, found.allowed_s),
-        again=found,
+        trip=found,
+        sensor_lies=True,
+        again=True,
     )
 
 

@@ -1,0 +1,85 @@
+"""What the reference model and the machine say of a trial, beside the firmware.
+
+The reference model takes what the firmware read at every control step, and must come to the same
+state, bit for bit: so the first rule that it names is the one whose condition was met first, and
+the firmware has latched it in the same step. And what the firmware read must be what the sensor's
+tip felt, unless the sensor itself is what fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.machine import blur_k, sensor_step_k
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.replay import replay_all
+from heatwright.spec.rules import RULES
+
+COUNTS = {
+    "guard.heating_steps": "heating_failed",
+    "guard.frozen_steps": "sensor_frozen",
+    "current.none_steps": "no_current",
+    "current.leak_steps": "current_while_off",
+}
+"""Members of a control step that count until a rule is broken."""
+
+
+def counting(world: World) -> tuple[str, ...]:
+    """Name the rules of the loop that counted in its last control step, as ids."""
+    log = world.device.steps(world.site.loop_name)
+    if not len(log):
+        return ()
+    row = log[-1]
+    names = row.dtype.names or ()
+    found = [rule for member, rule in COUNTS.items() if member in names and row[member]]
+    if "guard.runaway_steps" in names and row["guard.runaway_steps"]:
+        below = row["temperature_c"] < row["setpoint_c"]
+        found.append("runaway_below" if below else "runaway_above")
+    if row["missing"]:
+        found.append(RULES[int(row["reading_status"])].id if row["reading_status"] else "")
+    return tuple(each for each in found if each)
+
+
+def complaints(world: World, *, sensor_lies: bool) -> Iterator[str]:
+    """Yield where the firmware differs from the reference model, or its readings from the truth."""
+    changes = world.trips.changes
+    logs = {name: world.device.steps(name) for name in world.site.controller.loops}
+    idle = [name for name, log in logs.items() if not len(log)]
+    if idle:
+        yield f"{' and '.join(idle)} did no control step"
+        return
+    for name, played in replay_all(world.site.controller, logs).items():
+        log = logs[name]
+        if played.mismatches:
+            yield f"{name} differs from the reference model: {played.first[0]}"
+        for each in played.restored:
+            until_s = float(log["time_s"][each.row]) + TICK_S
+            if not any(it.code == each.fault_code and it.time_s <= until_s for it in changes):
+                yield f"{RULES[each.fault_code].id} came from nowhere at {until_s:.1f} s"
+        if not sensor_lies:
+            yield from _untrue(world, name)
+
+
+def _untrue(world: World, name: str) -> Iterator[str]:
+    """Compare each good reading with what the tip felt from a period and a conversion before on."""
+    site = Site(world.site.controller, world.site.program, name)
+    log = world.device.steps(name)
+    good = log[(log["reading_status"] == 0) & (log["has_reading"] == 1)]
+    read_c = good["reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"]
+    times_s, tips_c = world.tips_c(site.loop.sensor)
+    conversion_s = site.controller.thermometers[site.loop.sensor].conversion_s
+    age_s = conversion_s + site.loop.period_s + world.step_s
+    first = np.searchsorted(times_s, good["time_s"] - age_s)
+    last = np.searchsorted(times_s, good["time_s"] + world.step_s)
+    for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
+        felt_c, found_c = tips_c[max(0, begin - 1) : end + 1], float(read_c[row])
+        off_k = sensor_step_k(site) + blur_k(site, found_c)
+        if not felt_c.min() - off_k <= found_c <= felt_c.max() + off_k:
+            yield (
+                f"{name} read {found_c:.2f} °C at {good['time_s'][row]:.2f} s, where its sensor "
+                f"felt {felt_c.min():.2f} to {felt_c.max():.2f} °C"
+            )
+            return
