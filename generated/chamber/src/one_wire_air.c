@@ -22,9 +22,20 @@ enum { GOES_ON = 0xFF }; /* no result yet */
 
 struct one_wire_air_state one_wire_air;
 
-void one_wire_air_exchange(uint8_t size)
+void one_wire_air_go_on(uint8_t size)
 {
     one_wire_air.size = size;
+    one_wire_air.busy = true;
+    TCCR2A = (1u << WGM21);
+    OCR2A = ONE_WIRE_AIR_COMPARE;
+    TCNT2 = 0;
+    TIFR2 = (1u << OCF2A); /* a match from before does not count */
+    TIMSK2 = (1u << OCIE2A);
+    TCCR2B = (1u << CS21);
+}
+
+void one_wire_air_exchange(uint8_t size)
+{
     one_wire_air.index = 0;
     one_wire_air.bits_left = 8;
     one_wire_air.reset_slots = RESET_SLOTS;
@@ -32,14 +43,8 @@ void one_wire_air_exchange(uint8_t size)
         one_wire_air.result = FAULT_SENSOR_SHORT; /* the pull-up cannot lift the bus */
         return;
     }
-    one_wire_air.busy = true;
     pin_sensor_air_low();
-    TCCR2A = (1u << WGM21);
-    OCR2A = ONE_WIRE_AIR_COMPARE;
-    TCNT2 = 0;
-    TIFR2 = (1u << OCF2A); /* a match from before does not count */
-    TIMSK2 = (1u << OCIE2A);
-    TCCR2B = (1u << CS21);
+    one_wire_air_go_on(size);
 }
 
 /* One slot of the reset pulse and its answer; what ends the exchange, or GOES_ON. */

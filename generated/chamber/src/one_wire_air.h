@@ -21,4 +21,7 @@ extern struct one_wire_air_state one_wire_air;
 /* Reset the bus, then send and receive `size` bytes of `data`; `busy` until done. */
 void one_wire_air_exchange(uint8_t size);
 
+/* Go on with an exchange that went well, without a reset, up to `size` bytes of `data`. */
+void one_wire_air_go_on(uint8_t size);
+
 #endif

@@ -8,8 +8,13 @@
 #include "fault.h"  /* READING_OK, FAULT_SENSOR_* */
 #include "one_wire_air.h" /* one_wire_air_* */
 
-/* DS18B20 data sheet, DS18B20 function commands. */
+/* DS18B20 data sheet, DS18B20 function commands. Slots that write ones are the slots in which the
+ * chip sends. */
 enum { SKIP_ROM = 0xCC, CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD = 0xBE };
+
+/* After the command CONVERT the chip answers 0 while it converts and then 1, until the next reset:
+ * one byte of that is read behind the command, and one when the conversion must be over. */
+enum { AT_START = 2, AT_END = 3 };
 
 /* Scratchpad, byte by byte. The alarm registers serve as our mark: a chip that lost its supply
  * since it was set up has lost them too, and its 85 degC power-on value is not a temperature. */
@@ -17,12 +22,11 @@ enum { RAW_LOW = 0, RAW_HIGH = 1, ALARM_HIGH = 2, ALARM_LOW = 3, SETTINGS = 4, S
 enum { MARK_HIGH = 0x55, MARK_LOW = 0xAA };
 enum { POWER_ON = 0x0550 }; /* 85 degC */
 
-enum { WAITING, SETTING_UP, STARTING, CONVERTING, READING, FINISHED };
+enum { FINISHED, WAITING, SETTING_UP, CONVERTING, ENDING, READING };
 
 static uint8_t phase = FINISHED;
 static uint16_t ticks_left;
-static bool is_set_up;
-static bool has_converted; /* since it was set up: until then the power-on value may be left */
+static bool has_converted; /* since it was set up: until then it may say its power-on value */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 
@@ -38,7 +42,6 @@ static void send_set_up(void)
 
     memcpy(one_wire_air.data, command, sizeof command);
     one_wire_air_exchange(sizeof command);
-    has_converted = false;
     phase = SETTING_UP;
 }
 
@@ -46,11 +49,13 @@ static void send_convert(void)
 {
     one_wire_air.data[0] = SKIP_ROM;
     one_wire_air.data[1] = CONVERT;
-    one_wire_air_exchange(2);
-    phase = STARTING;
+    one_wire_air.data[AT_START] = 0xFF;
+    one_wire_air.data[AT_END] = 0xFF;
+    one_wire_air_exchange(AT_START + 1);
+    ticks_left = SENSOR_AIR_CONVERSION_TICKS;
+    phase = CONVERTING;
 }
 
-/* Slots that write ones are the slots in which the chip sends. */
 static void send_read(void)
 {
     one_wire_air.data[0] = SKIP_ROM;
@@ -84,11 +89,9 @@ static uint8_t judge(const uint8_t *scratchpad)
         return FAULT_SENSOR_RESET;
     }
     const uint16_t bits = (uint16_t)(scratchpad[RAW_LOW] | (uint16_t)(scratchpad[RAW_HIGH] << 8));
-    /* A chip that browned out may still be busy with a longer conversion at its own resolution. */
     if (bits == POWER_ON && !has_converted) {
         return FAULT_SENSOR_RESET;
     }
-    has_converted = true;
     reading = (int16_t)(bits & SENSOR_AIR_RAW_MASK);
     return READING_OK;
 }
@@ -96,7 +99,7 @@ static uint8_t judge(const uint8_t *scratchpad)
 static void finish(uint8_t result)
 {
     status = result;
-    is_set_up = result == READING_OK; /* after any trouble the chip is set up anew */
+    has_converted = result == READING_OK; /* after any trouble the chip is set up anew */
     phase = FINISHED;
 }
 
@@ -109,13 +112,13 @@ void sensor_air_tick(void)
     if (one_wire_air.busy) {
         return;
     }
-    if (phase >= SETTING_UP && phase != FINISHED && one_wire_air.result != READING_OK) {
+    if (phase >= SETTING_UP && one_wire_air.result != READING_OK) {
         finish(one_wire_air.result);
         return;
     }
     switch (phase) {
     case WAITING:
-        if (is_set_up) {
+        if (has_converted) {
             send_convert();
         } else {
             send_set_up();
@@ -124,11 +127,15 @@ void sensor_air_tick(void)
     case SETTING_UP:
         send_convert();
         break;
-    case STARTING:
-        ticks_left = SENSOR_AIR_CONVERSION_TICKS;
-        phase = CONVERTING;
-        break;
     case CONVERTING:
+        one_wire_air_go_on(AT_END + 1);
+        phase = ENDING;
+        break;
+    case ENDING:
+        /* A chip that browned out may still be busy with a longer conversion of its own. */
+        if (one_wire_air.data[AT_START] == 0 && one_wire_air.data[AT_END] == 0xFF) {
+            has_converted = true;
+        }
         send_read();
         break;
     case READING:
