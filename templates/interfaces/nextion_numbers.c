@@ -43,7 +43,7 @@ static bool read(const char **text, uint8_t decimals, struct written *number)
             continue;
         }
         any = true;
-        if (behind_point && number->decimals == decimals) {
+        if (number->decimals == decimals) {
             up = more ? up : *at >= '5';
             more = true;
             continue;

@@ -85,8 +85,7 @@ void say_scaled(int32_t steps, uint8_t decimals, bool short_form)
 void say_float(float number)
 {
     char text[TEXT_SIZE];
-    const float size = number < 0.0f ? -number : number;
-    const uint8_t decimals = size < 10.0f ? 6u : size < 1000.0f ? 4u : size < 100000.0f ? 2u : 0u;
+    const uint8_t decimals = number < 10.0f ? 6u : number < 1000.0f ? 4u : number < 100000.0f ? 2u : 0u;
     uint8_t end = text_number(text, number, decimals);
 
     while (decimals != 0 && text[end - 1u] == '0') {

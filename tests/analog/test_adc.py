@@ -40,14 +40,6 @@ def hold(device: AvrDevice, code: int) -> None:
     device.avr.adc.set(1, (code + 0.5) * 5000 / 1024)
 
 
-def test_each_channel_once_a_tick(plate: AvrDevice, keyed: AvrDevice) -> None:
-    for device, channels in ((plate, 1), (keyed, 2)):
-        device.advance(1.0)
-        before = device.avr.adc.conversions
-        device.advance(2.0)
-        assert device.avr.adc.conversions - before == channels * round(1.0 / TICK_S)
-
-
 def test_the_adcs_clock_gives_all_ten_bits(plate: AvrDevice) -> None:
     plate.advance(0.1)
     prescaler = 1 << (plate.read("ADCSRA") & 7)
@@ -222,10 +214,3 @@ def test_a_table_that_is_off_is_found() -> None:
 def test_a_binary_without_a_table_is_refused() -> None:
     with pytest.raises(ElfError, match="sensor_bed_points"):
         table_of(whole("chamber"), "bed")
-
-
-def test_what_a_table_costs() -> None:
-    """Ten bytes of flash for each piece, and no RAM: the points stay in flash."""
-    program = whole(bed("hotend"))
-    assert program.size_of("sensor_bed_points") == 10 * 23
-    assert program.symbols["sensor_bed_points"] < len(program.flash)

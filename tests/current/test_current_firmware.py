@@ -7,13 +7,11 @@ from rig.avr import whole
 from rig.specs import changed, controller_of, example, spec_of
 
 from heatwright.sim.chain import chain_errors
-from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.faults.world import Site
 from heatwright.sim.reference.current import Converter, IdealSensor
-from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.timing.stage import Stage
 from heatwright.spec import CurrentSensor
 
@@ -57,9 +55,6 @@ class Measured:
     def __init__(self, circuit: str, elf: Elf | None = None) -> None:
         self.controller = controller_of(text_of(circuit))
         self.device = AvrDevice(self.controller, elf or whole(text_of(circuit)))
-        probe = self.device.sensors["amps"]
-        assert isinstance(probe, CurrentProbe)
-        self.probe = probe
         sensor = self.controller.sensors["amps"]
         assert isinstance(sensor, CurrentSensor)
         self.sensor = sensor
@@ -145,17 +140,6 @@ def test_an_adc_that_hangs_leaves_the_last_current(hall: Measured) -> None:
         hall.device.avr.adc.fail()
         hall.step(3.0)
         assert hall.amperes == pytest.approx(3.0, abs=hall.law.step_a)
-
-
-def test_a_wire_that_is_torn_reads_nothing_and_a_short_everything() -> None:
-    bench = Measured("shunt")
-    bench.step(1.0)
-    bench.probe.wiring = Wiring(opened=True)
-    bench.step(1.0)
-    assert bench.raw == 0
-    bench.probe.wiring = Wiring(pin="high")
-    bench.step(1.0)
-    assert bench.raw == 4 * 1023
 
 
 def test_a_line_that_is_off_is_found() -> None:

@@ -40,8 +40,8 @@ def flagged(flags: int, byte: int) -> bytes:
     return b"x" + bytes([flags, byte])
 
 
-def celsius(value: int, of: str = "nozzle") -> bytes:
-    return {"nozzle": b"c", "bed": b"b"}[of] + struct.pack("<h", value)
+def celsius(value: float, of: str = "nozzle") -> bytes:
+    return {"nozzle": b"c", "bed": b"b"}[of] + struct.pack("<f", value)
 
 
 def setpoint_becomes(degrees: int) -> bytes:
@@ -155,7 +155,10 @@ class HostBoard(Board):
         self.wait(seconds)
 
     def sense(self, sensor: str, degrees: float) -> None:
-        self._script.append(celsius(round(degrees), sensor))
+        self.play(celsius(degrees, sensor))
+
+    def play(self, *script: bytes) -> None:
+        self._script += script
 
     def wait(self, seconds: float) -> None:
         self._script.append(ticks(round(TICKS_PER_S * seconds)))

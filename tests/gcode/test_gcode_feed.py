@@ -2,6 +2,9 @@
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, ready
+from rig.specs import controller_of
+
+from heatwright.spec import digest
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
@@ -30,6 +33,8 @@ def place(board: Board) -> str:
         ("M83|G1 E0.003|G1 E0.003|G1 E0.003", 1 / STEPS_PER_MM),
         *((f"M83|G1 E0.003|{forgets}|G1 E0.001", 0.0) for forgets in ("M83", "G92 E0", "M410")),
         ("G1 E0.0043", 1 / STEPS_PER_MM), ("G1 E-0.0043", -1 / STEPS_PER_MM), ("G1 E-0.0035", 0.0),
+        ("G1F600E2", 2.0), ("G1 E0.003|G1 E0.001", 0.0), ("M83|G1 E-2 F30|G1 E3 F1200", 1.0),
+        ("G1 E20 F240|M500", 20.0), ("G1 E12 F240|M104 S200", 12.0), ("G1 E0 F1", 0.0),
         ("G1 E5|G1 E5", 5.0), ("G1 E5|M400|G1 E6", 6.0), ("G1 E5|M84|G1 E6", 6.0),
     ],
 )  # fmt: skip
@@ -44,7 +49,10 @@ def test_lengths(feeder: Board, lines: str, length_mm: float) -> None:
         assert feeder.device.outputs["feed"].missed == 0
 
 
-@pytest.mark.parametrize(("speed", "mm_per_s"), [("F600", 10), ("F120", 2), ("F9999", 20)])
+@pytest.mark.parametrize(
+    ("speed", "mm_per_s"),
+    [("F600", 10), ("F120", 2), ("", 20), ("F9999", 20), ("F1230", 20), ("F1170", 19.5)],
+)
 def test_speeds(feeder: Board, speed: str, mm_per_s: float) -> None:
     """Kept for the lines that name none, and no faster than the feed may run."""
     feeder.tell(f"G1 {speed}")
@@ -60,7 +68,8 @@ def test_speeds(feeder: Board, speed: str, mm_per_s: float) -> None:
     [
         ("G1 Ex", "needs a number"), ("G1 E1 Fx", "needs a number"), ("G92 Ex", "needs a number"),
         ("G1 E99999999", "needs a number"), ("G1 E1 F0", "is outside its limits"),
-        ("G1 E9999999", "is outside its limits"), ("G1 E-9999999", "is outside its limits"),
+        ("G1 E7812500", "is outside its limits"), ("G1 E-7812500", "is outside its limits"),
+        ("G92 E9999999", "needs a number"),
     ],
 )  # fmt: skip
 def test_what_is_refused_moves_nothing(feeder: Board, line: str, reason: str) -> None:
@@ -69,16 +78,57 @@ def test_what_is_refused_moves_nothing(feeder: Board, line: str, reason: str) ->
     assert feeder.steps == 0
 
 
-@pytest.mark.parametrize(("line", "ahead"), [("G1 E1 F600", 10), ("G1 E-1 F600", 10),
-                                             ("G1 E1 F300", 5)])  # fmt: skip
-def test_a_host_that_does_not_wait_is_a_second_ahead(feeder: Board, line: str, ahead: int) -> None:
-    """Further moves the same way are taken while less than a second of them is left."""
-    answers = feeder.told("\n".join(["M83", *[line] * 18]), 0.5)
-    done_mm = abs(feeder.steps) / STEPS_PER_MM
-    assert 0.1 * ahead < done_mm < ahead
-    assert answers.count("ok") - 1 == pytest.approx(ahead + done_mm, abs=1)
-    feeder.wait(5.0)
-    assert abs(feeder.steps) == 18 * STEPS_PER_MM
+@pytest.mark.parametrize(
+    ("lines", "taken"),
+    [
+        ("G1 E1.99 F120|G1 E3", True), ("G1 E2 F120|G1 E3", False), ("G1 E7812499", True),
+        ("M83|G1 E-0.0078 F1|G1 E-0.0078", True), ("G1 E-20 F600|G1 E-20", True),
+        ("M83|G1 E20 F600|G1 E0", True),
+    ],
+)  # fmt: skip
+def test_what_is_taken_at_once(feeder: Board, lines: str, taken: bool) -> None:
+    """What goes on the same way, and that of which nothing is left, while nothing moves yet."""
+    feeder.tell("M104 S203")
+    *first, last = lines.split("|")
+    assert [answer for line in first for answer in feeder.told(line, 0.1)] == len(first) * ["ok"]
+    assert feeder.told(last, 0.3) == taken * ["ok"]
+
+
+@pytest.mark.parametrize("waits", ["G1 E-1", "M400", "M84|M400"])
+def test_m108_and_m410_end_a_wait_of_the_feed_at_once(feeder: Board, waits: str) -> None:
+    """And with it what waited; M108 leaves the moves, M410 the motor. The heater stays on."""
+    for ends, least_mm in (("M108", 49), ("M410", 1)):
+        for line in waits.split("|")[:-1]:
+            feeder.tell(line)
+        feeder.tell("M83\nG1 E50 F600", 1.0)
+        begun = feeder.steps
+        assert feeder.told(waits.rsplit("|", maxsplit=1)[-1], 0.1) == []
+        assert feeder.told(ends, 0.1) == ["ok", "ok"]
+        assert feeder.told("M400", 6.0)[-1:] == ["ok"]
+        assert least_mm - 11 < (feeder.steps - begun) / STEPS_PER_MM < least_mm + 11
+        assert not feeder.motor_is_free
+    assert " /200.0 " in feeder.told("M105")[0]
+
+
+def test_what_m410_is_not(feeder: Board) -> None:
+    assert feeder.told("G1 E20 F600\nM40:\nM9999\nG28\nM82", 0.2) == [
+        "ok", *(part for line in ("M40", "M9999", "G28")
+                for part in (f'echo:Unknown command: "{line}"', "ok")), "ok"]  # fmt: skip
+    feeder.wait(3.0)
+    assert feeder.steps == round(20 * STEPS_PER_MM)
+    assert not feeder.motor_is_free
+
+
+def test_it_says_what_it_is(feeder: Board) -> None:
+    spec = digest(controller_of("feeder"))
+    assert feeder.lines()[:2] == ["start", f"echo:heatwright feeder, spec {spec}"]
+    assert feeder.told("M115")[0] == (
+        f"FIRMWARE_NAME:heatwright spec {spec} PROTOCOL_VERSION:1.0 "
+        "MACHINE_TYPE:feeder EXTRUDER_COUNT:1"
+    )
+    feeder.tell("M106 S51")
+    if isinstance(feeder, HostBoard):
+        assert feeder.said().state["fan"] == "20"
 
 
 def test_no_feed_while_the_heater_is_off(feeder: Board) -> None:
@@ -99,34 +149,16 @@ def test_it_waits_until_the_machine_is_ready(feeder: Board) -> None:
     assert feeder.heard()[-1] == "ok"
 
 
-def test_m400_waits_for_the_end(feeder: Board) -> None:
-    assert feeder.told("G1 E20 F600", 0.1) == ["ok"]
-    assert "ok" not in feeder.told("M400", 1.5)
-    feeder.wait(1.0)
-    assert feeder.heard()[-1] == "ok"
-    assert feeder.steps == round(20 * STEPS_PER_MM)
-    assert not feeder.motor_is_free
-
-
 def test_m410_ends_a_move_and_the_next_begins_where_it_stands(feeder: Board) -> None:
     feeder.tell("G1 E50 F1200", 1.0)
     feeder.tell("G1 E80", 0.2)
-    feeder.tell("M410\nG92 E0\nG1 E1", 3.0)
+    feeder.tell("M 410\nG92 E0\nG1 E1", 3.0)
     stopped = feeder.steps
     assert 10 * STEPS_PER_MM < stopped < 45 * STEPS_PER_MM
     assert place(feeder) == "E:1.00"
-    feeder.tell("G1 E3", 2.0)
-    assert feeder.steps == stopped + round(2 * STEPS_PER_MM)
-
-
-@pytest.mark.parametrize("line", ["M410", "M 410"])
-def test_m410_as_it_comes_in_and_as_a_line(feeder: Board, line: str) -> None:
-    """The receiver recognises the one, and even a wait for the end is over; not the other."""
-    feeder.tell("G1 E20 F600", 0.1)
-    assert feeder.told("M400", 0.2) == []
-    assert feeder.told(line, 0.5) == ["ok", "ok"] * (line == "M410")
-    feeder.tell("M108", 3.0)
-    assert 0 < feeder.steps < 15 * STEPS_PER_MM
+    assert feeder.told("G1 E3 F120\nG1 E4", 0.2) == ["ok", "ok"]
+    feeder.wait(3.0)
+    assert feeder.steps == stopped + round(3 * STEPS_PER_MM)
 
 
 def test_a_stop_ends_the_move_for_good(feeder: Board) -> None:

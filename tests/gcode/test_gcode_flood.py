@@ -26,7 +26,8 @@ LOOK_ALIKES = (
     b"N5 N6 M112\n", b"GM112\n", b"M1 12\n", b"N5;M112\n", b"M65648\n", b"M112",
     b"M104 S112\n", b"N112\n", b"-M112\n", b"M\x80112\n", b"M-112\n", b"X112\n", b"N5X112\n",
     b"N5 X112\n", b"N/M112\n", b"N:M112\n", b"N5,M112\n", b"N5 5M112\n", b"M10<\n", b"M9F\n",
-    b"M13\x1e\n", b"M:2\n", b"M1M112\n", b"MM112\n",
+    b"M13\x1e\n", b"M:2\n", b"M1M112\n", b"MM112\n", b"M1<M112\n", b"N5N112\n", b"N5NM112\n",
+    b"N5  5M112\n", b"N5  N6M112\n", b"N5 N112\n", b"N5 NM112\n", b" 5M112\n", b"X\tM112\n",
 )  # fmt: skip
 URGENT = (b"M112\nM108\n", b"M108\nM112\n", b"M112\nM410\n", b"M410\nM112\n")
 WAITS = celsius(20) + received(b"M109 S200\n") + ticks(20)
@@ -52,6 +53,7 @@ def test_what_did_not_fit_is_not_done_by_halves(world: Path) -> None:
     for length in range(200, 270):
         flood = b";" * (length - 1) + b"\n" + 3 * b"M104 S200\n"
         said = run(world, received(flood), ticks(40), received(b"\nM105\n"), ticks(20))
+        assert ("echo:Unreadable line ignored" in said.answers) is (len(flood) > 254)
         assert said.state["setpoint"] in {"0", "200"}
         assert said.answers[-1].startswith("ok T:")
 

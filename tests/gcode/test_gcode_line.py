@@ -33,11 +33,21 @@ def behind_a_checksum(text: bytes) -> bytes:
     return numbered(1, "M105 *8").removesuffix(b"\n") + text + b"\n"
 
 
-def gapped(size: int) -> list[bytes]:
-    """A damaged line, and so much of the next before the answer: the rest of it is forgotten."""
-    bad, late = numbered(5, "M104 S50").replace(b"5", b"6", 1), numbered(6, "M104 S60")
-    said = (numbered(4, "M110"), bad + late[:size], late[size:], numbered(5, "M105"))
-    return [part for each in said for part in (received(each), ticks(9))]
+def gapped(size: int, bad: bytes = b"N5 M104 S60*7\n", before: int = 0) -> list[bytes]:
+    """A wrong line, and so much of the next before the answer: the rest of it is forgotten."""
+    late = numbered(6, "M104\tS60")
+    said = (numbered(4, "M110"), before * b"\n", bad + late[:size], late[size:])
+    return [part for each in (*said, numbered(5, "M105")) for part in (received(each), ticks(9))]
+
+
+def repeated(*script: bytes) -> list[bytes]:
+    """Behind line 100, after what lets a line come twice: so it does for 32 lines, no longer."""
+    lines = [numbered(n, "M105") for n in range(101, 133)]
+    often = *lines[:31], *lines[30:], lines[31]
+    return [*spoken(numbered(100, "M110")), *script, *spoken(*often)]
+
+
+OFTEN = [*31 * [WARM], "ok", WARM, *asked_again(ORDER, 132)]
 
 
 ANSWERS = {
@@ -50,22 +60,40 @@ ANSWERS = {
     **{f"not renumbered: {line}": (spoken(numbered(5, "M105"), line, numbered(6, "M105")),
                                    [WARM, f'echo:Unknown command: "{line[:4]}"', "ok", WARM])
        for line in ("G110 N20", "Z110 N20", "M111 N20")},
-    "repeated": (spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(69, "M105"),
-                        *(numbered(n, "M105") for n in range(101, 132)), numbered(131, "M105"),
-                        numbered(132, "M105"), numbered(132, "M105")),
-                 ["ok", *asked_again("checksum mismatch", 100), "ok", *31 * [WARM], "ok", WARM,
-                  *asked_again(ORDER, 132)]),
-    "too old to be repeated": (
-        spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(68, "M105")),
-        ["ok", *asked_again("checksum mismatch", 100), *asked_again(ORDER, 100)]),
+    "repeated": (repeated(*spoken(b"N101 M105*1\n", numbered(69, "M105"))),
+                 ["ok", *asked_again("checksum mismatch", 100), "ok", *OFTEN]),
+    "repeated after silence": (repeated(ticks(320)), ["ok", "ok", *OFTEN]),
+    **{f"not repeated: {number}": (
+        spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(number, "M105")),
+        ["ok", *asked_again("checksum mismatch", 100), *asked_again(ORDER, 100)])
+       for number in (67, 68, 102)},
+    "renumbered, nothing is repeated": (
+        spoken(BEGIN, b"N1 M105*1\n", "M110 N50", numbered(45, "M105")),
+        ["ok", *asked_again("checksum mismatch", 0), "ok", *asked_again(ORDER, 50)]),
     "the first number": (spoken(numbered(17, "M105"), *2 * [numbered(18, "M105")]),
                          [WARM, WARM, *asked_again(ORDER, 18)]),
+    "numbers below 0": (spoken(numbered(-5, "M105"), numbered(-4, "M105")), [WARM, WARM]),
+    "nothing but a number": (spoken(numbered(17, "")), ["ok"]),
+    "no number of its own": (spoken(numbered(7, "M110 Nx"), numbered(8, "M105")), ["ok", WARM]),
+    **{f"{number} is {taken}": (spoken(numbered(number, "M110"), b"\x01\n"),
+                                ["ok", *asked_again("Line damaged", taken)])
+       for number, taken in ((9999995, 9999995), (10000007, 1000000))},
+    "its letter alone": (spoken("M9999", "M"), [
+        'echo:Unknown command: "M9999"', "ok", 'echo:Unknown command: "M"', "ok"]),
     **{f"wrong: {line!r}": (spoken(numbered(3, "M110"), line, numbered(4, "M105")),
                             ["ok", *asked_again(problem, 3), WARM])
        for line, problem in WRONG.items()},
     **{f"gap behind {size} bytes": (gapped(size),
                                     ["ok", *asked_again("checksum mismatch", 4), WARM])
        for size in (1, 8, 14, len(numbered(6, "M104 S60")))},
+    "gap behind damage": (gapped(8, b"N5 M1\x0105*7\n"),
+                          ["ok", *asked_again("Line damaged", 4), WARM]),
+    "gap where the receiver begins anew": (gapped(8, before=215),
+                                           ["ok", *asked_again("checksum mismatch", 4), WARM]),
+    **{f"carriage returns, {count} behind": (
+        [*spoken(BEGIN), received(b"N1 M105*1\r" + count * b"M104 S60\r"), ticks(20),
+         *spoken(numbered(1, "M105"))],
+        ["ok", *asked_again("checksum mismatch", 0), WARM]) for count in (0, 1)},
     "asked for twice": (spoken(BEGIN, b"N1 M105*1\n", *AGAIN, *AGAIN, numbered(3, "M105")),
                         ["ok", *asked_again("checksum mismatch", 0), *4 * ["ok"],
                          WARM.replace("/0.0 B", "/60.0 B")]),
@@ -73,17 +101,12 @@ ANSWERS = {
                  ["ok", "echo:Line too long, ignored", "ok", WARM]),
     "too long and damaged": (spoken(BEGIN, LONG.replace(b"xx", b"xy", 1), numbered(1, "M105")),
                              ["ok", *asked_again("checksum mismatch", 0), WARM]),
-    **{f"carriage returns, {count} behind": (
-        [*spoken(BEGIN), received(b"N1 M105*1\r" + count * b"M104 S60\r"), ticks(20),
-         *spoken(numbered(1, "M105"))],
-        ["ok", *asked_again("checksum mismatch", 0), WARM]) for count in (0, 1)},
-    **{f"{number} is {taken}": (spoken(numbered(number, "M110"), b"\x01\n"),
-                                ["ok", *asked_again("Line damaged", taken)])
-       for number, taken in ((9999995, 9999995), (10000007, 1000000))},
     "other letters": (spoken(BEGIN, numbered(1, "M117 größer °C"), numbered(2, "M105")),
                       ["ok", 'echo:Unknown command: "M117"', "ok", WARM]),
     "reminded": ([*REMINDED, ticks(283)], [WARM, "ok"]),
     "not yet reminded": ([*REMINDED, ticks(282)], [WARM]),
+    "not yet reminded again": ([*REMINDED, ticks(582)], [WARM, "ok"]),
+    "reminded again": ([*REMINDED, ticks(583)], [WARM, "ok", "ok"]),
     "reminded five times": ([*REMINDED, ticks(6000)], [WARM, *5 * ["ok"]]),
     "until it speaks again": (
         [*REMINDED, ticks(6000), received(numbered(2, "M105")), ticks(400)],
@@ -120,16 +143,39 @@ def test_what_is_not_m108_does_not_end_a_wait(world: Path, line: bytes) -> None:
 
 def test_an_m999_sent_before_an_m112_does_not_undo_it(world: Path) -> None:
     """Lines that wait behind an M109 are done after the M112 that ends it; a later one counts."""
-    begin = (celsius(20), received(b"M109 S200\nM999\n"), ticks(20), received(b"M112\n"), ticks(30))
-    said = run(world, *begin)
-    assert "Error:M999 refused: M112 came after it" in said.answers
-    assert (said.state["fault"], said.state["acknowledged"]) == ("19", "0")
-    assert run(world, *begin, received(b"M999\n"), ticks(20)).state["fault"] == "0"
+    for before in (0, 240):
+        script = [celsius(20), received(before * b"\n"), ticks(20)]
+        for part in (b"M109 S200\nM999\n", b"M112\n"):
+            script += [received(part), ticks(30)]
+        said = run(world, *script)
+        assert "Error:M999 refused: M112 came after it" in said.answers
+        assert (said.state["fault"], said.state["acknowledged"]) == ("19", "0")
+        assert run(world, *script, received(b"M999\n"), ticks(20)).state["fault"] == "0"
+
+
+def test_an_m999_behind_a_line_that_is_forgotten_counts(world: Path) -> None:
+    begin = spoken(BEGIN, b"N1 M105*1\nM112\n")
+    assert run(world, *begin).state["fault"] == "19"
+    assert run(world, *begin, *spoken("M999")).state["fault"] == "0"
+
+
+def test_each_answer_is_of_its_own_line(world: Path) -> None:
+    """Also where the line to the host is full."""
+    said = run(world, ticks(20), received(b"M115\nM901\nM902\n"), ticks(30)).answers
+    unknown = ([f'echo:Unknown command: "M90{number}"', "ok"] for number in (1, 2))
+    assert said[5:] == [*next(unknown), *next(unknown)]
+
+
+def test_a_tick_takes_128_bytes(world: Path) -> None:
+    """Time is kept for control; lines that are empty are no lines."""
+    for count, setpoint in ((119, "60"), (120, "0")):
+        script = ticks(20), received(count * b"\n" + b"M104 S60\n"), ticks(1)
+        assert run(world, *script).state["setpoint"] == setpoint
 
 
 def test_the_line_is_set_up(world: Path) -> None:
-    """115200 baud of 16 MHz with U2X (16 + 1 eighths); both ways, with interrupts; 8N1."""
-    assert run(world, ticks(1)).state["line"] == "16 2 152 6"
+    """115200 baud of 16 MHz with U2X (16 + 1 eighths); both ways, with interrupts; 8N1; pull-up."""
+    assert run(world, ticks(1)).state["line"] == "16 2 152 6 1"
 
 
 def test_a_second_wait_is_like_the_first(world: Path) -> None:

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world
+from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, switched, tuning_ends
 
 CURVE = "divider: {pull_up: 4.7 kΩ}, curve: {resistance: 100 kΩ, at: 25 °C, beta: 4267 K}"
 SPEC = f"""heatwright: 1
@@ -32,7 +32,7 @@ loops:
     algorithm: {{kind: on_off}}
     protection: {{maximum: 130 °C, minimum: 5 °C}}
 interfaces:
-  - {{kind: gcode, baud: 57600, loops: {{T1: nozzle, T3: bed}}}}
+  - {{kind: gcode, baud: 19200, loops: {{T1: nozzle, T3: bed}}}}
 """
 
 
@@ -54,37 +54,46 @@ def told(board: Board, *lines: str) -> list[str]:
 
 def whole_degrees(answers: list[str]) -> list[str]:
     """The readings are as fine as the converter."""
-    return [re.sub(r"(T\d?:\d+)\.\d", r"\1", answer) for answer in answers]
+    return [re.sub(r"(T\d?:\d+)\.\d", r"\1.x", answer) for answer in answers]
 
 
 def report(active: str, nozzle: str, bed: str) -> list[str]:
-    return [f"ok T:{active} B:0.0 /0.0 T1:30 /{nozzle} T3:20 /{bed} @:0 @1:0 @3:0"]
+    return [f"ok T:{active} B:0.0 /0.0 T1:30.x /{nozzle} T3:20.x /{bed} @:0 @1:0 @3:0"]
 
 
 def test_the_first_number_is_the_active_one_until_another_is_told(board: Board) -> None:
-    assert whole_degrees(told(board, "M105")) == report("30 /0.0", "0.0", "0.0")
+    assert whole_degrees(told(board, "M105")) == report("30.x /0.0", "0.0", "0.0")
     told(board, "M104 S15", "M104 T3 S12", "T3")
-    assert whole_degrees(told(board, "M105")) == report("20 /12.0", "15.0", "12.0")
+    assert whole_degrees(told(board, "M105")) == report("20.x /12.0", "15.0", "12.0")
     told(board, "M104 S0", "T1", "M104 S0")
-    assert whole_degrees(told(board, "M105")) == report("30 /0.0", "0.0", "0.0")
+    (wanted,) = report("30.x /0.0", "0.0", "0.0")
+    assert whole_degrees(board.told("\n".join(12 * ["M105"]), 2.0)) == 12 * [wanted]
+    if isinstance(board, HostBoard):
+        assert board.said().state["line"] == "103 2 152 6 1"
 
 
 def test_a_wait_is_for_its_own_tool(board: Board) -> None:
-    """The bed is there at once; the nozzle is not."""
-    assert told(board, "M109 T3 S21") == []
-    board.wait(12.0)
-    assert board.heard()[-1] == "ok"
+    """Each is there at once; the nozzle is not at its next target."""
+    for line in ("M109 T3 S21", "M109 T1 S31"):
+        assert told(board, line) == []
+        board.wait(12.0)
+        assert board.heard()[-1] == "ok"
     assert board.told("M109 T1 S100", 1.5)[0].startswith("T:30")
     assert board.told("M108", 0.2)[-1] == "ok"
 
 
 def test_what_is_told_of_itself_is_of_the_active_tool(board: Board) -> None:
     told(board, "T3", "M155 S1", "M104 T1 S15")
-    assert whole_degrees(board.told("", 1.3))[0].startswith("T:20 /0.0 B")
-    board.told("M109 T1 S100", 1.3)
-    assert whole_degrees(board.told("M108", 1.5))[-1].startswith("T:20 /0.0 B")
+    assert whole_degrees(board.told("", 1.3))[0].startswith("T:20.x /0.0 B")
+    for _ in range(80):
+        board.tell("M104 T1 S15\nM104 T1 S15", 0.02)
+    reports = {each[:3] for each in whole_degrees(board.heard()) if each.startswith("T")}
+    assert reports == {"T:2"}
+    waiting = [each[:3] for each in board.told("M109 T1 S100", 2.5) if " W:" in each]
+    assert waiting == ["T:3", "T:3"]
+    assert whole_degrees(board.told("M108", 1.5))[-1].startswith("T:20.x /0.0 B")
     told(board, "M155 S0", "M104 T1 S15", "M104 S12", "M104 T1 S16")
-    assert whole_degrees(board.told("M105"))[-1].startswith("ok T:20 /12.0 B")
+    assert whole_degrees(board.told("M105"))[-1].startswith("ok T:20.x /12.0 B")
 
 
 def test_duties_and_names_are_told(board: Board) -> None:
@@ -113,6 +122,11 @@ ANSWERS = {
         f"Error:M301 {UNABLE}", "ok", f"Error:M303 {UNABLE}", "ok", f"Error:M104 {UNABLE}", "ok"),
     **{f"{line} E1": (f'echo:Unknown command: "{line}"', "ok")
        for line in ("M106", "M107", "G1", "G92", "M82", "M410", "M84", "M400")},
+    "T3|T4|M104 S12": ("ok", 'echo:Unknown command: "T4"', "ok", "ok"),
+    "M110 S1|M108|M114 S1|M140 S1|||": (
+        "ok", "ok", "X:0.00 Y:0.00 Z:0.00 E:0.00", "ok",
+        "echo:M140 refused: there is no heated bed or chamber", "ok"),
+    "M 112|": ("ok", "Error:E19 STOPPED (M112): heaters are off until M999"),
 }  # fmt: skip
 
 
@@ -125,5 +139,16 @@ def test_each_tool_has_its_limits_and_controls_and_others_are_not_there(
 
 
 def test_a_tuning_is_of_its_tool(board: Board) -> None:
-    assert told(board, "T3", "M303 T1 S100")[:2] == ["ok", "PID Autotune start"]
-    assert told(board, "M108")[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
+    assert told(board, "T3", "M155 S1", "M303 T1 S100")[:3] == ["ok", "ok", "PID Autotune start"]
+    if isinstance(board, HostBoard):
+        for count in range(1, 3):
+            board.play(switched(count))
+            board.wait(1.5)
+        assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
+        board.play(tuning_ends(2))
+        board.wait(0.1)
+        assert "Kp: 0.00000 Ki: 0.00000 Kd: 0.00000" in board.heard()
+        assert board.said().state["tuning"] == "5"
+    else:
+        answers = told(board, "M155 S0\nM108")
+        assert answers[-4:] == ["PID Autotune failed! Stopped", "ok", "ok", "ok"]

@@ -2,8 +2,9 @@
  *
  * Standard input holds commands of one letter: 'r', a count (16 bits) and bytes to receive; 'x',
  * the receiver's flags and a byte; 't', a count (16 bits) of ticks; 'c' and 'b', the temperature of
- * nozzle and bed in degrees (16 bits, signed), 's', the nozzle's setpoint by somebody else; 'f', a
- * fault's code, 'a', a tuning's result, and 'w', how often its relay has switched (8 bits each).
+ * nozzle and bed (a float), 's', the nozzle's setpoint by somebody else; 'f', a
+ * fault's code, 'k', a key that acknowledges it, 'a', a tuning's result, and 'w', how often its relay has
+ * switched (8 bits each).
  * What is sent goes to standard output; `=` lines show the state at the end.
  */
 #include <math.h>
@@ -24,8 +25,8 @@
 void USART0_RX_vect(void);
 void USART0_UDRE_vect(void);
 
-/* Of 115200 baud, in a tick. */
-enum { BYTES_SENT_PER_TICK = 115 };
+/* Ten bits a byte, at eight cycles of the divisor a bit. */
+enum { BYTES_SENT_PER_TICK = F_CPU / 8000 / (HOST_DIVISOR + 1) };
 
 struct fault_state fault;
 struct settings settings;
@@ -135,11 +136,13 @@ void output_feed_move(int32_t steps, float mm_per_s)
 {
     const int32_t left = feed_ends_at - feed_is_at;
 
+    must(steps != 0 && fault.code == FAULT_NONE, "a move of no steps, or while a fault is latched");
     must(left == 0 || (left < 0) == (steps < 0), "a move that turns round while the feed is busy");
     must(mm_per_s > 0.0f && mm_per_s <= OUTPUT_FEED_MAXIMUM_MM_PER_S,
         "a speed that is none, or too high");
     must(!braking || left == 0, "a move while the feed slows down");
     braking = false;
+    disabled = 0;
     feed_ends_at += steps;
     steps_per_tick = mm_per_s * OUTPUT_FEED_STEPS_PER_MM / 100.0f;
 }
@@ -236,12 +239,13 @@ int main(void)
         switch (command) {
         case 'r': receive_all(next_word()); break;
         case 't': ticks(next_word()); break;
-        case 'c': loop_nozzle.temperature_c = (float)(int16_t)next_word(); break;
-        case 'b': BED_C = (float)(int16_t)next_word(); break;
+        case 'c': loop_nozzle.temperature_c = next_float(); break;
+        case 'b': BED_C = next_float(); break;
         case 's': settings.nozzle_setpoint_c = (float)next_word(); break;
         case 'w': autotune_nozzle.switches = next_byte(); break;
         case 'a': autotune_nozzle.result = next_byte(); break;
         case 'f': fault_trip(next_byte(), 20.0f); break;
+        case 'k': fault_acknowledge(); break;
         case 'x': receive(next_byte()); break;
         default: wrong("a letter that is no command");
         }
@@ -251,7 +255,12 @@ int main(void)
     printf("=gains %.9g %.9g %.9g\n", (double)settings.nozzle_kp, (double)settings.nozzle_ki,
         (double)settings.nozzle_kd);
     printf("=tuning %u\n=feed %d %d %u\n", cycles_asked, feed_is_at, feed_ends_at, disabled);
-    printf("=line %u %u %u %u\n", UBRR0, UCSR0A & (1u << U2X0), UCSR0B & ~(1u << UDRIE0), UCSR0C);
+    unsigned pulled_up = 0;
+    for (int port = 0; port < HOST_PORTS; port++) {
+        pulled_up += host_port[port];
+    }
+    printf("=line %u %u %u %u %u\n", UBRR0, UCSR0A & (1u << U2X0), UCSR0B & ~(1u << UDRIE0),
+        UCSR0C, pulled_up);
     printf("=fault %d\n=acknowledged %u\n=stored %u %u %u\n=tripped %.9g\n", fault.code,
         acknowledgements, kept, reloaded, defaulted, (double)fault.temperature_c);
     return 0;

@@ -12,6 +12,10 @@ JUDGES = (test_touch_shows, test_touch_orders)
 class Touched(InItsWorld):
     """Of the kiln's files those of which the display is made."""
 
+    def headers(self) -> dict[str, str]:
+        """Return what the files include."""
+        return {name: text for name, text in WORLD.sources.items() if name.endswith(".h")}
+
     def sources(self) -> dict[str, str]:
         """Return the files that may be broken."""
         found = super().sources()

@@ -4,19 +4,14 @@ import random
 import re
 from collections.abc import Iterator
 
+from display_model import FAST, changed_by, scaled
+
 from heatwright.spec import Controller, nextion_of
 from heatwright.spec.nextion import display_pages
 
 PLAIN = {12, 16, 17, 18, 22}
 """Orders with nothing behind their number."""
-NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
-POINT = re.compile(r"(\d+),([^,:]*),([^,:]*)(?:,(\d+))?:")
-MOST_DIGITS = 9
-"""Before the point, without zeros that count for nothing."""
-LONGEST_MINUTES = 31 * 1440
-LAST_KIND = 4
 LAST_TYPE = 7
-ANY = 1e9
 MOST_GAIN = 1e6
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
@@ -84,38 +79,12 @@ class Grammar:
             low, high = self.wholes[order]
             return data.isdigit() and low <= int(data) <= high
         if order in self.numbers:
-            return _within(data, *self.numbers[order])
+            low, high = self.numbers[order]
+            return scaled(data, 2) is not None and low <= float(data) <= high
         if order == 14:
             return 1 <= len(data) <= 12 and bool(data.strip()) and not set(data) & set('"\\')
-        return order == 7 and self._allows_points(data)
-
-    def _allows_points(self, data: str) -> bool:
-        """Whether what they leave behind is sound: a later one may take an earlier one's place."""
-        place, sound = 0, dict[int, bool]()
-        while found := POINT.match(data, place):
-            place, number = found.end(), int(found[1])
-            if not (1 <= number <= self.points + 1 and int(found[4] or 0) <= LAST_KIND):
-                return False
-            if not (_within(found[2], 0, ANY) and _within(found[3], -ANY, ANY)):
-                return False
-            if found[4] in (None, "0") and float(found[2]) == float(found[3]) == 0:
-                sound = {each: right for each, right in sound.items() if each < number}
-            else:
-                right = self._allows_point(*found.group(2, 3, 4))
-                sound[number] = right and number <= self.points
-        return place == len(data) and all(sound.values())
-
-    def _allows_point(self, amount: str, target: str, kind: str | None) -> bool:
-        most = 6553.5 if kind == "1" else LONGEST_MINUTES
-        holds = kind in ("3", "4")
-        lasts = kind in ("2", "3") or _within(amount, 0, most)
-        return lasts and (holds or _within(target, *self.setpoints_c))
-
-
-def _within(text: str, low: float, high: float) -> bool:
-    digits = text.lstrip("-0").partition(".")[0]
-    plain = NUMBER.fullmatch(text) is not None and len(digits) <= MOST_DIGITS
-    return plain and low <= float(text) <= high
+        before = ([(FAST, 0, 0)] * count for count in range(self.points + 1))
+        return order == 7 and any(changed_by(each, data) is not None for each in before)
 
 
 class Malice:

@@ -3,10 +3,10 @@
  * The script holds commands, each a letter and a number of 32 bits: 'r', a count, and bytes to
  * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
- * 'f', a fault's code; 'n', whether the sensor answers; 'x', whether the display's line is cut; 'p',
- * to forget the gains that are not kept; 'w', what the clock shows in seconds; 's', the count of
- * control steps. Each '?' writes `=`, the state as a line of words; each instruction that is sent
- * is written as `>`, the tick, itself, a new line.
+ * 'f', a fault's code; 'n', whether the sensor answers; 'p', to forget the gains that are not kept;
+ * 'w', what the clock shows in seconds; 'm', what a program's clocks show; 's', the count of control
+ * steps. Each '?' writes `=`, the state as a line of words; each instruction that is sent is written
+ * as `>`, the tick, itself, a new line.
  */
 #undef _FORTIFY_SOURCE /* it is the firmware that is watched: a world restores all memory */
 #include "script.h"
@@ -40,7 +40,6 @@ static uint32_t now_ticks;
 static uint8_t eeprom[EEPROM_BYTES];
 static int32_t raw_now = (int32_t)(20.0f / SENSOR_CHAMBER_STEP_C);
 static bool answers = true;
-static bool cut;
 static bool taken;
 
 uint32_t clock_seconds(void);
@@ -106,10 +105,10 @@ static void sent(uint8_t byte)
 static void receive(uint8_t byte, uint8_t flags)
 {
     must(UCSR0B & (1u << RXEN0) && UCSR0B & (1u << RXCIE0), "a line that is not listened to");
-    UCSR0A = flags;
+    UCSR0A |= flags;
     UDR0 = byte;
     USART0_RX_vect();
-    UCSR0A = 0;
+    UCSR0A &= (uint8_t)~flags;
 }
 
 /* ---- the firmware's life ---- */
@@ -127,9 +126,7 @@ static void tick(void)
     programs_tick();
     for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
         USART0_UDRE_vect();
-        if (!cut) {
-            sent(UDR0);
-        }
+        sent(UDR0);
     }
 }
 
@@ -144,16 +141,21 @@ static void start(void)
     loop_chamber_start();
 }
 
-/* All that an order may change, and nothing that time does. */
+/* All that an order may change, and the most of what a page shows. */
 static void show_state(void)
 {
     printf("=fault=%u acks=%u setpoint=%.9g kp=%.9g ki=%.9g kd=%.9g maximum=%.9g type=%u ", fault.code,
         fault.acknowledgements, (double)settings.chamber_setpoint_c, (double)settings.chamber_kp,
         (double)settings.chamber_ki, (double)settings.chamber_kd, (double)settings.chamber_maximum_c,
         settings.chamber_thermocouple);
-    printf("form=%u divisor=%u ", UCSR0C, UBRR0);
+    printf("form=%u divisor=%u speed=%u ", UCSR0C, UBRR0, UCSR0A);
     printf("taken=%d on=%d mode=%d percent=%.9g ", taken, loop_chamber_is_enabled(),
         loop_chamber_mode(), (double)loop_chamber_manual_percent());
+    printf("waiting=%u works=%u saves=%lu temperature=%.9g target=%.9g duty=%.9g ", program.waiting,
+        loop_chamber.enabled, (unsigned long)progress_saves(), (double)loop_chamber.temperature_c,
+        (double)loop_chamber.setpoint_c, (double)loop_chamber.duty_percent);
+    printf("clock=%lu passed=%lu energy=%lu ", (unsigned long)program.clock,
+        (unsigned long)program.segment_clock, (unsigned long)program.energy);
     printf("page=%u state=%u number=%u segment=%u ended=%u shown=%u marked=%u name=%s points=",
         pages_shown, program.state, program.number, program.segment, program.ended, points_number,
         points_marked, points_shown.name);
@@ -208,14 +210,14 @@ static void follow(int command, uint32_t number)
     case 'n':
         answers = number != 0;
         break;
-    case 'x':
-        cut = number != 0;
-        break;
     case 'p':
         settings_reload();
         break;
     case 'w':
         now_ticks = 100u * number;
+        break;
+    case 'm':
+        program.clock = program.segment_clock = number;
         break;
     case 's':
         loop_chamber.steps = (uint16_t)number;

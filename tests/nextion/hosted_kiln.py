@@ -2,6 +2,7 @@
 
 import struct
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from rig.hosted import SANITIZED, play, world_of
@@ -88,8 +89,8 @@ def flooded(data: bytes, per_tick: int = 115) -> bytes:
     return b"".join(received(part) + command("t", 1) for part in parts)
 
 
-LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "answers": "n", "cut": "x", "clock": "w",
-           "steps": "s", "look": "?", "forget": "p"}  # fmt: skip
+LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "answers": "n", "clock": "w",
+           "passed": "m", "steps": "s", "look": "?", "forget": "p"}  # fmt: skip
 ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}
 """What the display says by itself."""
 
@@ -98,8 +99,8 @@ def script(text: str) -> bytes:
     """Return what happens, from words between semicolons.
 
     `5 s` and `5 ticks` let time pass; `order 2 1` and `page main` come from the display, `started`
-    and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor, `cut 1`
-    the line; `clock` and `steps` count on from there; `look`; `forget` the gains that are not kept.
+    and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor; `clock`,
+    `passed` (a program's) and `steps` count on from there; `forget` the gains that are not kept.
     """
     data = b""
     for words in text.split("; "):
@@ -123,6 +124,8 @@ class Said:
     ticks: list[int]
     """When each was sent."""
     states: list[dict[str, str]]
+    counts: list[int]
+    """How many instructions came before each look."""
 
     @property
     def state(self) -> dict[str, str]:
@@ -147,7 +150,9 @@ def run(hosted: Path, *parts: str | bytes) -> Said:
     lines = play(hosted, [*data, script("look")]).decode("latin-1").splitlines()
     states = [_state(line[1:]) for line in lines if line.startswith("=")]
     sent = [line[1:].split(" ", 1) for line in lines if line.startswith(">")]
-    return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states)
+    looks = [number for number, line in enumerate(lines) if line.startswith("=")]
+    counts = [look - before for before, look in enumerate(looks)]
+    return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states, counts)
 
 
 def order(hosted: Path, *orders: str, before: str = "2 s") -> Said:
@@ -155,6 +160,7 @@ def order(hosted: Path, *orders: str, before: str = "2 s") -> Said:
     return run(hosted, before, *(ordered(each) + script("2 s; look") for each in orders))
 
 
+@cache
 def _state(line: str) -> dict[str, str]:
     head, _, name_on = line.partition(" name=")
     name, _, points = name_on.rpartition(" points=")

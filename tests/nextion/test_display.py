@@ -74,12 +74,10 @@ REFUSED = {
     Code.INVALID_WAVEFORM: ("add 1,0,3", "add 99,0,3", "add 7,2,3", "cle 7,2", "cle 1,0"),
     Code.INVALID_VARIABLE: (
         "n0.val=1 2", "n9.val=1", "n0.txt=1", "q=1", "gone.n0.val=1", "away.n0.val=1",
-        "first.n0.val.x=1", "get b",
-    ),
+        "first.n0.val.x=1", "get b"),
     Code.INVALID_OPERATION: (
         "add 7,0,256", 'n0.val="a"', "t0.txt=5", 't0.txt="a"*2', "n0.val=1/0", "n0.x=5", "dim=101",
-        "dp=1", "bkcmd=4",
-    ),
+        "dp=1", "bkcmd=4"),
     Code.INVALID_QUANTITY: ("page", "add 7,0", "vis t0", "sendme 1"),
     Code.INVALID_ESCAPE: ('t0.txt="a\\qb"',),
     Code.NAME_TOO_LONG: ("abcdefghijklmno.val=1",),
@@ -121,8 +119,7 @@ def test_what_it_answers_is_chosen() -> None:
         ("covx n1.val,t0.txt,0,0", "t0.txt", "4"), ("covx n1.val,t0.txt,3,0", "t0.txt", "004"),
         ('covx "-12x",n0.val,0,0', "n0.val", -12), ('covx "ff",n0.val,0,2', "n0.val", 255),
         ("covx 1234567,t0.txt,0,1", "t0.txt", "1,234,567"), ("covx 123,t0.txt,2,0", "t0.txt", "23"),
-        ("tm0.en=1", "tm0.en", 1), ("dim=50", "dim", 50), ("sys0=3", "sys0", 3),
-    ],
+        ("tm0.en=1", "tm0.en", 1), ("dim=50", "dim", 50), ("sys0=3", "sys0", 3)],
 )  # fmt: skip
 def test_it_assigns(instruction: str, attribute: str, value: int | str) -> None:
     shown = display()

@@ -30,30 +30,24 @@ STATE, START = "program.state", "bprog s1"
 
 TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "8 a program is started": [
-        (START, {"page": "main", STATE: RUNNING, "program.number": 1, ENABLED: 1}),
-    ],
+        (START, {"page": "main", STATE: RUNNING, "program.number": 1, ENABLED: 1})],
     "8 an empty place is not": [("bprog s2", {STATE: IDLE})],
     "9 it is paused, and goes on": [
         (f"{START}; wait 10; bt1", {STATE: PAUSED, ENABLED: 0, "bt1.val": 0}),
-        ("bt1", {STATE: RETURNING, ENABLED: 1, "bt1.val": 1}),
-    ],
+        ("bt1", {STATE: RETURNING, ENABLED: 1, "bt1.val": 1})],
     "10 go here": [
         (START, {}),
-        ("bpoints g3", {"page": "main", "program.segment": 3, STATE: RETURNING, "point.val": 3}),
-    ],
+        ("bpoints g3", {"page": "main", "program.segment": 3, STATE: RETURNING, "point.val": 3})],
     "13 and 7 a segment is changed": [
         ("bprog b1; wait 1; t1", {"page": "point", "k.txt": "min", "m.txt": "60", "t.txt": "540"}),
-        ("t clear d3 d10 d10 d9 d4 m less less d2 ok", {"page": "points", "row1": "min 9 400.5"}),
-    ],
+        ("t clear d3 d10 d10 d9 d4 m less less d2 ok", {"page": "points", "row1": "min 9 400.5"})],
     "7 a rate": [
         ("bprog b1; wait 1; t8 k1 m clear d6 d4 d10 t clear d5 d10 d10 ok", {"row8": "K/h 150 600"})
     ],
     "7 as fast as it can": [
-        ("bprog b1; wait 1; t8 k2 m clear t clear d5 d10 d10 ok", {"row8": "fast  600"}),
-    ],
+        ("bprog b1; wait 1; t8 k2 m clear t clear d5 d10 d10 ok", {"row8": "fast  600"})],
     "7 until somebody says so": [
-        ("bprog b1; wait 1; t8 k3 m clear t clear ok", {"row8": "until"}),
-    ],
+        ("bprog b1; wait 1; t8 k3 m clear t clear ok", {"row8": "until"})],
     "7 a hold": [("bprog b1; wait 1; t8 k4 m clear d6 d7 t clear ok", {"row8": "hold 12"})],
     "7 the source's own example in an empty place is there after a power cut, and runs": [
         ("bprog b2; wait 1; order 7 1,20,600:2,40,300:3,60,300:4,0,0:; pname c00 c11 space c39 ok; "
@@ -61,35 +55,27 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("power; bprog", {"name2.txt": "al 9"}),
         ("b2", {"row1": "min 20 600", "row2": "min 40 300", "k3.txt": "hold", "m3.txt": "60",
                 "row4": ""}),
-        ("back bprog s2", {STATE: RUNNING, "program.number": 2, "program.segments": 3}),
-    ],
+        ("back bprog s2", {STATE: RUNNING, "program.number": 2, "program.segments": 3})],
     "7 the end of a program is moved": [
-        ("bprog b1; wait 1; t5 end", {"k4.txt": "hold", "k5.txt": "", "k6.txt": ""}),
-    ],
+        ("bprog b1; wait 1; t5 end", {"k4.txt": "hold", "k5.txt": "", "k6.txt": ""})],
     "17 a stop is asked for": [
         (f"{START}; bstop no", {STATE: RUNNING}),
-        ("bstop yes", {STATE: IDLE, ENABLED: 0, "page": "main"}),
-    ],
+        ("bstop yes", {STATE: IDLE, ENABLED: 0, "page": "main"})],
     "18 the operator goes on": [(f"{START}; wait 3; bskip", {"program.segment": 2})],
     "2 the loop is switched": [
-        ("bdebug on", {ENABLED: 1, "on.val": 1}), ("on", {ENABLED: 0, "on.val": 0}),
-    ],
+        ("bdebug on", {ENABLED: 1, "on.val": 1}), ("on", {ENABLED: 0, "on.val": 0})],
     "3 the setpoint": [
-        ("bset bsp; enter 321.5", {"page": "settings", SETPOINT: 321.5, "sp.txt": "321.5"}),
-    ],
+        ("bset bsp; enter 321.5", {"page": "settings", SETPOINT: 321.5, "sp.txt": "321.5"})],
     "4 the output by hand, until the loop takes it back": [
         ("bdebug on bot; enter 42; wait 1", {"page": "debug", DUTY: 42, MODE: 1, "ot.val": 42}),
-        ("order 2 1; wait 1", {MODE: 0}),
-    ],
+        ("order 2 1; wait 1", {MODE: 0})],
     "20 the critical temperature is kept, and only ever lowered": [
         (f"bset bcrit; enter 900; {SAVED}", {MAXIMUM: 900}),
         ("bcrit; enter 1200", {MAXIMUM: 900}),
-        ("power", {MAXIMUM: 900}),
-    ],
+        ("power", {MAXIMUM: 900})],
     "15 the thermocouple": [
         ("wire S; bset btype typeS", {TYPE: S, "thermo.type.txt": "S"}),
-        (f"{SAVED}; power", {TYPE: S}),
-    ],
+        (f"{SAVED}; power", {TYPE: S})],
     "15 not while a program runs": [(f"{START}; bset btype typeS", {TYPE: K})],
     **{
         f"{number} and 22 gains are set and kept": [
@@ -104,8 +90,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: IDLE}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
         ("mend; wait 3; ack", {"fault.code": 0}),
-        ("back", {"page": "main", "ERROR.en": 0}),
-    ],
+        ("back", {"page": "main", "ERROR.en": 0})],
 }  # fmt: skip
 """What is done with the display, and what is seen then."""
 
@@ -201,20 +186,16 @@ DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
         ("bset bsp; enter 45.", {"settings.sp.txt": "45.0"}),
         ("back on", {ENABLED: 1, "main.set.val": 45, "main.state.txt": "on",
                      "loop_chamber.duty_percent": 100}),
-        ("bstop yes", {ENABLED: 0, "main.on.val": 0}),
-    ]),
+        ("bstop yes", {ENABLED: 0, "main.on.val": 0})]),
     "gains and a duty by hand": (PLAIN, [
         ("bdebug bkp; enter 2.5; on bot; enter 40",
-         {"settings.chamber_kp": 2.5, "debug.kp.txt": "2.5", "debug.ot.val": 40}),
-    ]),
+         {"settings.chamber_kp": 2.5, "debug.kp.txt": "2.5", "debug.ot.val": 40})]),
     "a switch has fewer pages": (ON_OFF, [
-        ("bdebug on", {ENABLED: 1}), ("back bset", {"settings.sp.txt": "20.0"}),
-    ]),
+        ("bdebug on", {ENABLED: 1}), ("back bset", {"settings.sp.txt": "20.0"})]),
     # The master's line stays its own; what starts disabled is told off before it is told on.
     "on another port beside a master": (BESIDE_MODBUS, [
         ("bdebug on", {ENABLED: 0, "debug.on.val": 0}),
-        ("order 2 0; on", {ENABLED: 1, "debug.on.val": 1}),
-    ]),
+        ("order 2 0; on", {ENABLED: 1, "debug.on.val": 1})]),
 }  # fmt: skip
 """Of which machine; what is done with the display, and what is seen then."""
 

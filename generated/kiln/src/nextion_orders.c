@@ -144,7 +144,11 @@ static bool mark(const char *text)
 {
     uint8_t segment;
 
-    return take_count(text, PROGRAM_POINTS, &segment) && points_mark(segment);
+    if (!take_count(text, PROGRAM_POINTS, &segment)) {
+        return false;
+    }
+    points_marked = segment;
+    return true;
 }
 
 static bool show_program(const char *text)

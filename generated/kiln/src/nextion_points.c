@@ -32,7 +32,7 @@ static const int32_t LARGEST_TENTHS = 32767;
 static const int32_t LARGEST_HUNDREDTHS = 99999999;
 
 struct stored_program points_shown;
-uint8_t points_number = 1;
+uint8_t points_number;
 uint8_t points_marked;
 uint8_t points_revision;
 
@@ -56,7 +56,7 @@ void points_start(void)
 
 bool points_show(uint8_t number)
 {
-    if (number == 0 || number > PROGRAM_PLACES) {
+    if (number == 0) {
         return false;
     }
     next_number = number;
@@ -80,15 +80,6 @@ bool points_are_waiting(void)
     return write_wanted;
 }
 
-bool points_mark(uint8_t segment)
-{
-    if (segment > PROGRAM_POINTS) {
-        return false;
-    }
-    points_marked = segment;
-    return true;
-}
-
 /* Take over a changed program, and have it kept. */
 static bool keep(const struct stored_program *changed)
 {
@@ -96,7 +87,6 @@ static bool keep(const struct stored_program *changed)
         return false;
     }
     points_shown = *changed;
-    points_revision++;
     write_wanted = true;
     return true;
 }
@@ -214,9 +204,6 @@ bool points_change(const char *text)
     struct stored_program changed = points_shown;
     struct point point;
 
-    if (*text == '\0') {
-        return false;
-    }
     while (*text != '\0') {
         if (!read_point(&text, &point) || !put(&changed, &point)) {
             return false;

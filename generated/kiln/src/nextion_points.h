@@ -24,8 +24,6 @@ bool points_change(const char *text);
 /* Call it so. */
 bool points_rename(const char *text);
 
-bool points_mark(uint8_t segment);
-
 /* A change has not begun to be written yet. */
 bool points_are_waiting(void);
 

@@ -15,7 +15,7 @@ void say_number(int32_t number);
 /* `steps` of 10^-decimals, with all decimals, or without the zeros at the end. */
 void say_scaled(int32_t steps, uint8_t decimals, bool short_form);
 
-/* With as many digits as a float has, without the zeros at the end. */
+/* Not below 0, with as many digits as a float has, without the zeros at the end. */
 void say_float(float number);
 
 /* A name: it has no quotation mark, which would end the text it is put into, and no backslash. */
