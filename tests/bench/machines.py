@@ -37,7 +37,6 @@ def at(said: Mapping[float, Any], verb: str = "send") -> Lines:
 
 
 def on_plant(controller: Controller, **changes: Any) -> Controller:
-    """The same controller on a machine with changes."""
     assert controller.simulation is not None
     plant = controller.simulation.plant.model_copy(update=changes)
     simulation = controller.simulation.model_copy(update={"plant": plant})
@@ -52,7 +51,6 @@ def scaled(controller: Controller, capacity: float, resistance: float) -> Contro
 
 
 def noisy(controller: Controller, noise_k: float) -> Controller:
-    """The same with a sensor that is so noisy."""
     assert controller.simulation is not None
     sense = controller.simulation.plant.sense
     changed = {name: each.model_copy(update={"noise_k": noise_k}) for name, each in sense.items()}
@@ -60,13 +58,9 @@ def noisy(controller: Controller, noise_k: float) -> Controller:
 
 
 def assert_margins(
-    controller: Controller,
-    gains: Gains | None = None,
-    at_c: float | None = None,
-    *,
-    gain: float = 2.0,
-    phase_deg: float = 45.0,
-) -> None:
+    controller: Controller, gains: Gains | None = None, at_c: float | None = None, *,
+    gain: float = 2.0, phase_deg: float = 45.0,
+) -> None:  # fmt: skip
     """See that the only loop keeps what every tuned loop here is held to, at a temperature."""
     ((name, loop),) = controller.loops.items()
     own = loop.algorithm
@@ -82,8 +76,6 @@ def assert_margins(
 
 
 class Run(NamedTuple):
-    """What a device was told, and what it did."""
-
     controller: Controller
     device: Any
     trace: Trace
@@ -94,7 +86,6 @@ class Run(NamedTuple):
         return log
 
     def between(self, from_s: float, to_s: float) -> Any:
-        """The log of a part of the time."""
         return self.log[(self.log["time_s"] > from_s) & (self.log["time_s"] < to_s)]
 
 
@@ -184,7 +175,7 @@ DRYER: Lines = (
     written(110, air__enabled=False),
     {"for": "120 s"},
 )
-REFUSED_AT_S = (40, 55, 56, 67)
+REFUSED = {40: "air.setpoint", 55: "air.manual", 56: "air.tune", 67: "air.setpoint"}
 EXTRUDER: Lines = (
     *at({1: "M303 S200 C5", TUNED_S: "M106 S255"}),  # then it is cooled down
     *at({1400: "M107", 1500: "M104 S200"}),
@@ -224,22 +215,17 @@ ORDERS: Lines = (
     {"for": "2100 s"},
 )
 RUNS: dict[str, tuple[str, Lines]] = {
-    "extruder": ("extruder", EXTRUDER),
-    "extruder, ordered about": ("extruder", HOSTED),
-    "feeder": ("feeder", FEEDER),
-    "fabricator": ("fabricator", ACCEPTANCE),
-    "dryer": ("dryer", DRYER),
-    "kiln, its own program": ("kiln", ()),
-    "kiln, the source's points": ("kiln", POINTS),
-    "kiln, ordered about": ("kiln", ORDERS),
+    "extruder": ("extruder", EXTRUDER), "extruder, ordered about": ("extruder", HOSTED),
+    "feeder": ("feeder", FEEDER), "fabricator": ("fabricator", ACCEPTANCE),
+    "dryer": ("dryer", DRYER), "kiln, its own program": ("kiln", ()),
+    "kiln, the source's points": ("kiln", POINTS), "kiln, ordered about": ("kiln", ORDERS),
     "kiln_uno, by its keys": ("kiln_uno", ()),
-}
+}  # fmt: skip
 """The example, and what it is told; nothing: its own scenario."""
 
 
 @cache
 def run_of(name: str) -> Run:
-    """Run the unmodified binary."""
     (kind, lines), watched = RUNS[name], name == "fabricator"
     device = (Watched if watched else AvrDevice)(example(kind), whole(kind))
     return run_on(device, example(kind), lines)

@@ -303,7 +303,6 @@ def test_the_fan(device):
 
 
 def fed_mm(device, lines, seconds):
-    """How far the feed goes after these lines."""
     device.travel_mm("feed")
     for line in filter(None, lines.split("|")):
         device.send(line)

@@ -32,7 +32,6 @@ CHAMBER = str(EXAMPLES / "chamber.yaml")
 
 
 def failing(error: BaseException) -> click.Command:
-    """A command that fails in this way."""
     return click.Command("failing", callback=Mock(side_effect=error))
 
 

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from printrun.gcoder import LightGCode
 from printrun.printcore import printcore
-from pymodbus.client import ModbusSerialClient
 from rig.live import HEATWRIGHT, Cable, LiveBoard, live_board, simulated
 from rig.specs import EXAMPLES
 
@@ -165,38 +164,10 @@ def test_it_survives_a_storm_of_resends(seed: int) -> None:
         assert np.array_equal(np.diff(steps["steps"].astype(int)), np.ones(len(steps) - 1))
 
 
-UNKNOWN = 0x8000
-"""Of a temperature: the board has not measured yet."""
-
-
-def asked_by_printcore(port: str, baud: int) -> None:
-    with printrun_host(port, baud) as host:
+def test_a_host_finds_the_board_until_ctrl_c() -> None:
+    with simulated("extruder", 20.0) as (port, baud), printrun_host(port, baud) as host:
+        assert baud == 115_200
         host.ask("M115", "FIRMWARE_NAME:heatwright")
-
-
-def asked_by_pymodbus(port: str, baud: int) -> None:
-    """Tenths of a degree, within a step of the converter there, once it has measured."""
-    client = ModbusSerialClient(port, baudrate=baud, timeout=1, retries=5)
-    assert client.connect()
-    while (tenths := client.read_input_registers(100).registers[0]) == UNKNOWN:
-        pass
-    assert abs(tenths - 200) <= 24
-    counters = client.read_input_registers(10, count=6).registers
-    assert counters[0] == counters[3]  # nobody else asks
-    client.close()
-
-
-@pytest.mark.parametrize(
-    ("spec", "speed", "baud", "ask"), [("extruder", 20.0, 115_200, asked_by_printcore),
-                                       ("fabricator", 1.0, 19_200, asked_by_pymodbus)],
-    ids=["gcode", "modbus"],
-)  # fmt: skip
-def test_a_host_finds_the_board_until_ctrl_c(
-    spec: str, speed: float, baud: int, ask: Callable[[str, int], None]
-) -> None:
-    with simulated(spec, speed) as (port, told_baud):
-        assert told_baud == baud
-        ask(port, baud)
 
 
 def test_it_ends_by_itself_when_told() -> None:

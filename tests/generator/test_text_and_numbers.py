@@ -12,7 +12,6 @@ import pytest
 import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
-from rig.avr import whole
 from rig.specs import EXAMPLES, changed, files_of
 
 from heatwright.generator import plan_firmware, render
@@ -83,13 +82,6 @@ def digest_of(files: Mapping[str, str]) -> str:
     found = re.search(r"SPEC_DIGEST 0x(\w{8})UL", files["src/config.h"])
     assert found is not None
     return found[1]
-
-
-@pytest.mark.parametrize("number", range(3))
-def test_hostile_titles_compile(number: int) -> None:
-    """Several at once, as far as a title goes: what escapes would not compile."""
-    title = ("*\\ #error \\*/???/", "/*/*\\/ 日 ??/\\", "*/\"' ??/ //\\")[number]
-    whole(quoted(title))
 
 
 @pytest.mark.parametrize(

@@ -95,13 +95,11 @@ class Hal:
         self.command("sets", name, f"{value:g}")
 
     def press(self, name: str) -> None:
-        """Make a signal go on and off, as a button does."""
         self.set_signal(name, 1)
         time.sleep(0.1)
         self.set_signal(name, 0)
 
     def wait(self, name: str, value: float, within_s: float = WAIT_S) -> None:
-        """Wait until a signal has a value."""
         end = time.monotonic() + within_s
         while self.signal(name) != value:
             assert time.monotonic() < end, f"{name}\n{self.command('show', 'sig')}\n{self.log()}"

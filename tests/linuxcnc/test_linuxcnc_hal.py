@@ -263,7 +263,8 @@ COOLS_S = 10 / SPEED
 
 @pytest.fixture
 def port() -> Iterator[str]:
-    with simulated("fabricator", SPEED) as (name, _):
+    with simulated("fabricator", SPEED) as (name, baud):
+        assert baud == 19_200
         os.chmod(name, 0o666)  # noqa: PTH101, S103 - mb2hal runs as another user
         yield name
 

@@ -118,7 +118,6 @@ class Wire:
         return self.answer_since(self.put(sent))
 
     def answer_since(self, end_s: float) -> Frame | None:
-        """Wait for the answer to what ended then."""
         self.run_to(end_s + self.bus.silence_s + ANSWER_S)
         while self.bus.hears and not self.frames:
             self.run_to(self.device.avr.time_s + self.bus.silence_s)
@@ -332,7 +331,6 @@ def strangers(wire: Wire, chance: random.Random) -> None:
 
 
 def flood(wire: Wire, chance: random.Random) -> None:
-    """Bytes without any silence."""
     wire.run_to(wire.put(Sent(chance.randbytes(500))))
 
 

@@ -104,16 +104,6 @@ def test_what_it_writes_arrives_and_it_shows_a_loop_the_change_from_off_to_on() 
     assert not device.master.is_busy
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("air.setpoint", 80.1), ("air.manual", True), ("air.kp", float("nan"))]
-)
-def test_it_is_told_what_is_refused(name: str, value: float) -> None:
-    device = slave("dryer")
-    device.write(name, value)
-    run(device, 1.0)
-    assert [(each.name, each.exception) for each in device.master.refusals] == [(name, 3)]
-
-
 def test_a_power_cut_leaves_the_master_where_it_was() -> None:
     device = slave("dryer")
     device.unplug()

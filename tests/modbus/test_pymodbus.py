@@ -16,7 +16,7 @@ from heatwright.spec import digest
 SLAVE = 17
 BAD_VALUE = 3
 SETPOINT, MANUAL_DUTY, KP = 100, 101, 102
-ENABLED, MANUAL, TUNE = 100, 101, 102
+ENABLED = 100
 
 DRYER = controller_of("dryer")
 
@@ -89,24 +89,15 @@ def test_it_writes_registers_in_every_way(master: ModbusSerialClient, slave: Liv
     assert both.registers == [0x290, 777]
 
 
-def coils(master: ModbusSerialClient) -> list[bool]:
-    return list(good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3])
-
-
-def test_it_switches_coils_in_every_way(master: ModbusSerialClient, slave: LiveBoard) -> None:
+def test_it_switches_coils_in_every_way(master: ModbusSerialClient) -> None:
     assert master.write_coil(ENABLED, True, device_id=SLAVE).exception_code == BAD_VALUE
     good(master.write_coil(ENABLED, False, device_id=SLAVE))
-    good(master.write_coil(ENABLED, True, device_id=SLAVE))
-    assert coils(master) == [True, False, False]
-    good(master.write_coil(MANUAL, True, device_id=SLAVE))
     good(master.write_coils(ENABLED, [True, False, True], device_id=SLAVE))
-    assert coils(master) == [True, False, True]
-    good(master.write_coil(TUNE, False, device_id=SLAVE))
-    assert coils(master) == [False] * 3
-    for command in (1, 2, 0):
-        good(master.write_coil(command, True, device_id=SLAVE))
-        good(master.write_coil(command, False, device_id=SLAVE))
-    assert slave.ask("settings.air_kp") == 60
+    assert good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3] == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_it_says_who_it_is(master: ModbusSerialClient) -> None:

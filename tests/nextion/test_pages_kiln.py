@@ -165,19 +165,6 @@ def test_a_strange_name_of_the_spec_spoils_no_document(tmp_path: Path, name: str
     assert compare(files, folder) == ()
 
 
-def test_what_the_firmware_shows_is_on_the_pages() -> None:
-    """Each name in the C is a component's, with the attribute that it is given."""
-    source = FILES["src/nextion_show.c"]
-    names = re.findall(r'^static const char NAME_.*\] PROGMEM = "([^"]*)"', source, re.MULTILINE)
-    assert names
-    parts = [
-        f"{page.name}.{part.name}" for page in display_pages(TOUCHED) for part in page.components
-    ]
-    for name in names:
-        if "." in name:
-            assert any(part.startswith(name) for part in parts), name
-
-
 # -- which rules have a page: those that can trip, and no others
 
 

@@ -95,8 +95,6 @@ def kiln_of(segments: str = RAMP_AND_HOLD, **parts: str) -> Controller:
 
 
 class Kiln(Player):
-    """Feeds temperatures, gives orders and collects records."""
-
     steps_per_k = 128
 
     def __init__(self, controller: Controller | None = None) -> None:
@@ -114,7 +112,6 @@ class Kiln(Player):
         return self.operator.order(order, number)
 
     def said(self, *words: str) -> None:
-        """Take what a touch display sends."""
         Display(self.controller, self.operator).send(" ".join(words))
 
     def start(self, number: int = 1, temperature_c: float = 20.0) -> Record:
@@ -171,8 +168,6 @@ def commanded_of(
 
 
 class Commanded(Player):
-    """Feeds temperatures and orders, and collects records."""
-
     def __init__(self, controller: Controller, setpoint_c: float = 50.0) -> None:
         super().__init__(controller, setpoint_c=setpoint_c)
         self.mode = AUTOMATIC
@@ -240,8 +235,6 @@ def raw_of(amperes: float) -> int:
 
 
 class Nozzle(Player):
-    """Feeds temperatures and currents, and collects records."""
-
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
         self.operator = SwitchedOperator(self.controller, "nozzle", self.reference)

@@ -63,7 +63,6 @@ class Course:
 
 
 def courses(name: str) -> Any:
-    """Parametrise a test with the courses of a file."""
     text = (Path(__file__).parent / f"{name}.txt").read_text("utf-8")
     found = []
     for block in re.split(r"\n(?=\S)", text.strip()):
@@ -81,7 +80,6 @@ def repeated(words: list[str]) -> list[str]:
 
 
 def done(machine: Any, words: list[str]) -> list[Any]:
-    """Do what a line says; return the records of its steps."""
     if words[0][-1].isdigit():
         return machine.feed_all(map(float, repeated(words)))
     if words[1:2] == ["="]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference_machines import STEP_A, Kiln, Player, kiln_of, nozzle_of
+from reference_machines import STEP_A, Kiln, kiln_of, nozzle_of
 from rig.specs import EXAMPLES, example
 
 from heatwright.sim.reference import Reference
@@ -15,8 +15,6 @@ from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.sim.reference.tuning_rule import Constants, Swings, found_by
 from heatwright.spec import BOARDS, Sensor, kinds
-
-FREE = {"heating": None, "runaway": None, "frozen": None, "rising_while_off": None}
 
 
 def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
@@ -34,12 +32,6 @@ def test_the_sum_is_in_the_order_of_the_slots_and_single():
     record = kiln.feed_all([float(x) for x in readings])[-1]
     expected = (readings[3] + readings[1] + readings[2]) * np.float32(1 / 3)
     assert record["temperature_c"] == expected
-
-
-def test_an_acknowledgement_without_a_fault_changes_nothing(vary):
-    one, other = Player(vary()), Player(vary())
-    for temperature_c in (20.0, 20.5, 21.0):
-        assert one.feed(temperature_c) == other.feed(temperature_c, acknowledge=True)
 
 
 SENSORS = {

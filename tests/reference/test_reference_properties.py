@@ -32,36 +32,26 @@ STEPS = st.lists(STEP, min_size=1, max_size=60)
 
 GAINS = st.floats(0, 1e6, allow_subnormal=False)
 PERCENT = st.tuples(st.floats(0, 100), st.floats(0, 100)).map(sorted)
+SECONDS = st.integers(0, 60).map("{} s".format)
 
 
 @st.composite
 def pids(draw: st.DrawFn) -> Pid:
-    def limits(bounds: list[float]) -> dict[str, str]:
-        return {"minimum": f"{bounds[0]:.3f} %", "maximum": f"{bounds[1]:.3f} %"}
+    def limits() -> dict[str, str]:
+        return dict(zip(("minimum", "maximum"), map("{:.3f} %".format, draw(PERCENT)), strict=True))
 
-    return Pid.model_validate(
-        {
-            "kind": "pid",
-            **{gain: draw(GAINS) for gain in ("kp", "ki", "kd")},
-            "derivative_of": draw(st.sampled_from(["measurement", "error"])),
-            "derivative_filter": f"{draw(st.integers(0, 60))} s",
-            "integral": limits(draw(PERCENT))
-            | {"while_limited": draw(st.sampled_from(["hold", "run"]))},
-            "output": limits(draw(PERCENT)),
-        }
-    )
+    told = {gain: draw(GAINS) for gain in ("kp", "ki", "kd")} | {
+        "derivative_of": draw(st.sampled_from(["measurement", "error"])),
+        "derivative_filter": draw(SECONDS),
+        "integral": limits() | {"while_limited": draw(st.sampled_from(["hold", "run"]))},
+    }
+    return Pid.model_validate({"kind": "pid", **told, "output": limits()})
 
 
 @st.composite
 def on_offs(draw: st.DrawFn) -> OnOff:
-    return OnOff.model_validate(
-        {
-            "kind": "on_off",
-            "hysteresis": f"{draw(st.integers(0, 40)) / 8} K",
-            "lead": f"{draw(st.integers(0, 60))} s",
-            "lead_filter": f"{draw(st.integers(0, 60))} s",
-        }
-    )
+    told = {"hysteresis": f"{draw(st.integers(0, 40)) / 8} K", "lead": draw(SECONDS)}
+    return OnOff.model_validate({"kind": "on_off", **told, "lead_filter": draw(SECONDS)})
 
 
 ALGORITHMS = st.one_of(on_offs(), pids())

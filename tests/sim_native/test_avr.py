@@ -7,8 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -85,25 +83,6 @@ def test_instances_are_independent_and_deterministic() -> None:
     alone = trace(0)
     with ThreadPoolExecutor(4) as pool:
         assert set(pool.map(trace, range(8))) == {alone}
-
-
-def test_threads_run_at_the_same_time() -> None:
-    """The lock is free while C runs: another thread goes on counting."""
-    avr = running(ENDLESS)
-    count, done = 0, threading.Event()
-
-    def work() -> None:
-        nonlocal count
-        while not done.is_set():
-            count += 1
-            time.sleep(0)
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    avr.run(1)
-    done.set()
-    thread.join()
-    assert count > 100
 
 
 def test_processors_are_freed() -> None:
@@ -223,49 +202,41 @@ def headers(folder: Path, version: str) -> Path:
     return folder
 
 
-@pytest.fixture
-def refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    """Build with an empty cache; it is refused with these words."""
+REFUSED = {
+    f"simavr {version} is untested: install 1.6": lambda patch, folder, version=version: (
+        patch.setattr(shim, "HEADERS", (headers(folder, version),))
+    )
+    for version in ("1.5", "1.7", "1.8", "1.60")
+} | {
+    "^simavr is not installed: sudo apt install .*simavr": lambda patch, folder: patch.setattr(
+        shim, "HEADERS", (folder,)
+    ),
+    "^There is no C compiler: sudo apt install .*gcc": lambda patch, folder: patch.setenv(
+        "PATH", str(folder)
+    ),
+    "sudo apt install libpython3": lambda patch, folder: patch.setattr(
+        shim.sysconfig, "get_paths", lambda: {"include": str(folder)}
+    ),
+}
+"""By what is said with an empty cache; what is missing, or another version."""
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_is_missing_or_untested_is_told_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-    def with_words(words: str) -> None:
-        with pytest.raises(SimulatorMissing, match=words):
-            shim.build()
-
-    return with_words
+    REFUSED[words](monkeypatch, tmp_path)
+    with pytest.raises(SimulatorMissing, match=words):
+        shim.build()
 
 
-Refused = Callable[[str], None]
-
-
-@pytest.mark.parametrize("version", ["1.5", "1.7", "1.8", "1.60"])
-def test_an_untested_simavr_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused, version: str
-) -> None:
-    monkeypatch.setattr(shim, "HEADERS", (headers(tmp_path, version),))
-    refused(f"simavr {version} is untested: install 1.6")
-
-
-def test_what_is_missing_is_told_with_the_command_that_installs_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
-) -> None:
-    with monkeypatch.context() as changed:
-        changed.setattr(shim, "HEADERS", (tmp_path,))
-        refused(r"^simavr is not installed: sudo apt install .*simavr")
-    with monkeypatch.context() as changed:
-        changed.setenv("PATH", str(tmp_path))
-        refused(r"^There is no C compiler: sudo apt install .*gcc")
-    with monkeypatch.context() as changed:
-        changed.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(tmp_path)})
-        refused("sudo apt install libpython3")
-
-
-def test_a_shim_that_does_not_compile(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
-) -> None:
+def test_a_shim_that_does_not_compile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(shim, "HEADERS", (headers(tmp_path / "include", "1.6"),))
     (tmp_path / "include" / "simavr" / "avr_adc.h").write_text("#error broken\n")
-    refused(r"does not compile .*error")
+    with pytest.raises(SimulatorMissing, match=r"does not compile .*error"):
+        shim.build()
     assert list((tmp_path / "cache" / "heatwright" / "native").iterdir()) == []
 
 

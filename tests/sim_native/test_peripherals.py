@@ -100,15 +100,6 @@ def test_left_adjusted_results_need_the_high_byte_only_and_clipped_voltages() ->
         assert (adc["code"], adc["high"]) == (code, code >> 2)
 
 
-def test_channels_above_seven_of_the_2560() -> None:
-    source = CONVERTER.replace("ADMUX", "ADCSRB = _BV(MUX5); ADMUX")
-    adc = Small(source, mcu="atmega2560", seconds=0.001)
-    adc.avr.adc.set(13, millivolts(789))
-    adc["mux"] = AVCC | 5
-    adc.avr.run(0.001)
-    assert adc["code"] == 789
-
-
 WRITER = """
 volatile uint8_t written;
 int main(void) {
@@ -238,15 +229,6 @@ def test_every_driver_in_its_order_of_strength() -> None:
     assert states(avr) == [
         (0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP),
     ]  # fmt: skip
-
-
-def test_the_program_reads_what_is_outside() -> None:
-    avr = running("int main(void) { DDRC = 1; for (;;) PORTC = (PINB >> 3) & 1; }")
-    for level in ("high", "low", "high"):
-        avr.pins.drive("PB3", level)
-        avr.pins.watch("PC0")
-        avr.run(0.001)
-        assert avr.pins.level("PC0") == (level == "high")
 
 
 def test_an_outside_edge_is_an_interrupt_and_a_held_level_is_none() -> None:

@@ -101,13 +101,6 @@ def test_variables_outside_the_images() -> None:
         variables.decode(images, 0x700, ["hidden"])
 
 
-def test_no_debug_information() -> None:
-    """Debian's avr-gcc writes stabs for -g alone."""
-    for flag in ("-g0", "-gstabs"):
-        with pytest.raises(ElfError, match="-gdwarf-2"):
-            Variables(compiled(SOURCE, flag))["state"]
-
-
 def test_constants_in_flash(program: Elf) -> None:
     assert int.from_bytes(program.flash_bytes("spec_digest", 4), "little") == 0x12AB34CD
     with pytest.raises(ElfError, match="no constant nothing"):
@@ -125,17 +118,6 @@ def test_functions() -> None:
     assert all(first.end == second.start for first, second in pairwise(program.functions))
     with pytest.raises(ElfError, match="no function nothing"):
         program.function("nothing")
-
-
-def test_files_that_are_no_program(tmp_path: Path) -> None:
-    path = tmp_path / "x.elf"
-    path.write_bytes(b"hello")
-    with pytest.raises(ElfError, match="not an ELF file"):
-        Elf(path)
-    with pytest.raises(ElfError, match="not a linked AVR program"):
-        Elf("/bin/sh")
-    with pytest.raises(FileNotFoundError):
-        Elf(tmp_path / "absent.elf")
 
 
 # ---- cycles by function, stretches, coverage; waveforms ----

@@ -4,10 +4,8 @@ import resource
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, compiled, powered, running, shared
+from rig.avr import CLOCK_HZ, powered, running, shared
 from rig.small import Small
-
-from heatwright.sim.dwarf import Variables
 
 EVERY = ("atmega328p", "atmega32", "atmega16")
 every_part = pytest.mark.parametrize("mcu", EVERY)
@@ -91,7 +89,6 @@ def test_a_busy_processor_stops_at_the_end_of_an_instruction() -> None:
 
 WATCHDOG = """
 uint8_t cause __attribute__((section(".noinit")));
-volatile uint16_t runs __attribute__((section(".noinit")));
 void early(void) __attribute__((naked, used, section(".init3")));
 void early(void) { cause = MCUSR; MCUSR = 0; wdt_disable(); }
 """
@@ -123,20 +120,6 @@ def test_reset_flags_add_up_until_cleared() -> None:
     avr.reset("brown_out")
     avr.reset("external")
     assert [int(flags) for flags in avr.take_resets()["mcusr"]] == [0b1001, 0b1101, 0b1111]
-
-
-def test_noinit_memory_outlives_a_reset() -> None:
-    program = compiled(
-        f"""{WATCHDOG}
-        int main(void) {{
-            if (cause & _BV(PORF)) runs = 0;
-            runs++; wdt_enable(WDTO_15MS); for (;;) {{}}
-        }}"""
-    )
-    avr = powered(program)
-    avr.run(0.1)
-    runs = Variables(program)["runs"]
-    assert avr.read_ram(runs.address, 2) == bytes([1 + len(avr.take_resets()), 0])
 
 
 BITES = {

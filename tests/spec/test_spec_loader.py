@@ -165,15 +165,9 @@ def test_what_was_never_a_spec(data: bytes) -> None:
 good_specs = st.one_of(
     st.sampled_from(list(FILES.values())), controllers().map(lambda drawn: drawn.text.encode())
 )
-edits = st.lists(
-    st.tuples(
-        st.floats(0, 1, exclude_max=True),
-        st.integers(0, 12),
-        st.one_of(st.sampled_from(WORDS), st.binary(max_size=3)),
-    ),
-    min_size=1,
-    max_size=4,
-)
+words = st.one_of(st.sampled_from(WORDS), st.binary(max_size=3))
+edit = st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 12), words)
+edits = st.lists(edit, min_size=1, max_size=4)
 
 
 @many

@@ -37,7 +37,6 @@ def validator() -> Any:
 
 
 def plain(text: str) -> Any:
-    """The data of a spec as JSON has them."""
     return json.loads(json.dumps(parse_tree(text, "x").data))
 
 
@@ -229,7 +228,6 @@ def read(text: str) -> Any:
 
 
 def flow(value: Any) -> str:
-    """Write what was read on one line."""
     if isinstance(value, dict):
         return f"{{{', '.join(f'{key}: {flow(inner)}' for key, inner in value.items())}}}"
     return f"[{', '.join(map(flow, value))}]" if isinstance(value, list) else str(value)

@@ -5,8 +5,8 @@ from itertools import pairwise, product
 from pathlib import Path
 
 import pytest
-from rig.specs import EXAMPLES, example, files_of, spec_of
-from storage_format import PROGRESS_BYTES, SETTINGS_STRIDE, Memory
+from rig.specs import files_of, spec_of
+from storage_format import PROGRESS_BYTES, Memory
 from storage_specs import NAMES, board_text, text_of
 
 from heatwright.spec import Controller, SpecError, load_text
@@ -14,19 +14,6 @@ from heatwright.spec.eeprom import CELL_WRITES, YEAR_S, layout, settings_bytes
 
 BOARDS = ("uno", "leonardo", "mega2560")
 FEWEST_SETTINGS, MOST_SETTINGS = 4, 16
-
-
-@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
-def test_areas_of_an_example_do_not_overlap_and_fit(name):
-    controller = example(name).controller
-    areas = layout(controller)
-    assert areas.settings.start == 0
-    assert all(one.end == other.start for one, other in pairwise(areas))
-    assert areas.end <= controller.board.eeprom_bytes
-    assert areas.settings.slot_bytes % SETTINGS_STRIDE == 0
-    assert settings_bytes(controller) <= areas.settings.slot_bytes
-    if controller.programs is None and not areas.history.slots:
-        assert areas.settings.slots == min(16, controller.board.eeprom_bytes // SETTINGS_STRIDE)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -64,6 +51,8 @@ def test_whatever_is_accepted_fits_and_lasts_ten_years():
     assert len(accepted) > len(SIZES) // 4
     for controller in accepted:
         areas, room = layout(controller), controller.board.eeprom_bytes
+        assert areas.settings.start == 0
+        assert all(one.end == other.start for one, other in pairwise(areas))
         assert areas.end <= room
         assert FEWEST_SETTINGS <= areas.settings.slots <= MOST_SETTINGS
         every_s = controller.programs.save_every_s
@@ -83,25 +72,6 @@ def test_what_is_proposed_where_something_is_refused_is_accepted():
         elif controller is None:
             assert "bytes, and the EEPROM of the" in why
     assert proposals > len(SIZES) // 4
-
-
-def test_a_log_in_eeprom():
-    log = "  - {kind: serial_log, loop: chamber, keep: eeprom, entries: 60, every: %s}\n"
-    text = board_text("mega2560", "  points: 5") + log
-    controller = load_text(text % "1 min", "logged.yaml").controller
-    assert layout(controller).history.slots == 60
-    assert layout(controller).end <= controller.board.eeprom_bytes
-    with pytest.raises(SpecError, match="Use every: 1 min"):
-        load_text(text % "30 s", "logged.yaml")
-
-
-def test_a_watchdog_waits_for_the_start():
-    text = board_text("mega2560", "") + "safety: {watchdog: WATCHDOG}\n"
-    slow = text.replace("board: mega2560", "board: mega2560, clock: 8 MHz")
-    load_text(text.replace("WATCHDOG", "30 ms"), "quick.yaml")
-    with pytest.raises(SpecError, match=r"Use at least 60 ms"):
-        load_text(slow.replace("WATCHDOG", "30 ms"), "slow.yaml")
-    load_text(slow.replace("WATCHDOG", "60 ms"), "slow.yaml")
 
 
 @pytest.mark.parametrize(("board", "every"), [("mega2560", "1 min"), ("uno", "11 min")])

@@ -154,14 +154,6 @@ def test_another_place_gives_the_same_image(
     assert images[0] == images[1]
 
 
-def test_a_changed_byte_is_built_anew(project: Project) -> None:
-    folder = project()
-    first = build(folder)
-    source = folder / "src" / "level.c"
-    source.write_text(source.read_text().replace("0.25f", "0.5f"))
-    assert build(folder).elf != first.elf
-
-
 def test_the_compilers_errors_are_told(project: Project) -> None:
     folder = project(main="int main(void) { return missing(1) }\n")
     with pytest.raises(BuildFailed) as caught:

@@ -208,25 +208,19 @@ def test_what_the_code_does_not_tell_is_refused(source: str, reason: str) -> Non
 PROGRAM = """
 volatile uint8_t fired, sink;
 volatile float mean = 1;
-
 __attribute__((noinline, noclone)) void fill(uint8_t n)
 {
     volatile uint8_t frame[30];
-    for (uint8_t i = 0; i < 30; i++)
-        frame[i] = n + i;
+    for (uint8_t i = 0; i < 30; i++) frame[i] = n + i;
     sink = frame[n % 30];
 }
-
 __attribute__((noinline, noclone)) void wait(uint16_t n)
 {
     volatile uint8_t frame[300];
     frame[n] = 1;
-    fired = 0;
-    while (!fired)
-        ;
+    for (fired = 0; !fired;) {}
     sink = frame[n / 2];
 }
-
 __attribute__((noinline, noclone)) uint8_t choose(uint8_t n)
 {
     switch (n) {
@@ -241,26 +235,18 @@ __attribute__((noinline, noclone)) uint8_t choose(uint8_t n)
     }
     return 0;
 }
-
 ISR(TIMER1_OVF_vect) { fill(sink); fired = 1; }
 ISR(TIMER0_OVF_vect) { sink++; }
-
 int main(void)
 {
     TCCR1B = 1 << CS10;
-#ifdef TIMSK1
-    TIMSK1 = 1 << TOIE1;
-#endif
 #ifdef TIMSK0
-    TCCR0B = 1 << CS00;
-    TIMSK0 = 1 << TOIE0;
+    TIMSK1 = 1 << TOIE1; TCCR0B = 1 << CS00; TIMSK0 = 1 << TOIE0;
 #else
-    TCCR0 = 1 << CS00;
-    TIMSK = 1 << TOIE0 | 1 << TOIE1;
+    TIMSK = 1 << TOIE0 | 1 << TOIE1; TCCR0 = 1 << CS00;
 #endif
     sei();
-    for (uint8_t n = 0;; n++)
-        sink += choose(n % 8);
+    for (uint8_t n = 0;; n++) sink += choose(n % 8);
 }
 """
 
