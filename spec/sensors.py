@@ -53,8 +53,8 @@ class Ds18b20(Averaged):
     def read_s(self) -> float:
         """From the end of a conversion to the reading, with what comes before the conversion.
 
-        Settings, command, nine bytes. Each is started by a tick and takes less than one (72 slots
-        of 64 µs are 4.6 ms); one tick is to spare.
+        Settings, command, its end, nine bytes, their check. Each is started by a tick and takes
+        less than one (105 slots of 64 µs, the longest, are 6.7 ms).
         """
         return 0.05
 

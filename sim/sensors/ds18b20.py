@@ -51,23 +51,26 @@ def rom_code(serial: int) -> bytes:
     return body + bytes([crc8(body)])
 
 
-def raw_code(temperature_c: float, resolution_bits: int) -> int:
-    """Return the code of a temperature, 1/16 K; bits below the resolution are undefined: ones."""
+def raw_code(temperature_c: float, resolution_bits: int, undefined: int = 0b111) -> int:
+    """Return the code of a temperature, 1/16 K; undefined -- what bits below the resolution are."""
     step = 1 << (12 - resolution_bits)
     limited_c = min(max(temperature_c, LEAST_C), MOST_C)
-    return math.floor(limited_c * 16 / step + 0.5) * step | (step - 1)
+    return math.floor(limited_c * 16 / step + 0.5) * step | (step - 1 & undefined)
 
 
 @dataclass
 class Faults:
     """Ways to fail, set at any time.
 
-    frozen -- conversions that start do not change the reading; slow -- they take this times the
-    data sheet's longest; corrupt_next -- so many scratchpad reads from now on carry a wrong bit;
-    corrupt_rate -- share of reads that do (0..1, seeded).
+    frozen -- conversions that start do not change the reading; idle -- none starts; weak -- its
+    supply breaks down in the middle of each; slow -- they take this times the data sheet's longest;
+    corrupt_next -- so many scratchpad reads from now on carry a wrong bit; corrupt_rate -- share of
+    reads that do (0..1, seeded).
     """
 
     frozen: bool = False
+    idle: bool = False
+    weak: bool = False
     slow: float = 1.0
     corrupt_next: int = 0
     corrupt_rate: float = 0.0
@@ -92,20 +95,23 @@ class _Settings:
 @dataclass
 class _Conversion:
     ends: int
-    raw: int
+    raw: int | None
+    """None: it ends with the supply."""
 
 
 class Ds18b20:
     """A chip on a pin of a processor.
 
     temperature_c -- what its tip feels, °C; a conversion takes it when it starts.
-    settings -- what its EEPROM holds. faults -- see Faults. line -- the 1-Wire line.
+    undefined_bits -- of a reading, those below the resolution. faults -- see Faults. line -- the
+    1-Wire line.
     """
 
     def __init__(
         self, avr: Avr, pin: str, *, serial: int = 1, timing: Timing | None = None
     ) -> None:
         self.temperature_c = 20.0
+        self.undefined_bits = 0b111
         self.faults = Faults()
         self.rom = rom_code(serial)
         self.conversions = 0
@@ -209,16 +215,28 @@ class Ds18b20:
         return CONVERSION_S[self._settings.resolution_bits] * self.faults.slow
 
     def _convert(self, cycle: int) -> None:
+        if self.faults.idle:
+            return  # read slots are ones
         if self._conversion is None:
             self.conversions += 1
-            until = cycle + round(self.conversion_s * self._avr.clock_hz)
-            raw = raw_code(self.temperature_c, self._settings.resolution_bits)
-            self._conversion = _Conversion(until, self._raw if self.faults.frozen else raw)
+            lasts = round(self.conversion_s * self._avr.clock_hz)
+            if self.faults.weak:
+                self._conversion = _Conversion(cycle + lasts // 2, None)
+            else:
+                self._conversion = _Conversion(cycle + lasts, self._converted())
         self.line.busy(self._conversion.ends)
+
+    def _converted(self) -> int:
+        if self.faults.frozen:
+            return self._raw
+        return raw_code(self.temperature_c, self._settings.resolution_bits, self.undefined_bits)
 
     def _finish(self, cycle: int) -> None:
         done = self._conversion
         if done is None or cycle < done.ends:
+            return
+        if done.raw is None:
+            self._power_on()
             return
         self._conversion = None
         self._raw = done.raw

@@ -182,13 +182,6 @@ def test_corrupted_reads(master: Master) -> None:
     assert again[0]._random.random() == again[1]._random.random()
 
 
-def test_a_chip_that_does_not_measure(master: Master) -> None:
-    master.convert(40.0)
-    master.chip.faults.frozen = True
-    master.convert(60.0)
-    assert int.from_bytes(master.scratchpad()[:2], "little") == 640
-
-
 def test_two_chips_on_one_line() -> None:
     """Both answer: a search finds one of them, Match ROM talks to either."""
     master = Master(chip=False)

@@ -41,7 +41,7 @@ BARE = changed(
     ("    fan: fan                       # the heater may only be on while this fan is\n", ""),
     ("initial: 20 °C", "initial: 50 °C"),
     ("period: 1 s", "period: 500 ms"),
-    ("resolution: 12 bit", "resolution: 10 bit"),
+    ("resolution: 12 bit", "resolution: 9 bit"),
     (ON_OFF, "{kind: pid, kp: 20, ki: 0.1}"),
     ("stale_after: 5 s", "stale_after: 2 s"),
     ("watchdog: 2 s", "watchdog: 1 s"),

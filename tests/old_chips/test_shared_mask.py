@@ -39,8 +39,8 @@ int main(void)
     sei();
     for (uint8_t pause = 0;; pause++) { /* over and over, at any time within a tick */
         pin_sensor_air_release();
-        one_wire_air_exchange(1);
-        for (uint8_t left = pause & 15u; left != 0; left--) {
+        one_wire_air_exchange(0, 1);
+        for (uint8_t left = pause & 63u; left != 0; left--) {
             __asm__ volatile("");
         }
     }

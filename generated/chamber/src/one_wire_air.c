@@ -18,13 +18,28 @@
 /* Reset pulse and answer in slots: 8 low (512 us), then 8 released. */
 enum { RESET_SLOTS = 16, RELEASE_AT = 8, PRESENCE_AT = 7 };
 
+enum { SKIP_ROM = 0xCC }; /* all chips on the bus, which is one */
+
 enum { GOES_ON = 0xFF }; /* no result yet */
 
 struct one_wire_air_state one_wire_air;
 
-void one_wire_air_exchange(uint8_t size)
+void one_wire_air_go_on(uint8_t size)
 {
     one_wire_air.size = size;
+    one_wire_air.busy = true;
+    TCCR2A = (1u << WGM21);
+    OCR2A = ONE_WIRE_AIR_COMPARE;
+    TCNT2 = 0;
+    TIFR2 = (1u << OCF2A); /* a match from before does not count */
+    TIMSK2 = (1u << OCIE2A);
+    TCCR2B = (1u << CS21);
+}
+
+void one_wire_air_exchange(uint8_t command, uint8_t size)
+{
+    one_wire_air.data[0] = SKIP_ROM;
+    one_wire_air.data[1] = command;
     one_wire_air.index = 0;
     one_wire_air.bits_left = 8;
     one_wire_air.reset_slots = RESET_SLOTS;
@@ -32,14 +47,8 @@ void one_wire_air_exchange(uint8_t size)
         one_wire_air.result = FAULT_SENSOR_SHORT; /* the pull-up cannot lift the bus */
         return;
     }
-    one_wire_air.busy = true;
     pin_sensor_air_low();
-    TCCR2A = (1u << WGM21);
-    OCR2A = ONE_WIRE_AIR_COMPARE;
-    TCNT2 = 0;
-    TIFR2 = (1u << OCF2A); /* a match from before does not count */
-    TIMSK2 = (1u << OCIE2A);
-    TCCR2B = (1u << CS21);
+    one_wire_air_go_on(size);
 }
 
 /* One slot of the reset pulse and its answer; what ends the exchange, or GOES_ON. */
@@ -70,7 +79,8 @@ static uint8_t reset_slot(void)
 /* Least significant bit first; a slot that writes a one reads what the chip answers. */
 static void data_slot(void)
 {
-    uint8_t bits = one_wire_air.data[one_wire_air.index];
+    uint8_t *const byte = one_wire_air.data + one_wire_air.index;
+    uint8_t bits = *byte;
     bool level = false;
 
     pin_sensor_air_low();
@@ -85,7 +95,7 @@ static void data_slot(void)
     if (level) {
         bits |= 0x80u;
     }
-    one_wire_air.data[one_wire_air.index] = bits;
+    *byte = bits;
     one_wire_air.bits_left--;
     if (one_wire_air.bits_left == 0) {
         one_wire_air.bits_left = 8;

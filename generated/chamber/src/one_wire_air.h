@@ -18,7 +18,11 @@ struct one_wire_air_state {
 
 extern struct one_wire_air_state one_wire_air;
 
-/* Reset the bus, then send and receive `size` bytes of `data`; `busy` until done. */
-void one_wire_air_exchange(uint8_t size);
+/* Reset the bus, then send and receive `size` bytes of `data`; `busy` until done. The first two are
+ * put there: whom it is for, which is all chips, and the command. */
+void one_wire_air_exchange(uint8_t command, uint8_t size);
+
+/* Go on with an exchange that went well, without a reset, up to `size` bytes of `data`. */
+void one_wire_air_go_on(uint8_t size);
 
 #endif

@@ -2,14 +2,18 @@
 /* Sensor air: DS18B20 on A1 = PC1 (chamber.yaml:10 sensors.air), alone on its bus and externally powered. */
 #include "sensor_air.h"
 
-#include <string.h> /* memcpy, memset */
+#include <util/crc16.h> /* _crc_ibutton_update: CRC-8 of Maxim application note 27 */
 
 #include "config.h" /* SENSOR_AIR_* */
 #include "fault.h"  /* READING_OK, FAULT_SENSOR_* */
 #include "one_wire_air.h" /* one_wire_air_* */
 
 /* DS18B20 data sheet, DS18B20 function commands. */
-enum { SKIP_ROM = 0xCC, CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD = 0xBE };
+enum { CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD = 0xBE };
+
+/* After the command CONVERT the chip answers 0 while it converts and then 1, until the next reset:
+ * one byte of that is read behind the command, and one when the conversion must be over. */
+enum { AT_START = 2, AT_END = 3 };
 
 /* Scratchpad, byte by byte. The alarm registers serve as our mark: a chip that lost its supply
  * since it was set up has lost them too, and its 85 degC power-on value is not a temperature. */
@@ -17,12 +21,11 @@ enum { RAW_LOW = 0, RAW_HIGH = 1, ALARM_HIGH = 2, ALARM_LOW = 3, SETTINGS = 4, S
 enum { MARK_HIGH = 0x55, MARK_LOW = 0xAA };
 enum { POWER_ON = 0x0550 }; /* 85 degC */
 
-enum { WAITING, SETTING_UP, STARTING, CONVERTING, READING, FINISHED };
+enum { FINISHED, WAITING, SETTING_UP, CONVERTING, ENDING, READING };
 
 static uint8_t phase = FINISHED;
 static uint16_t ticks_left;
-static bool is_set_up;
-static bool has_converted; /* since it was set up: until then the power-on value may be left */
+static bool has_converted; /* since it was set up: until then it may say its power-on value */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 
@@ -34,49 +37,40 @@ void sensor_air_begin(void)
 
 static void send_set_up(void)
 {
-    static const uint8_t command[] = { SKIP_ROM, WRITE_SCRATCHPAD, MARK_HIGH, MARK_LOW, SENSOR_AIR_SETTINGS };
-
-    memcpy(one_wire_air.data, command, sizeof command);
-    one_wire_air_exchange(sizeof command);
-    has_converted = false;
+    one_wire_air.data[2] = MARK_HIGH;
+    one_wire_air.data[3] = MARK_LOW;
+    one_wire_air.data[4] = SENSOR_AIR_SETTINGS;
+    one_wire_air_exchange(WRITE_SCRATCHPAD, 5);
     phase = SETTING_UP;
 }
 
+/* Slots that write ones are the slots in which the chip sends. */
 static void send_convert(void)
 {
-    one_wire_air.data[0] = SKIP_ROM;
-    one_wire_air.data[1] = CONVERT;
-    one_wire_air_exchange(2);
-    phase = STARTING;
+    one_wire_air.data[AT_START] = 0xFF;
+    one_wire_air.data[AT_END] = 0xFF;
+    one_wire_air_exchange(CONVERT, AT_START + 1);
+    ticks_left = SENSOR_AIR_CONVERSION_TICKS;
+    phase = CONVERTING;
 }
 
-/* Slots that write ones are the slots in which the chip sends. */
 static void send_read(void)
 {
-    one_wire_air.data[0] = SKIP_ROM;
-    one_wire_air.data[1] = READ_SCRATCHPAD;
-    memset(one_wire_air.data + 2, 0xFF, SCRATCHPAD_SIZE);
-    one_wire_air_exchange(2 + SCRATCHPAD_SIZE);
-    phase = READING;
-}
-
-/* CRC-8 of Maxim application note 27, x^8 + x^5 + x^4 + 1; zero over data and its CRC. */
-static uint8_t crc8(const uint8_t *data, uint8_t size)
-{
-    uint8_t crc = 0;
-
-    while (size-- != 0) {
-        crc ^= *data++;
-        for (uint8_t bit = 0; bit < 8; bit++) {
-            crc = (uint8_t)(crc & 1u ? (crc >> 1) ^ 0x8Cu : crc >> 1);
-        }
+    for (uint8_t i = 0; i < SCRATCHPAD_SIZE; i++) {
+        one_wire_air.data[2 + i] = 0xFF;
     }
-    return crc;
+    one_wire_air_exchange(READ_SCRATCHPAD, 2 + SCRATCHPAD_SIZE);
+    phase = READING;
 }
 
 static uint8_t judge(const uint8_t *scratchpad)
 {
-    if (crc8(scratchpad, SCRATCHPAD_SIZE) != 0) {
+    uint8_t crc = 0; /* over data and their CRC it is 0 */
+
+    for (uint8_t i = 0; i < SCRATCHPAD_SIZE; i++) {
+        crc = _crc_ibutton_update(crc, scratchpad[i]);
+    }
+    if (crc != 0) {
         return FAULT_SENSOR_CRC;
     }
     if (scratchpad[ALARM_HIGH] != MARK_HIGH || scratchpad[ALARM_LOW] != MARK_LOW
@@ -84,11 +78,9 @@ static uint8_t judge(const uint8_t *scratchpad)
         return FAULT_SENSOR_RESET;
     }
     const uint16_t bits = (uint16_t)(scratchpad[RAW_LOW] | (uint16_t)(scratchpad[RAW_HIGH] << 8));
-    /* A chip that browned out may still be busy with a longer conversion at its own resolution. */
     if (bits == POWER_ON && !has_converted) {
         return FAULT_SENSOR_RESET;
     }
-    has_converted = true;
     reading = (int16_t)(bits & SENSOR_AIR_RAW_MASK);
     return READING_OK;
 }
@@ -96,7 +88,7 @@ static uint8_t judge(const uint8_t *scratchpad)
 static void finish(uint8_t result)
 {
     status = result;
-    is_set_up = result == READING_OK; /* after any trouble the chip is set up anew */
+    has_converted = result == READING_OK; /* after any trouble the chip is set up anew */
     phase = FINISHED;
 }
 
@@ -109,26 +101,29 @@ void sensor_air_tick(void)
     if (one_wire_air.busy) {
         return;
     }
-    if (phase >= SETTING_UP && phase != FINISHED && one_wire_air.result != READING_OK) {
+    if (phase >= SETTING_UP && one_wire_air.result != READING_OK) {
         finish(one_wire_air.result);
         return;
     }
     switch (phase) {
     case WAITING:
-        if (is_set_up) {
-            send_convert();
-        } else {
+        if (!has_converted) {
             send_set_up();
+            break;
         }
-        break;
+        /* fall through */
     case SETTING_UP:
         send_convert();
         break;
-    case STARTING:
-        ticks_left = SENSOR_AIR_CONVERSION_TICKS;
-        phase = CONVERTING;
-        break;
     case CONVERTING:
+        one_wire_air_go_on(AT_END + 1);
+        phase = ENDING;
+        break;
+    case ENDING:
+        /* A chip that browned out may still be busy with a longer conversion of its own. */
+        if (one_wire_air.data[AT_START] == 0 && one_wire_air.data[AT_END] == 0xFF) {
+            has_converted = true;
+        }
         send_read();
         break;
     case READING:

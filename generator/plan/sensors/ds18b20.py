@@ -20,7 +20,7 @@ PRESENCE_US = 61
 chip pulls low 60 us after it at the latest and lets go 75 us after it at the earliest."""
 
 TRANSFER_TICKS = 5
-"""Ticks of a period that are not conversion: set-up, command, reading, and one to spare."""
+"""Ticks of a period that are not conversion: set-up, command, its end, reading, judgement."""
 
 
 def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:

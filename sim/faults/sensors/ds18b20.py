@@ -14,8 +14,6 @@ from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
 WATCH_S = 120.0
-READ_MARGIN_S = 0.030
-"""So long before a step is due its conversion has ended (docs/control.md)."""
 
 
 def cut(world: World) -> None:
@@ -51,7 +49,7 @@ def _answers(site: Site) -> Iterator[Fault]:
         ("shorted_to_ground", _short("low"), _short(None)),
         ("shorted_to_supply", _short("high"), _short(None)),
         ("damaged_answers", _corrupt(1.0), _corrupt(0.0)),
-        ("failing_supply", _failing_supply(on=True), _failing_supply(on=False)),
+        ("failing_supply", _weak(on=True), _weak(on=False)),
     )
     for name, cause, cure in cases:
         yield no_reading(site, name, cause, cure)
@@ -75,15 +73,18 @@ def _freeze(*, on: bool) -> Act:
     return _on_chip(act)
 
 
-def _failing_supply(*, on: bool) -> Act:
-    """Break the chip's supply down in the middle of every conversion."""
+def _idle(*, on: bool) -> Act:
+    def act(chip: Ds18b20) -> None:
+        chip.faults.idle = on
 
-    def cause(world: World) -> None:
-        sensor = world.site.controller.thermometers[world.site.loop.sensor]
-        early_s = sensor.conversion_s / 2 + READ_MARGIN_S
-        _every(world, 1, lambda chip: chip.brown_out(), early_s)
+    return _on_chip(act)
 
-    return cause if on else _leave_alone
+
+def _weak(*, on: bool) -> Act:
+    def act(chip: Ds18b20) -> None:
+        chip.faults.weak = on
+
+    return _on_chip(act)
 
 
 def _bursts(world: World) -> None:
@@ -96,26 +97,20 @@ def _bursts(world: World) -> None:
     _every(world, most + 2, damage)
 
 
-def _every(
-    world: World, periods: int, act: Callable[[Ds18b20], None], early_s: float = 0.0
-) -> None:
-    """Do something to the chip once in so many periods, so long before the step is due."""
+def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
+    """Do something to the chip once in so many periods."""
     every_s = periods * world.site.loop.period_s
-    turn = int((world.now_s + early_s) / every_s)
+    turn = int(world.now_s / every_s)
 
     def feel(felt_c: float) -> float:
         nonlocal turn
-        now = int((world.now_s + early_s) / every_s)
+        now = int(world.now_s / every_s)
         if now != turn:
             act(_chip(world))
         turn = now
         return felt_c
 
     world.wiring.feel[world.site.loop.sensor] = feel
-
-
-def _leave_alone(world: World) -> None:
-    world.wiring.feel.pop(world.site.loop.sensor)
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
@@ -136,8 +131,8 @@ def _never_converts(site: Site) -> Iterator[Fault]:
     yield Fault(
         "never_converts",
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
-        _freeze(on=True),
-        _freeze(on=False),
+        _idle(on=True),
+        _idle(on=False),
         trip=Trip((), answer_s(site.loop)),
         sensor_lies=True,
         again=True,
