@@ -177,9 +177,7 @@ def _tuning_files(
         **context, "where": source.at("autotune").where, "band": algorithm.context["band"],
     }  # fmt: skip
     return tuple(
-        File(
-            f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged, ("autotune",)
-        )
+        File(f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged, ("autotune",))
         for end in ("h", "c")
     )
 
