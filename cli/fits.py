@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
@@ -16,9 +16,11 @@ from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.generator.toolchain.taken import NONE, Bytes
 from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
 from heatwright.spec.checks import check
+from heatwright.spec.checks.eeprom import on_board
 from heatwright.spec.eeprom import layout
 from heatwright.spec.problems import Path, dotted
 
+LEAVE_OUT = "leave it out"
 LIBRARY = "C library and start-up"
 EVERY = "every firmware"
 OTHER_CHIP = 1.1
@@ -26,6 +28,10 @@ OTHER_CHIP = 1.1
 memory, addresses of code and data are longer."""
 ENTRY_BYTES = 4
 MOST_WAYS = 6
+
+
+Short: TypeAlias = tuple[bool, bool]
+"""Whether flash is short, and whether RAM is."""
 
 
 class Share(NamedTuple):
@@ -57,7 +63,7 @@ class DoesNotFit(BuildFailed):
 
     def __init__(self, spec: Spec, error: TooLarge) -> None:
         self.built = error.built
-        self.shares = shares(spec, error.taken)
+        self.shares = shares(spec, error.taken, _short(error.built))
         self.boards = dict(boards_with_room(spec, error.built))
         self.ways = ways(spec.controller, self.shares, error.built)
         super().__init__(_text(spec, self), error.log)
@@ -86,7 +92,9 @@ class DoesNotFit(BuildFailed):
         return {"build": build_json(self.built), "too_large": too_large}
 
 
-def shares(spec: Spec, taken: Mapping[str, Bytes]) -> tuple[Share, ...]:
+def shares(
+    spec: Spec, taken: Mapping[str, Bytes], short: Short = (True, True)
+) -> tuple[Share, ...]:
     """Add up what the source files take by the keys that want them, the largest first."""
     owners = {path.removeprefix("src/"): keys for path, keys in plan_firmware(spec).owners.items()}
     owners["main.c"] = ()
@@ -102,7 +110,7 @@ def shares(spec: Spec, taken: Mapping[str, Bytes]) -> tuple[Share, ...]:
             (path,) = owners[name]
             found[path, _kind(spec.controller, path)] += each
     rows = (Share(path, what, each) for (path, what), each in found.items() if any(each))
-    return tuple(sorted(rows, key=lambda row: (-sum(row.bytes), row.name)))
+    return tuple(sorted(rows, key=lambda row: (*_order(row.bytes, short), row.name)))
 
 
 def _kind(controller: Controller, path: Path) -> str:
@@ -151,8 +159,7 @@ def _on(spec: Spec, board: str) -> Controller | None:
 
 
 def _eeprom_has_room(controller: Controller, board: str) -> bool:
-    identity = controller.identity.model_copy(update={"board": board, "clock_hz": None})
-    other = controller.model_copy(update={"identity": identity})
+    other = on_board(controller, board)
     return layout(other).end <= other.board.eeprom_bytes
 
 
@@ -165,15 +172,20 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
     result = [*_fewer_entries(controller, built)]
     for key in keys:
         saved = sum((each.bytes for each in found if each.path[: len(key)] == key), NONE)
-        result.append(Way(dotted(key), "leave it out", saved, _enough(saved, built)))
-    short = (built.flash_over > 0, built.ram_over > 0)
+        result.append(Way(dotted(key), LEAVE_OUT, saved, _enough(saved, built)))
+    short = _short(built)
     useful = [way for way in result if any(b and s for b, s in zip(way.saved, short, strict=True))]
-    return tuple(sorted(useful, key=lambda way: _order(way.saved, short)))[:MOST_WAYS]
+    useful.sort(key=lambda way: (way.change == LEAVE_OUT, *_order(way.saved, short)))
+    return tuple(useful[:MOST_WAYS])
 
 
-def _order(saved: Bytes, short: tuple[bool, bool]) -> tuple[int, int]:
-    flash, ram = saved
-    return (-flash if short[0] else 0, -ram)
+def _short(built: BuildResult) -> Short:
+    return built.flash_over > 0, built.ram_over > 0
+
+
+def _order(size: Bytes, short: Short) -> tuple[int, int]:
+    """Sort by what is short; by flash where both are."""
+    return (-size.flash if short[0] else 0, -size.ram)
 
 
 def _enough(saved: Bytes, built: BuildResult) -> bool:
@@ -195,10 +207,10 @@ def _text(spec: Spec, error: DoesNotFit) -> str:
     board = spec.controller.identity.board
     lines = [f"{spec.file_name}: the firmware does not fit the {board}.", *balance(built), ""]
     rows = [(each.name, f"{each.bytes.flash:,}", f"{each.bytes.ram:,}") for each in error.shares]
-    rows = [("What takes it, in bytes", "flash", "RAM"), *rows, ("worst stack", "", "")]
-    rows[-1] = ("stack at worst", "", f"{built.stack_bytes:,}")
-    width = max(len(name) for name, _, _ in rows)
-    lines += [f"{name:{width}} {flash:>8} {ram:>7}".rstrip() for name, flash, ram in rows]
+    stack = ("stack at worst", "", f"{built.stack_bytes:,}")
+    rows = [("What takes it, in bytes", "flash", "RAM"), *rows, stack]
+    width = max(len(name) for name, _, _ in rows) + 1
+    lines += [f"{name:{width}} {flash:>7} {ram:>6}".rstrip() for name, flash, ram in rows]
     lines += ["", _boards_text(error.boards)]
     if error.ways:
         lines += ["What saves most:", *map(_way_text, error.ways)]
@@ -231,8 +243,6 @@ def _boards_text(boards: Mapping[str, bool]) -> str:
 
 
 def _way_text(way: Way) -> str:
-    flash, ram = way.saved
-    saved = " and ".join(
-        [f"{flash:,} B of flash"] * bool(flash) + [f"{ram:,} B of RAM"] * bool(ram)
-    )
+    named = zip(way.saved, ("flash", "RAM"), strict=True)
+    saved = " and ".join(f"{size:,} B of {memory}" for size, memory in named if size)
     return f"  {way.key}: {way.change}: {saved}{', enough alone' if way.enough else ''}"
