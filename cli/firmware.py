@@ -34,9 +34,9 @@ def build_firmware(spec: Spec, job: Job) -> BuildResult:
             with blaming(cache_dir()):
                 built = build(folder, progress=job.note)
         except TooLarge as error:
-            from heatwright.cli.fits import DoesNotFit  # noqa: PLC0415 - seldom needed
+            from heatwright.cli.fits import DoesNotFit, misfit  # noqa: PLC0415 - seldom needed
 
-            raise DoesNotFit(spec, error) from None
+            raise DoesNotFit(misfit(spec, error)) from None
         except CompilerFailed as error:
             log = _kept(error.log.replace(str(folder), spec.file_name), cache_dir(), folder.name)
             raise BuildFailed(
@@ -60,7 +60,7 @@ def told_as_json(as_json: bool, file: Path, spec: Spec, **keys: Any) -> Iterator
         yield
     except DoesNotFit as error:
         if as_json:
-            print_json({"spec": str(file), "digest": spec.digest, **keys, **error.as_json()})
+            print_json({"spec": str(file), "digest": spec.digest, **keys, **error.what.as_json()})
         raise
 
 

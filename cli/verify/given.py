@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from heatwright.cli.ends import Refused
-from heatwright.cli.fits import DoesNotFit
+from heatwright.cli.fits import DoesNotFit, misfit
 from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.generator.toolchain.given import given, refuse_other_chip
 from heatwright.sim.device import DIGEST, StaleBinary, check_digest
@@ -32,7 +32,7 @@ def given_binary(spec: Spec, path: Path) -> BuildResult:
         measured = given(path, spec.controller.board)
         Variables(program)["loop_" + next(iter(spec.controller.loops))]
     except TooLarge as error:
-        raise DoesNotFit(spec, error) from None
+        raise DoesNotFit(misfit(spec, error)) from None
     except (ElfError, BuildFailed, StaleBinary) as error:
         raise Refused(str(error)) from None
     return measured

@@ -21,14 +21,14 @@ from heatwright.generator import plan_firmware
 from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.render import _load
 from heatwright.generator.stack import worst_stack
+from heatwright.generator.toolchain.result import sizes
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
-from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
 from heatwright.spec.controller import WATCHDOG_S, Controller
-from heatwright.spec.interfaces import SerialLog
+from heatwright.spec.least import least
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "templates"
@@ -133,12 +133,10 @@ def assert_it_compiles_and_runs(drawn: Drawn) -> None:
         assert TOO_LARGE.search(str(failed)), (failed, drawn)  # noqa: PT017
         assert controller.board.flash_bytes < LARGE_FLASH, drawn
         return
-    logs = [each for each in controller.interfaces if isinstance(each, SerialLog)]
-    kept = sum(ENTRY_BYTES * each.entries for each in logs if each.keep == "ram")
-    needed = least_bytes(controller) + kept  # the check of RAM refuses no less
     first, end = elf.static_ram
     taken = end - first + worst_stack(elf.path).total
-    assert needed <= taken, drawn
+    bound = least(controller)  # `check` warns of no less, and refuses no less RAM
+    assert (bound.flash <= sizes(elf.path)[0], bound.ram <= taken) == (True, True), (bound, drawn)
     if controller.simulation is not None and taken <= controller.board.ram_bytes:
         assert_it_equals_the_reference(controller, elf, drawn)
 

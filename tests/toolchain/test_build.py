@@ -186,7 +186,11 @@ REFUSED = {
         {"main": "#include <avr/pgmspace.h>\n"
                  "__attribute__((used)) const char big[32600] PROGMEM = {1};\n"
                  "int main(void) { for (int i = 0;; i++) if (pgm_read_byte(big + i)) i++; }\n"},
-        r"program size \(\d+ bytes\) is greater than maximum",
+        "32[67].. bytes of flash, of 32256$",
+    ),
+    "more variables than the linker takes": (
+        {"main": "volatile char big[5000];\nint main(void) { for (;;) big[9]++; }\n"},
+        "5000 bytes of variables and 2 bytes of stack",
     ),
     "a stack that meets the variables": (
         {"main": "#include <stdint.h>\nstatic volatile uint8_t big[2000];\nint main(void) {\n"
