@@ -65,16 +65,15 @@ def build(
     folder = cache_dir() / "builds" / digest(files, FORMAT, tools.tools, environment or "")
     folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{folder}.lock"):
-        kept = recall(folder)
-        if kept is not None:
-            return kept
-        shutil.rmtree(folder, ignore_errors=True)
-        write_files(folder / "project", files)
-        log = run(folder / "project", project_dir, tools, environment, progress)
-        result = measured(folder / "project", project_dir, log)
+        result = recall(folder)
+        if result is None:
+            shutil.rmtree(folder, ignore_errors=True)
+            write_files(folder / "project", files)
+            log = run(folder / "project", project_dir, tools, environment, progress)
+            result = measured(folder / "project", project_dir, log)
+            remember(folder, result)
+            forget_old(folder.parent)
         refuse_too_large(result, project_dir)
-        remember(folder, result)
-    forget_old(folder.parent)
     return result
 
 
