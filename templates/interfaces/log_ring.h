@@ -20,7 +20,7 @@ uint32_t log_ring_end(void);
 /* True if an entry can be read now, without waiting. */
 bool log_ring_is_ready(void);
 
-/* Read an entry; false if it is not there. */
+/* Read an entry from the first to the newest; false if it was cut short. */
 bool log_ring_read(uint32_t number, struct log_entry *into);
 
 /* Add an entry. */

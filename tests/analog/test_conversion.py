@@ -31,19 +31,6 @@ def test_every_sum_is_within_half_a_step_of_the_exact_curve(name: str) -> None:
     assert error.max() < 0.5
 
 
-FEWEST = {
-    "hotend": 24, "single": 24, "down": 18, "low_supply": 15, "steinhart": 18, "points": 23,
-    "ptc": 7, "feeder": 5, "frost": 9, "pt100_down": 9, "lm35": 2, "tmp36": 2, "falling": 2,
-}  # fmt: skip
-"""Points of each circuit's table; straight pieces that need not even meet were found to be no
-fewer. Tolerances that are narrower by a fiftieth need more."""
-
-
-@every_circuit
-def test_no_table_has_more_points_than_it_needs(name: str) -> None:
-    assert len(conversion(sensor(name), UNO.mcu).points) == FEWEST[name]
-
-
 @every_circuit
 def test_both_sides_compute_the_same_circuit(name: str) -> None:
     part = sensor(name)

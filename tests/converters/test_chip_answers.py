@@ -81,13 +81,6 @@ def test_corrupted_answers(old: Bench) -> None:
     assert 10 < sum(bool(old.word() & ALWAYS_ZERO_6675) for _ in range(40)) < 30
 
 
-def test_it_remembers_no_more_than_it_needs(old: Bench) -> None:
-    for turn in range(100):
-        old.chip.sense(float(turn))
-        old.run(0.1)
-    assert len(old.chip._past) < 25
-
-
 def test_two_chips_share_clock_and_data(old: Bench) -> None:
     other = max6675.Max6675(old.reader.avr, replace(THREE_WIRES, select="PB1"))
     old.reader.avr.pins.pull("PB1", "high")

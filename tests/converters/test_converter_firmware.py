@@ -70,7 +70,7 @@ def words(chance: Random, bits: int, often_zero: tuple[int, ...], count: int) ->
     flipped = [word ^ 1 << chance.choice(often_zero) for word in good]
     full = (1 << bits) - 1
     edges = [0, 1, 2, full, full - 1, full ^ 1 << (bits - 1), 1 << (bits - 1)]
-    alone = [400 << bits - 14 | 1 << bit for bit in often_zero]
+    alone = [400 << bits - 14 | 1 << one | 1 << two for one in often_zero for two in often_zero]
     return [*edges, *alone, *drawn, *good, *flipped]
 
 
@@ -103,6 +103,7 @@ POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
 LATE = bytes.fromhex("80 07 00 01 02 03 04 05 06 07")
 """What an earlier firmware may have left: it converts, filters 60 Hz, takes its wire for type T."""
 CR1, CJTO, CJTL, LTCBH, LTCBL, SR = 1, 9, 11, 12, 14, 15
+ALONE = 0, 1, 6, 7, 12, 13, 15, 16, 23, 24, 31, 33, 34, 39, 40, 47  # at the ends of values
 SHORTEST_S = 0.31
 """The period after which, behind a set-up, no reading is in time for the next step."""
 
@@ -126,10 +127,10 @@ def judged_31856(registers: bytes) -> tuple[int, int]:
 def registers_said(count: int) -> list[bytes]:
     """Return answers of each sort, then any, and more of those that are almost good."""
     said = ("19 00 01 40 00 01", "19 00 01 40 00 41", "19 00 01 40 00 40", "19 00 01 40 00 80",
-            "19 00 01 40 00 03", "19 00 00 00 00 00", "00 00 00 01 40 00", "00 04 00 00 00 00",
-            "00 00 00 00 20 00", "19 03 01 40 1F 00", "00 00 00 00 00 00",
+            "19 00 01 40 00 03", "19 00 00 00 00 00", "19 03 01 40 1F 00", "00 00 00 00 00 00",
             "00 03 00 00 1F 00", "19 00 FF FF E0 00")  # fmt: skip
     found = [SETTINGS + bytes.fromhex(each) for each in said]
+    found += [SETTINGS + (1 << bit).to_bytes(6) for bit in ALONE]
     found += [bytes(16), b"\xff" * 16, POWER_ON, SETTINGS[:9] + b"\x01" + found[0][10:]]
     found += [POWER_ON[:9] + b"\x01" + POWER_ON[10:], POWER_ON[:1] + b"\x13" + POWER_ON[2:]]
     found += [b"\x11" + POWER_ON[1:], b"\x01" + POWER_ON[1:], SETTINGS + POWER_ON[10:]]

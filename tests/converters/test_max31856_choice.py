@@ -60,6 +60,8 @@ def test_it_is_taken_over_with_the_next_reading(cold: Cold) -> None:
     cold.device.sense(cold.sensor, ROOM_C + 4)
     cold.run(2.0)
     assert cold.device.steps(cold.loop)["reading_raw"][-1] == round(128 * (ROOM_C + 4))
+    cold.send(f"#15 {K};")
+    assert (cold.chosen, cold.chip.orders) == ((K, K), 6), "two orders when it is set up, and then"
 
 
 def test_a_warm_kiln_jumps(cold: Cold) -> None:

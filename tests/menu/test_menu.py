@@ -323,6 +323,10 @@ PROGRAMS = scripts_of(f"""
     wait:0.1                   -> not possible |
     wait:2                     -> state=idle
     up down select select step -> state=running to_dc=2010
+# what was refused once is not held against what is chosen next
+    {EDIT} select select right up select
+    select:0.03 select:0.03 select:0.03 select:0.03 select:0.03 -> not possible | LEFT: back
+    {"left " * 14} -> Edit program? | 1 anneal
 # a running program is not changed by what is saved
     {STARTED} to_dc=2000
     right select select right up select select wait:2 -> to_dc=2000

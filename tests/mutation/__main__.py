@@ -30,14 +30,14 @@ TESTS = Path(__file__).parents[1]
 def main(words: Sequence[str] | None = None) -> int:
     if str(TESTS) not in sys.path:
         sys.path.insert(0, str(TESTS))
-    from mutation.engine import Engine, cases_of, found_arenas, sampled  # noqa: PLC0415
+    from mutation.engine import Engine, cases_of, every_arena, in_order, sampled  # noqa: PLC0415
     from mutation.report import Report  # noqa: PLC0415
 
     asked = _parser().parse_args(words)
-    arenas = [
-        arena for arena in found_arenas()
+    arenas = in_order(
+        arena for arena in every_arena()
         if not asked.arenas or any(arena.name.startswith(each) for each in asked.arenas)
-    ]  # fmt: skip
+    )  # fmt: skip
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
     if asked.list:
         for arena in arenas:

@@ -33,17 +33,22 @@ JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
 _IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.)?(\w+)", re.MULTILINE)
 
 
-def found_arenas() -> list[Arena]:
-    """Import `tests/*/arena_*.py` and return their ARENAS in the order in which they are asked.
-
-    First those on this computer, then those in the simulator; of each, those of few files first:
-    their judges are made for just these, and kill what others let live.
-    """
+def every_arena() -> list[Arena]:
+    """Import `tests/*/arena_*.py` and return their ARENAS; none is compiled for it."""
     arenas: list[Arena] = []
     found = sorted(TESTS.glob("*/arena_*.py"))
     sys.path += [str(path.parent) for path in found if str(path.parent) not in sys.path]
     for path in found:
         arenas += importlib.import_module(path.stem).ARENAS
+    return arenas
+
+
+def in_order(arenas: Iterable[Arena]) -> list[Arena]:
+    """Return arenas in the order in which they are asked.
+
+    First those on this computer, then those in the simulator; of each, those of few files first:
+    their judges are made for just these, and kill what others let live.
+    """
     return sorted(arenas, key=lambda arena: (not arena.together, len(arena.sources())))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from mutation import engine
 from mutation.court import same_machine_code
-from mutation.engine import Engine, cases_of, found_arenas, sampled
+from mutation.engine import Engine, cases_of, every_arena, in_order, sampled
 from mutation.known import Names, entries, names_of
 from mutation.report import Report, protects
 from mutation.schema import TOGETHER, VARIABLE, schema
@@ -242,7 +242,7 @@ def test_an_entry_without_a_reason_is_an_error():
 
 
 def test_every_entry_of_the_list_fits_a_mutant():
-    arenas = found_arenas()
+    arenas = in_order(every_arena())
     assert Report([arena.name for arena in arenas], cases_of(arenas)).unused_entries() == []
 
 
@@ -259,19 +259,19 @@ def test_a_sample_is_noticed():
 
     Where the arenas that were drawn notice nothing, all are asked.
     """
-    arenas = [arena for arena in found_arenas() if not arena.name.startswith(UNSETTLED)]
-    by_name = {arena.name: arena for arena in arenas}
-    names = drawn(list(by_name), min(1, amount("arenas") / len(arenas)))
-    few = [arena for arena in arenas if arena.name in names]
+    arenas = [arena for arena in every_arena() if not arena.name.startswith(UNSETTLED)]
+    names = drawn([arena.name for arena in arenas], min(1, amount("arenas") / len(arenas)))
+    few = asked = in_order(arena for arena in arenas if arena.name in names)
     cases = [case for case in cases_of(few) if SIZE != "test" or protects(case.mutant.file)]
     chosen = sampled(cases, amount("mutants"))
     Engine(few, chosen).run()
     alive = {case.mutant.identity for case in chosen if case.fate == "survived"}
     if alive and len(few) < len(arenas):
-        again = [case for case in cases_of(arenas) if case.mutant.identity in alive]
-        Engine(arenas, again).run()
+        asked = in_order(arenas)
+        again = [case for case in cases_of(asked) if case.mutant.identity in alive]
+        Engine(asked, again).run()
         chosen = [case for case in chosen if case.mutant.identity not in alive] + again
-    report = Report(list(by_name), chosen)
+    report = Report([arena.name for arena in asked], chosen)
     sys.stdout.write(f"{Counter(map(report.fate, chosen))}; {report.verdict()}\n")
     known = ALIVE.read_text(encoding="utf-8").splitlines()
     alive = [line for line in report.survivors() if line.partition("  [")[0] not in known]

@@ -81,8 +81,7 @@ def test_a_flood_changes_nothing_of_the_control(name: str) -> None:
 
 
 def test_in_eeprom_it_outlives_a_loss_of_power_beside_settings_and_progress() -> None:
-    kept = "every: 5 min, entries: 60, keep: eeprom}"
-    text = changed("kiln", ("every: 1 min, entries: 600}", kept))
+    text = changed("kiln", ("1 min, entries: 600}", "5 min, entries: 60, keep: eeprom}"))
     controller = spec_of(text).controller
     device = AvrDevice(controller, whole(text))
     steps = fired(controller, device, "1 h")

@@ -25,9 +25,6 @@ bool log_ring_is_ready(void)
 
 bool log_ring_read(uint32_t number, struct log_entry *into)
 {
-    if (number < log_ring_first() || number >= end) {
-        return false;
-    }
     const uint16_t back = (uint16_t)(end - number); /* 1: the newest */
     *into = ring[place >= back ? place - back : place + LOG_ENTRIES - back];
     return true;

@@ -37,7 +37,7 @@ static uint8_t phase = CHOOSING;
 static uint8_t place; /* of the next register to write or read */
 static uint8_t settling_ticks; /* to the end of the first conversion */
 static uint16_t ticks_left;
-static uint8_t type = SENSOR_CHAMBER_TYPE_GIVEN; /* as it is set up */
+static uint8_t type; /* as it is set up */
 static uint8_t answer[REGISTERS];
 static uint8_t status = FAULT_SENSOR_STALE;
 static int32_t reading;
