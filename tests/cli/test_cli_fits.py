@@ -11,9 +11,10 @@ from rig.specs import changed as text
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.fits import DoesNotFit
 from heatwright.cli.talk import _PlainJob
-from heatwright.generator.toolchain.result import sizes
+from heatwright.generator.toolchain import TooLarge
+from heatwright.generator.toolchain.given import given
 from heatwright.spec import load_text
-from heatwright.spec.least import least
+from heatwright.spec.least import EVERY, Least, least
 
 
 def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
@@ -29,20 +30,33 @@ def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
         heatwright(f"build {changed('kiln_uno', 'entries: 96', f'entries: {entries}')}", status)
 
 
-def test_too_much_for_the_flash() -> None:
-    """The linker refuses it. The words come whole from another process, as in a comparison."""
+def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> None:
     fan = ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3")
     spec = text("extruder", ("mega2560", "atmega16"), ("A13", "PA0"), ("D10", "PD5"), fan)
     with pytest.raises(DoesNotFit) as caught:
         build_firmware(load_text(spec), _PlainJob("Building"))
     told = str(pickle.loads(pickle.dumps(caught.value)))  # noqa: S301 - our own
-    over = caught.value.what.built.flash_bytes - 16384
-    assert f"of 16,384 B: {over:,} B too many\n" in told
+    assert f"of 16,384 B: {caught.value.what.built.flash_bytes - 16384:,} B too many\n" in told
     assert "interfaces[0]: leave it out: 7," in told
     assert "ld:" not in told
 
 
-@pytest.mark.parametrize("name", sorted(file.stem for file in EXAMPLES.glob("*.yaml")))
-def test_what_check_warns_of_is_certain(name: str) -> None:
-    taken, bound = sizes(whole(name).path), least(example(name).controller)
-    assert bound.flash <= taken[0] < 2 * bound.flash
+def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+    spare = 32256 - least(example("chamber").controller).flash
+    for over, warned in ((0, []), (1, ["flash: at least 32,257 of 32,256 B: 1 B too many"])):
+        monkeypatch.setattr("heatwright.spec.least.EVERY", Least(EVERY.flash + spare + over, 0))
+        found = heatwright("check chamber.yaml --json").json["warnings"]
+        assert [each["reason"] for each in found] == warned
+
+
+@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.yaml"))])
+def test_a_binary_of_a_byte_too_many_is_refused_and_takes_what_check_counts(name: str) -> None:
+    elf, controller = whole(name).path, example(name).controller
+    board, bound, built = controller.board, least(controller), given(elf, controller.board)
+    assert bound.flash <= built.flash_bytes < 2 * bound.flash
+    assert bound.ram <= built.ram_bytes + built.stack_bytes
+    for key, free in (("flash_bytes", built.flash_over), ("ram_bytes", built.ram_over)):
+        exact = getattr(board, key) + free
+        given(elf, board._replace(**{key: exact}))
+        with pytest.raises(TooLarge):
+            given(elf, board._replace(**{key: exact - 1}))
