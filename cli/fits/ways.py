@@ -15,7 +15,7 @@ from heatwright.generator.toolchain.taken import NONE, Bytes
 from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
 from heatwright.spec.checks import check
 from heatwright.spec.checks.eeprom import on_board
-from heatwright.spec.checks.memory import ENTRY_BYTES
+from heatwright.spec.checks.memory import ENTRY_BYTES, POINT_BYTES
 from heatwright.spec.eeprom import layout
 from heatwright.spec.problems import Path, dotted
 
@@ -80,17 +80,27 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
     short = short_of(built)
     useful = [way for way in left_out if in_order(way.saved, short) != (0, 0)]
     useful.sort(key=lambda way: in_order(way.saved, short))
-    return (*_fewer_entries(controller, built), *useful)[:MOST_WAYS]
+    return (*_fewer(controller, built), *useful)[:MOST_WAYS]
 
 
-def _fewer_entries(controller: Controller, built: BuildResult) -> Iterator[Way]:
+def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
+    """List the numbers of the spec that decide how much RAM is taken, and what would fit."""
     for index, each in enumerate(controller.interfaces):
-        if isinstance(each, SerialLog) and each.keep == "ram" and built.ram_over > 0:
-            fewer = math.ceil(built.ram_over / ENTRY_BYTES)
-            if fewer < each.entries:
-                saved = Bytes(0, fewer * ENTRY_BYTES)
-                change = f"at most {each.entries - fewer}"
-                yield Way(f"interfaces[{index}].entries", change, saved, _enough(saved, built))
+        if isinstance(each, SerialLog) and each.keep == "ram":
+            key = f"interfaces[{index}].entries"
+            yield from _at_most(key, each.entries, 1, ENTRY_BYTES, built)
+    if controller.programs is not None:
+        stored = max((len(each.segments) for each in controller.programs.stored), default=1)
+        points = controller.programs.points
+        yield from _at_most("programs.points", points, stored, POINT_BYTES, built)
+
+
+def _at_most(key: str, number: int, least: int, each: int, built: BuildResult) -> Iterator[Way]:
+    """Propose a smaller number, each of which takes so many bytes of RAM at least."""
+    fewer = math.ceil(built.ram_over / each)
+    if 0 < fewer <= number - least:
+        saved = Bytes(0, fewer * each)
+        yield Way(key, f"at most {number - fewer}", saved, _enough(saved, built))
 
 
 def _enough(saved: Bytes, built: BuildResult) -> bool:
