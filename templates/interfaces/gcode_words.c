@@ -63,7 +63,6 @@ bool words_take(char *text)
     tidy(text);
     const char *rest = skip_blanks(text);
 
-    parameters = "";
     words_letter = *rest;
     words_command = WORDS_NO_COMMAND;
     if (words_letter == '\0') {

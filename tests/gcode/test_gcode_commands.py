@@ -26,13 +26,11 @@ NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
 @pytest.mark.parametrize(
     ("line", "answers"),
     [
-        *((line, [f"ok {COLD}"]) for line in HOWEVER_WRITTEN),
-        *((line, []) for line in NO_COMMAND),
+        *((line, [f"ok {COLD}"]) for line in HOWEVER_WRITTEN), *((line, []) for line in NO_COMMAND),
         *((line, [f'echo:Unknown command: "{shown}"', "ok"]) for line, shown in UNKNOWN.items()),
         *((f"{line} S60", [f"echo:{line} refused: there is no heated bed or chamber", "ok"])
           for line in ("M140", "M190", "M141", "M191")),
-        ("T0", ["ok"]),
-        ("M500", ["echo:Settings Stored", "ok"]),
+        ("T0", ["ok"]), ("M500", ["echo:Settings Stored", "ok"]),
         ("M501", ["echo:Stored settings retrieved", "ok"]),
         ("M502", ["echo:Hardcoded Default Settings Loaded", "ok"]),
         ("M301 P12345.67 I0.00005", ["echo:  M301 E0 P12345.67 I0.00005 D0.00000", "ok"]),
@@ -59,8 +57,7 @@ def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
         ("M301 P9.41 I0.345 D31.4|M301 I0.00005|M301 E0 P12345.67", "gains",
          [12345.67, 0.00005, 31.4]),
         ("M301 P9 I1 D31|M301 I2", "gains", [9, 2, 31]),
-        ("M301 P9 I1 D31|M301 D5", "gains", [9, 1, 5]),
-        ("M104\tS60", "setpoint", [60]),
+        ("M301 P9 I1 D31|M301 D5", "gains", [9, 1, 5]), ("M104\tS60", "setpoint", [60]),
         ("M500|M501|M501|M502|M502|M502", "stored", [1, 2, 3]),
     ],
 )  # fmt: skip
@@ -84,14 +81,13 @@ NOT_WITHIN = "is outside its limits; nothing was changed"
         ("M104 S", NO_NUMBER), ("M104 Sx", NO_NUMBER), ("M155 S1E1", NO_NUMBER),
         ("M104 S2 00", NO_NUMBER), ("M104 S2,5", NO_NUMBER), ("M104 S2.0.0", NO_NUMBER),
         ("M104 S--2", NO_NUMBER), ("M104 S.", NO_NUMBER), ("M104 T S200", NO_NUMBER),
-        ("M104 S/1", NO_NUMBER), ("M104 S1:", NO_NUMBER),
-        ("M104 T0.5 S200", NO_NUMBER), ("M104 T256 S200", NO_NUMBER),
-        ("M104 S" + "9" * 60, NO_NUMBER),
-        ("M104 D101", NOT_WITHIN), ("M104 D-1", NOT_WITHIN), ("M104 Dx", NO_NUMBER),
-        ("M301 P-1", NOT_WITHIN), ("M301 P1000001", NOT_WITHIN), ("M301 P1 I1E-5", NO_NUMBER),
-        ("M301 P1 I2 Dx", NO_NUMBER), ("M303 S261", NOT_WITHIN), ("M303", NO_NUMBER),
-        ("M303 S200 C-1", NO_NUMBER), ("M303 S0", NOT_WITHIN), ("M106 S-1", NOT_WITHIN),
-        ("M106 Sx", NO_NUMBER), ("M106 Px", NO_NUMBER), ("M155 S-1", NO_NUMBER),
+        ("M104 S/1", NO_NUMBER), ("M104 S1:", NO_NUMBER), ("M104 T0.5 S200", NO_NUMBER),
+        ("M104 T256 S200", NO_NUMBER), ("M104 S" + "9" * 60, NO_NUMBER), ("M104 D101", NOT_WITHIN),
+        ("M104 D-1", NOT_WITHIN), ("M104 Dx", NO_NUMBER), ("M301 P-1", NOT_WITHIN),
+        ("M301 P1000001", NOT_WITHIN), ("M301 P1 I1E-5", NO_NUMBER), ("M301 P1 I2 Dx", NO_NUMBER),
+        ("M303 S261", NOT_WITHIN), ("M303", NO_NUMBER), ("M303 S200 C-1", NO_NUMBER),
+        ("M303 S0", NOT_WITHIN), ("M106 S-1", NOT_WITHIN), ("M106 Sx", NO_NUMBER),
+        ("M106 Px", NO_NUMBER), ("M155 S-1", NO_NUMBER),
     ],
 )  # fmt: skip
 def test_what_is_refused_changes_nothing(world: Path, line: str, reason: str) -> None:
@@ -124,8 +120,7 @@ def test_what_is_for_another_tool_or_fan_changes_nothing(
     ("lines", "count", "answers"),
     [
         (b"M155 S2\n", 650, ["ok", COLD, COLD, COLD]),
-        (b"M155 S2\nM155 Sx\n", 650,
-         ["ok", f"Error:M155 {NO_NUMBER}", "ok", COLD, COLD, COLD]),
+        (b"M155 S2\nM155 Sx\n", 650, ["ok", f"Error:M155 {NO_NUMBER}", "ok", COLD, COLD, COLD]),
         (b"M155 S2\nM155 S0\n", 650, ["ok", "ok"]),
         *((line, 300 * every_s + more, ["ok", COLD, COLD, *last])
           for line, every_s in ((b"M155\n", 1), (b"M155 S60\n", 60), (b"M155 S61\n", 60),

@@ -21,19 +21,12 @@ AGAIN = numbered(1, "M104 S50"), numbered(2, "M104 S60")
 REMINDED = received(numbered(1, "M105")), ticks(20)
 ORDER = "Line Number is not Last Line Number+1"
 WRONG = {
-    b"N4 M105*0\n": "checksum mismatch",
-    b"N4 M105*\n": "checksum mismatch",
-    b"N4 M105*x\n": "checksum mismatch",
-    b"N4 M105*99999999999\n": "checksum mismatch",
-    b"N4 M105\n": "No Checksum with line number",
-    b"M105*37\n": "No Line Number with checksum",
-    numbered(6, "M105"): ORDER,
-    numbered(3, "M105"): ORDER,
-    numbered(99999999999, "M105"): ORDER,
-    numbered(-5, "M105"): ORDER,
-    b"N4 M1\x0005*37\n": "Line damaged",
-    b"\x01\n": "Line damaged",
-}
+    **dict.fromkeys((b"N4 M105*0\n", b"N4 M105*\n", b"N4 M105*x\n", b"N4 M105 ;8*\n",
+                     b"N4 M105*99999999999\n"), "checksum mismatch"),
+    b"N4 M105\n": "No Checksum with line number", b"M105*37\n": "No Line Number with checksum",
+    **{numbered(number, "M105"): ORDER for number in (6, 3, 99999999999, -5)},
+    **dict.fromkeys((b"N4 M1\x0005*37\n", b"\x01\n"), "Line damaged"),
+}  # fmt: skip
 
 
 def behind_a_checksum(text: bytes) -> bytes:
@@ -65,7 +58,8 @@ ANSWERS = {
     "too old to be repeated": (
         spoken(numbered(100, "M110"), b"N101 M105*1\n", numbered(68, "M105")),
         ["ok", *asked_again("checksum mismatch", 100), *asked_again(ORDER, 100)]),
-    "the first number": (spoken(numbered(17, "M105"), numbered(18, "M105")), [WARM, WARM]),
+    "the first number": (spoken(numbered(17, "M105"), *2 * [numbered(18, "M105")]),
+                         [WARM, WARM, *asked_again(ORDER, 18)]),
     **{f"wrong: {line!r}": (spoken(numbered(3, "M110"), line, numbered(4, "M105")),
                             ["ok", *asked_again(problem, 3), WARM])
        for line, problem in WRONG.items()},
@@ -79,10 +73,17 @@ ANSWERS = {
                  ["ok", "echo:Line too long, ignored", "ok", WARM]),
     "too long and damaged": (spoken(BEGIN, LONG.replace(b"xx", b"xy", 1), numbered(1, "M105")),
                              ["ok", *asked_again("checksum mismatch", 0), WARM]),
+    **{f"carriage returns, {count} behind": (
+        [*spoken(BEGIN), received(b"N1 M105*1\r" + count * b"M104 S60\r"), ticks(20),
+         *spoken(numbered(1, "M105"))],
+        ["ok", *asked_again("checksum mismatch", 0), WARM]) for count in (0, 1)},
+    **{f"{number} is {taken}": (spoken(numbered(number, "M110"), b"\x01\n"),
+                                ["ok", *asked_again("Line damaged", taken)])
+       for number, taken in ((9999995, 9999995), (10000007, 1000000))},
     "other letters": (spoken(BEGIN, numbered(1, "M117 größer °C"), numbered(2, "M105")),
                       ["ok", 'echo:Unknown command: "M117"', "ok", WARM]),
-    "reminded": ([*REMINDED, ticks(295)], [WARM, "ok"]),
-    "not yet reminded": ([*REMINDED, ticks(270)], [WARM]),
+    "reminded": ([*REMINDED, ticks(283)], [WARM, "ok"]),
+    "not yet reminded": ([*REMINDED, ticks(282)], [WARM]),
     "reminded five times": ([*REMINDED, ticks(6000)], [WARM, *5 * ["ok"]]),
     "until it speaks again": (
         [*REMINDED, ticks(6000), received(numbered(2, "M105")), ticks(400)],
@@ -93,7 +94,7 @@ ANSWERS = {
          received(numbered(2, "M105")), ticks(20)],
         ["ok", "ok", *asked_again("checksum mismatch", 0)]),
     **{f"behind a checksum: {text!r}": (spoken(BEGIN, behind_a_checksum(text)), ["ok", WARM])
-       for text in (b" ", b" 7", b"x7", b"\t;9")},
+       for text in (b" ", b" 7", b"x7", b"\t;9", b"/7", b":7")},
     **{f"unreadable: {byte}": (spoken(b"M105" + bytes([byte]) + b"\n", "M105"),
                                ["echo:Unreadable line ignored", "ok", WARM])
        for byte in (0, 1, 8, 11, 31, 127)},

@@ -207,8 +207,7 @@ def test_a_wrong_answer(answer: bytes) -> None:
 @pytest.mark.parametrize(
     ("slave", "polls", "more_than_none"),
     [
-        ({"ANSWER": "1"}, 0, "damaged"),
-        ({"BEFORE": "UCSR0C = 0x36;"}, 0, "damaged"),
+        ({"ANSWER": "1"}, 0, "damaged"), ({"BEFORE": "UCSR0C = 0x36;"}, 0, "damaged"),
         ({"MIDDLE": "if (n == 3) _delay_us(6000);"}, 0, "damaged"),
         ({"DRIVE": "", "RELEASE": ""}, 0, "bus.unheard"),
         ({"MIDDLE": f"if (n == 6) {{ while (!(UCSR0A & _BV(UDRE0))) {{}} {EARLY} }}"}, 0,
@@ -217,8 +216,7 @@ def test_a_wrong_answer(answer: bytes) -> None:
          "bus.collisions"),
         ({"BEFORE": "_delay_ms(100); PORTD |= 4; put(1);"
                     f"while (!(UCSR0A & _BV(TXC0))) {{}} {EARLY}"}, None, "strangers"),
-        (TOO_LATE, 0, "unanswered"),
-        (TOO_LATE, 0, "strangers"),
+        (TOO_LATE, 0, "unanswered"), (TOO_LATE, 0, "strangers"),
     ],
     ids=[
         "silence", "wrong_format", "two_pieces", "driver_never_on", "driver_off_with_the_last_byte",

@@ -271,10 +271,9 @@ def _apt(chance: random.Random) -> bytes:
         ("BHH", 5, coil, on), ("BHH", 5, coil, on), ("BHH", 5, 100, on), ("BHH", 6, 101, duty),
         ("BHHBB", 15, 100, 3, 1, many), ("BHH", 6, 100, chance.randrange(3300)),
         ("BHHBB", 15, block + 3 - some, few, 1, chance.randrange(256)),
-        ("BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)),
-        ("B9s", 16, write_gain), ("BHH9s", 23, 102, 2, write_gain),
-        ("BHHBHHf", 16, 100, 4, 8, degrees, duty, kp), ("BHHHHBH", 23, 100, 8, 101, 1, 2, duty),
-        ("BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
+        ("BHH", 6, chance.choice((100, 200)), chance.choice(WORDS)), ("B9s", 16, write_gain),
+        ("BHH9s", 23, 102, 2, write_gain), ("BHHBHHf", 16, 100, 4, 8, degrees, duty, kp),
+        ("BHHHHBH", 23, 100, 8, 101, 1, 2, duty), ("BHHB3f", 16, 102, 6, 12, 0.5, kp, 1e6),
         ("BHHBHH3f", 16, 100, 8, 16, degrees, duty, kp, 0.0, 3),
         ("BHHB246x", 15, 100, 1722 + 246, 246), ("BHHB247x", 15, 100, 1722 + 247, 247),
     ))  # fmt: skip

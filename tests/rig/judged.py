@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -9,6 +10,12 @@ from types import ModuleType
 from typing import Any
 
 from rig.hosted import World
+
+TRAPS = (
+    "-fsanitize=undefined,float-cast-overflow,float-divide-by-zero",
+    "-fsanitize-undefined-trap-on-error",
+)
+"""What C leaves undefined, such as an index behind an array, ends the judge's process."""
 
 
 def first_complaint(modules: Iterable[ModuleType], **given: Any) -> str:
@@ -66,9 +73,15 @@ class InItsWorld:
         world = self._world()
         return {name: world.sources[name] for name in world.files}
 
+    def headers(self) -> Mapping[str, str]:
+        """Return what they include."""
+        sources = self._world().sources
+        return {name: text for name, text in sources.items() if name.endswith(".h")}
+
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:  # noqa: ARG002
         """Compile a library with these texts."""
-        return self._world().library(changed)
+        world = self._world()
+        return replace(world, flags=(*world.flags, *TRAPS)).library(changed)
 
     def prepare(self) -> None:
         """Let the judge compute and keep what all trials share."""

@@ -83,15 +83,12 @@ EEPROM = "every: 64 s, entries: 50, keep: eeprom"
 HOURLY = "every: 1 h, entries: 50, keep: eeprom"  # its times have all places
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
-OTHERS = 50.0, 60.0
-"""What the loop reads and shall where nothing is noted."""
+OTHERS = 50.0, 60.0  # what the loop reads and shall where nothing is noted
 WRITTEN_S = 0.15
 """Behind an entry's time it is in its memory: eight bytes, one a tick."""
 LONGEST_WAIT_S = 100e-6
-GUARDED = 256
-"""Bytes behind the last variable, far from the stack."""
-SOON_S = 0.6
-"""Within this long 50 lines of the log have come."""
+GUARDED = 256  # bytes behind the last variable, far from the stack
+SOON_S = 0.6  # within it 50 lines of the log have come
 
 
 def shown_c(celsius: float) -> float:

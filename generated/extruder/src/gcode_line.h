@@ -33,7 +33,4 @@ uint8_t line_tick(void);
  * or we the end of its line, and then each waits for the other. */
 bool line_asks_for_more(void);
 
-/* An answer is complete: the host's turn begins. */
-void line_wait_anew(void);
-
 #endif

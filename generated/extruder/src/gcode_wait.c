@@ -4,7 +4,6 @@
 
 #include "config.h" /* CLOCK_TICKS_PER_SECOND, WAIT_* */
 #include "fault.h" /* fault */
-#include "gcode_line.h" /* line_wait_anew */
 #include "gcode_report.h" /* report_add */
 #include "gcode_tools.h" /* tool_is_ready */
 #include "mode.h" /* AUTOTUNE_RUNNING */
@@ -96,7 +95,6 @@ static void finish(void)
         report_add(REPORT_TUNED);
     }
     report_add(REPORT_OK);
-    line_wait_anew();
     waiting = FOR_NOTHING;
 }
 

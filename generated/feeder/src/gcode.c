@@ -52,7 +52,6 @@ static bool take_tool(void)
 {
     uint8_t named;
 
-    report_tool = active_tool;
     if (!words_count('E', active_tool, &named) || !words_count('T', named, &named)) {
         refuse(REFUSED_NUMBER);
         return false;

@@ -199,7 +199,6 @@ bool feed_is_waiting(void)
     if (end_waits && disable_then) {
         output_feed_disable();
     }
-    end_waits = false;
     return false;
 }
 

@@ -64,7 +64,7 @@ static void follow_sum(char byte)
         sum_at_star = sum;
         claimed_sum = -1;
         behind_claim = false;
-    } else if (star != NO_STAR && is_digit(byte) && !behind_claim) {
+    } else if (is_digit(byte) && !behind_claim) {
         claimed_sum = with_digit(claimed_sum < 0 ? 0 : claimed_sum, byte);
     } else {
         behind_claim = true;
@@ -228,9 +228,4 @@ bool line_asks_for_more(void)
     reminders++;
     repeats_left = MOST_REPEATED;
     return true;
-}
-
-void line_wait_anew(void)
-{
-    silent_ticks = 0;
 }

@@ -181,7 +181,8 @@ bool host_drop(void)
 
     received_out = end;
     stop_is_ahead = false;
-    return any && received[(uint8_t)(end - 1u)] != '\n';
+    const char last = received[(uint8_t)(end - 1u)];
+    return any && last != '\n' && last != '\r';
 }
 
 bool host_stop_is_ahead(void)

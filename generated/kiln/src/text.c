@@ -25,7 +25,10 @@ uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals)
     for (uint8_t i = 0; i < decimals; i++) {
         value *= 10.0f;
     }
-    uint32_t rest = (uint32_t)(value + 0.5f);
+    uint32_t rest = (uint32_t)value;
+    if (value - (float)rest >= 0.5f) { /* the sum with 0.5 would not be exact from 2^23 on */
+        rest++;
+    }
     if (negative && rest != 0) {
         text[length++] = '-';
     }
