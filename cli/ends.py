@@ -90,6 +90,7 @@ def _expected(error: Exception) -> int | None:
 
 _EXPECTED = {
     "heatwright.cli.ends.Refused": Status.REFUSED,
+    "heatwright.cli.fits.DoesNotFit": Status.REFUSED,
     "heatwright.spec.problems.SpecError": Status.REFUSED,
     "heatwright.generator.output.OutputRefused": Status.REFUSED,
     "heatwright.generator.toolchain.errors.BuildFailed": Status.REFUSED,

@@ -10,7 +10,7 @@ import click
 
 from heatwright.cli.command import Command
 from heatwright.cli.ends import Refused
-from heatwright.cli.firmware import build_firmware
+from heatwright.cli.firmware import build_firmware, told_as_json
 from heatwright.cli.options import File, json_option, print_json, spec_argument
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import whole
@@ -45,7 +45,7 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
     name = loaded.controller.identity.name
     if folder is not None and folder.exists() and not folder.is_dir():
         raise Refused(f"{folder}: is a file; name a folder.")
-    with talk() as shown:
+    with told_as_json(as_json, spec, loaded, files=[]), talk() as shown:
         built = build_firmware(loaded, shown.begin(f"Building {name}"))
     files = [built.elf] if folder is None else _delivered(built.elf, folder, name)
     if as_json:

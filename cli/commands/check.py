@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 def command(specs: tuple[Path, ...], as_json: bool) -> int:
     """Find all that is wrong with specs.
 
-    Each problem is one line: file, line, column, what is wrong, and what to do about it.
+    Each problem is one line: file, line, column, what is wrong, and what to do about it. A firmware
+    that certainly does not fit its board is warned of.
     """
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []
@@ -38,11 +40,14 @@ def command(specs: tuple[Path, ...], as_json: bool) -> int:
             {
                 "good": [{"file": str(path), "digest": spec.digest} for path, spec in good],
                 "problems": [problem._asdict() for problem in problems],
+                "warnings": [each._asdict() for _, spec in good for each in _warnings(spec)],
             }
         )
     else:
-        for path, _ in good:
+        for path, spec in good:
             click.echo(f"{path}: good")
+            for warning in _warnings(spec):
+                click.echo(f"Warning: {warning}")
         for problem in problems:
             click.echo(str(problem))
     return Status.REFUSED if problems else Status.DONE
@@ -59,3 +64,22 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
     except OSError as error:
         unread = Problem(str(path), 1, 1, "", unusable(error), "Name a file that can be read")
         return None, (unread,)
+
+
+def _warnings(spec: Spec) -> Iterator[Problem]:
+    """Warn of a firmware that is too large, whatever the compiler makes of it."""
+    from heatwright.spec import BOARDS  # noqa: PLC0415
+    from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
+
+    board, taken = spec.controller.board, least(spec.controller)
+    if fits(taken, board):
+        return
+    larger = [name for name, each in BOARDS.items() if fits(taken, each, spare=2)]
+    for what, bytes_, room in zip(("flash", "RAM"), taken, rooms(board), strict=True):
+        if bytes_ > room:
+            yield spec.tree.problem(
+                ("controller", "board"),
+                f"{what}: at least {bytes_:,} of {room:,} B: {bytes_ - room:,} B too many",
+                f"Use a board with more, such as {larger[0]}, or leave something out; "
+                "`heatwright build` tells what takes how much",
+            )

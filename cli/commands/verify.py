@@ -9,6 +9,7 @@ import click
 
 from heatwright.cli.command import Command
 from heatwright.cli.ends import Status
+from heatwright.cli.firmware import told_as_json
 from heatwright.cli.options import File, json_option, print_json, spec_argument
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import check_target, whole
@@ -59,7 +60,8 @@ def command(spec: Path, report: Path | None, core: Core, elf: Path | None, as_js
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
-    with talk() as shown:
+    keys = {"core": core, "elf": elf and str(elf), "passed": False}
+    with told_as_json(as_json, spec, loaded, **keys), talk() as shown:
         evidence = verify(str(spec), loaded, shown, core=core, elf=elf)
     if report is not None:
         from heatwright.cli.report.verify_page import verify_page  # noqa: PLC0415

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from heatwright.cli.ends import Refused
-from heatwright.generator.toolchain import BuildFailed, BuildResult
+from heatwright.cli.fits import DoesNotFit, misfit
+from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.generator.toolchain.given import given, refuse_other_chip
 from heatwright.sim.device import DIGEST, StaleBinary, check_digest
 from heatwright.sim.dwarf import Variables
@@ -30,6 +31,8 @@ def given_binary(spec: Spec, path: Path) -> BuildResult:
         check_digest(program, spec.digest)
         measured = given(path, spec.controller.board)
         Variables(program)["loop_" + next(iter(spec.controller.loops))]
+    except TooLarge as error:
+        raise DoesNotFit(misfit(spec, error)) from None
     except (ElfError, BuildFailed, StaleBinary) as error:
         raise Refused(str(error)) from None
     return measured

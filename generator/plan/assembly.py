@@ -19,6 +19,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
 from heatwright.spec.commands import gcode_of
+from heatwright.spec.problems import Path
 from heatwright.spec.timers import TimerUse, allocate
 
 MCU_MACROS = {
@@ -58,11 +59,18 @@ def plan_firmware(spec: Spec) -> Plan:
         )
         for name, loop in controller.loops.items()
     ]
-    parts = [
-        core.start(root, _each("reset_lines", outputs)), clock, gate, core.fault(root, loops),
-        *outputs, *sensors, *control, *interfaces, settings, plan_programs(root),
-        *_program(root, loops),
-    ]  # fmt: skip
+    owned: list[tuple[Path, Part]] = [
+        *(((), part) for part in (core.start(root, _each("reset_lines", outputs)), clock, gate)),
+        ((), core.fault(root, loops)),
+        *zip((("outputs", name) for name in controller.outputs), outputs, strict=True),
+        *zip((("sensors", name) for name in controller.sensors), sensors, strict=True),
+        *zip((("loops", name) for name in controller.loops), control, strict=True),
+        *((("interfaces", index), part) for index, part in enumerate(interfaces)),
+        ((), settings),
+        (("programs",), plan_programs(root)),
+        *((("programs",), part) for part in _program(root, loops)),
+    ]
+    parts = [part for _, part in owned]
     files = (
         *project_files(spec, [*sensors, *outputs, *interfaces]),
         *_shared_files(spec, parts),
@@ -73,7 +81,18 @@ def plan_firmware(spec: Spec) -> Plan:
         banner=f"{MARK} from {c_comment(spec.file_name)}: edit that file, not this one. "
         "SPDX-License-Identifier: MIT-0",
         files=_unique(files),
+        owners=_owners(owned),
     )
+
+
+def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
+    """Find the keys that want each file; none where one is wanted in any case."""
+    found: dict[str, tuple[Path, ...]] = {}
+    for path, part in owned:
+        for file in part.files:
+            key = (*path, *file.key)
+            found[file.path] = tuple(dict.fromkeys((*found.get(file.path, ()), key)))
+    return {path: () if () in keys else keys for path, keys in found.items()}
 
 
 def _program(root: Source, loops: list[dict[str, Any]]) -> list[Part]:

@@ -142,8 +142,8 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
             *measured.files,
             File(f"src/loop_{name}.h", "src/loop.h.j2", context),
             File(f"src/loop_{name}.c", "src/loop.c.j2", context),
-            File(f"src/guard_{name}.h", "src/guard.h.j2", guard),
-            File(f"src/guard_{name}.c", "src/guard.c.j2", guard),
+            File(f"src/guard_{name}.h", "src/guard.h.j2", guard, ("protection",)),
+            File(f"src/guard_{name}.c", "src/guard.c.j2", guard, ("protection",)),
             *_algorithm_files(name, algorithm, context),
             *(_tuning_files(source, name, algorithm, context) if experiment is not None else ()),
             *((File("src/mode.h", "src/mode.h"),) if context["tunable"] else ()),
@@ -163,7 +163,9 @@ def _algorithm_files(
 ) -> tuple[File, ...]:
     merged = {**context, **algorithm.context}
     return tuple(
-        File(f"src/algorithm_{name}.{end}", f"{algorithm.template}.{end}.j2", merged)
+        File(
+            f"src/algorithm_{name}.{end}", f"{algorithm.template}.{end}.j2", merged, ("algorithm",)
+        )
         for end in ("h", "c")
     )
 
@@ -175,7 +177,7 @@ def _tuning_files(
         **context, "where": source.at("autotune").where, "band": algorithm.context["band"],
     }  # fmt: skip
     return tuple(
-        File(f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged)
+        File(f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged, ("autotune",))
         for end in ("h", "c")
     )
 

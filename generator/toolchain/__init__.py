@@ -2,7 +2,12 @@
 """A generated project becomes a binary: PlatformIO, found or prepared, run and read."""
 
 from heatwright.generator.toolchain.build import build
-from heatwright.generator.toolchain.errors import BuildFailed, ToolMissing
+from heatwright.generator.toolchain.errors import (
+    BuildFailed,
+    CompilerFailed,
+    TooLarge,
+    ToolMissing,
+)
 from heatwright.generator.toolchain.result import BuildResult
 
-__all__ = ["BuildFailed", "BuildResult", "ToolMissing", "build"]
+__all__ = ["BuildFailed", "BuildResult", "CompilerFailed", "TooLarge", "ToolMissing", "build"]

@@ -11,10 +11,16 @@ from filelock import FileLock
 from heatwright.generator.stack import StackUnknown, worst_stack
 from heatwright.generator.toolchain import platformio
 from heatwright.generator.toolchain.cache import cache_dir, digest, write_files
-from heatwright.generator.toolchain.errors import BuildFailed, ToolMissing
+from heatwright.generator.toolchain.errors import (
+    BuildFailed,
+    CompilerFailed,
+    TooLarge,
+    ToolMissing,
+)
 from heatwright.generator.toolchain.offline import REMEDY
 from heatwright.generator.toolchain.result import BuildResult, limits, sizes
 from heatwright.generator.toolchain.store import forget_old, recall, remember
+from heatwright.generator.toolchain.taken import taken
 
 # Changed when this package comes to give other figures for the same binary.
 FORMAT = "1"
@@ -25,7 +31,15 @@ STEPS = ("Compiling", "Linking", "Platform Manager", "Tool Manager", "Downloadin
 ERROR = re.compile(
     r"error:|Error:|undefined reference|multiple definition|overflowed|not within region"
 )
+TOO_LARGE = re.compile(
+    r"region .* overflowed|will not fit in region|not within region|greater than maximum allowed"
+)
+ANY_SIZE = "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x400000,--defsym=__DATA_REGION_LENGTH__=0xff00"
+"""The linker's memories as large as its addresses reach: no chip has them, but what is too large
+can be measured."""
 UNREACHABLE = re.compile(r"InternetConnectionError|HTTPClientError|ConnectionError")
+
+BINARY = ".pio/build/*/firmware.elf"
 
 Progress = Callable[[str], None]
 
@@ -43,22 +57,23 @@ def build(
     called with a short line as each step begins.
 
     Raises ToolMissing where PlatformIO or a compiler is not to be had, and BuildFailed with the
-    compiler's errors where the project is at fault.
+    compiler's errors where the project is at fault; TooLarge, one of these, has the measures of a
+    program that does not fit.
     """
     files = project_files(project_dir)
     tools = platformio.find()
     folder = cache_dir() / "builds" / digest(files, FORMAT, tools.tools, environment or "")
     folder.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{folder}.lock"):
-        kept = recall(folder)
-        if kept is not None:
-            return kept
-        shutil.rmtree(folder, ignore_errors=True)
-        write_files(folder / "project", files)
-        log = run(folder / "project", project_dir, tools, environment, progress)
-        result = measured(folder / "project", project_dir, log)
-        remember(folder, result)
-    forget_old(folder.parent)
+        result = recall(folder)
+        if result is None:
+            shutil.rmtree(folder, ignore_errors=True)
+            write_files(folder / "project", files)
+            log = run(folder / "project", project_dir, tools, environment, progress)
+            result = measured(folder / "project", project_dir, log)
+            remember(folder, result)
+            forget_old(folder.parent)
+        refuse_too_large(result, project_dir)
     return result
 
 
@@ -89,11 +104,15 @@ def run(
             progress(text.replace(".pio/build/", ""))
 
     status = platformio.run(tools, copy, environment, hear)
+    if status != 0 and TOO_LARGE.search("\n".join(lines)):
+        if not any(copy.glob(BINARY)):
+            platformio.run(tools, copy, environment, hear, flags=ANY_SIZE)
+        status = 0 if any(copy.glob(BINARY)) else status
     log = "\n".join(lines).replace(str(copy), str(project_dir))
     if status != 0 and not tools.offline and UNREACHABLE.search(log):
         raise ToolMissing(f"PlatformIO reaches no registry, and {REMEDY}")
     if status != 0:
-        raise BuildFailed(readable(log, project_dir), log)
+        raise CompilerFailed(readable(log, project_dir), log)
     return log
 
 
@@ -106,18 +125,26 @@ def measured(copy: Path, project_dir: Path, log: str) -> BuildResult:
         stack = worst_stack(elf).total
     except StackUnknown as reason:
         raise BuildFailed(f"{project_dir}: the worst stack is unknown: {reason}", log) from reason
-    if ram + stack > ram_limit:
-        raise BuildFailed(
-            f"{project_dir}: {ram} bytes of variables and {stack} bytes of stack at worst"
-            f" do not fit into {ram_limit} bytes of RAM",
-            log,
-        )
     return BuildResult(elf, flash, ram, stack, flash_limit, ram_limit, log)
+
+
+def refuse_too_large(built: BuildResult, what: Path) -> None:
+    """Raise TooLarge where the binary does not fit its chip, its worst stack included."""
+    ways = []
+    if built.flash_over > 0:
+        ways.append(f"{built.flash_bytes} bytes of flash, of {built.flash_limit}")
+    if built.ram_over > 0:
+        ways.append(
+            f"{built.ram_bytes} bytes of variables and {built.stack_bytes} bytes of stack at worst"
+            f" do not fit into {built.ram_limit} bytes of RAM"
+        )
+    if ways:
+        raise TooLarge(f"{what}: {'; '.join(ways)}", built, taken(built.elf))
 
 
 def only_elf(copy: Path, log: str) -> Path:
     """Return the one binary that a build made."""
-    found = sorted(copy.glob(".pio/build/*/firmware.elf"))
+    found = sorted(copy.glob(BINARY))
     if len(found) != 1:
         names = ", ".join(path.parent.name for path in found) or "none"
         raise BuildFailed(f"one environment is built at a time, not {names}: set default_envs", log)

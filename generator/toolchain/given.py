@@ -8,6 +8,7 @@ from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import NoteSection
 
 from heatwright.generator.stack import StackUnknown, worst_stack
+from heatwright.generator.toolchain.build import refuse_too_large
 from heatwright.generator.toolchain.errors import BuildFailed
 from heatwright.generator.toolchain.result import BuildResult, sizes
 from heatwright.spec import Board
@@ -21,7 +22,7 @@ MEMORIES = struct.calcsize("<6I")
 def given(elf: Path, board: Board) -> BuildResult:
     """Measure the AVR program in `elf`, as what is to run on the board.
 
-    Raises BuildFailed when its worst stack is unknown.
+    Raises BuildFailed when its worst stack is unknown, TooLarge when it does not fit.
     """
     flash, ram = sizes(elf)
     try:
@@ -29,7 +30,9 @@ def given(elf: Path, board: Board) -> BuildResult:
     except StackUnknown as reason:
         raise BuildFailed(f"{elf}: the worst stack is unknown: {reason}.") from reason
     room = board.flash_bytes - board.bootloader_bytes
-    return BuildResult(elf, flash, ram, stack, room, board.ram_bytes, log="")
+    built = BuildResult(elf, flash, ram, stack, room, board.ram_bytes, log="")
+    refuse_too_large(built, elf)
+    return built
 
 
 def refuse_other_chip(elf: Path, board: Board) -> None:

@@ -70,14 +70,18 @@ def run(
     project: Path,
     environment: str | None,
     line: Callable[[str], None],
+    flags: str = "",
 ) -> int:
-    """Build `project`, hand over each line printed, and return the exit status."""
+    """Build `project`, hand over each line printed, and return the exit status.
+
+    `flags` are for the compiler and the linker, besides those of the project.
+    """
     command = [sys.executable, "-m", "platformio", "run", "--project-dir", str(project)]
     if environment is not None:
         command += ["--environment", environment]
     with subprocess.Popen(  # noqa: S603
         command,
-        env=surroundings(platformio),
+        env=surroundings(platformio) | ({"PLATFORMIO_BUILD_FLAGS": flags} if flags else {}),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -31,6 +31,16 @@ class BuildResult:
     log: str
     cached: bool = False
 
+    @property
+    def flash_over(self) -> int:
+        """Return the bytes of flash that are too many; negative: that are free."""
+        return self.flash_bytes - self.flash_limit
+
+    @property
+    def ram_over(self) -> int:
+        """Return the bytes of variables and worst stack that are too many; negative: free."""
+        return self.ram_bytes + self.stack_bytes - self.ram_limit
+
 
 def sizes(elf: Path) -> tuple[int, int]:
     """Bytes of flash and of static RAM that the binary takes."""

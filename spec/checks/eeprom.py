@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import islice
 
+from heatwright.spec.boards import BOARDS
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.timing import WATCHDOG_TOLERANCE
 from heatwright.spec.controller import WATCHDOG_S, Controller
@@ -32,7 +35,7 @@ def eeprom_suffices(controller: Controller) -> Findings:
     yield Finding(
         _largest(controller, areas),
         f"settings, programs and log take {areas.end} bytes, and the EEPROM of the "
-        f"{controller.identity.board} has {room}",
+        f"{controller.identity.board} has {room}: {areas.end - room} too many ({_shares(areas)})",
         _smaller(controller),
         (("controller", "board"), ("programs",), ("interfaces",)),
     )
@@ -47,10 +50,60 @@ def _largest(controller: Controller, areas: Layout) -> Path:
     return ("programs", "points")
 
 
+def _shares(areas: Layout) -> str:
+    """Say what each takes, the largest first."""
+    names = ("settings", "programs", "progress of the program", "log")
+    sizes = {name: area.slot_bytes * area.slots for name, area in zip(names, areas, strict=True)}
+    ordered = sorted(sizes.items(), key=lambda each: -each[1])
+    return ", ".join(f"{name} {size}" for name, size in ordered if size)
+
+
 def _smaller(controller: Controller) -> str:
-    ways = ["fewer points or places"] * (controller.programs is not None)
-    ways += ["fewer entries of the log, or keep: ram"] * (log_in_eeprom(controller) is not None)
-    return f"Use {', '.join(ways)}"
+    ways, programs, log = [], controller.programs, log_in_eeprom(controller)
+    if programs is not None:
+        points = _most(programs.points, lambda most: _with_points(controller, most))
+        ways.append(f"at most {points} points, or fewer places" if points else "fewer places")
+    if log is not None:
+        entries = _most(log.entries, lambda most: _with_entries(controller, most))
+        ways += [f"at most {entries} entries of the log"] * bool(entries) + ["keep: ram"]
+    boards = (name for name in BOARDS if _suffices(on_board(controller, name)))
+    ways += [f"a board with more EEPROM, such as {name}" for name in islice(boards, 1)]
+    return f"Use {', or '.join(ways)}"
+
+
+def _most(given: int, changed: Callable[[int], Controller]) -> int:
+    """Find the most that there is room for; 0: none."""
+    return next((each for each in range(given - 1, 0, -1) if _suffices(changed(each))), 0)
+
+
+def _suffices(controller: Controller) -> bool:
+    return layout(controller).end <= controller.board.eeprom_bytes
+
+
+def _with_points(controller: Controller, points: int) -> Controller:
+    programs = controller.programs
+    assert programs is not None  # noqa: S101 - looked at before
+    return controller.model_copy(
+        update={"programs": programs.model_copy(update={"points": points})}
+    )
+
+
+def _with_entries(controller: Controller, entries: int) -> Controller:
+    log = log_in_eeprom(controller)
+    return controller.model_copy(
+        update={
+            "interfaces": tuple(
+                each.model_copy(update={"entries": entries}) if each is log else each
+                for each in controller.interfaces
+            )
+        }
+    )
+
+
+def on_board(controller: Controller, board: str) -> Controller:
+    """Put the controller on another board, at that board's own clock."""
+    identity = controller.identity.model_copy(update={"board": board, "clock_hz": None})
+    return controller.model_copy(update={"identity": identity})
 
 
 def progress_lasts(controller: Controller) -> Findings:

@@ -14,7 +14,7 @@ from rig.specs import EXAMPLES, example
 from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
-from heatwright.cli.verify.checks import build_checks, replay_checks, run_checks
+from heatwright.cli.verify.checks import replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.faults import FaultResult
@@ -162,13 +162,6 @@ def test_what_differs_from_the_model_fails(
 ) -> None:
     judged = replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
     assert len(failing(replay_checks(judged))) == failed
-
-
-def test_a_binary_that_does_not_fit_fails() -> None:
-    built = BuildResult(Path("a.elf"), 100, 50, 50, flash_limit=100, ram_limit=100, log="")
-    changes = ({}, {"flash_bytes": 101}, {"stack_bytes": 51})
-    found = [[*failing(build_checks(replace(built, **each)))] for each in changes]
-    assert found == [[], ["flash"], ["static RAM and worst stack"]]
 
 
 @pytest.mark.parametrize(("length_s", "drawn_s"), [(60.0, 1800.0), (7200.0, 7200.0)])

@@ -14,27 +14,26 @@ from rig.avr import whole
 from rig.bad_specs import cases
 from rig.controllers import Drawn, attempt, drawings, drawn
 from rig.specs import EXAMPLES, files_of
-from rig.store import CompileFailed
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware
 from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.render import _load
 from heatwright.generator.stack import worst_stack
+from heatwright.generator.toolchain.build import ANY_SIZE
+from heatwright.generator.toolchain.result import sizes
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
-from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
 from heatwright.spec.controller import WATCHDOG_S, Controller
-from heatwright.spec.interfaces import SerialLog
+from heatwright.spec.least import Least, fits, least
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "templates"
 LARGE_FLASH = 100_000
-"""Bytes; no drawn firmware takes that much. What a smaller flash has no room for, `build` tells."""
-TOO_LARGE = re.compile(r"will not fit in region `text'|is not within region `data'")
+"""Bytes; no drawn firmware takes that much."""
 CODE = (".c", ".h")
 FOLDERS = {"sensors": Sensor, "outputs": Output, "algorithms": Algorithm, "interfaces": Interface}
 KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(union)]
@@ -127,19 +126,12 @@ def assert_it_compiles_and_runs(drawn: Drawn) -> None:
     constants = re.findall(r"^#define (\w+) .+$", files["src/config.h"], re.MULTILINE)
     assert [name for name in constants if code[name] < 2] == []
     controller = drawn.spec.controller
-    try:
-        elf = whole(drawn.text, *project_flags(files["platformio.ini"]))
-    except CompileFailed as failed:
-        assert TOO_LARGE.search(str(failed)), (failed, drawn)  # noqa: PT017
-        assert controller.board.flash_bytes < LARGE_FLASH, drawn
-        return
-    logs = [each for each in controller.interfaces if isinstance(each, SerialLog)]
-    kept = sum(ENTRY_BYTES * each.entries for each in logs if each.keep == "ram")
-    needed = least_bytes(controller) + kept  # the check of RAM refuses no less
-    first, end = elf.static_ram
-    taken = end - first + worst_stack(elf.path).total
-    assert needed <= taken, drawn
-    if controller.simulation is not None and taken <= controller.board.ram_bytes:
+    elf = whole(drawn.text, *project_flags(files["platformio.ini"]), ANY_SIZE)
+    taken = Least(sizes(elf.path)[0], sizes(elf.path)[1] + worst_stack(elf.path).total)
+    assert taken.flash < LARGE_FLASH, drawn
+    bounds = zip(least(controller), taken, strict=True)
+    assert all(bound <= each for bound, each in bounds), drawn  # no less is warned of or refused
+    if controller.simulation is not None and fits(taken, controller.board):
         assert_it_equals_the_reference(controller, elf, drawn)
 
 

@@ -1,0 +1,76 @@
+"""What each part of a spec takes of flash and RAM."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from typing import NamedTuple, TypeAlias
+
+from heatwright.generator import plan_firmware
+from heatwright.generator.toolchain import BuildResult
+from heatwright.generator.toolchain.taken import NONE, Bytes
+from heatwright.spec import Controller, Spec
+from heatwright.spec.problems import Path, dotted
+
+LIBRARY = "C library and start-up"
+EVERY = "every firmware"
+
+Short: TypeAlias = tuple[bool, bool]
+"""Whether flash is short, and whether RAM is."""
+
+
+class Share(NamedTuple):
+    """What a part of the spec takes: its key, none for what has no key."""
+
+    path: Path
+    what: str
+    size: Bytes
+
+    @property
+    def name(self) -> str:
+        """Return the key with its kind, or what it is."""
+        if not self.path:
+            return self.what
+        return f"{dotted(self.path)} ({self.what})" if self.what else dotted(self.path)
+
+
+def shares(
+    spec: Spec, taken: Mapping[str, Bytes], short: Short = (True, True)
+) -> tuple[Share, ...]:
+    """Add up what the source files take by the keys that want them, the largest first."""
+    owners = {path.removeprefix("src/"): keys for path, keys in plan_firmware(spec).owners.items()}
+    owners["main.c"] = ()
+    found: defaultdict[tuple[Path, str], Bytes] = defaultdict(lambda: NONE)
+    for name, size in taken.items():
+        keys = owners.get(name)
+        if keys is None:
+            found[(), LIBRARY] += size
+        elif len(keys) == 1:
+            found[keys[0], _kind(spec.controller, keys[0])] += size
+        else:
+            found[(), ", ".join(map(dotted, keys)) or EVERY] += size
+    rows = (Share(path, what, size) for (path, what), size in found.items() if any(size))
+    return tuple(sorted(rows, key=lambda row: (*in_order(row.size, short), row.name)))
+
+
+def _kind(controller: Controller, path: Path) -> str:
+    match path:
+        case ("interfaces", int(index)):
+            return controller.interfaces[index].kind
+        case ("sensors", str(name)):
+            return controller.sensors[name].kind
+        case ("outputs", str(name)):
+            return controller.outputs[name].kind
+        case ("loops", str(name), "algorithm"):
+            return controller.loops[name].algorithm.kind
+    return ""
+
+
+def short_of(built: BuildResult) -> Short:
+    """Tell what there is too little of."""
+    return built.flash_over > 0, built.ram_over > 0
+
+
+def in_order(size: Bytes, short: Short) -> tuple[int, int]:
+    """Sort by what is short, by flash where both are; the largest first."""
+    return (-size.flash if short[0] else 0, -size.ram if short[1] else 0)

@@ -1,0 +1,107 @@
+"""What to do about a firmware that does not fit: other boards, and what to leave out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from heatwright.cli.fits.shares import Share, in_order, short_of
+from heatwright.generator.toolchain import BuildResult
+from heatwright.generator.toolchain.taken import NONE, Bytes
+from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
+from heatwright.spec.checks import check
+from heatwright.spec.checks.eeprom import on_board
+from heatwright.spec.checks.memory import ENTRY_BYTES, POINT_BYTES
+from heatwright.spec.eeprom import layout
+from heatwright.spec.problems import Path, dotted
+
+LEAVE_OUT = "leave it out"
+OTHER_CHIP = 1.1
+"""The same firmware on another chip takes at most so many times the flash: where a chip has more
+memory, calls and addresses are longer."""
+OTHER_STACK = 1.5
+"""And so many times the stack: there an address to return to takes 3 bytes instead of 2."""
+MOST_WAYS = 6
+
+
+class Way(NamedTuple):
+    """A way to take less: what to change, the bytes that it saves, and whether it is enough."""
+
+    key: str
+    change: str
+    saved: Bytes
+    enough: bool
+
+
+def boards_with_room(spec: Spec, built: BuildResult) -> Iterator[tuple[str, bool]]:
+    """List the boards that it fits with certainty; True: the spec is good for it as it is."""
+    own = spec.controller.board
+    for name, board in BOARDS.items():
+        if name == own.name or not _has_room(board, built, same=board.mcu == own.mcu):
+            continue
+        if _accepted(spec, name):
+            yield name, True
+        else:
+            other = on_board(spec.controller, name)
+            if layout(other).end <= other.board.eeprom_bytes:
+                yield name, False
+
+
+def _has_room(board: Board, built: BuildResult, *, same: bool) -> bool:
+    flash = built.flash_bytes * (1 if same else OTHER_CHIP)
+    ram = built.ram_bytes + built.stack_bytes * (1 if same else OTHER_STACK)
+    return flash <= board.flash_bytes - board.bootloader_bytes and ram <= board.ram_bytes
+
+
+def _accepted(spec: Spec, board: str) -> bool:
+    """Tell whether the spec passes all checks with another board in it."""
+    data: Any = deepcopy(spec.tree.data)
+    data["controller"]["board"] = board
+    try:
+        return not check(Controller.model_validate(data))
+    except ValidationError:
+        return False
+
+
+def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -> tuple[Way, ...]:
+    """List what could be made smaller, then what could be left out, what saves most first."""
+    keys: list[Path] = [("interfaces", index) for index in range(len(controller.interfaces))]
+    keys += [("programs",)]
+    keys += [("loops", name, "autotune") for name in controller.loops]
+    keys += [("loops", name) for name in controller.loops] * (len(controller.loops) > 1)
+    left_out = []
+    for key in keys:
+        saved = sum((each.size for each in found if each.path[: len(key)] == key), NONE)
+        left_out.append(Way(dotted(key), LEAVE_OUT, saved, _enough(saved, built)))
+    short = short_of(built)
+    useful = [way for way in left_out if in_order(way.saved, short) != (0, 0)]
+    useful.sort(key=lambda way: in_order(way.saved, short))
+    return (*_fewer(controller, built), *useful)[:MOST_WAYS]
+
+
+def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
+    """List the numbers of the spec that decide how much RAM is taken, and what would fit."""
+    for index, each in enumerate(controller.interfaces):
+        if isinstance(each, SerialLog) and each.keep == "ram":
+            key = f"interfaces[{index}].entries"
+            yield from _at_most(key, each.entries, 1, ENTRY_BYTES, built)
+    if controller.programs is not None:
+        stored = max((len(each.segments) for each in controller.programs.stored), default=1)
+        points = controller.programs.points
+        yield from _at_most("programs.points", points, stored, POINT_BYTES, built)
+
+
+def _at_most(key: str, number: int, least: int, each: int, built: BuildResult) -> Iterator[Way]:
+    """Propose a smaller number, each of which takes so many bytes of RAM at least."""
+    fewer = math.ceil(built.ram_over / each)
+    if 0 < fewer <= number - least:
+        saved = Bytes(0, fewer * each)
+        yield Way(key, f"at most {number - fewer}", saved, _enough(saved, built))
+
+
+def _enough(saved: Bytes, built: BuildResult) -> bool:
+    return saved.flash >= built.flash_over and saved.ram >= built.ram_over
