@@ -259,7 +259,7 @@ def test_reads(dimension: Dimension, texts: dict[str, float]) -> None:
 
 REFUSED = [
     "", " ", "°C", "1 2 °C", "1e °C", "0x10 °C", "1_000 °C", "nan °C", "inf °C", "1..2 °C",
-    "1 °C °C", "١ °C", "1e9999 °C", "1e999 °C", "5 °Ré", "50 % °C", "1,5 °C", "½ °C",
+    "1 °C °C", "١ °C", "１０ °C", "1０ °C", "10³ °C", "10² °C", "1e³ °C", "5¹C", "1⁻² °C", "1½ C", "1e9999 °C", "1e999 °C", "5 °Ré", "50 % °C", "1,5 °C", "½ °C",
     "1\u200b °C", "x" * 65 + " °C", "1" + " " * 80 + "°C",
     50, 50.0, math.nan, math.inf, True, None, [], {}, ("50 °C",),
 ]  # fmt: skip
