@@ -17,7 +17,9 @@ from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
 from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
+from heatwright.sim.native import shim
 from heatwright.spec.boards import BOARDS, Board
+from heatwright.spec.user_cache import cache_dir
 
 Project = Callable[..., Path]
 
@@ -139,6 +141,29 @@ def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> 
     again = build(project(at="elsewhere"), progress=told.append)
     assert (first.cached, again.cached, told) == (False, True, [])
     assert (again.elf, again.flash_bytes) == (first.elf, first.flash_bytes)
+
+
+def test_what_is_damaged_in_the_cache_is_made_again(project: Project, fresh_cache: Path) -> None:
+    image = build(project()).elf.read_bytes()
+    binary = "builds/*/project/.pio/build/uno/firmware."
+    platform = "platformio/*/platforms/atmelavr/platform.json"
+    for pattern in (f"{binary}elf", f"{binary}hex", "builds/*/result.json", platform):
+        (file,) = fresh_cache.glob(pattern)
+        sound = file.read_bytes()
+        file.write_bytes(sound[: len(sound) // 2])
+        again = build(project())
+        assert (again.cached, again.elf.read_bytes()) == (pattern == platform, image)
+        assert "result" in pattern or file.read_bytes() == sound  # the record has its log's times
+        assert build(project()).cached
+
+
+@pytest.mark.parametrize("value", ["", "relative", "./here"])
+def test_a_cache_that_is_no_absolute_path_is_as_if_not_set(
+    value: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", value)
+    assert cache_dir() == Path.home() / ".cache/heatwright"
+    assert shim.cache_folder() == cache_dir() / "native"
 
 
 def test_another_place_gives_the_same_image(
