@@ -19,6 +19,7 @@ from heatwright.spec.salvage import salvage
 from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
+from heatwright.spec.user_file import STDIN, read_file
 
 MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
@@ -50,13 +51,12 @@ def digest(controller: Controller) -> str:
 
 
 def load(path: str | os.PathLike[str]) -> Spec:
-    """Load a spec from a file.
+    """Load a spec from a file, or from standard input if it is `-`.
 
     Raises SpecError with all problems, OSError if the file cannot be read.
     """
     file = os.fspath(path)
-    with FilePath(file).open("rb") as stream:
-        return _load(stream.read(LARGEST_FILE + 1), file)
+    return _load(read_file(file, LARGEST_FILE + 1), file)
 
 
 def load_text(text: str | bytes, file: str = "spec.yaml") -> Spec:
@@ -78,7 +78,7 @@ def _load(data: bytes, file: str) -> Spec:
     ]
     if controller is None or problems or found:
         raise SpecError(_sorted([*problems.values(), *found]))
-    return Spec(controller, FilePath(file).name, tree)
+    return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
 
 
 def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
