@@ -22,7 +22,8 @@ class _File(click.Path):
         return super().convert(value, param, ctx)
 
 
-File = _File(path_type=Path)
+File = _File(readable=False, path_type=Path)
+"""Whether it can be read is found out by reading it."""
 
 spec_argument = click.argument("spec", type=File)
 

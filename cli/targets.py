@@ -41,7 +41,9 @@ def blaming(path: Path) -> Iterator[None]:
     except OSError as error:
         if error.filename is None:
             error.filename = str(path)
-        error.add_note(UNWRITTEN)
+        named = Path(os.fsdecode(error.filename))
+        if named.is_relative_to(path.parent) or path.is_relative_to(named):
+            error.add_note(UNWRITTEN)
         raise
 
 
