@@ -4,13 +4,18 @@ import errno
 import os
 import re
 import xml.etree.ElementTree as ET
+from io import StringIO
 from pathlib import Path
 from shutil import copyfile
 from unittest.mock import Mock
 
 import pytest
+from rich.console import Console
 from rig.commands import Heatwright, changed
 from rig.specs import EXAMPLES
+
+from heatwright.cli.tables import table
+from heatwright.cli.tune import tabled as tuned
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
@@ -125,6 +130,17 @@ def test_a_run_is_told_in_figures(heatwright: Heatwright) -> None:
     assert found["loops"]["air"]["closed_loop"]["maximum"] == 50.5
     assert found["loops"]["air"]["faults"] == []
     assert found["display"] is None
+
+
+@pytest.mark.parametrize("width", [30, 50, 80, 110, 200])
+def test_no_head_and_no_number_of_a_table_is_cut(width: int) -> None:
+    cells = [f"{number}.25" for number, _ in enumerate(tuned.COLUMNS[1:], 10)]
+    out = Console(file=StringIO(), width=width)
+    out.print(table(tuned.COLUMNS, [("as it is", *cells), ("simc", *cells)]))
+    told = out.file.getvalue()  # type: ignore[attr-defined]
+    assert all(word in told for word in " ".join(tuned.COLUMNS).split())
+    assert all(told.count(cell) == 2 for cell in cells)
+    assert "…" not in told
 
 
 @pytest.mark.parametrize(
