@@ -86,7 +86,7 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
     try:
         controller: Controller | None = Controller.model_validate(tree.data)
     except ValidationError as error:
-        for path, reason, remedy in findings(error, Controller):
+        for path, reason, remedy in findings(error, Controller, tree.position):
             if not any(path[:depth] in problems for depth in range(len(path) + 1)):
                 problems[path] = tree.problem(path, reason, remedy)
         controller = salvage(tree.data)

@@ -5,6 +5,7 @@ import math
 import pickle
 import re
 from decimal import Decimal
+from unittest.mock import Mock
 
 import pytest
 import yaml
@@ -20,6 +21,7 @@ from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.loader import MOST_PROBLEMS
 from heatwright.spec.quantity import Quantity, QuantityRange, about, duration, parse, rounded_up
 from heatwright.spec.text import LARGEST_FILE, Unreadable
+from heatwright.spec.translate import MOST_WORDED
 from heatwright.spec.tree import parse as parse_tree
 from heatwright.spec.units import Dimension
 
@@ -107,11 +109,14 @@ ABUSE = {
 
 
 @pytest.mark.parametrize("way", ABUSE)
-def test_abuse_ends_briefly(way: str) -> None:
+def test_abuse_ends_briefly(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = Mock(return_value=[])
+    monkeypatch.setattr("difflib.get_close_matches", looked)
     with pytest.raises(SpecError) as caught:
         load_text(ABUSE[way])
     assert 1 <= len(caught.value.problems) <= MOST_PROBLEMS + 1
     assert len(str(caught.value)) < 50_000
+    assert looked.call_count <= MOST_WORDED
     if way == "many keys":
         assert "more problems from here on" in caught.value.problems[-1].reason
     gc.collect()
