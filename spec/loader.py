@@ -12,6 +12,7 @@ from typing import NamedTuple
 from pydantic import ValidationError
 
 from heatwright.spec.checks import check
+from heatwright.spec.checks.agree import agreed
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path, Problem, SpecError
@@ -71,11 +72,9 @@ def _load(data: bytes, file: str) -> Spec:
         raise SpecError((error.problem,)) from None
     problems = dict(tree.problems)
     controller = _validated(tree, problems) if () not in problems else None
-    found = [
-        _problem(tree, finding)
-        for finding in (check(controller) if controller is not None else ())
-        if not _rests_on(finding, problems)
-    ]
+    checked = check(controller) if controller is not None else ()
+    sound = (finding for finding in checked if not _rests_on(finding, problems))
+    found = [_problem(tree, finding) for finding in agreed(sound)]
     if controller is None or problems or found:
         raise SpecError(_sorted([*problems.values(), *found]))
     return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
