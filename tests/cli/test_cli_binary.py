@@ -66,6 +66,7 @@ class TestVerify:
         assert evidence["speed"]["simulated_s"] >= 1800
         page = Path("chamber.html").read_text(encoding="utf-8")
         assert "Passed: all" in page
+        assert "with keys pressed" in page
         assert f"<b>{evidence['build']['flash']}</b>" in page
         assert evidence["digest"] in page
         assert not re.search(r"(src|href)=", page), "it needs nothing else"
@@ -217,6 +218,7 @@ def test_verify_says_what_failed(
     said = "Failed: 1 of " if expected else "Passed: all "
     assert page_name == "v.html"
     assert verdict.capitalize().startswith(said)
+    assert "with keys pressed" not in page, "there is no figure of them"
     assert said in page
     if expected:
         assert reason == expected

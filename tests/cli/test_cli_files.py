@@ -5,6 +5,7 @@ import os
 import re
 import xml.etree.ElementTree as ET
 from io import StringIO
+from itertools import combinations
 from pathlib import Path
 from shutil import copyfile
 from unittest.mock import Mock
@@ -14,8 +15,14 @@ from rich.console import Console
 from rig.commands import Heatwright, changed
 from rig.specs import EXAMPLES
 
+from heatwright.cli.running import run_model
+from heatwright.cli.scenario import with_scenario
 from heatwright.cli.tables import table
+from heatwright.cli.talk import _PlainJob
 from heatwright.cli.tune import tabled as tuned
+from heatwright.cli.tune.figure import shown_for_s, tuned_figure
+from heatwright.sim.plot import run_figure
+from heatwright.spec import load
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
@@ -180,6 +187,30 @@ def test_pictures_are_of_their_kinds_and_text_stays_text(heatwright: Heatwright)
     assert page.startswith("<!doctype html>")
     assert "<script>alert" not in page
     assert "http" not in page.replace("http://www.w3.org", ""), "it needs nothing else"
+
+
+def test_labels_of_events_a_second_apart_cover_no_other(heatwright: Heatwright) -> None:
+    pressed = [*range(1, 8), *range(590, 599)]
+    events = "".join(
+        f"  - {{at: {at} s, press: {'up' if at % 2 else 'select'}}}\n" for at in pressed
+    )
+    Path("close.yaml").write_text(f"scenario:\n{events}  - {{for: 10 min}}\n", encoding="utf-8")
+    controller = with_scenario(load("chamber.yaml"), Path("close.yaml"), None)
+    figure = run_figure(run_model(controller, _PlainJob("")).trace, controller)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(boxes) == len(pressed)
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
+def test_the_axis_of_trials_ends_soon_after_all_has_happened(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And not after the many hours that the slowest would need for the rest of its way."""
+    drawn = Mock(wraps=tuned_figure)
+    monkeypatch.setattr("heatwright.cli.tune.figure.tuned_figure", drawn)
+    heatwright(f"tune {changed('oven', 'ki: 0.19 ', 'ki: 0.001 ')} --method simc --plot t.svg")
+    assert shown_for_s(drawn.call_args.args[2]) < 12 * 60
 
 
 def test_a_touch_display_is_drawn_and_a_plain_shield_is_not(heatwright: Heatwright) -> None:
