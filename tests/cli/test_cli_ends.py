@@ -47,18 +47,10 @@ def failing(error: BaseException) -> click.Command:
         (AvrError("crashed"), 1, "crashed\n"),
         (MemoryError(), 2, "There is not enough memory: simulate a shorter time.\n"),
         (KeyboardInterrupt(), 130, "Interrupted.\n"),
-        (
-            OSError(errno.ENOSPC, "No space left on device", "a.png"),
-            2,
-            "a.png: cannot be used: no space left",
-        ),
+        (OSError(errno.ENOSPC, "No space", "a.png"), 2, "a.png: cannot be used: no space.\n"),
         (OSError(errno.ENOSPC, "No space left on device"), 2, "The output cannot be written"),
         (OSError(errno.EPIPE, "Broken pipe"), 141, ""),
-        (
-            OSError(errno.EACCES, "Denied"),
-            2,
-            "does not let heatwright go on (_execute_mock_call): d",
-        ),
+        (OSError(errno.EACCES, "Denied"), 2, "not let heatwright go on (_execute_mock_call): d"),
         (ZeroDivisionError("oh"), 70, "heatwright has failed (ZeroDivisionError: oh)"),
     ],
 )
@@ -123,30 +115,22 @@ def test_an_interrupted_simulation_leaves_nothing(
 
 @pytest.mark.parametrize("name", ["click", "pydantic", "yaml", "numpy", "heatwright.cli.results"])
 def test_an_interrupted_import_ends_as_any_work(name: str) -> None:
-    program = f"""if True:
-        import os, sys
-        class Finder:
-            def find_spec(name, *_):
-                if name == {name!r}:
-                    sys.meta_path.remove(Finder)
-                    os.kill(os.getpid(), {int(signal.SIGINT)})
-        sys.meta_path.insert(0, Finder)
-        sys.argv[1:] = ["simulate", {CHAMBER!r}, "--model", "--for", "5s", "--json"]
-        from heatwright.cli.start import main
-        main()"""
-    words = [sys.executable, "-c", program]
+    program = f"""import os, sys
+sys.addaudithook(lambda what, of: (what, of[0]) == ("import", {name!r}) and os.kill(os.getpid(), 2))
+from heatwright.cli.start import main
+main()"""
+    words = [sys.executable, "-c", program, "simulate", CHAMBER, "--model", "--for", "5s", "--json"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert done.returncode == 130
-    assert done.stderr.replace("Simulating the model …\n", "") == "Interrupted.\n"
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (130, "Interrupted.")
+    assert "Traceback" not in done.stderr
     assert json.loads(done.stdout) == {"status": 130, "error": "Interrupted.", "problems": []}
 
 
 @pytest.mark.parametrize("name", ["-", "/dev/stdin"])
-def test_a_spec_comes_through_a_pipe(name: str, tmp_path: Path) -> None:
+def test_a_spec_comes_through_a_pipe(name: str) -> None:
     text = Path(CHAMBER).read_text(encoding="utf-8")
-    for words, told in ((["check", name], f"{name}: good\n"), (["generate", name], "44 written")):
-        done = subprocess.check_output([*PROGRAM, *words], input=text, text=True, cwd=tmp_path)
-        assert told in done
+    told = subprocess.check_output([*PROGRAM, "check", name], input=text, text=True)
+    assert told == f"{name}: good\n"
 
 
 def group_ends(group: int, within_s: float) -> bool:

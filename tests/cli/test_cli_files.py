@@ -5,7 +5,6 @@ import os
 import re
 import xml.etree.ElementTree as ET
 from io import StringIO
-from itertools import combinations
 from pathlib import Path
 from shutil import copyfile
 from unittest.mock import Mock
@@ -15,14 +14,8 @@ from rich.console import Console
 from rig.commands import Heatwright, changed
 from rig.specs import EXAMPLES
 
-from heatwright.cli.running import run_model
-from heatwright.cli.scenario import with_scenario
 from heatwright.cli.tables import table
-from heatwright.cli.talk import _PlainJob
 from heatwright.cli.tune import tabled as tuned
-from heatwright.cli.tune.figure import shown_for_s, tuned_figure
-from heatwright.sim.plot import run_figure
-from heatwright.spec import load
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
@@ -84,31 +77,15 @@ def test_generate_writes_where_one_would_look(heatwright: Heatwright) -> None:
 
 def test_what_differs_is_named_both_ways(heatwright: Heatwright) -> None:
     heatwright("generate chamber.yaml -o out")
-    main = Path("out/src/main.c")
-    first_line = main.read_text(encoding="utf-8").splitlines()[0]
-    main.write_text(f"{first_line}\n", encoding="utf-8")
-    Path("out/src/fault.c").unlink()
-    Path("out/src/old.c").write_text(f"{first_line}\n", encoding="utf-8")
-    Path("out/src/mine.c").write_text("int mine;\n", encoding="utf-8")
+    Path("out/src/main.c").rename("out/src/old.c")
     told = heatwright("generate chamber.yaml -o out --check", status=1).out
-    assert set(told.splitlines()) == {
-        "out/src/fault.c: missing", "out/src/main.c: changed", "out/src/old.c: extra"
-    }  # fmt: skip
+    assert told.splitlines() == ["out/src/main.c: missing", "out/src/old.c: extra"]
     found = heatwright("generate chamber.yaml -o out --check --json", status=1).json
     assert {"path": "src/old.c", "state": "extra"} in found["differences"]
-    assert not Path("out/src/fault.c").exists()
+    assert not Path("out/src/main.c").exists()
     told = heatwright("generate chamber.yaml -o out").err
     assert told == "out/src/old.c: no longer generated; delete it.\n"
-    assert Path("out/src/old.c").is_file()
     assert heatwright("generate chamber.yaml -o out --json").json["left_over"] == ["src/old.c"]
-
-
-def test_generate_replaces_nothing_of_the_users(heatwright: Heatwright) -> None:
-    Path("out/src").mkdir(parents=True)
-    Path("out/src/main.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
-    told = heatwright("generate chamber.yaml -o out", status=2).err
-    assert "out/src/main.c was not written by heatwright" in told
-    assert sorted(path.name for path in Path("out").rglob("*")) == ["main.c", "src"]
 
 
 def test_a_full_disk_names_the_file(
@@ -189,30 +166,6 @@ def test_pictures_are_of_their_kinds_and_text_stays_text(heatwright: Heatwright)
     assert "http" not in page.replace("http://www.w3.org", ""), "it needs nothing else"
 
 
-def test_labels_of_events_a_second_apart_cover_no_other(heatwright: Heatwright) -> None:
-    pressed = [*range(1, 8), *range(590, 599)]
-    events = "".join(
-        f"  - {{at: {at} s, press: {'up' if at % 2 else 'select'}}}\n" for at in pressed
-    )
-    Path("close.yaml").write_text(f"scenario:\n{events}  - {{for: 10 min}}\n", encoding="utf-8")
-    controller = with_scenario(load("chamber.yaml"), Path("close.yaml"), None)
-    figure = run_figure(run_model(controller, _PlainJob("")).trace, controller)
-    figure.canvas.draw()
-    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
-    assert len(boxes) == len(pressed)
-    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
-
-
-def test_the_axis_of_trials_ends_soon_after_all_has_happened(
-    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """And not after the many hours that the slowest would need for the rest of its way."""
-    drawn = Mock(wraps=tuned_figure)
-    monkeypatch.setattr("heatwright.cli.tune.figure.tuned_figure", drawn)
-    heatwright(f"tune {changed('oven', 'ki: 0.19 ', 'ki: 0.001 ')} --method simc --plot t.svg")
-    assert shown_for_s(drawn.call_args.args[2]) < 12 * 60
-
-
 def test_a_touch_display_is_drawn_and_a_plain_shield_is_not(heatwright: Heatwright) -> None:
     heatwright("simulate chamber.yaml --for 5s --plot c.html")
     assert "<img" not in Path("c.html").read_text(encoding="utf-8")
@@ -286,20 +239,17 @@ SCENARIOS = {
         ("simulate kiln.yaml --display k.jpg", "name it with .png"),
         ("simulate kiln.yaml --display k.png --serial", "--serial goes with"),
         ("simulate kiln.yaml --model --serial", "--serial goes with --speed, --for and --json"),
-        ("simulate kiln.yaml --csv x.csv --serial", "--serial goes with"),
         ("simulate chamber.yaml --serial", "No interface of this spec listens to a serial port"),
         ("simulate bare.yaml --model", "bare.yaml: has no `simulation`"),
         ("verify bare.yaml", "bare.yaml: has no `simulation`"),
         ("verify chamber.yaml --core qemu", "'own', 'simavr'"),
         ("compare chamber.yaml", "chamber.yaml: has no `comparison`"),
         ("compare oven.yaml --algorithm none", "no row is called none; there are"),
-        ("simulate chamber.yaml --scenario no.yaml", "no.yaml: cannot be read: no such file"),
         ("simulate chamber.yaml --model --scenario no.yaml --csv step.csv", "no such file"),
         *((f"simulate chamber.yaml --model --scenario {name}", reason)
           for name, (_, reason) in SCENARIOS.items()),
         ("identify", "Missing argument 'LOG'"),
         ("identify no.csv", "no.csv: cannot be read: no such file"),
-        ("identify . --power 40W", "is a directory"),
         ("identify pipe --power 40W", "pipe: cannot be read: it is no regular file"),
         ("identify empty.csv --power 40W", "empty.csv: holds no rows of numbers"),
         ("identify step.csv", "step.csv: has the duty, not the power; say what full duty is"),
