@@ -63,7 +63,6 @@ class TestVerify:
         assert evidence["digest"] == example("chamber").digest
         assert evidence["replay"]["ticks"] >= 1800
         assert evidence["replay"]["mismatches"] == 0
-        assert evidence["speed"]["simulated_s"] >= 1800
         page = Path("chamber.html").read_text(encoding="utf-8")
         assert "Passed: all" in page
         assert "with keys pressed" in page
@@ -118,12 +117,11 @@ def test_labels_of_events_a_second_apart_cover_no_other(tmp_path: Path) -> None:
     assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
-class TestCompare:
-    def test_rows_equal_the_model_on_their_binaries(self, heatwright: Heatwright) -> None:
-        (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
-        assert row["replay"]["mismatches"] == 0
-        assert row["replay"]["ticks"] >= 3599
-        assert fits(row["build"], BUILD)
+def test_rows_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
+    (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
+    assert row["replay"]["mismatches"] == 0
+    assert row["replay"]["ticks"] >= 3599
+    assert fits(row["build"], BUILD)
 
 
 # ---- what verify judges: each check fails when it must, and the command then ends with 1 ----

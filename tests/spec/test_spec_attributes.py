@@ -234,12 +234,6 @@ def test_who_has_a_loop(name: str, expected: str) -> None:
     assert held == expected.split()
 
 
-def test_what_is_no_loop_is_nobodys() -> None:
-    kiln = example("kiln").controller
-    assert not commands.programmed(kiln, "lid")
-    assert not commands.switched(kiln, "lid")
-
-
 @pytest.mark.parametrize(
     ("name", "loop", "algorithm"),
     [

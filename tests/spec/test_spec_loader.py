@@ -1,6 +1,5 @@
 """Files become specs or errors that help, whatever their bytes; quantities are read with units."""
 
-import gc
 import math
 import pickle
 import re
@@ -119,7 +118,6 @@ def test_abuse_ends_briefly(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert looked.call_count <= MOST_WORDED
     if way == "many keys":
         assert "more problems from here on" in caught.value.problems[-1].reason
-    gc.collect()
 
 
 @pytest.mark.parametrize("loader", [yaml.BaseLoader, yaml.CBaseLoader])

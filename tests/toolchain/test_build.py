@@ -17,7 +17,6 @@ from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
 from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
-from heatwright.sim.native import shim
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.user_cache import cache_dir
 
@@ -161,7 +160,6 @@ def test_a_cache_at_no_absolute_path_is_ignored(monkeypatch: pytest.MonkeyPatch)
     for value in ("", "relative", "./here"):
         monkeypatch.setenv("XDG_CACHE_HOME", value)
         assert cache_dir() == Path.home() / ".cache/heatwright"
-        assert shim.cache_folder() == cache_dir() / "native"
 
 
 def test_another_place_gives_the_same_image(
