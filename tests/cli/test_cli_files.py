@@ -239,6 +239,7 @@ SCENARIOS = {
         ("simulate chamber.yaml --serial", "No interface of this spec listens to a serial port"),
         ("simulate bare.yaml --model", "bare.yaml: has no `simulation`"),
         ("verify bare.yaml", "bare.yaml: has no `simulation`"),
+        ("verify chamber.yaml --elf pipe", "pipe: cannot be read: it is no regular file"),
         ("verify chamber.yaml --core qemu", "'own', 'simavr'"),
         ("compare chamber.yaml", "chamber.yaml: has no `comparison`"),
         ("compare oven.yaml --algorithm none", "no row is called none; there are"),
