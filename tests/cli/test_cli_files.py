@@ -257,7 +257,6 @@ SCENARIOS = {
         ("identify step.csv --loop air", "--loop names a loop of a spec"),
         ("identify step.csv --spec oven.yaml --loop x", "oven.yaml: has no loop x; there are air"),
         ("identify step.csv --spec step.csv", "step.csv:1:"),
-        ("tune no.yaml", "no.yaml: cannot be read: no such file"),
         ("tune bare.yaml", "bare.yaml: has no `simulation`"),
         ("tune chamber.yaml", "chamber.yaml: heater heater is switched on and off only"),
         ("tune oven.yaml --method relay", "Loop air does not tune itself"),
