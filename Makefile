@@ -8,6 +8,7 @@ SHELL := bash
 
 BIN := .venv/bin
 READY := .venv/ready
+TESTS_READY := .venv/ready-for-tests
 EVIDENCE_READY := .venv/ready-for-evidence
 ARGS ?=
 SIZE ?= evidence
@@ -15,20 +16,28 @@ SIZE ?= evidence
 help: ## list what there is to make
 	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
 
-setup: $(READY) ## Debian packages where missing, .venv, the simulator's native part (LINUXCNC=1: and LinuxCNC)
+setup: $(TESTS_READY) ## Debian packages where missing, .venv, the simulator's native part (LINUXCNC=1: and LinuxCNC)
 
 # Asked for, it is looked for even where all else is ready.
 ifdef LINUXCNC
 export LINUXCNC
-.PHONY: $(READY)
+.PHONY: $(TESTS_READY)
 endif
 
-$(READY): pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
+MADE_OF := pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
+
+# What the commands need.
+$(READY): $(MADE_OF)
 	@tools/setup.sh
 	@touch $@
 
-# What only the whole evidence needs: other simulators, a second compiler, LinuxCNC.
-$(EVIDENCE_READY): $(READY)
+# And what only the tests need: checkers of C and Python, Arduino's core, hosts.
+$(TESTS_READY): $(MADE_OF)
+	@TESTS=1 tools/setup.sh
+	@touch $(READY) $@
+
+# And what only the whole evidence needs: other simulators, a second compiler, LinuxCNC.
+$(EVIDENCE_READY): $(TESTS_READY)
 	@EVIDENCE=1 LINUXCNC=1 tools/setup.sh
 	@touch $@
 
@@ -40,25 +49,25 @@ test: lint types pytest ## what must hold before a change is shared (ARGS="-k na
 evidence: export SUITE_SIZE := $(SIZE)
 evidence: $(EVIDENCE_READY) pytest ## all the evidence, in half an hour (SIZE=full: with all its numbers, in hours)
 
-lint: $(READY)
+lint: $(TESTS_READY)
 	@echo "ruff"
 	@$(BIN)/ruff check --quiet .
 	@$(BIN)/ruff format --quiet --check .
 
-types: $(READY)
+types: $(TESTS_READY)
 	@echo "mypy"
 	@$(BIN)/mypy | sed 's#^\.typing/heatwright/##'
 
-pytest: $(READY)
+pytest: $(TESTS_READY)
 	@$(BIN)/python -m pytest -n 2 $(ARGS)
 
-mutation: $(READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
+mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
 	@cd tests && ../$(BIN)/python -m mutation $(ARGS)
 
 bench: $(READY) ## how fast the simulation runs and the generator starts
 	@$(BIN)/python tools/bench.py
 
-format: $(READY) ## let ruff lay out the code
+format: $(TESTS_READY) ## let ruff lay out the code
 	@$(BIN)/ruff check --quiet --fix .
 	@$(BIN)/ruff format --quiet .
 

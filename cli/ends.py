@@ -9,8 +9,9 @@ import signal
 import sys
 import traceback
 from enum import IntEnum
+from io import StringIO
 from types import FrameType
-from typing import IO
+from typing import IO, Any, NamedTuple
 
 import click
 
@@ -32,6 +33,16 @@ class Status(IntEnum):
     TERMINATED = 128 + signal.SIGTERM
 
 
+JSON_TOLD = "JSON is told"
+"""Set in the context's object once a command has printed its JSON: there is only one."""
+UNWRITTEN = "cannot be written"
+"""Noted at an error that came from writing; see also `heatwright.spec.user_file`."""
+
+_OF_STREAMS = {
+    errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG, errno.EDQUOT, errno.EAGAIN,
+}  # fmt: skip
+"""What goes wrong with standard output and standard error; any other error is not theirs."""
+
 COMPLETION = "_HEATWRIGHT_COMPLETE"
 """Set by the shell where completion is switched on; see click's "Shell Completion"."""
 
@@ -40,52 +51,97 @@ class Refused(Exception):
     """The command cannot be done; the text says what and how to put it right."""
 
 
+class _End(NamedTuple):
+    """The end of a command: its status and, where it could not be done, why."""
+
+    status: int
+    text: str = ""
+    problems: tuple[Any, ...] = ()
+    """What is wrong in which place of a spec."""
+
+
+_INTERRUPTED = _End(Status.INTERRUPTED, "Interrupted.")
+
+
 def ended(command: click.Command, arguments: list[str]) -> int:
     """Run a command to its end; whatever happens, the result is an exit status."""
     _prepare_streams()
+    told: dict[str, Any] = {}
     try:
-        status = _run(command, arguments)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        end = _run(command, arguments, told)
+        if end is not _INTERRUPTED:
+            _tell(end, arguments, told)
+            _flush()
+            return end.status
     except KeyboardInterrupt:
-        return _silently_said("Interrupted.", Status.INTERRUPTED)
+        end = _INTERRUPTED
     except OSError as error:
         return _write_failed(error)
-    return status
+    with contextlib.suppress(OSError, KeyboardInterrupt):
+        _tell(end, arguments, told)
+        _flush()
+    return end.status
 
 
-def _run(command: click.Command, arguments: list[str]) -> int:
+def _run(command: click.Command, arguments: list[str], told: dict[str, Any]) -> _End:
     try:
         if COMPLETION in os.environ:  # the shell asks what could be typed next
             command.main(arguments, prog_name="heatwright")
-        with command.make_context("heatwright", arguments) as context:
+        with command.make_context("heatwright", [*arguments], obj=told) as context:
             result = command.invoke(context)
     except click.exceptions.Exit as stop:
-        return stop.exit_code
+        return _End(stop.exit_code)
     except click.ClickException as error:
-        error.show()
-        return Status.REFUSED
+        return _misused(error)
     except (click.Abort, KeyboardInterrupt):
-        raise KeyboardInterrupt from None
-    except OSError as error:
-        if error.filename is None:  # a stream of ours, not a file of the user's
-            raise
-        return _said(f"{_file(error)}: {unusable(error)}.", Status.REFUSED)
+        return _INTERRUPTED
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
+            raise
+        if _Signals.interrupted:  # what was interrupted may have made an error of its own of it
+            return _INTERRUPTED
         return _expected(error) or _bug(error, arguments)
-    return result if isinstance(result, int) else Status.DONE
+    return _End(result if isinstance(result, int) else Status.DONE)
 
 
-def _expected(error: Exception) -> int | None:
+def _tell(end: _End, arguments: list[str], told: dict[str, Any]) -> None:
+    """Say why a command could not be done: in a few lines, and as the JSON that was asked for."""
+    if not end.text:
+        return
+    click.echo(end.text, err=True)
+    options = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    if "--json" in options and JSON_TOLD not in told:
+        from json import dumps  # noqa: PLC0415 - only where asked for
+
+        problems = [problem._asdict() for problem in end.problems]
+        failed = {"status": int(end.status), "error": end.text, "problems": problems}
+        click.echo(dumps(failed, indent=2, ensure_ascii=False))
+
+
+def _flush() -> None:
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _misused(error: click.ClickException) -> _End:
+    """Say what is wrong with a command line, below how it is used."""
+    said = StringIO()
+    error.show(said)
+    return _End(Status.REFUSED, said.getvalue().rstrip("\n"))
+
+
+def _expected(error: Exception) -> _End | None:
     """End with what went wrong outside this program; None for what is no such thing.
 
     The exceptions are known by where they are defined: importing them all takes too long for a
     command that ends well.
     """
     if isinstance(error, MemoryError):
-        return _said("There is not enough memory: simulate a shorter time.", Status.REFUSED)
+        return _End(Status.REFUSED, "There is not enough memory: simulate a shorter time.")
+    if isinstance(error, OSError):
+        return _End(Status.REFUSED, _file_failed(error))
     status = _EXPECTED.get(f"{type(error).__module__}.{type(error).__name__}")
-    return None if status is None else _said(str(error), status)
+    return None if status is None else _End(status, str(error), getattr(error, "problems", ()))
 
 
 _EXPECTED = {
@@ -100,14 +156,14 @@ _EXPECTED = {
 }
 
 
-def _bug(error: Exception, arguments: list[str]) -> int:
+def _bug(error: Exception, arguments: list[str]) -> _End:
     if "--debug" in arguments or os.environ.get("HEATWRIGHT_DEBUG"):
         traceback.print_exception(error)
     what = f"{type(error).__name__}: {error}".splitlines()[0].rstrip(".: ")
-    return _said(
+    return _End(
+        Status.BUG,
         f"heatwright has failed ({what}). That is a bug in it: please report it, with what\n"
         "HEATWRIGHT_DEBUG=1 heatwright … prints.",
-        Status.BUG,
     )
 
 
@@ -117,22 +173,18 @@ def _write_failed(error: OSError) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if error.errno == errno.EPIPE:
         return Status.NOBODY_READS
-    return _silently_said(f"The output cannot be written: {unusable(error)}.", Status.REFUSED)
-
-
-def _said(text: str, status: int) -> int:
-    click.echo(text, err=True)
-    return status
-
-
-def _silently_said(text: str, status: int) -> int:
     with contextlib.suppress(OSError, KeyboardInterrupt):
-        click.echo(text, err=True)
-    return status
+        click.echo(f"The output cannot be written: {unusable(error)}.", err=True)
+    return Status.REFUSED
 
 
-def _file(error: OSError) -> str:
-    return os.fsdecode(error.filename) if isinstance(error.filename, str | bytes) else "a file"
+def _file_failed(error: OSError) -> str:
+    """Say what could not be done with which file."""
+    if not isinstance(error.filename, str | bytes):
+        calls = traceback.extract_tb(error.__traceback__)
+        return f"The system does not let heatwright go on ({calls[-1].name}): {unusable(error)}."
+    what = next(iter(getattr(error, "__notes__", ())), "cannot be used")
+    return f"{os.fsdecode(error.filename)}: {what}: {unusable(error)}."
 
 
 def unusable(error: OSError) -> str:
@@ -153,10 +205,22 @@ def _lenient(stream: IO[str] | None) -> None:
         reconfigure(errors="replace")
 
 
+class _Signals:
+    """What signals have asked for."""
+
+    interrupted = False
+
+
 def end_in_order() -> None:
     """Let a plain `kill` end the program as Ctrl-C does, with nothing left behind."""
     signal.signal(signal.SIGTERM, _terminate)
+    signal.signal(signal.SIGINT, _interrupt)
 
 
 def _terminate(_: int, __: FrameType | None) -> None:
     raise SystemExit(Status.TERMINATED)
+
+
+def _interrupt(_: int, __: FrameType | None) -> None:
+    _Signals.interrupted = True
+    raise KeyboardInterrupt

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from importlib import import_module
 
@@ -93,8 +94,6 @@ def main() -> None:
     # Matrices here have four rows; threads that wait for larger ones would take a core.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     end_in_order()
-    sys.exit(ended(cli, sys.argv[1:]))
-
-
-if __name__ == "__main__":
-    main()
+    status = ended(cli, sys.argv[1:])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done
+    sys.exit(status)

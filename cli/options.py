@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
+
+from heatwright.cli.ends import JSON_TOLD
 
 PLOTS = (".png", ".svg", ".html")
 """Kinds of file that a plot can be."""
 
-File = click.Path(path_type=Path)
+
+class _File(click.Path):
+    """A path; an empty one would be the working folder, which nobody has named."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("the name is empty.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+File = _File(readable=False, path_type=Path)
+"""Whether it can be read is found out by reading it."""
 
 spec_argument = click.argument("spec", type=File)
 
@@ -22,7 +36,9 @@ def print_json(value: object) -> None:
     """Print a value as JSON; numbers that are none of JSON's (NaN) are an error."""
     from json import dumps  # noqa: PLC0415 - only where asked for
 
-    click.echo(dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    text = dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    click.get_current_context().obj[JSON_TOLD] = True
+    click.echo(text)
 
 
 class Length(click.ParamType[float]):

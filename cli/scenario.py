@@ -10,9 +10,10 @@ from heatwright.cli.ends import Refused
 from heatwright.spec import Controller, Event, Problem, Spec, SpecError
 from heatwright.spec.base import Model
 from heatwright.spec.checks import check
-from heatwright.spec.text import Unreadable, decode
+from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
+from heatwright.spec.user_file import read_file
 
 
 class _File(Model):
@@ -53,7 +54,7 @@ def _with(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
 
 def _load(controller: Controller, file: Path) -> tuple[Event, ...]:
     try:
-        tree = parse(decode(file.read_bytes(), str(file)), str(file))
+        tree = parse(decode(read_file(file, LARGEST_FILE + 1), str(file)), str(file))
     except Unreadable as error:
         raise SpecError((error.problem,)) from None
     found, problems = _read(tree)

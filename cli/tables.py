@@ -7,12 +7,15 @@ from collections.abc import Iterable, Sequence
 
 import click
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, JustifyMethod, RenderableType
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderableType, RenderResult
 from rich.table import Table
 from rich.text import Text
 
 WIDE = 200
 """Columns where there is no terminal: whoever reads a file can scroll."""
+WIDE_GAP, NARROW_GAP = 3, 1
+"""Blanks between two columns, and where there is little room."""
 
 
 def console() -> Console:
@@ -40,15 +43,76 @@ def show(what: RenderableType) -> None:
 
 def table(
     columns: Sequence[str], rows: Iterable[Sequence[str | Text]], *, text_columns: int = 1
-) -> Table:
-    """Make a table: the first columns are text, the others numbers, aligned right."""
-    made = Table(box=SIMPLE_HEAD, pad_edge=False)
-    for number, column in enumerate(columns):
-        side: JustifyMethod = "left" if number < text_columns else "right"
-        made.add_column(Text(column), justify=side)
-    for row in rows:
-        made.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
-    return made
+) -> RenderableType:
+    """Make a table: the first columns are text, the others numbers, aligned right.
+
+    Where the terminal is too narrow, heads and texts go on in a next line, and after that columns
+    in a next table. No word and no number is cut.
+    """
+    texts = [[cell if isinstance(cell, Text) else Text(cell) for cell in row] for row in rows]
+    return _Sheet([_Column(*each) for each in zip(columns, *texts, strict=True)], text_columns)
+
+
+class _Column:
+    def __init__(self, head: str, *cells: Text) -> None:
+        self.head = Text(head)
+        self.cells = cells
+
+    @property
+    def whole(self) -> int:
+        """Width without any line that goes on."""
+        return max(cell_len(text.plain) for text in (self.head, *self.cells))
+
+    def least(self, is_text: bool) -> int:
+        """Width below which a word, or a number, would be cut."""
+        lines = [*self.head.plain.split()]
+        for cell in self.cells:
+            lines += cell.plain.split() if is_text else [cell.plain]
+        return max(map(cell_len, lines), default=0)
+
+
+class _Sheet:
+    """One table, or several that have the columns of text in common."""
+
+    def __init__(self, columns: Sequence[_Column], text_columns: int) -> None:
+        self._columns = columns
+        self._texts = text_columns
+
+    def __rich_console__(self, _: Console, options: ConsoleOptions) -> RenderResult:
+        room = options.max_width
+        whole = [column.whole for column in self._columns]
+        if _taken(whole, WIDE_GAP) <= room:
+            yield self._table(range(len(whole)), WIDE_GAP)
+            return
+        least = [column.least(place < self._texts) for place, column in enumerate(self._columns)]
+        gap = WIDE_GAP if _taken(least, WIDE_GAP) <= room else NARROW_GAP
+        texts, shown = [*range(self._texts)], [*range(self._texts)]
+        for place in range(self._texts, len(least)):
+            wider = [*shown, place]
+            if len(shown) > len(texts) and _taken([least[each] for each in wider], gap) > room:
+                yield self._table(shown, gap, least)
+                wider = [*texts, place]
+            shown = wider
+        yield self._table(shown, gap, least)
+
+    def _table(
+        self, places: Iterable[int], gap: int, widths: Sequence[int | None] | None = None
+    ) -> Table:
+        shown = [*places]
+        pad = (gap - 1) // 2
+        made = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, pad))
+        for place in shown:
+            is_text = place < self._texts
+            side: JustifyMethod = "left" if is_text else "right"
+            width = None if is_text or widths is None else widths[place]
+            made.add_column(self._columns[place].head, justify=side, width=width)
+        for row in zip(*(self._columns[place].cells for place in shown), strict=True):
+            made.add_row(*row)
+        return made
+
+
+def _taken(widths: Sequence[int], gap: int) -> int:
+    return sum(widths) + gap * (len(widths) - 1) + 2  # a blank on either side
 
 
 def mark(good: bool) -> Text:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from heatwright.cli.ends import Refused
+from heatwright.cli.ends import UNWRITTEN, Refused
 
 
 def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
@@ -22,6 +22,10 @@ def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
         raise Refused(f"{path}: name it with {' or '.join(suffixes)}, for that is its kind.")
     if path.is_dir():
         raise Refused(f"{path}: is a folder; name a file.")
+    from heatwright.spec.user_file import OPEN_ALREADY  # noqa: PLC0415 - not only to show help
+
+    if path.is_fifo() and not str(path).startswith(OPEN_ALREADY):
+        raise Refused(f"{path}: is a pipe, which may have no reader; name a file.")
     folder = path.parent
     if not folder.is_dir():
         raise Refused(f"{path}: there is no folder {folder}; create it first.")
@@ -31,12 +35,15 @@ def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
 
 @contextmanager
 def blaming(path: Path) -> Iterator[None]:
-    """Let an error that names no file (a full disk) name this one."""
+    """Let an error of writing say so, and name this file if it names none (a full disk)."""
     try:
         yield
     except OSError as error:
         if error.filename is None:
             error.filename = str(path)
+        named = Path(os.fsdecode(error.filename))
+        if named.is_relative_to(path.parent) or path.is_relative_to(named):
+            error.add_note(UNWRITTEN)
         raise
 
 

@@ -23,6 +23,7 @@ from heatwright.sim.plot_data import (
     faults,
     followed,
     key_presses,
+    label_rows,
     runs_program,
     time_axis,
     with_reading,
@@ -35,11 +36,10 @@ FORMATS = (".png", ".svg")
 
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
 
-CLOSE, LABEL_ROWS = 0.08, 3
-"""Labels nearer than this part of the run stand below one another, in so many rows."""
-
-LATE = 0.85
-"""Part of the run from which on a label stands before its line: behind it is the legend."""
+LETTERS = 95
+"""Letters of a label that find room over the length of a run."""
+LABEL_PT = 10
+"""Height of a row of labels; where a panel ends there are no more of them."""
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -62,8 +62,7 @@ def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
         _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop], time)
     for panel in panels:
         dress(panel)
-        for loop in loops:
-            _mark_faults(panel, trace.steps[loop], time)
+        _mark_faults(panel, trace, time)
     panels[0].set_xlim(0, trace.duration_s / time.seconds)
     panels[-1].set_xlabel(f"time [{time.unit}]")
     panels[0].set_title(title, loc="left", fontweight="bold", parse_math=False)
@@ -97,17 +96,29 @@ def _readings(panel: Axes, log: StepLog, label: str, time: TimeAxis) -> None:
 
 
 def _label_keys(panel: Axes, trace: Trace, time: TimeAxis) -> None:
-    row, before_s = 0, -trace.duration_s
-    for time_s, text in key_presses(trace):
-        late = time_s > LATE * trace.duration_s
-        row = (row + 1) % LABEL_ROWS if time_s - before_s < CLOSE * trace.duration_s else 0
-        before_s = time_s
+    presses = key_presses(trace)
+    for time_s, _ in presses:
         panel.axvline(time_s / time.seconds, color="#888888", lw=0.6, ls=":", zorder=0)
-        panel.annotate(
-            text, (time_s / time.seconds, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(-3 if late else 3, -10 - 10 * row), textcoords="offset points", fontsize=8,
-            color="#666666", ha="right" if late else "left",
-        )  # fmt: skip
+    _label(panel, presses, time, trace.duration_s, "#666666")
+
+
+def _label(
+    panel: Axes, labels: Sequence[tuple[float, str]], time: TimeAxis, span_s: float, colour: str
+) -> None:
+    """Write labels beside their lines: those of faults from the bottom of a panel on, else top."""
+    top = colour != FAULT
+    most = int(panel.bbox.height * 72 / panel.figure.dpi / LABEL_PT)
+    for (time_s, text), (row, late) in zip(
+        labels, label_rows(labels, span_s, LETTERS), strict=True
+    ):
+        if row < most:
+            offset = -LABEL_PT * (row + 1) if top else 2 + LABEL_PT * row
+            panel.annotate(
+                text, (time_s / time.seconds, 1.0 if top else 0.02),
+                xycoords=("data", "axes fraction"), xytext=(-3 if late else 3, offset),
+                textcoords="offset points", fontsize=8, color=colour,
+                fontweight="normal" if top else "bold", ha="right" if late else "left",
+            )  # fmt: skip
 
 
 def _closer(panel: Axes, log: StepLog, loop: str, time: TimeAxis) -> None:
@@ -136,14 +147,12 @@ def _duty(panel: Axes, log: StepLog, loop: Loop, time: TimeAxis) -> None:
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
-def _mark_faults(panel: Axes, log: StepLog, time: TimeAxis) -> None:
-    for time_s, code in faults(log):
+def _mark_faults(panel: Axes, trace: Trace, time: TimeAxis) -> None:
+    tripped = sorted(fault for log in trace.steps.values() for fault in faults(log))
+    for time_s, _ in tripped:
         panel.axvline(time_s / time.seconds, color=FAULT, lw=1.2)
-        panel.annotate(
-            fault_label(code), (time_s / time.seconds, 0.02),
-            xycoords=("data", "axes fraction"), xytext=(4, 2), textcoords="offset points",
-            fontsize=8, color=FAULT, fontweight="bold",
-        )  # fmt: skip
+    labels = [(time_s, fault_label(code)) for time_s, code in tripped]
+    _label(panel, labels, time, trace.duration_s, FAULT)
 
 
 def dress(panel: Axes) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -31,6 +32,9 @@ USUAL_SHARE = 0.95
 
 LEAST_BAND_K = 1.0
 """Half of its least height."""
+
+SEEN_SHARE = 0.05
+"""Of the height of a picture what catches the eye in it."""
 
 ROOM = 1.15
 """Height of the closer look over that of the curve in it."""
@@ -87,6 +91,32 @@ def key_presses(trace: Trace) -> list[tuple[float, str]]:
     return found
 
 
+def label_rows(
+    labels: Sequence[tuple[float, str]], span_s: float, letters: int
+) -> list[tuple[int, bool]]:
+    """Choose a row for each label so that none covers another, and whether it ends at its time.
+
+    letters -- that find room beside each other over the span; a label that would go beyond its end
+    stands before its line.
+    """
+    rows: list[list[tuple[float, float]]] = []
+    found = []
+    for time_s, text in labels:
+        long_s = (len(text) + 1) * span_s / letters
+        late = time_s + long_s > span_s
+        start_s = time_s - long_s if late else time_s
+        end_s = start_s + long_s
+        row = next(
+            (row for row, taken in enumerate(rows)
+             if all(end_s <= start or end <= start_s for start, end in taken)),
+            len(rows),
+        )  # fmt: skip
+        rows += [[]] if row == len(rows) else []
+        rows[row].append((start_s, end_s))
+        found.append((row, late))
+    return found
+
+
 def asked_of(log: StepLog, loop: Loop) -> dict[str, tuple[Series, str]]:
     """Return what each step asked of the heater and of the cooler, %, and their colours."""
     asked: dict[str, tuple[Series, str]] = {loop.heater: (log["duty_percent"], HEAT)}
@@ -113,6 +143,15 @@ def closer(log: StepLog) -> tuple[float, float]:
         setpoint_c = float(log["setpoint_c"][-1])
         return setpoint_c - LEAST_ZOOM_K, setpoint_c + LEAST_ZOOM_K
     return zoom(response["temperature_c"].astype(float), float(response["setpoint_c"][-1]))
+
+
+def eventful_s(log: StepLog) -> float:
+    """Find when a run has come to what it then goes on with, as in the last third of it."""
+    readings_c, times_s = log["temperature_c"].astype(float), log["time_s"].astype(float)
+    rest_c = readings_c[2 * len(log) // 3 :]
+    room_k = SEEN_SHARE * float(np.ptp(readings_c))
+    outside = (readings_c < rest_c.min() - room_k) | (readings_c > rest_c.max() + room_k)
+    return float(times_s[outside][-1]) if outside.any() else float(times_s[-1])
 
 
 def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:

@@ -99,7 +99,16 @@ def off_is_none(value: object) -> object:
 Off = BeforeValidator(off_is_none)
 Name = Annotated[str, Checked(_name, type="string", pattern=NAME)]
 Reference = Annotated[str, Checked(_reference, type="string")]
-Title = Annotated[str, Checked(_plain_text, type="string", minLength=1, maxLength=LONGEST_TITLE)]
+Title = Annotated[
+    str,
+    Checked(
+        _plain_text,
+        type="string",
+        minLength=1,
+        maxLength=LONGEST_TITLE,
+        pattern=r"^(?=.*\S)[^\u0000-\u001f\u007f-\u009f\u2028\u2029]*$",
+    ),
+]
 Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
 ReadOnly = AfterValidator(_frozen)
 Filled = AfterValidator(_filled)

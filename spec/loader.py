@@ -12,6 +12,7 @@ from typing import NamedTuple
 from pydantic import ValidationError
 
 from heatwright.spec.checks import check
+from heatwright.spec.checks.agree import agreed
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path, Problem, SpecError
@@ -19,6 +20,7 @@ from heatwright.spec.salvage import salvage
 from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
+from heatwright.spec.user_file import STDIN, read_file
 
 MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
@@ -50,13 +52,12 @@ def digest(controller: Controller) -> str:
 
 
 def load(path: str | os.PathLike[str]) -> Spec:
-    """Load a spec from a file.
+    """Load a spec from a file, or from standard input if it is `-`.
 
     Raises SpecError with all problems, OSError if the file cannot be read.
     """
     file = os.fspath(path)
-    with FilePath(file).open("rb") as stream:
-        return _load(stream.read(LARGEST_FILE + 1), file)
+    return _load(read_file(file, LARGEST_FILE + 1), file)
 
 
 def load_text(text: str | bytes, file: str = "spec.yaml") -> Spec:
@@ -71,14 +72,12 @@ def _load(data: bytes, file: str) -> Spec:
         raise SpecError((error.problem,)) from None
     problems = dict(tree.problems)
     controller = _validated(tree, problems) if () not in problems else None
-    found = [
-        _problem(tree, finding)
-        for finding in (check(controller) if controller is not None else ())
-        if not _rests_on(finding, problems)
-    ]
+    checked = check(controller) if controller is not None else ()
+    sound = (finding for finding in checked if not _rests_on(finding, problems))
+    found = [_problem(tree, finding) for finding in agreed(sound)]
     if controller is None or problems or found:
         raise SpecError(_sorted([*problems.values(), *found]))
-    return Spec(controller, FilePath(file).name, tree)
+    return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
 
 
 def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
@@ -86,7 +85,7 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
     try:
         controller: Controller | None = Controller.model_validate(tree.data)
     except ValidationError as error:
-        for path, reason, remedy in findings(error, Controller):
+        for path, reason, remedy in findings(error, Controller, tree.position):
             if not any(path[:depth] in problems for depth in range(len(path) + 1)):
                 problems[path] = tree.problem(path, reason, remedy)
         controller = salvage(tree.data)

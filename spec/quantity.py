@@ -77,8 +77,11 @@ def tidy(text: object) -> str:
 
 
 def _spelling(unit: str) -> str:
-    """Bring a unit, already in NFKC, to the spelling of the tables: no blanks, `m2`, `μ`."""
-    plain = "".join(unit.split()).translate(_DROPPED)
+    """Bring a unit to the spelling of the tables: no blanks, `m2`, `μ`.
+
+    Only a unit may be respelt so: in a number NFKC would make 103 of 10³.
+    """
+    plain = "".join(unicodedata.normalize("NFKC", unit).split()).translate(_DROPPED)
     return "μ" + plain[1:] if plain in {"us", "uV", "uA"} else plain
 
 
@@ -98,17 +101,31 @@ def parse(text: object, dimension: Dimension) -> float:
             f"this text is too long for a {dimension.name}",
             f"Write one, such as {dimension.example}",
         )
-    plain = unicodedata.normalize("NFKC", text).replace("−", "-").strip()
-    match = _QUANTITY.fullmatch(plain)
+    match = _QUANTITY.fullmatch(text.replace("−", "-").strip())
     if match is None:
-        raise refuse(
-            f"{text!r} is not a {dimension.name}", f"Write one, such as {dimension.example}"
-        )
+        raise _no_number(text, text.strip(), dimension)
     unit = dimension.units.get(_spelling(match[2]))
+    if unit is None and _begins_odd(match[2]):
+        raise _no_number(text, match[2], dimension)
     if unit is None:
         raise _wrong_unit(text, match[1], _spelling(match[2]), dimension)
     value = float((Decimal(match[1]) - unit.offset) * unit.factor)
     return value + 0.0  # −0.0 becomes 0.0: one value has one spelling in the generated C
+
+
+def _begins_odd(text: str) -> bool:
+    """Tell whether a text begins with a digit that is none of 0 to 9, such as ³, ½ or １."""
+    first = text.strip()[:1]
+    return first != "" and not first.isascii() and first.isnumeric()
+
+
+def _no_number(text: str, rest: str, dimension: Dimension) -> Exception:
+    if _begins_odd(rest):
+        return refuse(
+            f"{text!r} has {rest.strip()[0]!r} in its number",
+            f"Write the number with the digits 0 to 9, as in {dimension.example}",
+        )
+    return refuse(f"{text!r} is not a {dimension.name}", f"Write one, such as {dimension.example}")
 
 
 def _no_unit(text: str, dimension: Dimension) -> Exception:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from decimal import Decimal
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -25,6 +26,9 @@ from heatwright.spec.units import DIFFERENCE, Dimension
 Json = dict[str, Any]
 
 _NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,2})?"
+_NUMBER_WITH_EXPONENT = _NUMBER.removesuffix("?")
+LONG = 20
+"""Digits of a number that nobody writes: 15 ms in days."""
 _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
 """Ways to write a character of a unit."""
 _BRACKETED = {
@@ -49,13 +53,31 @@ def schema() -> Json:
 
 def quantity_pattern(dimension: Dimension) -> str:
     """Give a regular expression (ECMA 262) of the quantities of a dimension, unanchored."""
-    units = []
-    for unit in sorted(dimension.units, key=len, reverse=True):
-        spelled = "".join(_SPELLINGS.get(character, re.escape(character)) for character in unit)
-        units.append(spelled)
+    units = [_spelled(unit) for unit in sorted(dimension.units, key=len, reverse=True)]
     if dimension.base in _BRACKETED:
         units.append(_BRACKETED[dimension.base])
     return rf"{_NUMBER}\s*({'|'.join(units)})"
+
+
+def _spelled(unit: str) -> str:
+    return "".join(_SPELLINGS.get(character, re.escape(character)) for character in unit)
+
+
+def _choices_pattern(choices: tuple[float, ...], dimension: Dimension) -> str:
+    """Give the same of a few quantities; a number with an exponent may be any."""
+    found = [rf"{_NUMBER_WITH_EXPONENT}\s*({'|'.join(map(_spelled, dimension.units))})"]
+    for name, unit in dimension.units.items():
+        numbers = [Decimal(str(choice)) / unit.factor + unit.offset for choice in choices]
+        digits = "|".join(_digits(each) for each in numbers if len(each.as_tuple().digits) < LONG)
+        found += [rf"\+?({digits})\s*{_spelled(name)}"] if digits else []
+    return f"({'|'.join(found)})"
+
+
+def _digits(number: Decimal) -> str:
+    """Give a regular expression of the ways to write a number."""
+    whole, _, fraction = f"{number.normalize():f}".partition(".")
+    whole = whole.lstrip("0")
+    return rf"0*{whole}\.{fraction}0*" if fraction else rf"0*{whole}(\.0*)?"
 
 
 def _model(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
@@ -161,7 +183,8 @@ def _quantity(mark: Quantity) -> Json:
     described: Json = {"type": "string", "pattern": rf"^\s*{pattern}\s*$", "examples": [example]}
     if mark.choices:
         able = [amount(choice, dimension) for choice in mark.choices]
-        return {"anyOf": [{"enum": able}, {**described, "examples": able}]}
+        pattern = rf"^\s*{_choices_pattern(mark.choices, dimension)}\s*$"
+        return {"anyOf": [{"enum": able}, {**described, "pattern": pattern, "examples": able}]}
     if mark.words:
         return {"anyOf": [{"enum": list(mark.words)}, described]}
     return described

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache, lru_cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
@@ -20,16 +21,17 @@ def kinds(union: Any) -> dict[str, type[BaseModel]]:
 
 def alternatives(annotation: Any) -> tuple[type[BaseModel], ...]:
     """List the models an annotation allows; none for plain values."""
+    if isinstance(annotation, type):
+        return (annotation,) if issubclass(annotation, BaseModel) else ()
     while get_origin(annotation) is Annotated:
         annotation = get_args(annotation)[0]
     if get_origin(annotation) in (Union, UnionType):
         parts = [part for part in get_args(annotation) if part is not NoneType]
         return tuple(model for part in parts for model in alternatives(part))
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return (annotation,)
-    return ()
+    return alternatives(annotation) if isinstance(annotation, type) else ()
 
 
+@cache
 def keys(model: type[BaseModel]) -> dict[str, str]:
     """Map each YAML key of a model to its attribute."""
     return {field.alias or name: name for name, field in model.model_fields.items()}
@@ -46,20 +48,27 @@ class Place(NamedTuple):
 
 def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
     """Follow a location of pydantic's, which names a union's chosen kind between the keys."""
-    place = Place((), root, None)
-    tag_read = False
-    for step in location:
-        if step == "[key]":  # of a mapping, which the step before has entered
-            continue
-        models = alternatives(place.annotation)
-        if not tag_read and models and _tagged(place):
-            chosen = _chosen(place, str(step))
-            place = Place(place.path, chosen or place.annotation, place.parent)
-            tag_read = True
-            continue
-        tag_read = False
-        place = _enter(place, step)
-    return place
+    return _located(root, location)[0]
+
+
+@lru_cache(maxsize=1024)  # many errors have the way to their last key in common
+def _followed(root: type[BaseModel], location: tuple[str | int, ...]) -> tuple[Place, bool]:
+    return _located(root, location)
+
+
+def _located(root: type[BaseModel], location: tuple[str | int, ...]) -> tuple[Place, bool]:
+    """Follow a location; tell also whether its last step was a kind."""
+    if not location:
+        return Place((), root, None), False
+    place, tag_read = _followed(root, location[:-1])
+    step = location[-1]
+    if step == "[key]":  # of a mapping, which the step before has entered
+        return place, tag_read
+    models = () if tag_read else alternatives(place.annotation)
+    if models and _tagged(place):
+        chosen = _chosen(place, str(step))
+        return Place(place.path, chosen or place.annotation, place.parent), True
+    return _enter(place, step), False
 
 
 def _tagged(place: Place) -> bool:

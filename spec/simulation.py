@@ -169,6 +169,14 @@ def _line(value: Any) -> str:
     return str(value)
 
 
+_Line = Annotated[
+    str,
+    Checked(
+        _line, type="string", minLength=1, maxLength=LONGEST_LINE, pattern="^[ -~]*[!-~][ -~]*$"
+    ),
+]
+
+
 class Event(Model):
     """One line of a scenario: `at` and what happens then, or `for`, which ends it."""
 
@@ -179,9 +187,7 @@ class Event(Model):
     times: Annotated[int, Checked(_times, type="integer", minimum=1, maximum=1000)] = Field(
         1, description="How often the key is pressed."
     )
-    send: (
-        Annotated[str, Checked(_line, type="string", minLength=1, maxLength=LONGEST_LINE)] | None
-    ) = Field(None, description="Line that a host or a display sends.")
+    send: _Line | None = Field(None, description="Line that a host or a display sends.")
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
         None, alias="extrude", description="Speed at which filament is fed from then on."
     )

@@ -15,14 +15,24 @@ from heatwright.spec.suggest import advice, listed
 Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
+MOST_WORDED = 1000
+"""Errors that are told one by one: to look for what each was meant to be takes a while."""
+_TOO_MANY = ("this is wrong, too", "Correct what is wrong above, and look again")
 
-def findings(error: ValidationError, root: type[BaseModel]) -> Iterator[Finding]:
-    """Translate all errors of one validation."""
+
+def findings(
+    error: ValidationError, root: type[BaseModel], position: Callable[[Path], Any] = len
+) -> Iterator[Finding]:
+    """Translate all errors of one validation, in the order of their positions in the file."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
+    entries.sort(key=lambda each: position(each[0].path))
     # An entry with a key of another kind is of the wrong kind: what else it lacks, that one has.
     misfiled = {place.path[:-1] for place, entry in entries if _elsewhere(place, entry)}
-    for place, entry in entries:
+    for number, (place, entry) in enumerate(entries):
         if place.path[:-1] in misfiled and not _elsewhere(place, entry):
+            continue
+        if number >= MOST_WORDED:
+            yield place.path, *_TOO_MANY
             continue
         fixed = _FIXED.get(entry["type"])
         if fixed is not None:

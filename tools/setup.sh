@@ -1,20 +1,26 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Make this checkout ready: Debian's packages where missing, .venv, the simulator's native part.
-# `make setup` runs it when something it reads has changed.
+# `make demo` runs it when something it reads has changed; with TESTS=1, as `make test` and
+# `make setup` run it, it adds what only the tests need.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 LOG=.venv/setup.log
 
-# What the build, the simulator and the tests need, and a file or command by which each is known.
+# What the build and the simulator need, and a file or command by which each is known.
 PACKAGES=(
     gcc-avr:avr-gcc avr-libc:/usr/lib/avr/include/avr/io.h binutils-avr:avr-objcopy
     libsimavr-dev:/usr/include/simavr/sim_avr.h
     gcc:cc libc6-dev:/usr/include/stdio.h
-    cppcheck:cppcheck
-    arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt
 )
+EXTRAS=
+
+if [ "${CI:-}" = true ] || [ -n "${TESTS:-}${LINUXCNC:-}${EVIDENCE:-}" ]; then
+    EXTRAS=dev
+    PACKAGES+=(cppcheck:cppcheck)
+    PACKAGES+=(arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt)
+fi
 
 # LinuxCNC is large, and only one interface needs it: it is installed in CI, and where one asks
 # for it (make setup LINUXCNC=1); elsewhere its tests are skipped. Xvfb is the panel's screen.
@@ -24,7 +30,6 @@ fi
 
 # What only the whole evidence needs (make setup EVIDENCE=1, and CI): other simulators of the
 # processor, and a second compiler.
-EXTRAS=dev
 if [ "${CI:-}" = true ] || [ -n "${EVIDENCE:-}" ]; then
     EXTRAS=dev,evidence
     PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm)
@@ -69,8 +74,14 @@ install_packages() {
     fi
     say "installing Debian packages: ${packages[*]}"
     local install=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends "${packages[@]}")
-    if ! "${install[@]}" >>"$LOG" 2>&1; then
-        say "  (its lists of packages are old: updating them first)"
+    local status=0
+    "${install[@]}" >>"$LOG" 2>&1 || status=$?
+    if [ $status != 0 ] && [ $status != 100 ]; then # apt-get's own errors are 100
+        tail -n 3 "$LOG" >&2
+        stop "not installed, as root was not granted; as root: apt-get install ${packages[*]}"
+    fi
+    if [ $status = 100 ]; then
+        say "  (its lists of packages may be old: updating them first)"
         quietly "${sudo[@]}" apt-get update -qq
         quietly "${install[@]}"
     fi
@@ -90,13 +101,15 @@ if ! [ -x .venv/bin/python ] || ! .venv/bin/python -c 'import pip' 2>/dev/null; 
     quietly python3 -m venv .venv
 fi
 say "installing the Python packages into .venv"
-quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable ".[$EXTRAS]"
+quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable ".${EXTRAS:+[$EXTRAS]}"
 
-# Printrun's host core needs pyserial alone, which is among ours; the rest of Printrun asks for
-# graphics (wxPython, for which there is no wheel on Linux), and nothing of it is used.
-quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --no-deps printrun==2.2.0
+if [ -n "$EXTRAS" ]; then
+    # Printrun's host core needs pyserial alone, which is among ours; the rest of Printrun asks for
+    # graphics (wxPython, for which there is no wheel on Linux), and nothing of it is used.
+    quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --no-deps printrun==2.2.0
+fi
 
-if [ "$EXTRAS" != dev ] && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
+if [ "$EXTRAS" = dev,evidence ] && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
     say "installing avr8js into build/judges"
     quietly npm install --silent --no-audit --no-fund --prefix build/judges avr8js@0.21.0
 fi

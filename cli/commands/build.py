@@ -13,10 +13,12 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware, told_as_json
 from heatwright.cli.options import File, json_option, print_json, spec_argument
 from heatwright.cli.talk import talk
-from heatwright.cli.targets import whole
+from heatwright.cli.targets import blaming, check_target, whole
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
+
+SUFFIXES = (".elf", ".hex")
 
 
 @click.command(
@@ -43,8 +45,8 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
 
     loaded = load(spec)
     name = loaded.controller.identity.name
-    if folder is not None and folder.exists() and not folder.is_dir():
-        raise Refused(f"{folder}: is a file; name a folder.")
+    if folder is not None:
+        _check(folder, name)
     with told_as_json(as_json, spec, loaded, files=[]), talk() as shown:
         built = build_firmware(loaded, shown.begin(f"Building {name}"))
     files = [built.elf] if folder is None else _delivered(built.elf, folder, name)
@@ -76,12 +78,22 @@ def lines(built: BuildResult) -> list[str]:
     ]
 
 
+def _check(folder: Path, name: str) -> None:
+    """Refuse what cannot be written, before anything is built."""
+    if folder.is_dir():
+        for suffix in SUFFIXES:
+            check_target(folder / f"{name}{suffix}")
+    elif folder.exists():
+        raise Refused(f"{folder}: is a file; name a folder.")
+
+
 def _delivered(elf: Path, folder: Path, name: str) -> list[Path]:
-    folder.mkdir(parents=True, exist_ok=True)
+    with blaming(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     targets = []
-    for source in (elf, elf.with_suffix(".hex")):
-        target = folder / f"{name}{source.suffix}"
+    for suffix in SUFFIXES:
+        target = folder / f"{name}{suffix}"
         with whole(target) as fresh:
-            copyfile(source, fresh)
+            copyfile(elf.with_suffix(suffix), fresh)
         targets.append(target)
     return targets

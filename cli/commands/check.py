@@ -62,7 +62,8 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
     except SpecError as error:
         return None, error.problems
     except OSError as error:
-        unread = Problem(str(path), 1, 1, "", unusable(error), "Name a file that can be read")
+        reason = f"the file cannot be read: {unusable(error)}"
+        unread = Problem(str(path), 1, 1, "", reason, "Name one that can, or - for standard input")
         return None, (unread,)
 
 

@@ -82,7 +82,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     _check_scales(power, period)
     check_target(output)
     check_target(plot, PICTURES)
-    data = log.read_bytes()
+    from heatwright.spec.user_file import read_file  # noqa: PLC0415
+
+    data = read_file(log)
     from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
 
     asked = asked_of(

@@ -5,20 +5,22 @@ from __future__ import annotations
 import click
 
 from heatwright.cli.command import Command
-from heatwright.cli.options import print_json
+from heatwright.cli.options import json_option, print_json
 
 
 @click.command(
     cls=Command,
     examples=("heatwright schema > heatwright.schema.json",),
 )
-def command() -> None:
+@json_option
+def command(as_json: bool) -> None:
     """Print the language as JSON Schema.
 
     With it an editor completes and checks specs. One with the YAML language server takes it from
     the first line of a spec:
     # yaml-language-server: $schema=heatwright.schema.json
     """
+    del as_json  # it is JSON either way
     from heatwright.spec.schema import schema  # noqa: PLC0415
 
     print_json(schema())

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from shlex import quote
 from typing import Any
 
 from heatwright.cli.figures import rounded
 from heatwright.sim.identify import Found, Identified
 from heatwright.sim.identify.structure import DELAY, LAG
-from heatwright.spec.quantity import about, duration
+from heatwright.spec.quantity import about, duration, tidy
 from heatwright.spec.simulation import AMBIENT
 
 MOST_STEPS = 3
@@ -72,7 +73,7 @@ def _remark(text: str, remark: str) -> str:
 def _heading(identified: Identified, name: str) -> list[str]:
     record = identified.record
     lines = [
-        f"heatwright identify {name}",
+        f"heatwright identify {quote(tidy(name))}",
         f"{record.rows} readings in {duration(round(record.duration_s, 1))}; {_steps(identified)}",
         f"Fit error {about(identified.rms_k)} K rms, {about(identified.worst_k)} K at most; the "
         f"model tells {identified.percent:.1f} % of the movement.",

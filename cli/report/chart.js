@@ -171,6 +171,7 @@ class Panel {
 
   marks(pen, bottom) {
     const style = getComputedStyle(document.body);
+    const rows = { above: [], below: [] };
     for (const mark of this.chart.data.marks) {
       pen.strokeStyle = pen.fillStyle = style.getPropertyValue(mark.fault ? "--bad" : "--soft");
       pen.setLineDash(mark.fault ? [] : [2, 3]);
@@ -180,11 +181,24 @@ class Panel {
       pen.lineTo(this.x(mark.t), bottom);
       pen.stroke();
       pen.setLineDash([]);
-      pen.textAlign = "left";
-      if (mark.fault || this.data.first) {
-        pen.fillText(mark.text, this.x(mark.t) + 4, mark.fault ? bottom - 10 : TOP + 8);
-      }
+      if (mark.fault) this.label(pen, mark, rows.below, bottom - 10, -14);
+      else if (this.data.first) this.label(pen, mark, rows.above, TOP + 8, 14);
     }
+  }
+
+  // In the first row where it covers no other; before its line where it would go beyond the end.
+  label(pen, mark, rows, first, height) {
+    const end = this.canvas.clientWidth - RIGHT, time = this.x(mark.t);
+    if (time < LEFT || time > end) return;
+    const size = pen.measureText(mark.text).width + 8;
+    const start = time + size > end ? time - size : time;
+    const free = (row) => row.every(([from, to]) => start + size <= from || to <= start);
+    let row = rows.findIndex(free);
+    if (row < 0) row = rows.push([]) - 1;
+    rows[row].push([start, start + size]);
+    if ((row + 1) * Math.abs(height) > this.data.height - TOP - BOTTOM) return;
+    pen.textAlign = "left";
+    pen.fillText(mark.text, start + 4, first + row * height);
   }
 
   cursor(pen, bottom) {

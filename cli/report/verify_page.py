@@ -49,6 +49,7 @@ def verify_page(evidence: Evidence) -> str:
         figure_columns=(*FIGURE_COLUMNS, ""),
         figure_rows=[(*figure_cells(each), _mark(each.passed)) for each in timing.figures.values()],
         costs=timing.functions,
+        keys="button_to_display_ms" in timing.figures,
         measured=duration(round(timing.seconds)),
         asleep=f"{timing.idle_fraction:.2%}",
         fault_columns=(*FAULT_COLUMNS, ""),

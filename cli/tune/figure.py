@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from heatwright.cli.tune.methods import Judged, Task, Tried
 from heatwright.sim.plot import PANEL_IN, dress
-from heatwright.sim.plot_data import SETPOINT, time_axis, with_reading
+from heatwright.sim.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
+from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.margins import open_loop
 
 COLOURS = ("#7f7f7f", "#0050a0", "#e69f00", "#009e73")
@@ -24,12 +25,16 @@ def tuned_figure(task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried])
     """Draw the open loops on the left, temperature and duty on the right."""
     figure = Figure(figsize=(WIDTH_IN, 3 * PANEL_IN), layout="constrained")
     panels = figure.subplots(2, 2, sharex="col")
+    shown_s = shown_for_s(tried)
+    time = time_axis(shown_s)
     for colour, row in zip(cycle(COLOURS), rows, strict=False):
         _bode(panels[0][0], panels[1][0], task, row, colour)
         if row.method in tried:
-            _course(panels[0][1], panels[1][1], tried[row.method], row.method, colour)
+            _course(panels[0][1], panels[1][1], tried[row.method], time, colour)
     _finish_bode(panels[0][0], panels[1][0])
     _finish_course(panels[0][1], panels[1][1], task)
+    panels[1][1].set_xlim(0, shown_s / time.seconds)
+    panels[1][1].set_xlabel(f"time [{time.unit}]")
     for panel in panels.flatten().tolist():
         dress(panel)
     title = task.controller.identity.title or task.controller.identity.name
@@ -59,13 +64,25 @@ def _finish_bode(size: Axes, angle: Axes) -> None:
     size.legend(loc="lower left", frameon=False)
 
 
-def _course(above: Axes, below: Axes, tried: Tried, method: str, colour: str) -> None:
-    seen = with_reading(tried.trace.steps[next(iter(tried.trace.steps))])
-    time = time_axis(tried.trace.duration_s)
+def shown_for_s(tried: Mapping[str, Tried]) -> float:
+    """Choose how much of the trials is shown: until all have come to rest, and half of that more.
+
+    All go on for as long as the slowest may need, which may be many times as long.
+    """
+    eventful = [eventful_s(_log(each)) for each in tried.values()]
+    whole = [each.trace.duration_s for each in tried.values()]
+    return min(max(whole, default=1.0), 1.5 * max(eventful, default=1.0))
+
+
+def _log(tried: Tried) -> StepLog:
+    return with_reading(tried.trace.steps[next(iter(tried.trace.steps))])
+
+
+def _course(above: Axes, below: Axes, tried: Tried, time: TimeAxis, colour: str) -> None:
+    seen = _log(tried)
     times = time(seen["time_s"])
-    above.plot(times, seen["temperature_c"], color=colour, lw=1.2, label=method)
+    above.plot(times, seen["temperature_c"], color=colour, lw=1.2)
     below.plot(times, seen["duty_percent"], color=colour, lw=0.9)
-    below.set_xlabel(f"time [{time.unit}]")
 
 
 def _finish_course(above: Axes, below: Axes, task: Task) -> None:

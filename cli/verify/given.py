@@ -12,6 +12,7 @@ from heatwright.sim.device import DIGEST, StaleBinary, check_digest
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.spec import Spec
+from heatwright.spec.user_file import read_file
 
 
 def given_binary(spec: Spec, path: Path) -> BuildResult:
@@ -20,6 +21,7 @@ def given_binary(spec: Spec, path: Path) -> BuildResult:
     Raises Refused for what is no AVR program, not for this chip, or not from this spec, and for
     what cannot be verified because names or debug information were left out.
     """
+    read_file(path, 0)  # a pipe would be waited for
     try:
         program = Elf(path)
         refuse_other_chip(path, spec.controller.board)

@@ -2,23 +2,10 @@
 """The user's cache: folders named by what they hold, so that nothing in them is ever stale."""
 
 import hashlib
-import os
 import shutil
-import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
-
-
-def cache_dir() -> Path:
-    """`$XDG_CACHE_HOME/heatwright`, or what the system uses in its place."""
-    if "XDG_CACHE_HOME" in os.environ:
-        base = Path(os.environ["XDG_CACHE_HOME"])
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home()))
-    else:
-        base = Path.home() / ".cache"
-    return base / "heatwright"
 
 
 def digest(files: Mapping[str, bytes], *words: str) -> str:
@@ -40,14 +27,18 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
         target.write_bytes(content)
 
 
-def folder_of(files: Mapping[str, bytes], parent: Path) -> Path:
+def folder_of(files: Mapping[str, bytes], parent: Path, changing: Container[str] = ()) -> Path:
     """Return the folder below `parent` that holds `files`, written if it is not there yet.
 
     It appears whole or not at all: of two processes that write it at once, one comes second and
-    uses the folder of the first.
+    uses the folder of the first. A file of it that has been damaged is written again; `changing`
+    are those that its user changes.
     """
     folder = parent / digest(files)
     if folder.is_dir():
+        for path, content in files.items():
+            if path not in changing and not _holds(folder / path, content):
+                _mend(folder / path, content)
         return folder
     parent.mkdir(parents=True, exist_ok=True)
     fresh = Path(tempfile.mkdtemp(prefix=".new-", dir=parent))
@@ -62,3 +53,19 @@ def folder_of(files: Mapping[str, bytes], parent: Path) -> Path:
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
     return folder
+
+
+def _holds(file: Path, content: bytes) -> bool:
+    try:
+        return file.read_bytes() == content
+    except OSError:
+        return False
+
+
+def _mend(file: Path, content: bytes) -> None:
+    """Put the content in the place of what is there; a reader never finds half of it."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=file.parent, prefix=".new-", delete=False) as fresh:
+        fresh.write(content)
+    Path(fresh.name).chmod(0o644)
+    Path(fresh.name).replace(file)

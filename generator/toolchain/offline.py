@@ -14,11 +14,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
 
-from heatwright.generator.toolchain.cache import cache_dir, folder_of
+from heatwright.generator.toolchain.cache import folder_of
 from heatwright.generator.toolchain.errors import ToolMissing
 from heatwright.spec.boards import BOARDS, Board
+from heatwright.spec.user_cache import cache_dir
 
 PLATFORM = Path(__file__).parents[1] / "platform"
+STATE = "appstate.json"
+"""What PlatformIO keeps for itself in its core directory, and mends if it is damaged."""
 
 REMEDY = (
     "the AVR compiler is missing: sudo apt-get install gcc-avr avr-libc binutils-avr"
@@ -53,7 +56,7 @@ def core_dir() -> Path:
     for module, package in (("platformio", "platformio"), ("SCons", "scons")):
         if find_spec(module) is None:
             raise ToolMissing(f"{package} is missing: pip install {package}")
-    return folder_of(core_files(), cache_dir() / "platformio")
+    return folder_of(core_files(), cache_dir() / "platformio", changing={STATE})
 
 
 def core_files() -> dict[str, bytes]:
@@ -70,7 +73,7 @@ def core_files() -> dict[str, bytes]:
     files |= package("packages", "tool", "toolchain-atmelavr", "1.0.0+system")
     files |= boards()
     # PlatformIO greets whom it does not know, and upgrades the packages of whom it knows longer.
-    files["appstate.json"] = json.dumps({"last_version": version("platformio")}).encode()
+    files[STATE] = json.dumps({"last_version": version("platformio")}).encode()
     return files
 
 

@@ -6,8 +6,10 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
+from heatwright.generator.toolchain.cache import digest
 from heatwright.generator.toolchain.result import BuildResult
 
 KEPT_S = 30 * 24 * 3600  # a build that nobody has asked for in this time is removed
@@ -17,20 +19,30 @@ def remember(folder: Path, result: BuildResult) -> None:
     """Write the result beside the binary; only then does the folder count."""
     record = dataclasses.asdict(result) | {"elf": result.elf.relative_to(folder).as_posix()}
     fresh = folder / "result.json.new"
-    fresh.write_text(json.dumps(record), encoding="utf-8")
+    sealed = {"record": record, "seal": _seal(result.elf, record)}
+    fresh.write_text(json.dumps(sealed), encoding="utf-8")
     fresh.replace(folder / "result.json")
 
 
 def recall(folder: Path) -> BuildResult | None:
-    """Return what an earlier build left in `folder`."""
+    """Return what an earlier build left in `folder`; None if there is none, or it is damaged."""
     record_file = folder / "result.json"
     try:
-        record = json.loads(record_file.read_text(encoding="utf-8"))
+        sealed = json.loads(record_file.read_text(encoding="utf-8"))
+        record = sealed["record"]
+        elf = folder / record["elf"]
+        if _seal(elf, record) != sealed["seal"]:
+            return None
         os.utime(record_file)
-        elf = folder / record.pop("elf")
-        return BuildResult(elf, **record | {"cached": True}) if elf.is_file() else None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError):
         return None
+    return BuildResult(**record | {"elf": elf, "cached": True})
+
+
+def _seal(elf: Path, record: Mapping[str, object]) -> str:
+    """Give digits that change with any byte of the binary, its image and the record."""
+    files = {"elf": elf.read_bytes(), "hex": elf.with_suffix(".hex").read_bytes()}
+    return digest(files, json.dumps(record, sort_keys=True))
 
 
 def forget_old(builds: Path, now_s: float | None = None) -> None:

@@ -22,6 +22,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from heatwright.spec.user_cache import cache_dir
+
 HERE = Path(__file__).parent
 MODULE = "_heatwright_native"
 TESTED = ("1.6",)
@@ -82,8 +84,7 @@ def _digest(version: str) -> str:
 
 def cache_folder() -> Path:
     """Return the folder compiled shims are kept in; it need not exist."""
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(root) / "heatwright" / "native"
+    return cache_dir() / "native"
 
 
 def _glue(folder: Path) -> Path:
@@ -124,16 +125,32 @@ def _compile(folder: Path, includes: Path) -> Path:
     return output
 
 
+def _sealed(library: bytes) -> bytes:
+    """Put a checksum behind a library, where its loader does not look."""
+    return library + hashlib.sha256(library).digest()
+
+
+def _whole(library: Path) -> bool:
+    """Tell whether a library is there as it was built: to load a cut one may end the process."""
+    try:
+        data = library.read_bytes()
+    except OSError:
+        return False
+    return data == _sealed(data[: -hashlib.sha256().digest_size])
+
+
 def build() -> Path:
     """Return the compiled shim of this machine, building it if it is not there yet."""
     includes, version = simavr_headers()
     target = cache_folder() / f"{MODULE}-{_digest(version)}.so"
-    if target.is_file():
+    if _whole(target):
         return target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-            _compile(Path(folder), includes).replace(target)
+            fresh = _compile(Path(folder), includes)
+            fresh.write_bytes(_sealed(fresh.read_bytes()))
+            fresh.replace(target)
     except OSError as error:
         raise SimulatorMissing(
             f"The simulator's shim cannot be kept in {target.parent} ({error.strerror}): "

@@ -1,6 +1,7 @@
 """How commands and their workers end; help, docs/commands.md, and a start that imports little."""
 
 import errno
+import json
 import os
 import re
 import signal
@@ -27,12 +28,13 @@ from heatwright.generator.toolchain import BuildFailed, ToolMissing
 from heatwright.sim.avr import AvrError
 from heatwright.sim.native.shim import SimulatorMissing
 
-PROGRAM = [sys.executable, "-m", "heatwright.cli.main"]
+PROGRAM = [sys.executable, "-m", "heatwright.cli.start"]
 CHAMBER = str(EXAMPLES / "chamber.yaml")
 
 
 def failing(error: BaseException) -> click.Command:
-    return click.Command("failing", callback=Mock(side_effect=error))
+    option = click.Option(["--json"], is_flag=True)
+    return click.Command("failing", params=[option], callback=Mock(side_effect=error))
 
 
 @pytest.mark.parametrize(
@@ -45,19 +47,22 @@ def failing(error: BaseException) -> click.Command:
         (AvrError("crashed"), 1, "crashed\n"),
         (MemoryError(), 2, "There is not enough memory: simulate a shorter time.\n"),
         (KeyboardInterrupt(), 130, "Interrupted.\n"),
-        (OSError(errno.ENOSPC, "No space left on device", "a.png"), 2, "a.png: no space left"),
+        (OSError(errno.ENOSPC, "No space", "a.png"), 2, "a.png: cannot be used: no space.\n"),
         (OSError(errno.ENOSPC, "No space left on device"), 2, "The output cannot be written"),
         (OSError(errno.EPIPE, "Broken pipe"), 141, ""),
+        (OSError(errno.EACCES, "Denied"), 2, "not let heatwright go on (_execute_mock_call): d"),
         (ZeroDivisionError("oh"), 70, "heatwright has failed (ZeroDivisionError: oh)"),
     ],
 )
 def test_errors_become_statuses(
     error: BaseException, status: int, expected: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert ended(failing(error), []) == status
-    told = capfd.readouterr().err
+    assert ended(failing(error), ["--json"]) == status
+    found, told = capfd.readouterr()
     assert expected in told if expected else told == ""
     assert "Traceback" not in told
+    if found or not isinstance(error, OSError):  # of a stream: there may be nobody who reads
+        assert json.loads(found) == {"status": status, "error": told.strip(), "problems": []}
 
 
 def test_a_bug_shows_its_place_where_asked_for(
@@ -106,6 +111,25 @@ def test_an_interrupted_simulation_leaves_nothing(
         assert process.stderr.read() == ("Interrupted.\n" if sign == signal.SIGINT else "")
     assert process.returncode == status
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["click", "pydantic", "yaml", "numpy", "heatwright.cli.results"])
+def test_an_interrupted_import_ends_as_any_work(name: str) -> None:
+    program = f"""import os, sys
+sys.addaudithook(lambda what, of: (what, of[0]) == ("import", {name!r}) and os.kill(os.getpid(), 2))
+from heatwright.cli.start import main
+main()"""
+    words = [sys.executable, "-c", program, "simulate", CHAMBER, "--model", "--for", "5s", "--json"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.split("…\n")[-1]) == (130, "Interrupted.\n")
+    assert json.loads(done.stdout) == {"status": 130, "error": "Interrupted.", "problems": []}
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
+def test_a_spec_comes_through_a_pipe(name: str) -> None:
+    text = Path(CHAMBER).read_text(encoding="utf-8")
+    told = subprocess.check_output([*PROGRAM, "check", name], input=text, text=True)
+    assert told == f"{name}: good\n"
 
 
 def group_ends(group: int, within_s: float) -> bool:

@@ -191,7 +191,7 @@ def test_a_folder_that_cannot_be_written_to_is_an_error(
         write(FILES, tmp_path)
     assert everything(tmp_path) == {}
     assert ended(cli, ["generate", str(EXAMPLES / "chamber.yaml"), "-o", str(tmp_path)]) == 2
-    assert "src: permission denied." in capfd.readouterr().err
+    assert "src: cannot be written: permission denied." in capfd.readouterr().err
 
 
 GENERATED = Path(__file__).parents[2] / "generated"

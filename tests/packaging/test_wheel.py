@@ -106,3 +106,30 @@ def test_scons_is_the_one_that_platformio_asks_for() -> None:
     asked = get_core_dependencies()["tool-scons"]
     major, minor, patch = map(int, version("scons").split("."))
     assert re.fullmatch(rf"~{major}\.{major}{minor:02}{patch:02}\.\d+", asked)
+
+
+# ---- tools/setup.sh: what it asks for, and what it says when it does not get it ----
+
+FAKES = {
+    "id": "echo 1000", "apt-get": "", "python3": f'exec {sys.executable} "$@"',
+    "sudo": 'echo "$*" >>asked; exit $STATUS',
+}  # fmt: skip
+REFUSED = "not installed, as root was not granted; as root: apt-get install gcc-avr"
+OFFLINE = "failed: sudo apt-get update"
+
+
+@pytest.mark.parametrize(("tests", "status", "said"), [("", 1, REFUSED), ("1", 100, OFFLINE)])
+def test_it_asks_for_what_is_needed(tests: str, status: int, said: str, tmp_path: Path) -> None:
+    (tmp_path / "tools").mkdir()
+    shutil.copy(ROOT / "tools" / "setup.sh", tmp_path / "tools")
+    for name in ("bash", "dirname", "mkdir", "tail"):
+        (tmp_path / name).symlink_to(shutil.which(name) or name)
+    for name, text in FAKES.items():
+        (tmp_path / name).write_text(f"#!{tmp_path}/bash\n{text}\n", encoding="utf-8")
+        (tmp_path / name).chmod(0o755)
+    given = {"PATH": str(tmp_path), "TESTS": tests, "STATUS": str(status)}
+    done = ran([tmp_path / "tools" / "setup.sh"], env=given)
+    assert (done.returncode, said in done.stderr) == (3, True)
+    assert ("lists of packages may be old" in done.stdout) == (status == 100)
+    asked = (tmp_path / "asked").read_text(encoding="utf-8")
+    assert ("gcc-avr" in asked, "cppcheck" in asked) == (True, bool(tests))

@@ -161,6 +161,10 @@ def test_it_is_built_into_the_users_cache(tmp_path: Path, monkeypatch: pytest.Mo
     before = path.stat().st_mtime_ns
     assert shim.build() == path
     assert path.stat().st_mtime_ns == before
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])  # as a full disk leaves it
+    assert shim.build() == path
+    assert path.stat().st_size == len(whole)
 
 
 def headers(folder: Path, version: str) -> Path:

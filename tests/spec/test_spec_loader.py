@@ -1,10 +1,10 @@
 """Files become specs or errors that help, whatever their bytes; quantities are read with units."""
 
-import gc
 import math
 import pickle
 import re
 from decimal import Decimal
+from unittest.mock import Mock
 
 import pytest
 import yaml
@@ -18,8 +18,9 @@ from suite import amount
 from heatwright.spec import Spec, SpecError, digest, load, load_text, units
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.loader import MOST_PROBLEMS
-from heatwright.spec.quantity import Quantity, QuantityRange, about, duration, parse, rounded_up
+from heatwright.spec.quantity import QuantityRange, about, duration, parse, rounded_up
 from heatwright.spec.text import LARGEST_FILE, Unreadable
+from heatwright.spec.translate import MOST_WORDED
 from heatwright.spec.tree import parse as parse_tree
 from heatwright.spec.units import Dimension
 
@@ -88,7 +89,7 @@ def test_a_spec_never_changes(chamber: Spec) -> None:
 def test_huge_and_endless_files_are_refused() -> None:
     with pytest.raises(SpecError, match="the file has more than"):
         load_text(b"a" * (LARGEST_FILE + 1))
-    with pytest.raises(SpecError, match="the file has more than"):
+    with pytest.raises(OSError, match="no regular file"):
         load("/dev/zero")
 
 
@@ -107,14 +108,16 @@ ABUSE = {
 
 
 @pytest.mark.parametrize("way", ABUSE)
-def test_abuse_ends_briefly(way: str) -> None:
+def test_abuse_ends_briefly(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = Mock(return_value=[])
+    monkeypatch.setattr("difflib.get_close_matches", looked)
     with pytest.raises(SpecError) as caught:
         load_text(ABUSE[way])
     assert 1 <= len(caught.value.problems) <= MOST_PROBLEMS + 1
     assert len(str(caught.value)) < 50_000
+    assert looked.call_count <= MOST_WORDED
     if way == "many keys":
         assert "more problems from here on" in caught.value.problems[-1].reason
-    gc.collect()
 
 
 @pytest.mark.parametrize("loader", [yaml.BaseLoader, yaml.CBaseLoader])
@@ -260,6 +263,7 @@ def test_reads(dimension: Dimension, texts: dict[str, float]) -> None:
 REFUSED = [
     "", " ", "°C", "1 2 °C", "1e °C", "0x10 °C", "1_000 °C", "nan °C", "inf °C", "1..2 °C",
     "1 °C °C", "١ °C", "1e9999 °C", "1e999 °C", "5 °Ré", "50 % °C", "1,5 °C", "½ °C",
+    "１０ °C", "1０ °C", "10³ °C", "10² °C", "1e³ °C", "5¹C", "1⁻² °C", "1½ C",
     "1\u200b °C", "x" * 65 + " °C", "1" + " " * 80 + "°C",
     50, 50.0, math.nan, math.inf, True, None, [], {}, ("50 °C",),
 ]  # fmt: skip
@@ -292,24 +296,9 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         assert context["remedy"]
 
 
-def test_limits_and_choices_that_keep_their_type() -> None:
-    quantity = Quantity(units.DURATION, least=0.01, most=10)
-    assert (quantity.read_one("10 ms"), quantity.read_one("10 s")) == (0.01, 10)
-    for text in ("9 ms", "11 s"):
-        with pytest.raises(PydanticCustomError):
-            quantity.read_one(text)
-    assert repr(Quantity(units.BITS, choices=(9, 10)).read_one("9 bit")) == "9"
-
-
 @pytest.mark.parametrize("text", ["48.5 °C .. 51.9 °C", "48.5 °C..51.9 °C", "119.3 °F .. 51.9 C"])
 def test_ranges(text: str) -> None:
     assert QuantityRange(units.TEMPERATURE).read_range(text) == (48.5, 51.9)
-
-
-@pytest.mark.parametrize("text", ["48.5 .. 51.9 °C", "48.5 °C", "2 °C .. 1 °C", "..", 5])
-def test_ranges_refused(text: object) -> None:
-    with pytest.raises(PydanticCustomError):
-        QuantityRange(units.TEMPERATURE).read_range(text)
 
 
 @pytest.mark.parametrize(

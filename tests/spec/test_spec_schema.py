@@ -83,6 +83,7 @@ FORMLESS = (
     "is not possible", "is needed here", "is needed. Write the unit", "does not have the unit",
     "is a temperature, and a difference", "is a bare number", "is a whole number from",
     "an item is missing", "there is no value", "is not a board", "is not a pin", "cannot be a name",
+    "a line to send has", "this text holds characters",
     "is no state", "a master cannot write", "is no order", "a program's name has",
 )  # fmt: skip
 """Of a message that a value has not the form that its key asks for, whatever else the spec says."""
@@ -92,8 +93,6 @@ def formless(name: str) -> list[str]:
     """The messages of a bad spec that tell of a form, as far as it is YAML of the language."""
     case = cases()[name]
     found = [line for line in case.messages if any(words in line for words in FORMLESS)]
-    # Of an amount of which a few are possible, the schema takes all that have the unit.
-    found = [line for line in found if not re.search(r"is not possible\. Use \d", line)]
     try:
         return found and plain(case.text.decode()) and found
     except Unreadable:

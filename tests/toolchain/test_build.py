@@ -18,6 +18,7 @@ from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
 from heatwright.spec.boards import BOARDS, Board
+from heatwright.spec.user_cache import cache_dir
 
 Project = Callable[..., Path]
 
@@ -139,6 +140,26 @@ def test_the_same_project_is_built_once(project: Project, fresh_cache: Path) -> 
     again = build(project(at="elsewhere"), progress=told.append)
     assert (first.cached, again.cached, told) == (False, True, [])
     assert (again.elf, again.flash_bytes) == (first.elf, first.flash_bytes)
+
+
+def test_what_is_damaged_in_the_cache_is_made_again(project: Project, fresh_cache: Path) -> None:
+    image = build(project()).elf.read_bytes()
+    binary = "builds/*/project/.pio/build/uno/firmware."
+    platform = "platformio/*/platforms/atmelavr/platform.json"
+    for pattern in (f"{binary}elf", f"{binary}hex", "builds/*/result.json", platform):
+        (file,) = fresh_cache.glob(pattern)
+        sound = file.read_bytes()
+        file.write_bytes(sound[: len(sound) // 2])
+        again = build(project())
+        assert (again.cached, again.elf.read_bytes()) == (pattern == platform, image)
+        assert "result" in pattern or file.read_bytes() == sound  # the record has its log's times
+        assert build(project()).cached
+
+
+def test_a_cache_at_no_absolute_path_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    for value in ("", "relative", "./here"):
+        monkeypatch.setenv("XDG_CACHE_HOME", value)
+        assert cache_dir() == Path.home() / ".cache/heatwright"
 
 
 def test_another_place_gives_the_same_image(

@@ -1,0 +1,89 @@
+"""Several checks may find one key wrong: what each advises must hold for all of them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import NamedTuple
+
+from pydantic_core import PydanticCustomError
+
+from heatwright.spec import units
+from heatwright.spec.checks.finding import Finding
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import parse
+from heatwright.spec.units import Dimension
+
+_ADVICE = re.compile(
+    r"Use (at least |more than |at most |)(-?\d[^,;]*?)( to (-?\d[^,;]*?))?([,;] .*)?"
+)
+_DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dimension)]
+
+
+class _Advice(NamedTuple):
+    """What a remedy says of a number: from `low` to `high`, in a base unit."""
+
+    low: float
+    high: float
+    words: str
+    """`Use at least 2 K/s`, without what else may be done."""
+    rest: str
+
+    @property
+    def nearest(self) -> float:
+        """What the user will write who does as told, and no more."""
+        return self.low if math.isfinite(self.low) else self.high
+
+    def bears(self, other: _Advice) -> bool:
+        """Tell whether who follows the other one does what this one asks for.
+
+        One value stands for the nearest in steps: others will be as good.
+        """
+        return self.low == self.high or self.low <= other.nearest <= self.high
+
+
+def agreed(findings: Iterable[Finding]) -> list[Finding]:
+    """Give the findings with advice that satisfies all of the same key, if any can."""
+    found = list(findings)
+    advices: dict[Path, list[_Advice]] = defaultdict(list)
+    for finding in found:
+        advices[finding.path] += _read(finding.remedy)
+    return [
+        finding._replace(remedy=_agreed(finding.remedy, advices[finding.path])) for finding in found
+    ]
+
+
+def _agreed(remedy: str, advices: list[_Advice]) -> str:
+    for own in _read(remedy):
+        best = next((each for each in advices if all(o.bears(each) for o in advices)), own)
+        return f"{best.words}{own.rest}"
+    return remedy
+
+
+def _read(remedy: str) -> list[_Advice]:
+    """Take a remedy apart; nothing if it advises no number."""
+    match = _ADVICE.fullmatch(remedy)
+    if match is None:
+        return []
+    kind, first, _, second, rest = match.groups()
+    values = _values([first, *([second] if second else [])])
+    if not values:
+        return []
+    low = -math.inf if kind == "at most " else values[0]
+    low = math.nextafter(low, math.inf) if kind == "more than " else low
+    high = math.inf if kind in {"at least ", "more than "} else values[-1]
+    return [_Advice(low, high, remedy.removesuffix(rest or ""), rest or "")]
+
+
+def _values(texts: list[str]) -> list[float]:
+    """Read amounts of one dimension; nothing if they are none."""
+    readers: list[Callable[[str], float]] = [float]
+    for read in readers + [partial(parse, dimension=each) for each in _DIMENSIONS]:
+        try:
+            return [read(text) for text in texts]
+        except (ValueError, PydanticCustomError):
+            continue
+    return []

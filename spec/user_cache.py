@@ -1,0 +1,22 @@
+"""Where this user's programs keep what they can make again."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+
+def cache_dir() -> Path:
+    """`$XDG_CACHE_HOME/heatwright`, or what the system uses in its place.
+
+    The XDG specification has a relative path ignored, as if nothing were set.
+    """
+    asked = os.environ.get("XDG_CACHE_HOME", "")
+    if Path(asked).is_absolute():
+        base = Path(asked)
+    elif sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", Path.home()))
+    else:
+        base = Path.home() / ".cache"
+    return base / "heatwright"

@@ -1,0 +1,40 @@
+"""Files that the user names: read once, and never waited for in vain."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import sys
+
+UNREAD = "cannot be read"
+"""Noted at an error that came from reading."""
+STDIN = "-"
+OPEN_ALREADY = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/self/fd/")
+"""Names of what the shell has opened for us: a pipe there has somebody at its other end."""
+
+
+def read_file(path: str | os.PathLike[str], most: int = -1) -> bytes:
+    """Read a file, or what a shell pipes to `-`; no more than `most` bytes.
+
+    Raises OSError, also for a pipe or a device: it might never end, or never begin.
+    """
+    file = os.fspath(path)
+    try:
+        if file == STDIN and sys.stdin is not None:
+            return sys.stdin.buffer.read(most)
+        if not file.startswith(OPEN_ALREADY):
+            _refuse_special(file)
+        with open(file, "rb") as stream:  # noqa: PTH123 - a name, as the user wrote it
+            return stream.read(most)
+    except OSError as error:
+        if error.filename is None:
+            error.filename = file
+        error.add_note(UNREAD)
+        raise
+
+
+def _refuse_special(file: str) -> None:
+    kind = os.stat(file).st_mode  # noqa: PTH116 - as above
+    if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
+        raise OSError(errno.EINVAL, "it is no regular file", file)
