@@ -31,7 +31,7 @@ static struct stored_program stored[PROGRAM_PLACES];
 static struct fault_log_entry entries[FAULT_LOG_SIZE];
 static uint8_t is_stored[PROGRAM_PLACES], entries_count, level = 0xFF, fresh, answer, is_saved, is_on;
 static uint32_t saves;
-static double now_ns;
+static double began_ns, now_ns;
 
 #define AT(place) { &(place), sizeof(place) }
 
@@ -125,8 +125,6 @@ bool programs_write(uint8_t number, const struct stored_program *from)
 
 static void tick(void)
 {
-    static double began_ns;
-
     now_ns = began_ns += TICK_NS;
     panel_tick();
     lcd_tick();

@@ -51,11 +51,12 @@ WAYS = (("", (24, 25, 20, 10, 20, 1)), ("left", (1, 30, 25, 0, 40, 1)),
         ("right right right select select right", (4, 40, 40, 3, 0, 1)),
         ("right right right select select right right", (4, 40, 40, 3, 0, 1)),
         ("right", (0, 1, 0, 0, 3, 1)),
-        ("right right right select", (30, 30, 20, 6, 10, 1)))  # fmt: skip
+        ("right right right select", (30, 30, 20, 6, 10, 1)),
+        ("left select select select select select", (0, 30, 25, 0, 5, 1)),
+        ("right right right select select", (25, 30, 20, 8, 0, 1)))  # fmt: skip
 """Of each kind of walk, where it begins, and how often it takes each key."""
-FAULT_OF_A_WHOLE_LINE = 13
 EDGES_C = (0.0, -10.4, -0.6, -0.4, 0.4, 0.5, 99.5, 1099.5, 1100.0)
-CLOCKS = (0, 29, 30, 1799, 1800, 43199, 43200, *(432000000, 432000030) * 3, 43200 * 65536 - 1)
+CLOCKS = (0, 29, 30, 1800, 18600, 43199, 43200, *(432000000, 432000030) * 3, 43200 * 65536 - 1)
 COUNTS = (0, 59, 60, 1300, 8_388_609, 19_999_999, 20_000_001, 2**32 - 1)
 GAINS = (0.0, 0.0005, 0.001, 0.00101, 0.00105, 0.00106, 7.5, 9.5e5, 9.6e5, 1e6)
 PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
@@ -67,7 +68,7 @@ PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "setpoint_c": ("f", (15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1080.5, 1099.0, 1100.0)),
     "kp": ("f", GAINS), "ki": ("f", GAINS), "kd": ("f", GAINS),
     "maximum_c": ("f", (1150.0, 15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1130.5, 1149.0)),
-    "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + tuple(range(1, 27))),
+    "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + tuple(range(1, 27)) + (26,) * 9),
     "saves": ("I", COUNTS), "is_saved": ("B", (1, 1, 0)), "answer": ("B", (1, 1, 1, 0)),
     "entries_count": ("B", ()), "entries": ("72s", ()), "stored": ("", ()), "is_stored": ("3s", ()),
     "level": ("B", ()), "fresh": ("B", ()),
@@ -107,10 +108,9 @@ class Walk:
         self._wait(40, "")
         self._press(*self._way)
         self._stir()
-        acts = (self._tap, self._stir, self._hold, self._leave, self._upset, self._keep,
-                self._mean)  # fmt: skip
+        acts = self._tap, self._stir, self._hold, self._leave, self._upset, self._keep, self._mean
         for _ in range(40):
-            self._draw.choices(acts, (70, 12, 20, 1, 1, 6, 6))[0]()
+            self._draw.choices(acts, (70, 12, 20, 4, 1, 10 * len(self._way), 6))[0]()
 
     def _put(self, name: str, value: Any) -> None:
         self.script += placed(name, value)
@@ -168,24 +168,27 @@ class Walk:
         self._wait_and_look()
 
     def _leave(self) -> None:
-        """Go back to where one came from, and beyond."""
-        self._press(*["left"] * self._draw.randint(12, 30))
+        """Go round to where one came from, or far away from what is edited."""
+        self._press(*["left"] * self._draw.choice((5, 5, 30)))
 
     def _keep(self) -> None:
-        """Save what is edited, and go on editing."""
-        self._press("select", "select", *self._way[3:])
+        """Save what is edited, and edit another one."""
+        self._press("select", "select")
+        self._put_lists()
+        self._press(*self._way[3:], *["right"] * self._draw.choice((0, 0, 2, 20)))
 
     def _mean(self) -> None:
         """Press SELECT once more, when all may be otherwise."""
         self._press("select")
         self._put("state", self._draw.choice((IDLE, IDLE, 1, 2)))
         self._put("is_saved", self._draw.choice((0, 1)))
+        self._refresh()
         self._press("select")
 
     def _stir(self) -> None:
         """Make another machine of it, which is shown at once, or when a key counts."""
         draw = self._draw
-        for name in ("state", "waiting", "ended", "clock", *draw.sample(DRAWN, 4)):
+        for name in ("state", "ended", "segments", "clock", *draw.sample(DRAWN, 5)):
             self._put(name, draw.choice(PLACES[name][1]))
         self._put_lists()
         if draw.random() < 0.7:
@@ -208,15 +211,14 @@ class Walk:
         fine = 10 if kind == 2 else 60
         amounts = (fine, 2 * fine, 2 * fine - 1, 11 * fine, 12 * fine, most // 2, most - 10 * fine,
                    most - fine, most - 1, most)  # fmt: skip
-        targets = (150, 160, 170, 349, 350, 5000, 10801, 10800, 10979, 10980, 10981, 11000)
+        targets = (150, 160, 169, 170, 349, 350, 5000, 10801, 10800, 10979, 10980, 10981, 11000)
         target, amount = self._draw.choice(targets), self._draw.choice(amounts)
         return kind, target if kind < 4 else 0, amount if most else 0
 
     def _upset(self) -> None:
-        """A display that has missed its place finds it at the next set-up; one that was unplugged
-        may still be starting then."""
+        """One that has missed its place finds it at the next set-up; a cold one, at the second."""
         what, set_ups = self._draw.choice((("cold", 2), ("stray", 1)))
-        self._put("fault", FAULT_OF_A_WHOLE_LINE)
+        self._put("fault", 13)  # it fills its line
         self._refresh()
         self._look(what)
         self._wait(set_ups * SET_UP_TICKS + 40, "")
