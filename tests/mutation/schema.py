@@ -2,7 +2,8 @@
 
 An expression e with a mutant m becomes `(chosen_mutant == 17 ? (m) : (e))`, a statement that goes
 becomes `if (chosen_mutant != 12) { … }`. The number comes from the environment, before anything
-else of the program begins: worlds that keep an image of all memory keep it, too.
+else of the program begins: worlds that keep an image of all memory keep it, too. There is room on
+both sides of it: a mutant that writes beside an array must not become another one.
 """
 
 from collections import defaultdict
@@ -11,10 +12,11 @@ from collections.abc import Mapping, Sequence
 from mutation.syntax import Kind, Mutant
 
 VARIABLE = "MUTANT"
-DECLARATION = "extern volatile int chosen_mutant;\n"
+NAMED = "#define chosen_mutant chosen_mutants[64]\n"
+DECLARATION = "extern volatile int chosen_mutants[128];\n" + NAMED
 DEFINITION = f"""\
-volatile int chosen_mutant;
-char *getenv(const char *);
+volatile int chosen_mutants[128];
+{NAMED}char *getenv(const char *);
 int atoi(const char *);
 __attribute__((constructor(101))) static void choose_mutant(void)
 {{
