@@ -35,24 +35,6 @@ def test_one_step_per_period_up_to_the_end(run):
     assert log["setpoint_c"][8:11].tolist() == [20.0, 30.0, 50.0]  # a press at 10 s comes first
 
 
-def test_the_setpoint_stays_in_its_range(chamber):
-    keys = ({"at": f"{at_s} s", "press": key, "times": 9} for at_s, key in ((1, "up"), (5, "down")))
-    setpoints_c = modelled(chamber, *keys, {"for": "10 s"}).log["setpoint_c"]
-    assert (setpoints_c.max(), setpoints_c[-1]) == (70, 10)
-
-
-def test_a_held_key_is_one_press(chamber):
-    device = ReferenceDevice(chamber)
-    for time_s in (1.0, 2.0, 3.0):
-        device.press("up")
-        device.advance(time_s)
-    device.press(None)
-    device.press("up")
-    device.advance(5.0)
-    # The step at 3 s is done after it.
-    assert device.steps("air")["setpoint_c"].tolist() == [30, 30, 40, 40]
-
-
 def test_readings_are_what_the_sensor_felt_when_its_conversion_began(run):
     log = run.steps["air"]
     felt_c = np.interp(log["time_s"] - 0.8, run.times_s, run.sensed_c["air"])  # row before 0.78 s
@@ -95,12 +77,6 @@ def test_the_heat_is_what_was_asked_for(vary, output, resolution):
     given_s = (trace.on_fraction["heater"] * np.diff(trace.times_s, prepend=0.0))[:until].sum()
     asked_s = log["duty_percent"].astype(float).sum() / 100
     assert given_s == pytest.approx(asked_s, abs=len(log) * resolution / 2)
-
-
-def test_a_bench_needs_a_machine(chamber):
-    bare = chamber.model_copy(update={"simulation": None})
-    with pytest.raises(ValueError, match="no `simulation`"):
-        bench(bare, ReferenceDevice(bare))
 
 
 def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
@@ -240,17 +216,6 @@ AUTOMATIC, TUNING = 0, 2
 )  # fmt: skip
 def test_lines(text, command, words):
     assert parsed(text) == (command, words)
-
-
-@pytest.mark.parametrize("text", ["", "; nothing", "T0", "M", "S200"])
-def test_a_line_without_a_command_is_an_error(text):
-    with pytest.raises(ValueError, match="no command"):
-        parsed(text)
-
-
-def test_without_a_host_nobody_listens(chamber):
-    with pytest.raises(ValueError, match="no gcode interface"):
-        ReferenceDevice(chamber).send("M104 S30")
 
 
 def model(name, felt_c):

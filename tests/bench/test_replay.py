@@ -215,11 +215,6 @@ def test_a_mismatch_says_what_and_where(replayed, log):
     assert "step 10 at 11.000 s: duty_percent is " in str(found)
 
 
-def test_minus_zero_is_not_zero(replayed, log):
-    row = first_row(log["duty_percent"] == 0)
-    assert replayed(changed(log, row, duty_percent=-0.0)).mismatches == 1
-
-
 def test_members_that_the_reference_lacks_are_named(replayed, log):
     wider = append_fields(log, "fault.time_s", np.zeros(len(log), "u4"), usemask=False)
     assert replayed(wider).unchecked == ("fault.time_s",)

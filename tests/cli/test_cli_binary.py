@@ -184,7 +184,7 @@ def test_a_short_scenario_is_drawn_out_a_long_one_stays(length_s: float, drawn_s
 
 
 GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")
-GOOD_FAULT = FaultResult("unplugged", "sensor_no_answer", ("sensor_no_answer",), 4.9, 6.0, 0.9, 65)
+GOOD_FAULT = FaultResult("unplugged", False, "sensor_no_answer", (), 4.9, 6.0, 0.9, 65)
 
 
 @pytest.fixture

@@ -4,13 +4,35 @@ import random
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, site_of, tried
+from rig.avr import whole
+from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import catalogue, try_fault
-from heatwright.sim.faults.bounds import lasting_s, steps, watchdog_s
 from heatwright.sim.faults.healthy import SPREAD, healthy
+from heatwright.sim.faults.memory import cut_line
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.replay import replay_all
 from heatwright.spec import Controller
 from heatwright.spec.rules import RULES
 
+LID = """
+  lid: {sensor: lid, heater: lid_heater, period: 300 ms, starts: disabled,
+    setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 60 °C},
+    algorithm: {kind: on_off, hysteresis: 1 K}, protection: {maximum: 75 °C, stale_after: 3 s}}
+"""
+TWO = changed(
+    "dryer",
+    ("sensors:\n", "sensors:\n  lid: {kind: ds18b20, pin: PC0, resolution: 9 bit}\n"),
+    ("  fan: {kind", "  lid_heater: {kind: digital, pin: PB2, power: 100 W}\n  fan: {kind"),
+    ("\nsafety:", f"{LID}\nsafety:"),
+    ("walls: 3 kJ/K}", "walls: 3 kJ/K, lid: 400 J/K}"),
+    ("    links:\n", "    links:\n      - {between: [lid, ambient], resistance: 1 K/W}\n"
+     "      - {between: [lid, air], resistance: 5 K/W}\n"),
+    ("heater: air}", "heater: air, lid_heater: lid}"),
+    ("lag: 10 s}}", "lag: 10 s}, lid: {node: lid}}"), ("board: atmega16", "board: atmega32"),
+    ("indicators, leds", "indicators, loop: air, leds"),
+)  # fmt: skip
+"""Another sensor, another period, an algorithm that switches."""
 KNOWN = {rule.id for rule in RULES.values()}
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
@@ -39,12 +61,24 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
         catalogue(bare, site_of("chamber").program)
 
 
-def test_bounds_of_the_chamber(chamber: Controller) -> None:
-    loop = chamber.loops["air"]
-    assert steps(0.3, loop.model_copy(update={"period_s": 0.1})) == 3
-    assert steps(0.5, loop) == 1
-    assert lasting_s(60.0, loop) == pytest.approx(61.01)
-    assert watchdog_s(chamber) == pytest.approx(2.048 + 0.022, abs=0.001)
+@pytest.mark.parametrize("fault", ["lid.unplugged", "lid.switch_shorted_when_hot", "air.adc_stuck"])
+def test_a_fault_of_one_loop_is_one_of_all(fault: str) -> None:
+    controller = controller_of(TWO)
+    (found,) = (each for each in catalogue(controller, whole(TWO)) if each.id == fault)
+    result = try_fault(found)
+    assert (result.detail, bool(result.rule)) == ("", True)
+
+
+def test_a_fault_that_no_loop_accounts_for_is_a_mismatch() -> None:
+    world = World(Site(controller_of(TWO), whole(TWO), "lid"), Weather(20.0, 20.0))
+    world.run(2.0)
+    cut_line(world)
+    assert world.until(lambda now: now.fault != 0, 10.0)
+    world.run(2.0)
+    logs = {loop: world.device.steps(loop) for loop in ("air", "lid")}
+    assert [each.mismatches for each in replay_all(controller_of(TWO), logs).values()] == [0, 0]
+    (alone,) = replay_all(controller_of(TWO), {"air": logs["air"]}).values()
+    assert [each.variable for each in alone.first] == ["fault.code"]
 
 
 @pytest.mark.parametrize("seed", range(6))

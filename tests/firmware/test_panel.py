@@ -79,12 +79,6 @@ def test_a_short_press_counts_and_a_spike_does_not(phase_ms: int) -> None:
     assert device.read(SETPOINT) == 30
 
 
-def test_a_key_that_is_held_counts_once() -> None:
-    device = started()
-    press(device, "up", 20.0)
-    assert device.read(SETPOINT) == 30
-
-
 def test_the_plotters_lines() -> None:
     """Temperature, setpoint, ten times the heater, lead: one line a step, as the step had it."""
     device = power_on(felt_c=18.0)

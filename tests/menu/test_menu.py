@@ -76,14 +76,3 @@ def test_values_are_kept_through_a_loss_of_power() -> None:
     desk.run(11.0)
     desk.power_cycle()
     assert desk.read(*names) == pytest.approx([kp * 1.05, ki / 1.05, maximum_c - 1.0, TYPE_S])
-
-
-def test_a_fault_is_shown_and_acknowledged() -> None:
-    desk = Desk()
-    desk.press("left")
-    desk.device.sensors["chamber"].unplug()
-    desk.run(7.0)
-    assert desk.press("up right") == ("Setpoint", "E01 NO SENSOR")
-    desk.device.sensors["chamber"].plug()
-    desk.run(2.0)
-    assert desk.press("select")[1] == "20°C"

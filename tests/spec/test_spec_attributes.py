@@ -10,7 +10,6 @@ from rig.specs import changed, controller_of, example
 import heatwright.spec as language
 from heatwright.spec import ComparisonRow, SpecError, Write, commands, load_text, row_controller
 from heatwright.spec.checks.reading import shortest_period_s
-from heatwright.spec.names import LONGEST_NAME
 from heatwright.spec.rules import RULES
 from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
@@ -180,11 +179,6 @@ def test_rules_keep_their_codes() -> None:
         assert rule.display == rule.display.upper()[:12] != ""
         assert rule.meaning.endswith(".")
         assert rule.remedy.endswith(".")
-
-
-def test_a_name_may_be_as_long_as_it_says() -> None:
-    longest = "a" * LONGEST_NAME
-    assert load_text(changed(LEAST, ("name: oven", f"name: {longest}")))
 
 
 # -- who sets a loop, switches it and tunes it, and whether it runs after the start
