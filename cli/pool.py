@@ -98,5 +98,10 @@ def _begin(told: Any) -> None:
 
 
 def _clean_up(_: int, __: FrameType | None) -> None:
-    """End in order: temporary folders vanish, and the compiler stops."""
+    """End in order: temporary folders vanish, and the compiler stops.
+
+    Where the signal comes in a function that C has called, the exit is lost there: try it again.
+    """
+    signal.signal(signal.SIGALRM, _clean_up)
+    signal.alarm(1)
     raise SystemExit

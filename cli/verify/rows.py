@@ -15,7 +15,7 @@ CHECK_TEXTS = 3
 CHAIN_COLUMNS = ("sensor", "at", "one step of the ADC", "largest error near")
 CHAIN_UNITS = {"temperature": ("°C", "K", 0), "current": ("A", "A", 1)}
 """Of what is measured and of differences; decimals of the former."""
-FAULT_COLUMNS = ("fault", "trips", "also counted", "after [s]", "heater off [s]", "peak [°C]")
+FAULT_COLUMNS = ("fault", "trips", "would trip next", "after [s]", "heater off [s]", "peak [°C]")
 FAULT_TEXTS = 3
 FIGURE_COLUMNS = ("", "in", "worst", "limit")
 FIGURE_TEXTS = 2

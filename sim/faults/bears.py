@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 
 from heatwright.sim.plants import Temperatures, full_power, nodes_of, plant_of, profile_c
-from heatwright.spec import Controller
+from heatwright.spec import Controller, ThermalNetwork
 
 LONGEST_S = 24 * 3600.0
 SPARE = 0.1
 """Of the rise above the surroundings: machines differ."""
+WARM_DAY_C = 35.0
+"""A workshop in summer."""
 LEVEL_K = 0.001
 """So little in a minute is no rise any more."""
 
 
-@lru_cache(maxsize=8)
-def bears_c(controller: Controller) -> Mapping[str, float]:
+_KNOWN: dict[str, Mapping[str, float]] = {}
+"""By all that it depends on: a plant that was changed for a trial has no hash."""
+
+
+def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float]:
     """Return what every node bears, °C: `bears` of the plant, or what full power makes of it.
 
     A machine must bear what its own protection lets happen: full power from cold until the
@@ -26,16 +30,21 @@ def bears_c(controller: Controller) -> Mapping[str, float]:
     just below that maximum. On top comes a tenth of the rise. A loop counts for the nodes that are
     nearer to it than to others, and for those between loops.
 
-    Raises ValueError when there is no machine.
+    The surroundings are those of the specification, or of a warm day.
     """
+    key = repr((controller, plant))
+    if key not in _KNOWN:
+        _KNOWN[key] = _derived_c(controller, plant) | dict(plant.bears_c)
+    return _KNOWN[key]
+
+
+def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float]:
     simulation = controller.simulation
-    if simulation is None:
-        raise ValueError("Faults need a machine: the specification has no `simulation`.")
-    plant, ambient_c = simulation.plant, simulation.ambient_c
+    ambient_c = max(WARM_DAY_C, simulation.ambient_c if simulation else WARM_DAY_C)
     own = nodes_of(controller, plant)
     hottest = np.full(len(plant.nodes), ambient_c)
     for name in controller.loops:
-        peaks = _peaks_c(controller, name, ambient_c)
+        peaks = _peaks_c(controller, plant, name, ambient_c)
         others = {node for other, nodes in own.items() if other != name for node in nodes}
         mine = np.array([node not in others for node in plant.nodes])
         hottest = np.where(mine, np.maximum(hottest, peaks), hottest)
@@ -43,15 +52,16 @@ def bears_c(controller: Controller) -> Mapping[str, float]:
         held = profile_c(controller, plant, name, maximum_c, ambient_c=ambient_c)
         hottest = np.maximum(hottest, [held.get(node, ambient_c) for node in plant.nodes])
     derived = ambient_c + (1 + SPARE) * (hottest - ambient_c)
-    return dict(zip(plant.nodes, derived.tolist(), strict=True)) | dict(plant.bears_c)
+    return dict(zip(plant.nodes, derived.tolist(), strict=True))
 
 
-def _peaks_c(controller: Controller, name: str, ambient_c: float) -> Temperatures:
+def _peaks_c(
+    controller: Controller, network: ThermalNetwork, name: str, ambient_c: float
+) -> Temperatures:
     """Heat at full power until the sensor reads the maximum, or until nothing rises any more."""
-    assert controller.simulation is not None  # noqa: S101 - looked at by the only caller
     loop = controller.loops[name]
-    network = controller.simulation.plant.model_copy(update={"initial_c": ambient_c})
-    plant = plant_of(controller, network, ambient_c=ambient_c, step_s=loop.period_s)
+    cold = network.model_copy(update={"initial_c": ambient_c})
+    plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)
     peaks, heat = plant.temperatures_c.copy(), 1.0
     minute = max(1, round(60.0 / loop.period_s))
     before = peaks.copy()

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
+from heatwright.sim.faults.bears import WARM_DAY_C
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import usable_c
 from heatwright.sim.faults.world import Site, Weather, World
@@ -13,7 +14,7 @@ from heatwright.spec import ThermalNetwork
 
 SPREAD = 0.3
 """Capacities and resistances are known to ±30 % when a machine is designed."""
-AMBIENTS_C = (10.0, 35.0)
+AMBIENTS_C = (10.0, WARM_DAY_C)
 """A workshop in winter and in summer."""
 WARM_K = 15.0
 """So far below the setpoint it begins, to be there soon."""

@@ -11,6 +11,7 @@ from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
 LONGEST_S = 24 * 3600.0
+MOST_WATCHED_S = 4 * 3600.0
 TRAVELLED = 0.95
 
 
@@ -44,7 +45,7 @@ def watch_s(site: Site) -> float:
     ]
     if protection.rising_while_off is not None:
         lasting_s.append(protection.rising_while_off.settle_s)
-    return min(LONGEST_S, _travel_s(site) + 2 * sum(lasting_s))
+    return min(MOST_WATCHED_S, _travel_s(site) + 2 * sum(lasting_s))
 
 
 def _travel_s(site: Site) -> float:
@@ -115,16 +116,6 @@ def _rising_until(
 def sensor_step_k(site: Site) -> float:
     """Return one step of the loop's sensor, K."""
     return float(site.controller.thermometers[site.loop.sensor].step_k)
-
-
-def late_k(site: Site, limit_c: float) -> float:
-    """Return how far past a limit the tip is, at most, when its reading is past it too, K.
-
-    A chip gives its nearest step, and so is half of one early. An analog chain is exact to one step
-    of the ADC.
-    """
-    late = blur_k(site, limit_c)
-    return late if late else -sensor_step_k(site) / 2
 
 
 def blur_k(site: Site, temperature_c: float) -> float:

@@ -10,16 +10,14 @@ from types import ModuleType
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.world import STEP_S, Site, World
-from heatwright.spec.rules import RULES
 
 SEED = 1
 WATCH_S = 30.0
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
 REST_S = 2.0
-SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
-"""Of which one sees that the sensor's line is cut."""
 LONGEST_MS = 1000
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from heatwright.sim.faults import hosts, memory, starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.keypad import CODES
 
@@ -57,7 +58,7 @@ def _keys(site: Site) -> Iterator[Fault]:
         judge=_one_step,
     )
     yield Fault("keys_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S)
-    trip = Trip((), answer_s(site.loop))
+    trip = Trip(SENSOR_RULES, answer_s(site.loop))
 
     def cause(world: World) -> None:
         hold("select")(world)

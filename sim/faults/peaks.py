@@ -24,7 +24,12 @@ class Peaks:
         self._from, self._step_s = deepcopy(plant), step_s
         self._highest_c = plant.temperatures_c.copy()
         self._given: list[tuple[Mapping[str, float], float]] = []
+        self._ended = False
         self.spreads = False
+
+    def end(self) -> None:
+        """Look no longer: what comes now is another story."""
+        self._ended = True
 
     @property
     def highest_c(self) -> dict[str, float]:
@@ -33,6 +38,8 @@ class Peaks:
 
     def note(self, plant: Plant, given: Mapping[str, float], feed_mm_per_s: float) -> None:
         """Take in what was given in a step, and what it made of the machine."""
+        if self._ended:
+            return
         self._given.append((given, feed_mm_per_s))
         rises = bool((plant.temperatures_c > self._highest_c).any())
         self.spreads = rises and not any(given[name] for name in plant.heaters)

@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
-from heatwright.sim.faults.memory import SENSOR_RULES
 from heatwright.sim.faults.peaks import SPREADING_S
+from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
@@ -124,10 +124,10 @@ class _Trial:
     def _may_trip(self) -> None:
         self.first = self._wait(self.cause_s, "")
         self.counting = witness.counting(self.world)
+        self._judge_heater()
         if self.first is None:
             self._judge_peaks()
             return
-        self._judge_heater()
         self._holds(self.first, "after the trip")
         self._judge_peaks()
         latched: Change | None = self.first
@@ -215,6 +215,8 @@ class _Trial:
         """See how soon the heater was off, and let the heat spread that is under way."""
         limit_s = self.fault.off_within_s
         self.world.run(SHOWN_S)
+        if self.first is None and limit_s is None:
+            return
         last_on_s = self.world.heaters.last_on_s(self.cause_s)
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
@@ -224,6 +226,7 @@ class _Trial:
     def _judge_peaks(self) -> None:
         """See that no node became hotter than it bears; of several, tell the first."""
         self.peak_c = self.world.peak_c
+        self.world.peaks.end()
         for node, peak_c in self.world.peaks.highest_c.items():
             bears_c = self.world.bears_c[node]
             if peak_c > bears_c:
@@ -248,9 +251,9 @@ class _Trial:
             shorter_s = value_s - (late_s - off_s)
             if rule in trips and shorter_s > 0:
                 return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
-        if rule is None and off_s > 0:
+        if rule is None and off_s > 0 and self.fault.sensor_lies:
             return f"let a rule see it within {_rounded_down(off_s):g} s: {path}.frozen.for"
-        return "limit the heater's power"
+        return "limit the heater's power, or let a safety relay break it"
 
     def _holds(self, latched: Change, when: str) -> None:
         """See that it stays latched and shown, and that no heater has been on since the trip."""

@@ -11,6 +11,7 @@ from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.processor import INTERRUPTS_ON, hang
+from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.world import STEP_S, Site, Weather, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.program_state import (
@@ -47,7 +48,7 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda: under_way(site),
         memory.cut_line,
         memory.mend_line,
-        trip=Trip((), answer_s(site.loop)),
+        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         sensor_lies=True,
         judge=_failed,
     )

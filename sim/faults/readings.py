@@ -6,6 +6,10 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, reading_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import Site
+from heatwright.spec.rules import RULES
+
+SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
+"""Those that tell that there is no valid reading, whatever it is."""
 
 
 def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
@@ -15,7 +19,7 @@ def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
         lambda: starts.heating(site),
         cause,
         cure,
-        trip=Trip((), answer_s(site.loop)),
+        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         off_within_s=reading_s(site.loop),
         sensor_lies=True,
         again=True,

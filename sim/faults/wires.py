@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.sim.faults import effects, machine, starts
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.currents import SOFT_START, Measured, measured
-from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.world import Site, World
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.world import STEP_S, Site, World
 
 BEYOND = 1.2
 """How far beyond what trips the current of a shorted wire is."""
@@ -51,12 +52,15 @@ def _shorted(site: Site, heater: Measured) -> Fault:
     start = SOFT_START if heater.limit_a is not None else 1.0
     times = BEYOND * heater.over_a / (start * heater.mean_a)
 
+    def heats(world: World) -> bool:
+        return world.loop("duty_percent") > 0
+
     return Fault(
         "heater_shorted",
         lambda: starts.heating(site),
         _grows(site, times),
         _mends(site),
-        watch_s=machine.watch_s(site),
+        trip=Trip(("over_current",), reading_s(site.loop) + STEP_S, heats, WATCH_S),
         again=True,
     )
 

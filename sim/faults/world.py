@@ -92,7 +92,7 @@ class World:
         self.step()
 
     def _machine(self, weather: Weather) -> Plant:
-        network = weather.network or self.site.network
+        self._network = network = weather.network or self.site.network
         begins_c = profile_c(
             self.site.controller, network, self.site.loop_name, weather.start_c,
             ambient_c=weather.ambient_c,
@@ -134,7 +134,7 @@ class World:
     @property
     def bears_c(self) -> Mapping[str, float]:
         """What every node bears, °C."""
-        return bears_c(self.site.controller)
+        return bears_c(self.site.controller, self._network)
 
     def _tip(self, sensor: str) -> float:
         felt_c = self._felt[sensor]

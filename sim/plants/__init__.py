@@ -87,7 +87,7 @@ def profile_c(
     Their shares of the rise above the surroundings are those at full power; below these all are as
     cold as the loop's sensor.
     """
-    own, sensor = nodes_of(controller, plant)[loop], controller.loops[loop].sensor
+    own, sensor = _not_others(controller, plant, loop), controller.loops[loop].sensor
     if level_c <= ambient_c:
         return dict.fromkeys(own, level_c)
     settled = plant_of(
@@ -99,6 +99,13 @@ def profile_c(
     rises = zip(settled.nodes, settled.temperatures_c - ambient_c, strict=True)
     share = (level_c - ambient_c) / sensed_k
     return {node: ambient_c + share * float(rise_k) for node, rise_k in rises if node in own}
+
+
+def _not_others(controller: Controller, plant: ThermalNetwork, loop: str) -> tuple[str, ...]:
+    """Return the nodes of a loop, and those that are as near to it as to another."""
+    nodes = nodes_of(controller, plant)
+    others = {node for name, each in nodes.items() if name != loop for node in each}
+    return tuple(node for node in plant.nodes if node not in others)
 
 
 def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[str, float]:

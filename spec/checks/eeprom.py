@@ -61,7 +61,8 @@ def _shares(areas: Layout) -> str:
 def _smaller(controller: Controller) -> str:
     ways, programs, log = [], controller.programs, log_in_eeprom(controller)
     if programs is not None:
-        points = _most(programs.points, lambda most: _with_points(controller, most))
+        least = max((len(each.segments) for each in programs.stored), default=1)
+        points = _most(programs.points, lambda most: _with_points(controller, most), least)
         ways.append(f"at most {points} points, or fewer places" if points else "fewer places")
     if log is not None:
         entries = _most(log.entries, lambda most: _with_entries(controller, most))
@@ -71,9 +72,9 @@ def _smaller(controller: Controller) -> str:
     return f"Use {', or '.join(ways)}"
 
 
-def _most(given: int, changed: Callable[[int], Controller]) -> int:
-    """Find the most that there is room for; 0: none."""
-    return next((each for each in range(given - 1, 0, -1) if _suffices(changed(each))), 0)
+def _most(given: int, changed: Callable[[int], Controller], least: int = 1) -> int:
+    """Find the most that there is room for; 0: none, or fewer than have to be."""
+    return next((each for each in range(given - 1, least - 1, -1) if _suffices(changed(each))), 0)
 
 
 def _suffices(controller: Controller) -> bool:

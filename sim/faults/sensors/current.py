@@ -7,8 +7,9 @@ from typing import cast
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.currents import measured
-from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
@@ -30,7 +31,7 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda: starts.heating(site),
         _wire(Wiring(pin="high")),
         _wire(Wiring()),
-        watch_s=watch_s(site),
+        trip=Trip(("over_current",), reading_s(site.loop)),
         again=True,
     )
     if site.has_operator:

@@ -9,7 +9,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.readings import SENSOR_RULES, no_reading
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -133,7 +133,7 @@ def _never_converts(site: Site) -> Iterator[Fault]:
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
         _idle(on=True),
         _idle(on=False),
-        trip=Trip((), answer_s(site.loop)),
+        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         sensor_lies=True,
         again=True,
         judge=_never_believed,
