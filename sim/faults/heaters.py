@@ -59,10 +59,17 @@ def _weak_share(site: Site) -> float:
 
 
 def _leaking(site: Site) -> Fault:
-    """A switch that leaks while off, above the band: enough to heat the machine on."""
+    """A switch that leaks while off, above the band: enough to heat the machine on.
+
+    Where the band ends near the maximum, it begins halfway.
+    """
     runaway, rising = site.loop.protection.runaway, site.loop.protection.rising_while_off
-    above_k = (runaway.above_k if runaway else 0.0) + MARGIN_K
-    start_c = starts.setpoints_c(site)[0] + above_k
+    lowest_c = starts.setpoints_c(site)[0]
+    above_k = min(
+        (runaway.above_k if runaway else 0.0) + MARGIN_K,
+        (site.loop.protection.maximum_c - lowest_c) / 2,
+    )
+    start_c = lowest_c + above_k
     level_c = start_c + 3 * (rising.rise_k if rising else MARGIN_K) + MARGIN_K
     share = share_for(site, level_c, ambient_c=starts.ambient_c(site), cooled=True)
 
