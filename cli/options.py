@@ -37,7 +37,7 @@ def print_json(value: object) -> None:
     from json import dumps  # noqa: PLC0415 - only where asked for
 
     text = dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
-    click.get_current_context().obj[JSON_TOLD] = True
+    click.get_current_context().ensure_object(dict)[JSON_TOLD] = True
     click.echo(text)
 
 
