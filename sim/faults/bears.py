@@ -45,8 +45,7 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
     hottest = np.full(len(plant.nodes), ambient_c)
     for name in controller.loops:
         peaks = _peaks_c(controller, plant, name, ambient_c)
-        others = {node for other, nodes in own.items() if other != name for node in nodes}
-        mine = np.array([node not in others for node in plant.nodes])
+        mine = np.array([node in own[name] for node in plant.nodes])
         hottest = np.where(mine, np.maximum(hottest, peaks), hottest)
         maximum_c = controller.loops[name].protection.maximum_c
         held = profile_c(controller, plant, name, maximum_c, ambient_c=ambient_c)

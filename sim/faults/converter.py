@@ -10,7 +10,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import steps
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
@@ -125,13 +125,7 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """What happens beside a heater's wires, and must not stop a machine."""
-    yield Fault(
-        "answers_damaged_in_bursts",
-        lambda: starts.heating(site),
-        _bursts,
-        calm=True,
-        watch_s=WATCH_S,
-    )
+    yield bursts(site, _bursts, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from heatwright.sim.faults.world import Site
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of
@@ -31,6 +32,7 @@ def share_for(site: Site, hold_c: float, *, ambient_c: float, cooled: bool = Fal
     return (hold_c - ambient_c) / (full_c - ambient_c)
 
 
+@lru_cache(maxsize=16)
 def watch_s(site: Site) -> float:
     """Return for how long a broken machine is watched: no rule that sees it comes later, s.
 

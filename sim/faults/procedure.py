@@ -227,8 +227,9 @@ class _Trial:
         """See that no node became hotter than it bears; of several, tell the first."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
+        borne_c = self.world.bears_c
         for node, peak_c in self.world.peaks.highest_c.items():
-            bears_c = self.world.bears_c[node]
+            bears_c = borne_c[node]
             if peak_c > bears_c:
                 self._wrong(
                     f"{node} became {peak_c:.1f} °C hot and bears {bears_c:.1f} °C. If it bears "

@@ -24,3 +24,26 @@ def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
         sensor_lies=True,
         again=True,
     )
+
+
+def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
+    """Make a chip slower than its data sheet says, which must not stop a machine."""
+    return Fault(
+        "slow_conversions",
+        lambda: starts.heating(site),
+        act,
+        calm=True,
+        sensor_lies=True,
+        watch_s=watch_s,
+    )
+
+
+def bursts(site: Site, act: Act, watch_s: float) -> Fault:
+    """Damage answers in bursts, which must not stop a machine."""
+    return Fault(
+        "answers_damaged_in_bursts",
+        lambda: starts.heating(site),
+        act,
+        calm=True,
+        watch_s=watch_s,
+    )

@@ -59,23 +59,25 @@ def plant_module(kind: str) -> ModuleType:
 
 
 def nodes_of(controller: Controller, plant: ThermalNetwork) -> dict[str, tuple[str, ...]]:
-    """Return for each loop the nodes that are nearer to it than to any other loop.
+    """Return for each loop the nodes that are not nearer to one other loop than to all the rest.
 
     Near is what few links, or surfaces that radiate, lie between; where its heat goes to and where
-    it is measured is nearest. What is as near to two loops is nobody's. A single loop has all.
+    it is measured is nearest. What is as near to two loops belongs to each.
     """
-    if len(controller.loops) == 1:
-        return {name: tuple(plant.nodes) for name in controller.loops}
     far = {
         name: _far(plant, {plant.heat[loop.heater], str(plant.sense[loop.sensor].node)})
         for name, loop in controller.loops.items()
     }
+
+    def is_nearest(name: str, node: str) -> bool:
+        return all(far[name][node] < far[other][node] for other in far if other != name)
+
     return {
         name: tuple(
             node for node in plant.nodes
-            if all(mine[node] < far[other][node] for other in far if other != name)
+            if not any(is_nearest(other, node) for other in far if other != name)
         )
-        for name, mine in far.items()
+        for name in far
     }  # fmt: skip
 
 
@@ -87,7 +89,7 @@ def profile_c(
     Their shares of the rise above the surroundings are those at full power; below these all are as
     cold as the loop's sensor.
     """
-    own, sensor = _not_others(controller, plant, loop), controller.loops[loop].sensor
+    own, sensor = nodes_of(controller, plant)[loop], controller.loops[loop].sensor
     if level_c <= ambient_c:
         return dict.fromkeys(own, level_c)
     settled = plant_of(
@@ -99,13 +101,6 @@ def profile_c(
     rises = zip(settled.nodes, settled.temperatures_c - ambient_c, strict=True)
     share = (level_c - ambient_c) / sensed_k
     return {node: ambient_c + share * float(rise_k) for node, rise_k in rises if node in own}
-
-
-def _not_others(controller: Controller, plant: ThermalNetwork, loop: str) -> tuple[str, ...]:
-    """Return the nodes of a loop, and those that are as near to it as to another."""
-    nodes = nodes_of(controller, plant)
-    others = {node for name, each in nodes.items() if name != loop for node in each}
-    return tuple(node for node in plant.nodes if node not in others)
 
 
 def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[str, float]:

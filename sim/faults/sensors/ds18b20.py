@@ -9,7 +9,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import SENSOR_RULES, no_reading
+from heatwright.sim.faults.readings import SENSOR_RULES, bursts, no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -142,13 +142,7 @@ def _never_converts(site: Site) -> Iterator[Fault]:
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """What happens on a long cable, and must not stop a machine."""
-    yield Fault(
-        "answers_damaged_in_bursts",
-        lambda: starts.heating(site),
-        _bursts,
-        calm=True,
-        watch_s=WATCH_S,
-    )
+    yield bursts(site, _bursts, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),
@@ -161,14 +155,7 @@ def _harmless(site: Site) -> Iterator[Fault]:
     def slow(chip: Ds18b20) -> None:
         chip.faults.slow = 1.5
 
-    yield Fault(
-        "slow_conversions",
-        lambda: starts.heating(site),
-        _on_chip(slow),
-        calm=True,
-        sensor_lies=True,
-        watch_s=WATCH_S,
-    )
+    yield slow_conversions(site, _on_chip(slow), WATCH_S)
 
 
 def _never_believed(world: World) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import cast
 
-from heatwright.sim.faults import converter, starts
+from heatwright.sim.faults import converter
 from heatwright.sim.faults.converter import chip_of, cut, mend
 from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.readings import no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.spi_chip import Wire
@@ -25,14 +25,7 @@ def faults(site: Site) -> Iterator[Fault]:
     for wire in wires:
         name = f"thermocouple_touches_{wire}"
         yield no_reading(site, name, _touch(wire), _touch(None))
-    yield Fault(
-        "slow_conversions",
-        lambda: starts.heating(site),
-        _slow,
-        calm=True,
-        sensor_lies=True,
-        watch_s=converter.WATCH_S,
-    )
+    yield slow_conversions(site, _slow, converter.WATCH_S)
 
 
 def _touch(wire: Wire | None) -> Act:

@@ -17,7 +17,7 @@ from heatwright.sim.faults.converter import (
 from heatwright.sim.faults.converter import cut as break_thermocouple
 from heatwright.sim.faults.converter import mend as mend_thermocouple
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.readings import no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.max31856 import TEST_EVERY, Max31856
@@ -52,14 +52,7 @@ def faults(site: Site) -> Iterator[Fault]:
     )
     yield no_reading(site, "chip_too_hot", _is(TOO_HOT_C), _is(USUAL_C))
     yield from conversions(site)
-    yield Fault(
-        "slow_conversions",
-        lambda: starts.heating(site),
-        _slow,
-        calm=True,
-        sensor_lies=True,
-        watch_s=WATCH_S,
-    )
+    yield slow_conversions(site, _slow, WATCH_S)
 
 
 def open_s(site: Site) -> float:
