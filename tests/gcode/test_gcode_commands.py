@@ -100,7 +100,7 @@ NOT_WITHIN = "is outside its limits; nothing was changed"
 def test_what_is_refused_changes_nothing(world: Path, line: str, reason: str) -> None:
     before = talk(world, "M104 S100", "M301 P1 I2 D3", "M106 S51").state
     said = talk(world, "M104 S100", "M301 P1 I2 D3", "M106 S51", line)
-    assert said.answers[4:] == [f"Error:{line[:4]} {reason}", "ok"]
+    assert said.answers[4:] == [f"echo:{line[:4]} {reason}", "ok"]
     assert said.state == before
 
 
@@ -127,7 +127,7 @@ def test_what_is_for_another_tool_or_fan_changes_nothing(
     ("lines", "count", "answers"),
     [
         (b"M155 S2\n", 650, ["ok", COLD, COLD, COLD]),
-        (b"M155 S2\nM155 S1.5\n", 650, ["ok", f"Error:M155 {NO_NUMBER}", "ok", COLD, COLD, COLD]),
+        (b"M155 S2\nM155 S1.5\n", 650, ["ok", f"echo:M155 {NO_NUMBER}", "ok", COLD, COLD, COLD]),
         (b"M155 S1\n", 10_050, ["ok", *100 * [COLD]]),
         (b"M140 S1\n", 250, ["echo:M140 refused: there is no heated bed or chamber", "ok"]),
         (b"M155 S2\nM155 S0\n", 650, ["ok", "ok"]),
@@ -229,7 +229,7 @@ ENDS = {
     "a latched fault refuses heat until acknowledged": (
         [fault(6), ticks(20), *spoken(*LATCHED)],
         [part for line in LATCHED[:4] for part in (
-            f"Error:{line[:4]} refused: acknowledge the fault with M999", "ok")] + 3 * ["ok"],
+            f"echo:{line[:4]} refused: acknowledge the fault with M999", "ok")] + 3 * ["ok"],
         "100"),
     **{f"{setpoint} °C while it waits": (
         [M109, ticks(50), gcode_world.setpoint_becomes(setpoint), ticks(10)], ["ok"],

@@ -106,7 +106,7 @@ def test_duties_and_names_are_told(board: Board) -> None:
     assert board.told("M105")[0].endswith(" @:64 @1:64 @3:127")
 
 
-BEYOND = "Error:M104 is outside its limits; nothing was changed"
+BEYOND = "echo:M104 is outside its limits; nothing was changed"
 UNABLE = "refused: this tool has no such control"
 ANSWERS = {
     **{f"M104 T{tool} S50|T{tool}": (f"echo:M104 Invalid extruder {tool}", "ok",
@@ -119,7 +119,7 @@ ANSWERS = {
         "echo:  M301 E1 P5.00000 I0.10000 D10.00000", "ok",
         *2 * ("echo:  M301 E1 P6.00000 I0.10000 D10.00000", "ok")),
     "M301 T3 P6|M303 T3 S50|M104 T3 D20": (
-        f"Error:M301 {UNABLE}", "ok", f"Error:M303 {UNABLE}", "ok", f"Error:M104 {UNABLE}", "ok"),
+        f"echo:M301 {UNABLE}", "ok", f"echo:M303 {UNABLE}", "ok", f"echo:M104 {UNABLE}", "ok"),
     **{f"{line} E1": (f'echo:Unknown command: "{line}"', "ok")
        for line in ("M106", "M107", "G1", "G92", "M82", "M410", "M84", "M400")},
     "T3|T4|M104 S12": ("ok", 'echo:Unknown command: "T4"', "ok", "ok"),

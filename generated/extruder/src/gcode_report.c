@@ -168,19 +168,21 @@ static bool waited(void)
     return say_number(PSTR(" W:"), (float)report_wait_s, 0);
 }
 
+/* Only "Resend" makes the host send again. Behind "Error:" one damaged byte of a text that it knows
+ * would end a print: hosts take an unknown error for a fatal one. */
 static const char *line_problem(void)
 {
     switch (report_detail) {
     case LINE_DAMAGED:
-        return PSTR("Error:Line damaged, Last Line: ");
+        return PSTR("echo:checksum mismatch, byte damaged, Last Line: ");
     case LINE_CHECKSUM:
-        return PSTR("Error:checksum mismatch, Last Line: ");
+        return PSTR("echo:checksum mismatch, Last Line: ");
     case LINE_NO_CHECKSUM:
-        return PSTR("Error:No Checksum with line number, Last Line: ");
+        return PSTR("echo:No Checksum with line number, Last Line: ");
     case LINE_NO_NUMBER:
-        return PSTR("Error:No Line Number with checksum, Last Line: ");
+        return PSTR("echo:Checksum without line number, Last Line: ");
     default:
-        return PSTR("Error:Line Number is not Last Line Number+1, Last Line: ");
+        return PSTR("echo:Line Number is not Last Line Number+1, Last Line: ");
     }
 }
 
@@ -232,7 +234,7 @@ static bool refused(void)
 {
     switch (step) {
     case 0:
-        return say_command(PSTR("Error:"));
+        return say_command(PSTR("echo:"));
     case 1:
         return say(reason());
     default:
