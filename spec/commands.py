@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion
+from heatwright.spec.interfaces import Gcode, LcdKeypad, ModbusRtu, Nextion
 
 
 def gcode_of(controller: Controller) -> Gcode | None:
@@ -24,17 +24,27 @@ def nextion_of(controller: Controller) -> Nextion | None:
     return next(found, None)
 
 
+def keypad_of(controller: Controller) -> LcdKeypad | None:
+    """Find the keypad of a controller, if it has one."""
+    found = (each for each in controller.interfaces if isinstance(each, LcdKeypad))
+    return next(found, None)
+
+
 def commanded(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host or a master sets a loop's setpoint, and may switch it off."""
+    """Tell whether a host, a master or a person sets a loop's setpoint, and may switch it off."""
+    return by_host(controller, loop_name) or switched(controller, loop_name)
+
+
+def by_host(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a host of G-code commands a loop."""
     gcode = gcode_of(controller)
-    by_host = gcode is not None and loop_name in gcode.loops.values()
-    return by_host or switched(controller, loop_name)
+    return gcode is not None and loop_name in gcode.loops.values()
 
 
 def switched(controller: Controller, loop_name: str) -> bool:
     """Tell whether a loop is enabled and disabled apart from its setpoint.
 
-    A master serves all loops; a touch display and programs one each.
+    A master serves all loops; keys, a touch display and programs one each.
     """
     if loop_name not in controller.loops:
         return False
@@ -42,10 +52,25 @@ def switched(controller: Controller, loop_name: str) -> bool:
 
 
 def by_hand(controller: Controller, loop_name: str) -> bool:
-    """Tell whether people switch a loop: on a touch display, or by starting its programs."""
+    """Tell whether people switch a loop: by keys, on a touch display, or by starting its programs.
+
+    Keys beside a host switch as the host does, by the setpoint.
+    """
+    if touched(controller, loop_name) or programmed(controller, loop_name):
+        return True
+    return keyed(controller, loop_name) and not by_host(controller, loop_name)
+
+
+def keyed(controller: Controller, loop_name: str) -> bool:
+    """Tell whether the keys of the display shield serve a loop."""
+    keypad = keypad_of(controller)
+    return keypad is not None and keypad.loop == loop_name
+
+
+def touched(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a touch display serves a loop."""
     display = nextion_of(controller)
-    touched = display is not None and display.loop == loop_name
-    return touched or programmed(controller, loop_name)
+    return display is not None and display.loop == loop_name
 
 
 def programmed(controller: Controller, loop_name: str) -> bool:
@@ -76,5 +101,11 @@ def zero_is_off(controller: Controller, loop_name: str) -> bool:
 
 
 def tunable(controller: Controller, loop_name: str) -> bool:
-    """Tell whether its gains are set by command, and its duty by hand."""
-    return commanded(controller, loop_name) and controller.loops[loop_name].algorithm.kind == "pid"
+    """Tell whether its gains are set by command, and its duty by hand: not by mere keys."""
+    has_commands = (
+        modbus_of(controller) is not None
+        or by_host(controller, loop_name)
+        or touched(controller, loop_name)
+        or programmed(controller, loop_name)
+    )
+    return has_commands and controller.loops[loop_name].algorithm.kind == "pid"

@@ -135,7 +135,7 @@ class Loop(Model):
     starts: Literal["enabled", "disabled"] | None = Field(
         None,
         description="State after the power-up of a loop that is switched; left out: `disabled` "
-        "under a display or programs, `enabled` under a master.",
+        "under keys, a display or programs, `enabled` under a master alone.",
     )
     period_s: _Time = Field(
         alias="period", description="Time between control steps; a multiple of the 10 ms tick."

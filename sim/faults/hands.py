@@ -39,7 +39,9 @@ def hand_of(site: Site) -> Hand:
     if site.is_switched:
         if modbus_of(site.controller) is not None:
             return _Master()
-        return _AtDisplay() if nextion_of(site.controller) is not None else _AtMenu()
+        if nextion_of(site.controller) is not None:
+            return _AtDisplay()
+        return _AtMenu() if site.has_menu else _AtPanel()
     return _Host() if site.is_commanded else _AtKeys()
 
 
@@ -102,7 +104,7 @@ class _AtDisplay:
 
 
 class _AtKeys(_Unswitched):
-    """Somebody at the keys of a loop without programs: UP, DOWN and SELECT."""
+    """Somebody at UP, DOWN and SELECT."""
 
     def begin_acknowledging(self, world: World) -> None:
         world.device.press("select")
@@ -114,6 +116,24 @@ class _AtKeys(_Unswitched):
         step_k = world.site.key_step_k
         steps = int((setpoint_c - world.setpoint_c) / step_k) if step_k else 0
         world.press("up" if steps > 0 else "down", abs(steps))
+
+
+class _AtPanel(_AtKeys):
+    """Somebody at the keys of a loop without programs, who sees on the display whether it is on."""
+
+    def switch(self, world: World, *, on: bool) -> None:
+        if not on:
+            world.press("left")
+        elif self._is_off(world):
+            world.press("up")
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        self.switch(world, on=True)
+        super().set_setpoint(world, setpoint_c)
+
+    @staticmethod
+    def _is_off(world: World) -> bool:
+        return world.screen[1].startswith("OFF")
 
 
 class _AtMenu(_AtKeys):

@@ -9,6 +9,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.operators import keeps_time
+from heatwright.sim.faults.processor import stays_off
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.native.characters import Format
@@ -38,7 +39,7 @@ def faults(site: Site) -> Iterator[Fault]:
         _insist,
         calm=True,
         watch_s=WATCH_S,
-        judge=_stays_off,
+        judge=stays_off,
     )
     for name, cause in (
         ("master_out_of_bounds", _ask_too_much),
@@ -70,12 +71,6 @@ def _insist(world: World) -> None:
     for _ in range(round(INSISTS_S / EVERY_S)):
         master.ask(wanted)
         world.run(EVERY_S)
-
-
-def _stays_off(world: World) -> str:
-    """See that the heater has been off since the power came back."""
-    last_s = world.heaters.last_on_s(world.power_on_s)
-    return "" if last_s is None else f"the heater was on at {last_s:.3f} s"
 
 
 def _ask_too_much(world: World) -> None:

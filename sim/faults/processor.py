@@ -16,6 +16,7 @@ from heatwright.sim.faults.bounds import TICK_S, gate_s, start_up_s, watchdog_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.records import Edge
 from heatwright.sim.faults.world import Site, World
+from heatwright.spec import starts_enabled
 
 STACK_POINTER = 0x5D
 """SPL and SPH in the data space, the same on every part that is simulated."""
@@ -60,6 +61,7 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda world: world.power_cut(),
         calm=True,
         watch_s=WATCH_S,
+        judge=stays_off,
     )
 
 
@@ -82,6 +84,14 @@ def hang(world: World, entry: str) -> None:
             avr.write_ram(place, (target // 2).to_bytes(size, "big"))
             return
     raise ValueError("The return address to main was not found: is the program asleep?")
+
+
+def stays_off(world: World) -> str:
+    """See that a loop that does not start by itself has been off since the power came back."""
+    if starts_enabled(world.site.controller, world.site.loop_name):
+        return ""
+    last_s = world.heaters.last_on_s(world.power_on_s)
+    return "" if last_s is None else f"the heater was on at {last_s:.3f} s"
 
 
 def off_through_reset(world: World) -> str:

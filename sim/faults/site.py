@@ -11,6 +11,8 @@ from heatwright.spec import (
     ThermalNetwork,
     commanded,
     gcode_of,
+    modbus_of,
+    nextion_of,
     programmed,
     switched,
 )
@@ -47,13 +49,19 @@ class Site:
         return self.has_keys and programmed(self.controller, self.loop_name)
 
     @property
+    def has_keys_alone(self) -> bool:
+        """Whether UP and DOWN are all that sets the setpoint, step by step."""
+        others = modbus_of(self.controller) or nextion_of(self.controller)
+        return self.is_switched and not others and not self.has_menu
+
+    @property
     def is_commanded(self) -> bool:
-        """Whether a host, a master or a display commands the loop; it is the operator then."""
+        """Whether a host, a master, a display or keys command the loop; they operate it then."""
         return commanded(self.controller, self.loop_name)
 
     @property
     def is_switched(self) -> bool:
-        """Whether a master or a display switches the loop on and off."""
+        """Whether a master, a display or keys switch the loop on and off."""
         return switched(self.controller, self.loop_name)
 
     @property

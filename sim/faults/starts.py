@@ -26,7 +26,7 @@ def setpoints_c(site: Site) -> tuple[float, ...]:
     A host can ask for any; here for every tenth degree from the surroundings' up.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
-    if site.is_commanded:
+    if site.is_commanded and not site.has_keys_alone:
         lowest_c = max(setpoint.minimum_c, ambient_c(site))
         count = int((setpoint.maximum_c - lowest_c) / COMMANDED_STEP_K)
         return tuple(setpoint.maximum_c - turn * COMMANDED_STEP_K for turn in range(count, -1, -1))

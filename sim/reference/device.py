@@ -86,12 +86,14 @@ class ReferenceDevice:
         """Hold a key from now on."""
         pressed = key is not None and key != self._key
         self._key = key
-        if not pressed:
+        if not pressed or (self._reference.fault_code and key != "select"):
             return
         if key == "up":
             self._operator.change(self._key_step_k)
         elif key == "down":
             self._operator.change(-self._key_step_k)
+        elif key == "left":
+            self._operator.key_off()
         elif key == "select":
             self._operator.acknowledge()
 

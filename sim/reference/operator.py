@@ -51,14 +51,15 @@ class Operator:
         return self._mode == AUTOMATIC and not self.is_off
 
     def change(self, by_k: Single) -> None:
-        """Press UP or DOWN."""
-        if self.is_off and by_k < ZERO:
-            return
-        wanted_c = clamp(self.setpoint_c + by_k, self._minimum_c, self._maximum_c)
-        if self._commanded:
-            self.set(float(wanted_c))
+        """Press UP or DOWN; DOWN at the lowest setpoint is off."""
+        if by_k < ZERO and (self.is_off or self.setpoint_c <= self._minimum_c):
+            self.key_off()
         else:
-            self.setpoint_c = wanted_c
+            self.set(float(clamp(self.setpoint_c + by_k, self._minimum_c, self._maximum_c)))
+
+    def key_off(self) -> None:
+        """Press what switches off."""
+        self.set(0.0)
 
     def set(self, setpoint_c: float) -> bool:
         """Hold a temperature, or go off; tell whether that may be."""

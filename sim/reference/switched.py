@@ -2,7 +2,7 @@
 
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.loop import Reference
-from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.operator import Operator
 from heatwright.spec import Controller, must_release, starts_enabled
 
@@ -31,8 +31,15 @@ class SwitchedOperator(Operator):
         return not self._enabled
 
     def change(self, by_k: Single) -> None:
-        """Press UP or DOWN."""
-        self.set(float(clamp(self.setpoint_c + by_k, self._minimum_c, self._maximum_c)))
+        """Press UP or DOWN; from off UP switches on, and changes nothing else."""
+        if not self.is_off:
+            super().change(by_k)
+        elif by_k > ZERO:
+            self.switch(on=True)
+
+    def key_off(self) -> None:
+        """Press what switches off; no master is free to switch on again by it."""
+        self._go_off()
 
     def set(self, setpoint_c: float) -> bool:
         """Set the temperature to hold once the loop is on; tell whether that may be."""

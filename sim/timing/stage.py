@@ -18,6 +18,7 @@ from heatwright.spec import (
     modbus_of,
     nextion_of,
     programmed,
+    starts_enabled,
     switched,
 )
 
@@ -73,12 +74,16 @@ class Stage:
 def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
     """Let the loop work: have its master switch it on, its display start a program.
 
-    At the keys of a menu it is switched on, and then the screen of the setpoint is shown.
+    At the keys of a menu it is switched on, and then the screen of the setpoint is shown. UP at
+    one that is on already would change its setpoint.
     """
     if modbus_of(controller) is not None:
         device.write(f"{loop}.enabled", True)
     elif nextion_of(controller) is None:
-        device.shield.play(TO_SETPOINT)
+        if programmed(controller, loop):
+            device.shield.play(TO_SETPOINT)
+        elif not starts_enabled(controller, loop):
+            device.shield.play(("up",))
     elif programmed(controller, loop):
         device.program("start", 1)
     else:

@@ -28,8 +28,8 @@ def somebody_switches_on(controller: Controller) -> Findings:
         if loop.starts == "disabled" and not switched(controller, name):
             yield Finding(
                 ("loops", name, "starts"),
-                "nobody could ever switch it on: there is no modbus_rtu interface, and neither a "
-                "display nor programs serve this loop",
+                "nobody could ever switch it on: there is no modbus_rtu interface, and neither "
+                "keys, a display nor programs serve this loop",
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",), ("programs",)),
             )

@@ -146,7 +146,7 @@ def flipped(log, data, least_row, free):
 @given(data=st.data())
 @settings(max_examples=200)
 def test_any_flipped_bit_is_seen_in_its_step(replayed, log, data):
-    broken, row, member = flipped(log, data, 0, set())
+    broken, row, member = flipped(log, data, 0, {"enabled"})
     result = replayed(broken)
     assert result.mismatches or result.restored
     restored = row == 0 and member == "fault.temperature_c"  # where a run begins, it is an input

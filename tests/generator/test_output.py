@@ -257,13 +257,16 @@ def test_the_committed_firmware_is_current_and_all_there_is(name: str) -> None:
     assert example(name).controller.identity.name == name
 
 
-def test_the_chamber_takes_three_quarters_of_the_sketch_and_leaves_room(tmp_path: Path) -> None:
-    """The sketch with its libraries takes 8826 bytes of flash and 345 of RAM, and protects less."""
+def test_the_chamber_takes_four_fifths_of_the_sketch_and_leaves_room(tmp_path: Path) -> None:
+    """The sketch with its libraries takes 8826 bytes of flash and 345 of RAM, and protects less.
+
+    364 bytes are for safety: keys switch the heater off, and after a fault it stays off.
+    """
     rules = example("chamber").controller.loops["air"].protection
     assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
     write(files_of("chamber"), tmp_path)
     built = build(tmp_path)
-    assert built.flash_bytes <= 6620
+    assert built.flash_bytes <= 6984
     assert built.ram_bytes <= 259
     assert built.ram_bytes + built.stack_bytes <= built.ram_limit
     assert built.flash_bytes <= built.flash_limit

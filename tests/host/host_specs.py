@@ -54,12 +54,14 @@ def _example(name: str) -> str:
 
 _COMMANDED = _family("commanded") | {name: _example(name) for name in _EXAMPLES}
 _SWITCHED, _PROGRAMMED = _family("switched"), _family("programmed")
-TEXTS = _family("plain") | _COMMANDED | _SWITCHED | _PROGRAMMED
+_PLAIN = _family("plain")
+TEXTS = _PLAIN | _COMMANDED | _SWITCHED | _PROGRAMMED
 NAMES = tuple(TEXTS)
 HOSTED = (*_COMMANDED, "held_by_host")
 PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in text)
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)
-SWITCHED = (*BY_MASTER, *_PROGRAMMED)
+BY_KEYS = tuple(name for name, text in _PLAIN.items() if "lcd_keypad" in text)
+SWITCHED = (*BY_MASTER, *BY_KEYS, *_PROGRAMMED)
 COMMANDED = (*HOSTED, *SWITCHED)
 SWITCHING = tuple(_SWITCHED)
 

@@ -178,7 +178,8 @@ class _Controller:
         by_master = "modbus_rtu" in self.on_port
         touched = "nextion" in self.on_port and name == self.shown
         programmed = name == self.programmed
-        switched = by_master or touched or programmed
+        keyed = self.has_keys and name == self.shown and name not in self.served_by_host
+        switched = by_master or touched or programmed or keyed
         has_menu = touched or (programmed and self.has_keys)
         return Served(by_master, name in self.served_by_host, switched, programmed, has_menu)
 

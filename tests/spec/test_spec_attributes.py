@@ -1,5 +1,6 @@
 """What a spec becomes: the attributes and defaults that all other parts of the project rely on."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -184,6 +185,7 @@ def test_rules_keep_their_codes() -> None:
 # -- who sets a loop, switches it and tunes it, and whether it runs after the start
 
 OF_A_LOOP = ("commanded", "switched", "tunable", "zero_is_off", "starts_enabled", "programmed")
+PLOTTER = "kind: serial_plotter, loop: air, baud: 9600"
 OF_ALL = ("must_release", "gcode_of", "modbus_of", "nextion_of")
 CHANGED = {
     "the extruder, on or off": changed(
@@ -193,6 +195,9 @@ CHANGED = {
     "the kiln, started": changed(
         bases()["programmed_kiln"], ("    period: 1 s", "    starts: enabled\n    period: 1 s")
     ),
+    "the chamber, off at first": re.sub(".*starts: enabled.*\n", "", changed("chamber")),
+    "the chamber and a host": changed("chamber", (PLOTTER, "kind: gcode, loops: {T0: air}")),
+    "the chamber and a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
     "the kiln and a master": changed(
         bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
     ),
@@ -203,7 +208,11 @@ CHANGED = {
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        *((name, "starts_enabled") for name in ("chamber", "oven")),
+        ("hotplate", "starts_enabled"),
+        *((name, "commanded switched starts_enabled") for name in ("chamber", "oven")),
+        ("the chamber, off at first", "commanded switched"),
+        ("the chamber and a host", "commanded zero_is_off starts_enabled gcode_of"),
+        ("the chamber and a master", "commanded switched starts_enabled must_release modbus_of"),
         ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
         ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
         ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),

@@ -4,6 +4,7 @@
 
 #include "clock.h" /* clock_seconds */
 #include "guard_air.h" /* guard_air_reset */
+#include "loop_air.h" /* loop_air_switch_off */
 #include "settings.h" /* settings_save */
 
 struct fault_state fault;
@@ -27,5 +28,6 @@ void fault_acknowledge(void)
     fault.code = FAULT_NONE;
     fault.acknowledgements++;
     guard_air_reset();
+    loop_air_switch_off(); /* it never begins to heat again by itself */
     settings_save();
 }

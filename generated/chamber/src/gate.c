@@ -78,3 +78,8 @@ void gate_renew_air_sensor(void)
 {
     renew(&air_sensor_ticks, LOOP_AIR_SENSOR_PERMIT_TICKS);
 }
+
+void gate_close_air(void)
+{
+    renew(&air_ticks, 0);
+}

@@ -13,4 +13,7 @@ void gate_renew_main(void);
 void gate_renew_air(void);
 void gate_renew_air_sensor(void);
 
+/* What it has decided no longer holds: its heater is off until it decides anew. */
+void gate_close_air(void);
+
 #endif

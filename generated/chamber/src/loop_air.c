@@ -15,6 +15,23 @@
 
 struct loop_air_state loop_air;
 static uint16_t ticks_left;
+static bool next_enabled = true; /* for the next step to take over: chamber.yaml:22 loops.air.starts */
+static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+
+static bool is_off(void)
+{
+    return !loop_air.enabled;
+}
+
+/* The duty for a valid reading while no fault is latched. */
+static float decide(float change_k, uint16_t gap)
+{
+    if (is_off()) {
+        algorithm_air_reset();
+        return 0.0f;
+    }
+    return algorithm_air_step(change_k, gap);
+}
 
 /* One control step: docs/control.md, section by section. */
 static void step(void)
@@ -24,6 +41,8 @@ static void step(void)
 
     loop_air.steps++;
     loop_air.setpoint_c = settings.air_setpoint_c;
+    loop_air.enabled = next_enabled && !off_is_due;
+    off_is_due = false;
     loop_air.reading_status = sensor_air_take(&loop_air.reading_raw);
 
     const bool ok = loop_air.reading_status == READING_OK;
@@ -48,7 +67,7 @@ static void step(void)
     } else if (!ok) {
         loop_air.duty_percent = 0.0f; /* no heat without a temperature */
     } else {
-        loop_air.duty_percent = algorithm_air_step(change_k, gap);
+        loop_air.duty_percent = decide(change_k, gap);
         gate_renew_air_sensor();
     }
 
@@ -77,4 +96,73 @@ void loop_air_tick(void)
     sensor_air_begin();
     plotter_send();
     panel_refresh();
+}
+
+uint8_t loop_air_state(void)
+{
+    const float error_k = loop_air.setpoint_c - loop_air.temperature_c;
+    const bool works = fault.code == FAULT_NONE && !is_off();
+    uint8_t state = 0;
+
+    if (works) {
+        state |= STATE_WORK;
+    }
+    if (loop_air.duty_percent > 0.0f) {
+        state |= STATE_HEAT;
+    }
+    if (works && loop_air.has_reading && loop_air.missing == 0
+        && error_k <= LOOP_AIR_WARM_WITHIN_K && error_k >= -LOOP_AIR_WARM_WITHIN_K) {
+        state |= STATE_WARM;
+    }
+    return state;
+}
+
+bool loop_air_may_set(float setpoint_c)
+{
+    return setpoint_c >= LOOP_AIR_SETPOINT_MINIMUM_C && setpoint_c <= LOOP_AIR_SETPOINT_MAXIMUM_C;
+}
+
+bool loop_air_set(float setpoint_c)
+{
+    if (!loop_air_may_set(setpoint_c)) {
+        return false;
+    }
+    settings.air_setpoint_c = setpoint_c;
+    return true;
+}
+
+bool loop_air_may_enable(void)
+{
+    return fault.code == FAULT_NONE;
+}
+
+bool loop_air_enable(void)
+{
+    if (!loop_air_may_enable()) {
+        return false;
+    }
+    next_enabled = true;
+    return true;
+}
+
+void loop_air_switch_off(void)
+{
+    next_enabled = false;
+    off_is_due = loop_air.enabled;
+    gate_close_air(); /* not even until the next step, by what the last one decided */
+}
+
+void loop_air_disable(void)
+{
+    loop_air_switch_off();
+}
+
+bool loop_air_is_enabled(void)
+{
+    return next_enabled;
+}
+
+bool loop_air_regulates(void)
+{
+    return !is_off();
 }

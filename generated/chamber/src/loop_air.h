@@ -3,7 +3,10 @@
 #ifndef LOOP_AIR_H
 #define LOOP_AIR_H
 
+#include <stdbool.h> /* bool */
 #include <stdint.h> /* uint8_t, uint16_t, int16_t */
+
+#include "state.h" /* STATE_* */
 
 struct loop_air_state {
     uint16_t steps;         /* control steps since reset, wraps */
@@ -15,6 +18,7 @@ struct loop_air_state {
     float temperature_c;
     float duty_percent;     /* asked of the heater; the gate has the last word */
     float asked_percent;    /* the same at the last step that had a reading */
+    uint8_t enabled;        /* switched on, as this step took it over */
 };
 
 extern struct loop_air_state loop_air;
@@ -23,5 +27,32 @@ void loop_air_start(void);
 
 /* Once a tick; runs the control step when its period is over. */
 void loop_air_tick(void);
+
+/* STATE_*, as the last step left it. */
+uint8_t loop_air_state(void);
+
+/* The commands: each counts from the next step on. Those that return false were refused and have
+ * changed nothing. */
+
+/* Hold this setpoint. It switches nothing on: it is taken while the loop is off, and while a fault is
+ * latched. Refused outside the setpoint's range; `may_set` only asks. */
+bool loop_air_may_set(float setpoint_c);
+bool loop_air_set(float setpoint_c);
+
+/* Switch on. Refused while a fault is latched. `may_enable` only asks. */
+bool loop_air_may_enable(void);
+bool loop_air_enable(void);
+
+/* Switch off: the heater is off with the next tick. */
+void loop_air_disable(void);
+
+/* What the next step will take over. */
+bool loop_air_is_enabled(void);
+
+/* Off, without having been told: after a fault. */
+void loop_air_switch_off(void);
+
+/* Off it does not: then the band about the setpoint means nothing. */
+bool loop_air_regulates(void);
 
 #endif

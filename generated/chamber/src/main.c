@@ -20,7 +20,7 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_2S); /* chamber.yaml:33 safety.watchdog */
+    wdt_enable(WDTO_2S); /* chamber.yaml:34 safety.watchdog */
     settings_start();
     reset_report();
     output_fan_start();

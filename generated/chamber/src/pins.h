@@ -64,7 +64,7 @@ static inline bool pin_sensor_air_is_high(void)
     return (PINC & (1u << 1)) != 0;
 }
 
-/* D8 = PB0: RS of the display (chamber.yaml:36 interfaces[0]) */
+/* D8 = PB0: RS of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_rs_high(void)
 {
     PORTB |= (1u << 0);
@@ -80,7 +80,7 @@ static inline void pin_lcd_rs_drive(void)
     DDRB |= (1u << 0);
 }
 
-/* D9 = PB1: E of the display (chamber.yaml:36 interfaces[0]) */
+/* D9 = PB1: E of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_e_high(void)
 {
     PORTB |= (1u << 1);
@@ -96,7 +96,7 @@ static inline void pin_lcd_e_drive(void)
     DDRB |= (1u << 1);
 }
 
-/* D4 = PD4: D4 of the display (chamber.yaml:36 interfaces[0]) */
+/* D4 = PD4: D4 of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_d4_high(void)
 {
     PORTD |= (1u << 4);
@@ -112,7 +112,7 @@ static inline void pin_lcd_d4_drive(void)
     DDRD |= (1u << 4);
 }
 
-/* D5 = PD5: D5 of the display (chamber.yaml:36 interfaces[0]) */
+/* D5 = PD5: D5 of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_d5_high(void)
 {
     PORTD |= (1u << 5);
@@ -128,7 +128,7 @@ static inline void pin_lcd_d5_drive(void)
     DDRD |= (1u << 5);
 }
 
-/* D6 = PD6: D6 of the display (chamber.yaml:36 interfaces[0]) */
+/* D6 = PD6: D6 of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_d6_high(void)
 {
     PORTD |= (1u << 6);
@@ -144,7 +144,7 @@ static inline void pin_lcd_d6_drive(void)
     DDRD |= (1u << 6);
 }
 
-/* D7 = PD7: D7 of the display (chamber.yaml:36 interfaces[0]) */
+/* D7 = PD7: D7 of the display (chamber.yaml:37 interfaces[0]) */
 static inline void pin_lcd_d7_high(void)
 {
     PORTD |= (1u << 7);
@@ -160,7 +160,7 @@ static inline void pin_lcd_d7_drive(void)
     DDRD |= (1u << 7);
 }
 
-/* A0 = PC0: keys of the display shield (chamber.yaml:36 interfaces[0]) */
+/* A0 = PC0: keys of the display shield (chamber.yaml:37 interfaces[0]) */
 static inline void pin_keypad_pull_up(void)
 {
     PORTC |= (1u << 0);

@@ -11,7 +11,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import commanded, programmed, switched
+from heatwright.spec.commands import must_release, programmed, switched
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
@@ -103,11 +103,9 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
-        "stored": loop.setpoint.stored,
         "rules": rules(controller),
-        "commanded": commanded(controller, interface.loop),
-        "hosted": commanded(controller, interface.loop)
-        and not switched(controller, interface.loop),
+        "hosted": not switched(controller, interface.loop),
+        "must_release": must_release(controller),
     }
     whole = all(
         value.is_integer()
