@@ -180,8 +180,14 @@ class Gcode(Model):
     kind: Literal["gcode"]
     baud: Annotated[int, Baud(FASTEST_HOST)] = Field(115_200, description="Speed of the line.")
     loops: Annotated[
-        Mapping[Annotated[str, Address("T[0-9]", "a loop", "T0 to T9")], Reference], Filled
-    ] = Field(description="Loops by what the host calls them, T0 to T9.")
+        Mapping[
+            Annotated[
+                str, Address("(T[0-9]|B|C)", "a loop", "T0 to T9, B (the bed) or C (the chamber)")
+            ],
+            Reference,
+        ],
+        Filled,
+    ] = Field(description="Loops by what the host calls them: T0 to T9, B the bed, C the chamber.")
     fans: Annotated[
         Mapping[Annotated[str, Address("P[0-9]", "a fan", "P0 to P9")], Reference], ReadOnly
     ] = Field({}, description="Fans by what the host calls them, P0 to P9.", validate_default=True)

@@ -79,7 +79,7 @@ class _Host(_Unswitched):
         world.send("M999")
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
-        world.send(f"M104 {world.site.tool} S{setpoint_c:g}")
+        world.send(f"{world.site.heat_command} S{setpoint_c:g}")
 
 
 class _AtDisplay:

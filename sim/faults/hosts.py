@@ -64,10 +64,10 @@ def _stop(world: World) -> None:
 
 def _ask_too_much(world: World) -> None:
     """Ask for temperatures that the specification forbids, and for none at all."""
-    loop, tool = world.site.loop, world.site.tool
+    loop = world.site.loop
     beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
     for wanted in (*(f"{each:g}" for each in beyond), "9999999999", "1E3", "nan", "-", ""):
-        world.send(f"M104 {tool} S{wanted}")
+        world.send(f"{world.site.heat_command} S{wanted}")
 
 
 def _keeps_setpoint(world: World) -> str:
@@ -81,7 +81,7 @@ def _garble(world: World) -> None:
     host = world.device.host
     host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
     for _ in range(LINES):
-        world.device.send(f"M104 {world.site.tool} S{starts.highest_c(world.site):g}")
+        world.device.send(f"{world.site.heat_command} S{starts.highest_c(world.site):g}")
 
 
 def _hears_all(world: World) -> str:

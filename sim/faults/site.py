@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.sim.elf import Elf
+from heatwright.sim.interfaces.gcode import heats
 from heatwright.spec import (
     Controller,
     Loop,
@@ -75,12 +76,12 @@ class Site:
         return self.has_keys or self.is_commanded
 
     @property
-    def tool(self) -> str:
-        """What the host calls the loop, such as T0; raises LookupError when none does."""
+    def heat_command(self) -> str:
+        """The host's command to heat it, such as `M104 T0`; raises LookupError when none does."""
         gcode = gcode_of(self.controller)
-        for tool, loop in gcode.loops.items() if gcode else ():
+        for address, loop in gcode.loops.items() if gcode else ():
             if loop == self.loop_name:
-                return tool
+                return heats(address)
         raise LookupError(f"No host commands {self.loop_name}.")
 
     @property

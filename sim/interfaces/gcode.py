@@ -43,6 +43,16 @@ class HostTemperature:
     setpoint_c: float
 
 
+def heats(address: str) -> str:
+    """Give the command that sets the target of a loop by what the host calls it, as `M104 T0`."""
+    return {"B": "M140", "C": "M141"}.get(address, f"M104 {address}")
+
+
+def tunes(address: str) -> str:
+    """Give the command that has a loop find its gains, as `M303 T0`."""
+    return {"B": "M303 E-1", "C": "M303 E-2"}.get(address, f"M303 {address}")
+
+
 def numbered(number: int, line: str) -> str:
     """Give a line its number and checksum: the exclusive or of all bytes before the star."""
     text = f"N{number} {line}"

@@ -12,6 +12,10 @@ from heatwright.spec import Controller, gcode_of
 
 FAN_FULL = 255
 """What hosts write for a fan at full speed."""
+HEAT = {"B": ("M140", "M190"), "C": ("M141", "M191")}
+GAINS = {"B": "M304", "C": "M309"}
+TUNED = {"B": -1, "C": -2}
+"""By what the host calls a loop; all that have another name are tools."""
 FEED_COMMANDS = {"G0", "G1", "G92", "M82", "M83", "M410"}
 
 
@@ -28,6 +32,7 @@ class Host:
     ) -> None:
         """Find what the host serves."""
         gcode = gcode_of(controller)
+        (self._address,) = gcode.loops if gcode else ("",)
         self._served = gcode is not None
         self._operator = operator
         self._reference = reference
@@ -63,11 +68,11 @@ class Host:
         fan.set(ZERO if line.command == "M107" else min(percent, FULL))
 
     def _order(self, line: Line) -> None:
-        if line.command in ("M104", "M109"):
+        if line.command in HEAT.get(self._address, ("M104", "M109")):
             self._heat(line)
-        elif line.command == "M301":
+        elif line.command == GAINS.get(self._address, "M301"):
             self._operator.set_gains(line.number("P"), line.number("I"), line.number("D"))
-        elif line.command == "M303":
+        elif line.command == "M303" and self._is_tuned(line):
             cycles = line.number("C")
             target_c = line.number("S") or 0.0
             self._operator.tune(target_c, None if cycles is None else int(cycles))
@@ -78,9 +83,15 @@ class Host:
         elif line.command == "M999":
             self._operator.acknowledge()
 
+    def _is_tuned(self, line: Line) -> bool:
+        """Whether the loop is meant: a tool by any number, for it is the only one."""
+        named = line.number("E")
+        return named == TUNED[self._address] if self._address in TUNED else named not in (-1, -2)
+
     def _heat(self, line: Line) -> None:
-        target_c = line.number("S")
+        waits = line.command in ("M109", "M190", "M191")
+        target_c = line.number("R" if waits and "R" in line.words else "S")
         if target_c is not None:
             self._operator.set(target_c)
-        elif "D" in line.words:
+        elif "D" in line.words and not waits:
             self._operator.set_manual(line.number("D"))

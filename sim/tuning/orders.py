@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from heatwright.sim.interfaces.gcode import heats, tunes
 from heatwright.spec import Controller, Event
 from heatwright.spec.commands import gcode_of, modbus_of
 
@@ -13,7 +16,7 @@ def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...
     """Have a loop heat to a temperature, °C; nothing where nobody commands it."""
     if modbus_of(controller) is not None:
         return (_written({f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}),)
-    return _sent(controller, loop, f"M104 {{}} S{target_c:g}")
+    return _sent(controller, loop, heats, f"S{target_c:g}")
 
 
 def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tuple[Event, ...]:
@@ -21,16 +24,19 @@ def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tup
     if modbus_of(controller) is not None:
         orders = {f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}
         return (_written({**orders, f"{loop}.tune": True}),)
-    return _sent(controller, loop, f"M303 {{}} S{target_c:g} C{cycles}")
+    return _sent(controller, loop, tunes, f"S{target_c:g} C{cycles}")
 
 
-def _sent(controller: Controller, loop: str, line: str) -> tuple[Event, ...]:
-    """Send a line with the loop's tool at `{}`."""
+def _sent(
+    controller: Controller, loop: str, command: Callable[[str], str], words: str
+) -> tuple[Event, ...]:
+    """Send a command, which depends on what the host calls the loop, and its words."""
     gcode = gcode_of(controller)
     if gcode is None:
         return ()
-    tool = next(name for name, served in gcode.loops.items() if served == loop)
-    return (Event.model_validate({"at": f"{ORDER_S!r} s", "send": line.format(tool)}),)
+    address = next(name for name, served in gcode.loops.items() if served == loop)
+    line = f"{command(address)} {words}"
+    return (Event.model_validate({"at": f"{ORDER_S!r} s", "send": line}),)
 
 
 def _written(values: dict[str, object]) -> Event:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from machines import at, course, events, example, modelled, noisy
+from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
 from heatwright.sim.interlock import Interlock
@@ -203,7 +204,7 @@ def test_a_loss_of_power_is_off():
 
 # ---- how the model hears a host; what it takes and refuses is the binary's (test_replay) ----
 
-AUTOMATIC, TUNING = 0, 2
+AUTOMATIC, BY_HAND, TUNING = 0, 1, 2
 
 
 @pytest.mark.parametrize(
@@ -246,6 +247,23 @@ def test_what_lets_a_host_wait():
     lines = at({0.5: "M109 S210.5", 2: "M303 S200 C3", 4: "M108"})
     found = course(modelled("extruder", *lines, {"for": "6 s"}).log, "setpoint_c", "mode")
     assert found == [(0, AUTOMATIC), (210.5, AUTOMATIC), (200, TUNING), (0, AUTOMATIC)]
+
+
+ORDERS = {"T0": ("M104", "M109", "M303"), "B": ("M140", "M190", "M303 E-1"),
+          "C": ("M141", "M191", "M303 E-2")}  # fmt: skip
+
+
+@pytest.mark.parametrize("called", ORDERS)
+def test_what_a_host_calls_bed_and_chamber_has_commands_of_its_own(called):
+    text = changed("extruder", ("{T0: nozzle}", f"{{{called}: nozzle}}"))
+    heat, wait, tune = ORDERS[called]
+    others = [f"{word} S30" for name in ORDERS if name != called for word in ORDERS[name]]
+    lines = *others, f"{heat} S210", *others, f"{wait} R180", f"{wait} D9", f"{heat} D40", *others
+    lines = at({0.5 + place: line for place, line in enumerate((*lines, f"{tune} S200 C3"))})
+    run = modelled(controller_of(text), *lines, {"for": "35 s"})
+    found = course(run.log, "setpoint_c", "mode")
+    assert found == [(0, AUTOMATIC), (210, AUTOMATIC), (180, AUTOMATIC), (180, BY_HAND),
+                     (200, TUNING)]  # fmt: skip
 
 
 def test_by_hand_as_it_is(device):

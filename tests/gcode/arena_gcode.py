@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import test_gcode_bed
 import test_gcode_commands
 import test_gcode_feed
 import test_gcode_flood
@@ -25,8 +26,20 @@ def tools(built: Path) -> str:
     return problem or first_complaint([test_gcode_flood], world=built)
 
 
+def beds(called: str) -> InItsWorld:
+    """Bed and chamber, called so."""
+
+    def problem(built: Path) -> str:
+        board = lambda: test_gcode_tools.on_host(built)  # noqa: E731 - made anew for each test
+        return first_complaint([test_gcode_bed], board=board, called=called)
+
+    spec = test_gcode_bed.spec_of(called)
+    return InItsWorld(f"gcode/{called.replace(' ', '_')}", lambda: gcode_world(spec), problem)
+
+
 ARENAS = [
     InItsWorld("gcode/extruder", gcode_world, extruder),
     InItsWorld("gcode/feeder", lambda: gcode_world("feeder"), feeder),
     InItsWorld("gcode/tools", lambda: gcode_world(test_gcode_tools.SPEC), tools),
+    *(beds(called) for called in test_gcode_bed.CALLED),
 ]

@@ -267,4 +267,5 @@ def test_it_greets_and_says_what_it_is(world: Path) -> None:
     assert said.answers[0].startswith(f"FIRMWARE_NAME:heatwright spec {spec} ")
     assert "MACHINE_TYPE:extruder EXTRUDER_COUNT:1" in said.answers[0]
     capabilities = ("EEPROM", "AUTOREPORT_TEMP", "EMERGENCY_PARSER")
-    assert said.answers[1:] == [*(f"Cap:{each}:1" for each in capabilities), "ok"]
+    chamber = "Cap:CHAMBER_TEMPERATURE:0"
+    assert said.answers[1:] == [*(f"Cap:{each}:1" for each in capabilities), chamber, "ok"]

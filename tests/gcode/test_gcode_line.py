@@ -165,7 +165,7 @@ def test_each_answer_is_of_its_own_line(world: Path) -> None:
     """Also where the line to the host is full."""
     said = run(world, ticks(20), received(b"M115\nM901\nM902\n"), ticks(30)).answers
     unknown = ([f'echo:Unknown command: "M90{number}"', "ok"] for number in (1, 2))
-    assert said[5:] == [*next(unknown), *next(unknown)]
+    assert said[6:] == [*next(unknown), *next(unknown)]
 
 
 def test_a_tick_takes_128_bytes(world: Path) -> None:

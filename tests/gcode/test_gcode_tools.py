@@ -107,7 +107,7 @@ def test_duties_and_names_are_told(board: Board) -> None:
 
 
 BEYOND = "echo:M104 is outside its limits; nothing was changed"
-UNABLE = "refused: this tool has no such control"
+UNABLE = "refused: this loop has no such control"
 ANSWERS = {
     **{f"M104 T{tool} S50|T{tool}": (f"echo:M104 Invalid extruder {tool}", "ok",
                                      f'echo:Unknown command: "T{tool}"', "ok")

@@ -31,6 +31,8 @@ CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
 BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
 LENGTH_S = 60.0
 """Of a scenario."""
+BY_HOST = {"B": ("M140", "M303 E-1", "M304"), "C": ("M141", "M303 E-2", "M309")}
+"""How a host heats bed and chamber, tunes them, and sets their gains."""
 TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)
 
 
@@ -232,8 +234,11 @@ class _Controller:
     def _host(self) -> None:
         draws = self.draws
         if "gcode" in self.on_port:
-            tools = {f"T{9 * place % 10}": name for place, name in enumerate(self.served_by_host)}
-            part: Part = {"kind": "gcode", **self._baud(FASTEST_HOST), "loops": tools}
+            called = draws.one(
+                ("T0", "T9", "T8"), ("T0", "B", "C"), ("B", "T3", "T0"), ("C", "B", "T9")
+            )
+            loops = dict(zip(called, self.served_by_host, strict=False))
+            part: Part = {"kind": "gcode", **self._baud(FASTEST_HOST), "loops": loops}
             part |= {"fans": self.host_fans} if self.host_fans else {}
             if self.feeds:
                 part["steppers"] = {"E": "feed"}
@@ -409,10 +414,12 @@ class _Controller:
             keys = ("up", "down", "select", "left", "right")
             found += [{"press": key} for key in keys] + [{"press": "up", "times": 3}]
         if "gcode" in self.on_port:
-            tool = next(iter(self.interfaces[0]["loops"]))
+            address = next(iter(self.interfaces[0]["loops"]))
+            heat, tune, gains = BY_HOST.get(address, (f"M104 {address}", f"M303 {address}", "M301"))
             warm_c = text(round((self.loops[0].low_c + self.loops[0].high_c) / 2))
-            lines = (f"{tool}", f"M104 S{warm_c}", "M105", "M104 S0", "M106 S128", "M107", "M112",
-                     f"M303 S{warm_c} C3", "M301 P5 I0.1 D2", "M999", "G1 E5 F300")  # fmt: skip
+            lines = (f"{address}", f"{heat} S{warm_c}", "M105", f"{heat} S0", "M106 S128", "M107",
+                     "M112", f"{tune} S{warm_c} C3", f"{gains} P5 I0.1 D2", "M999",
+                     "G1 E5 F300")  # fmt: skip
             found += [{"send": line} for line in lines]
         if "modbus_rtu" in self.on_port:
             found += [{"write": write} for write in self._writes()]

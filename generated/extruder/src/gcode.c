@@ -7,7 +7,6 @@
 #include "gcode.h"
 
 #include <stdbool.h> /* bool */
-#include <stddef.h> /* NULL */
 #include <stdint.h> /* uint8_t */
 
 #include "config.h" /* CLOCK_TICKS_PER_SECOND, GAIN_MAXIMUM */
@@ -25,7 +24,6 @@ enum { MOST_REPORT_S = 60 }; /* M155, as Marlin's */
 static const float FULL_FAN = 255.0f;
 static const float FAN_PERCENT = 100.0f / 255.0f;
 
-static uint8_t active_tool = TOOLS_FIRST;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only when asked */
 static uint16_t ticks_to_report;
@@ -51,7 +49,7 @@ static bool take_tool(void)
 {
     uint8_t named;
 
-    if (!words_count('E', active_tool, &named) || !words_count('T', named, &named)) {
+    if (!words_count('E', tool_active, &named) || !words_count('T', named, &named)) {
         refuse(REFUSED_NUMBER);
         return false;
     }
@@ -78,28 +76,25 @@ static bool set_target(float target_c)
     return true;
 }
 
-/* M104 D: heat by hand, with this duty or the present one. */
+/* D: heat by hand, with this duty or the present one. */
 static void heat_by_hand(void)
 {
     float percent = tool_duty_percent(report_tool);
 
     if (words_find('D', &percent) == WORD_BAD) {
         refuse(REFUSED_NUMBER);
-    } else if (tool_gain(report_tool, 'P') == NULL) {
+    } else if (!tool_is_tunable(report_tool)) {
         refuse(REFUSED_UNABLE);
     } else if (!tool_set_manual(report_tool, percent)) {
         refuse_heat();
     }
 }
 
-/* M104 S: the target; D: a duty by hand. */
+/* S: the target; D: a duty by hand. */
 static void set_temperature(void)
 {
     float target_c;
 
-    if (!take_tool()) {
-        return;
-    }
     if (words_find('D', &target_c) != WORD_NONE) {
         heat_by_hand();
         return;
@@ -109,14 +104,11 @@ static void set_temperature(void)
     }
 }
 
-/* M109 S: the target, and wait until it is warm enough; R: or cool enough. */
+/* S: the target, and wait until it is warm enough; R: or cool enough. */
 static bool set_temperature_and_wait(void)
 {
     float target_c;
 
-    if (!take_tool()) {
-        return false;
-    }
     const bool both_ways = words_find('R', &target_c) != WORD_NONE;
     if (!take_number(both_ways ? 'R' : 'S', &target_c) || !set_target(target_c)) {
         return false;
@@ -130,7 +122,7 @@ static bool set_temperature_and_wait(void)
 
 static void report_temperatures(void)
 {
-    report_tool = active_tool;
+    report_tool = tool_active;
     report_add(REPORT_OK_BEFORE);
     report_add_temperatures();
 }
@@ -199,13 +191,10 @@ static bool take_gain(char gain, float *value)
     return true;
 }
 
-/* M301: all of its gains, or none. */
+/* All gains that the line names, or none. */
 static void set_gains(void)
 {
-    if (!take_tool()) {
-        return;
-    }
-    if (tool_gain(report_tool, 'P') == NULL) {
+    if (!tool_is_tunable(report_tool)) {
         refuse(REFUSED_UNABLE);
         return;
     }
@@ -264,7 +253,7 @@ static void select_tool(void)
         report_add(REPORT_UNKNOWN);
         return;
     }
-    active_tool = (uint8_t)words_command;
+    tool_active = (uint8_t)words_command;
 }
 
 /* Commands that keep, show or change gains: true when it was one. */
@@ -272,7 +261,9 @@ static bool do_gains(void)
 {
     switch (words_command) {
     case 301:
-        set_gains();
+        if (take_tool()) {
+            set_gains();
+        }
         break;
     case 500:
         settings_keep();
@@ -300,7 +291,9 @@ static bool do_m(void)
 {
     switch (words_command) {
     case 104:
-        set_temperature();
+        if (take_tool()) {
+            set_temperature();
+        }
         break;
     case 105:
         report_temperatures();
@@ -315,7 +308,7 @@ static bool do_m(void)
     case 110: /* by gcode_line */
         break;
     case 109:
-        return set_temperature_and_wait();
+        return take_tool() && set_temperature_and_wait();
     case 112:
         fault_trip(FAULT_EMERGENCY_STOP, 0.0f);
         break;
@@ -423,7 +416,7 @@ static bool speak_up(void)
     }
     if (ticks_to_report == 0 && report_every_ticks != 0) {
         ticks_to_report = report_every_ticks;
-        report_tool = active_tool;
+        report_tool = tool_active;
         report_add_temperatures();
         return true;
     }

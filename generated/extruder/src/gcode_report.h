@@ -11,7 +11,7 @@ enum {
     REPORT_FAULT,        /* the latched fault */
     REPORT_OK,           /* "ok" in a line of its own */
     REPORT_OK_BEFORE,    /* "ok " before temperatures */
-    REPORT_TEMPERATURES, /* of all tools, without the end of the line */
+    REPORT_TEMPERATURES, /* of all loops, without the end of the line */
     REPORT_WAITED,       /* seconds until a wait is over */
     REPORT_LINE_END,
     REPORT_BUSY,
@@ -21,11 +21,11 @@ enum {
     REPORT_UNKNOWN,      /* the command is */
     REPORT_REFUSED,      /* the command is; report_detail: a REFUSED_* */
     REPORT_NOT_THERE,    /* report_detail: number of the tool or fan that there is not */
-    REPORT_NO_BED,
+    REPORT_NO_BED,       /* nor chamber, whichever the command is for */
     REPORT_FIRMWARE,
     REPORT_POSITION,
     REPORT_STORED,
-    REPORT_GAINS,        /* of all tools */
+    REPORT_GAINS,        /* of all loops */
     REPORT_LOADED,
     REPORT_DEFAULTS,
     REPORT_TUNING,       /* a tuning begins */
@@ -38,7 +38,7 @@ enum {
     REFUSED_LIMITS,
     REFUSED_FAULT,
     REFUSED_STOP,   /* no acknowledgement by a line from before the stop */
-    REFUSED_UNABLE, /* this tool cannot do it */
+    REFUSED_UNABLE, /* this loop cannot do it */
     REFUSED_OFF     /* no feed while the heater is off */
 };
 

@@ -216,6 +216,13 @@ void feed_rest(void)
     rest_steps = 0.0f;
 }
 
+void feed_rest_if_off(void)
+{
+    if (is_heater_off()) {
+        feed_rest();
+    }
+}
+
 float feed_position_mm(void)
 {
     follow_feed();

@@ -28,6 +28,9 @@ void feed_forget_waiting(void);
 /* M410: slow down, stop, and forget the rest. */
 void feed_rest(void);
 
+/* The same when a loop is off that it waits for. */
+void feed_rest_if_off(void);
+
 float feed_position_mm(void);
 
 #endif

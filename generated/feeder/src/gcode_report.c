@@ -7,7 +7,6 @@
 #include "gcode_report.h"
 
 #include <avr/pgmspace.h> /* PSTR, pgm_read_byte */
-#include <stddef.h> /* NULL */
 
 #include "fault.h" /* fault */
 #include "gcode_feed.h" /* feed_position_mm */
@@ -26,7 +25,7 @@ static const float DUTY_PER_PERCENT = 1.27f;
 /* Below it a gain has five decimals, above it two: the seven digits that a float holds. */
 static const float SMALL_GAIN = 1000.0f;
 
-enum { PIECES_OF_GAINS = 5 };
+enum { PIECES_OF_GAINS = 5, LAST_WITH_GAINS = 0 };
 
 uint8_t report_tool = TOOLS_FIRST;
 uint8_t report_detail;
@@ -225,7 +224,7 @@ static const char *reason(void)
     case REFUSED_STOP:
         return PSTR(" refused: M112 came after it\n");
     case REFUSED_UNABLE:
-        return PSTR(" refused: this tool has no such control\n");
+        return PSTR(" refused: this loop has no such control\n");
     default:
         return PSTR(" refused: the heater is off\n");
     }
@@ -281,6 +280,8 @@ static bool firmware(void)
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:
         return say(PSTR("Cap:EEPROM:1\nCap:AUTOREPORT_TEMP:1\nCap:EMERGENCY_PARSER:1\n"));
+    case 3:
+        return say(PSTR("Cap:CHAMBER_TEMPERATURE:0\n"));
     default:
         return false;
     }
@@ -309,10 +310,10 @@ static bool gains(void)
 {
     const uint8_t tool = step / PIECES_OF_GAINS;
 
-    if (tool > TOOLS_LAST) {
+    if (tool > LAST_WITH_GAINS) {
         return false;
     }
-    if (!tool_exists(tool) || tool_gain(tool, 'P') == NULL) {
+    if (!tool_is_tunable(tool)) {
         return say(PSTR(""));
     }
     switch (step % PIECES_OF_GAINS) {

@@ -9,6 +9,8 @@
 #include "output_fan.h" /* output_fan_set */
 #include "settings.h" /* settings */
 
+uint8_t tool_active = TOOLS_FIRST;
+
 bool tool_exists(uint8_t tool)
 {
     switch (tool) {
@@ -47,6 +49,16 @@ bool tool_set(uint8_t tool, float setpoint_c)
 {
     (void)tool; /* there is one */
     return loop_nozzle_set(setpoint_c);
+}
+
+bool tool_is_tunable(uint8_t tool)
+{
+    switch (tool) {
+    case 0:
+        return true;
+    default:
+        return false;
+    }
 }
 
 bool tool_set_manual(uint8_t tool, float percent)

@@ -9,6 +9,10 @@
 enum { TOOLS_FIRST = 0, TOOLS_LAST = 0 };
 enum { FANS_FIRST = 0 };
 
+/* The tool that commands mean which name none. */
+extern uint8_t tool_active;
+
+/* Whether a host may name it by this number. */
 bool tool_exists(uint8_t tool);
 
 float tool_temperature_c(uint8_t tool);
@@ -19,10 +23,13 @@ bool tool_is_ready(uint8_t tool);
 /* Set the temperature to hold, 0 for off; false when it is refused and nothing has changed. */
 bool tool_set(uint8_t tool, float setpoint_c);
 
+/* Whether it has gains, and can be heated by hand. */
+bool tool_is_tunable(uint8_t tool);
+
 /* Heat with a duty that is given by hand; false when it is refused and nothing has changed. */
 bool tool_set_manual(uint8_t tool, float percent);
 
-/* Where gain 'P', 'I' or 'D' is kept; NULL when the tool has none. */
+/* Where gain 'P', 'I' or 'D' of a tunable tool is kept. */
 float *tool_gain(uint8_t tool, char gain);
 
 /* How many cycles its tuning takes if nobody says it; 0: it has none. */

@@ -24,8 +24,8 @@ SETTLED_S = 10.0
 BUSY_S = 2.0
 """Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
 SLOWEST_MM_PER_MIN = 1.0
-NO_BED = " B:0.0 /0.0"
-"""The bed that is not there, shown as cold and off: there are hosts that look for it."""
+NUMBERS = {"B": 10, "C": 11}
+"""Of the bed and the chamber in the firmware, behind those of tools, which have one digit."""
 
 
 def plan(source: Source, interface: Gcode) -> Part:
@@ -84,18 +84,27 @@ def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
 def _context(source: Source, interface: Gcode) -> dict[str, Any]:
     """All that the templates of the interface need to know."""
     controller = source.controller
-    tools = [
-        {"number": int(key[1:]), "loop": loop, "where": source.at("loops", key).where}
-        for key, loop in sorted(interface.loops.items())
-    ]
-    tuned = [tool for tool in tools if tunable(controller, str(tool["loop"]))]
+    heaters = {
+        key: {
+            "number": _number(key),
+            "loop": interface.loops[key],
+            "where": source.at("loops", key).where,
+        }
+        for key in sorted(interface.loops, key=_number)
+    }
+    tools = [heater for key, heater in heaters.items() if key not in NUMBERS]
+    tuned = [heater for heater in heaters.values() if tunable(controller, str(heater["loop"]))]
     uart = registers(controller.board)
     return {
         "where": source.where,
         "name": controller.identity.name,
         "digest": source.spec.digest,
         "rules": rules(controller),
+        "served": _served(interface),
+        "heaters": list(heaters.values()),
         "tools": tools,
+        "bed": heaters.get("B"),
+        "chamber": heaters.get("C"),
         "tunable": tuned,
         "autotuned": [
             tool
@@ -113,7 +122,7 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
             {"number": int(key[1:]), "output": output, "where": source.at("fans", key).where}
             for key, output in sorted(interface.fans.items())
         ],
-        "temperature_pieces": _temperature_pieces([str(tool["number"]) for tool in tools]),
+        "temperature_pieces": _temperature_pieces(interface),
         "tick_ms": TICK_MS,
         "receive_vector": uart.receive_vector,
         "send_vector": uart.send_vector,
@@ -127,24 +136,53 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
     }
 
 
-def _temperature_pieces(tools: list[str]) -> list[dict[str, str]]:
-    """One number each of `T:201.3 /200.0 B:0.0 /0.0 @:127`, and of every tool if there are more."""
-    several = tools if len(tools) > 1 else []
-    pieces = [
-        _piece("T:", "tool_temperature_c(report_tool)", 1),
-        _piece(" /", "tool_setpoint_c(report_tool)", 1),
-    ]
-    for tool in several:
-        pieces.append(_piece(f" T{tool}:", f"tool_temperature_c({tool})", 1))
-        pieces.append(_piece(" /", f"tool_setpoint_c({tool})", 1))
-    pieces.append(_piece(" @:", "shown_duty(report_tool)", 0))
-    pieces += [_piece(f" @{tool}:", f"shown_duty({tool})", 0) for tool in several]
-    pieces[2]["text"] = NO_BED + pieces[2]["text"]
+def _number(address: str) -> int:
+    """Return the number of a loop in the firmware; tools keep theirs."""
+    return NUMBERS[address] if address in NUMBERS else int(address[1:])
+
+
+def _served(interface: Gcode) -> str:
+    """Say whose numbers these are, such as `Tools, bed and fans by their numbers`."""
+    tools = any(key not in NUMBERS for key in interface.loops)
+    named = {"tools": tools, "bed": "B" in interface.loops, "chamber": "C" in interface.loops}
+    *first, last = [*(each for each, there in named.items() if there), "fans"]
+    return f"{', '.join(first)} and {last} by their numbers".capitalize()
+
+
+def _temperature_pieces(interface: Gcode) -> list[dict[str, str]]:
+    """One number each of `T:201.3 /200.0 B:60.1 /60.0 @:127 B@:31`, in the order of Marlin's.
+
+    The numbers of each tool follow where there are several. The active tool and the bed are shown
+    as cold and off where there is none: there are hosts that look for them.
+    """
+    tools = sorted(key for key in interface.loops if key not in NUMBERS)
+    bed = "TOOL_BED" if "B" in interface.loops else None
+    shown = {"T": "report_tool" if tools else None, "B": bed}
+    shown |= {"C": "TOOL_CHAMBER"} if "C" in interface.loops else {}
+    several = {key: key[1:] for key in tools} if len(tools) > 1 else {}
+    numbers: list[tuple[str, str | None, int]] = []
+    for key, number in (shown | several).items():
+        numbers.append((f" {key}:", number and f"tool_temperature_c({number})", 1))
+        numbers.append((" /", number and f"tool_setpoint_c({number})", 1))
+    duties = {"@": shown.pop("T"), **{f"{key}@": each for key, each in shown.items() if each}}
+    duties |= {f"@{number}": number for number in several.values()}
+    numbers += [(f" {key}:", each and f"shown_duty({each})", 0) for key, each in duties.items()]
+    return _pieces(numbers)
+
+
+def _pieces(numbers: Iterable[tuple[str, str | None, int]]) -> list[dict[str, str]]:
+    """Join each number that is not there, as 0, to the text before the next."""
+    pieces = []
+    before = ""
+    for text, value, decimals in numbers:
+        before += text
+        if value is None:
+            before += f"{0:.{decimals}f}"
+        else:
+            pieces.append({"text": before, "value": value, "decimals": str(decimals)})
+            before = ""
+    pieces[0]["text"] = pieces[0]["text"].removeprefix(" ")
     return pieces
-
-
-def _piece(text: str, value: str, decimals: int) -> dict[str, str]:
-    return {"text": text, "value": value, "decimals": str(decimals)}
 
 
 def _feed(source: Source, interface: Gcode) -> dict[str, Any]:

@@ -1,0 +1,123 @@
+"""Bed and chamber: their commands and their place in the reports, beside tools or without any."""
+
+import re
+
+import pytest
+from gcode_world import BinaryBoard, Board, gcode_world
+from rig.specs import changed
+from test_gcode_tools import SPEC, on_host
+
+CALLED = {
+    "bed and chamber": "B: nozzle, C: bed",
+    "tool and chamber": "T0: bed, C: nozzle",
+    "tool and bed": "T1: nozzle, B: bed",
+}
+"""The nozzle is at 30 °C and has gains, the bed is at 20 °C and on or off."""
+
+
+def spec_of(called: str) -> str:
+    return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]))
+
+
+@pytest.fixture(params=CALLED)
+def called(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(params=["host", "binary"])
+def board(request: pytest.FixtureRequest, called: str) -> Board:
+    """These files on this computer, and the binary."""
+    if request.param == "binary":
+        return BinaryBoard(spec_of(called), nozzle=30.0, bed=20.0)
+    return on_host(gcode_world(spec_of(called)).sanitized().program())
+
+
+def whole_degrees(answers: list[str]) -> list[str]:
+    """The readings are as fine as the converter; what is not there reads 0.0."""
+    return [re.sub(r"\b([TBC]:\d\d)\.\d", r"\1.x", answer) for answer in answers]
+
+
+UNABLE = "refused: this loop has no such control"
+NO_NUMBER = "needs a number; nothing was changed"
+BEYOND = "is outside its limits; nothing was changed"
+GAINS = "P1.00000 I2.00000 D3.00000"
+ANSWERS = {
+    "bed and chamber": [
+        ("M105", "ok T:0.0 /0.0 B:30.x /0.0 C:20.x /0.0 @:0 B@:0 C@:0"),
+        ("M141 S12", ""), ("M140 S15.5", ""),
+        ("M105", "ok T:0.0 /0.0 B:30.x /15.5 C:20.x /12.0 @:0 B@:0 C@:0"),
+        ("M141 S111", f"echo:M141 {BEYOND}"), ("M140 S111", ""),
+        ("M140 S251", f"echo:M140 {BEYOND}"), ("M141 S0", ""), ("M140", f"echo:M140 {NO_NUMBER}"),
+        ("M190", f"echo:M190 {NO_NUMBER}"),
+        ("M191 R", f"echo:M191 {NO_NUMBER}"), ("M190 S20", ""), ("M191 S0", ""),
+        ("M141 D9", f"echo:M141 {UNABLE}"), ("M140 D50", ""),
+        ("M105", "ok T:0.0 /0.0 B:30.x /20.0 C:20.x /0.0 @:0 B@:64 C@:0"),
+        ("M304 P1 I2 D3", f"echo:  M304 {GAINS}"), ("M503", f"echo:  M304 {GAINS}"),
+        ("M309 P1", f"echo:M309 {UNABLE}"), ("M301 P1", "echo:M301 Invalid extruder 0"),
+        ("M303 S99 E-2", f"echo:M303 {UNABLE}"), ("M303 E-3 S99", f"echo:M303 {NO_NUMBER}"),
+        *((f"{line} S20", f"echo:{line} Invalid extruder 0") for line in ("M104", "M109", "M303")),
+        ("M104 T10 S20", "echo:M104 Invalid extruder 10"), ("T0", 'echo:Unknown command: "T0"'),
+        ("M303 E-1 S99", "PID Autotune start"),
+    ],
+    "tool and chamber": [
+        ("M105", "ok T:20.x /0.0 B:0.0 /0.0 C:30.x /0.0 @:0 C@:0"),
+        ("M104 S12", ""), ("M141 S15", ""), ("T0", ""), ("M141 D50", ""),
+        ("M105", "ok T:20.x /12.0 B:0.0 /0.0 C:30.x /15.0 @:0 C@:64"),
+        ("M140 S60", "echo:M140 refused: there is no heated bed"),
+        ("M190 S60", "echo:M190 refused: there is no heated bed"),
+        ("M304 P1", 'echo:Unknown command: "M304"'), ("M301 P1", f"echo:M301 {UNABLE}"),
+        ("M309 P1 I2 D3", f"echo:  M309 {GAINS}"), ("M503", f"echo:  M309 {GAINS}"),
+        ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("T11", 'echo:Unknown command: "T11"'),
+        ("M104 T11 S1", "echo:M104 Invalid extruder 11"), ("M303 E-2 S99", "PID Autotune start"),
+    ],
+    "tool and bed": [
+        ("M105", "ok T:30.x /0.0 B:20.x /0.0 @:0 B@:0"),
+        ("M140 S12", ""), ("M104 S15", ""), ("M105", "ok T:30.x /15.0 B:20.x /12.0 @:0 B@:0"),
+        ("M141 S60", "echo:M141 refused: there is no heated chamber"),
+        ("M191 S60", "echo:M191 refused: there is no heated chamber"),
+        ("M309 P1", 'echo:Unknown command: "M309"'), ("M304 P1", f"echo:M304 {UNABLE}"),
+        ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M140 D9", f"echo:M140 {UNABLE}"),
+        ("M303 E-1 S99", f"echo:M303 {UNABLE}"), ("M303 E1 S99", "PID Autotune start"),
+    ],
+}  # fmt: skip
+
+
+def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -> None:
+    for line, answer in ANSWERS[called]:
+        ends = [] if answer.startswith(("ok", "PID")) else ["ok"]
+        said = board.told(line, 0.9)  # with a step of the loop
+        assert whole_degrees(said) == [*filter(None, [answer]), *ends], line
+    assert board.told("M108", 0.2) == ["PID Autotune failed! Stopped", "ok", "ok"]
+
+
+WAITS = {
+    "bed and chamber": {"M190": (31, "T:0.0 /0.0 B:30.x /"),
+                        "M191": (21, "T:0.0 /0.0 B:30.x /11.0 C:20.x /")},
+    "tool and chamber": {"M191": (31, "T:20.x /0.0 B:0.0 /0.0 C:30.x /")},
+    "tool and bed": {"M190": (21, "T:30.x /0.0 B:20.x /")},
+}  # fmt: skip
+
+
+def test_a_wait_is_for_bed_or_chamber_and_tells_of_the_active_tool(
+    board: Board, called: str
+) -> None:
+    """It is there after 10 s; with S, what is warmer is there too."""
+    for line, (near, report) in WAITS[called].items():
+        waited = whole_degrees(board.told(f"{line} S{near}", 1.5))[0]
+        assert waited.startswith(f"{report}{near}.0 ")
+        assert waited.endswith(" W:9")
+        board.wait(10.0)
+        assert board.heard()[-1] == "ok"
+        assert board.told(f"{line} S12", 0.5) == ["ok"]
+        waited = whole_degrees(board.told(f"{line} R11", 1.5))[0]
+        assert waited.startswith(f"{report}11.0 ")
+        assert waited.endswith(" W:?")
+        assert board.told("M108", 0.5)[-2:] == ["ok", "ok"]
+
+
+def test_it_says_whether_there_is_a_chamber(board: Board, called: str) -> None:
+    said, *capabilities, ok = board.told("M115")
+    assert said.endswith(f" EXTRUDER_COUNT:{CALLED[called].count('T')}")
+    there = int("C:" in CALLED[called])
+    assert capabilities[-1] == f"Cap:CHAMBER_TEMPERATURE:{there}"
+    assert ok == "ok"
