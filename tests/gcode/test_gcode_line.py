@@ -26,9 +26,23 @@ WRONG = {
     **dict.fromkeys((b"N4 M105*0\n", b"N4 M105*\n", b"N4 M105*x\n", b"N4 M105 ;8*\n",
                      b"N4 M105*99999999999\n"), "checksum mismatch"),
     b"N4 M105\n": "No Checksum with line number", b"M105*37\n": "Checksum without line number",
-    **{numbered(number, "M105"): ORDER for number in (6, 3, 99999999999, -5)},
+    **{numbered(number, "M105"): ORDER for number in (6, 3, 99999999999, -1)},
     **dict.fromkeys((b"N4 M1\x0005*37\n", b"\x01\n"), DAMAGED),
 }  # fmt: skip
+DAMAGED_M110 = {  # the line, the number that counts from it, and the next number, which is taken
+    "checksum mismatch": [
+        *((line + b"*125\n", 0, 1) for line in (
+            b"N7 M110 N0", b"N M110 N0", b"N0 M1x0 N0", b"N0 M10 N0", b"N0 M110 N7", b"N0 M110 0",
+            b"N0 M110 N0*125N1 M105*3")),
+        (b"N0 M110 N0*25\n", 0, 1), (b"N-1 M1x0*15\n", -1, 0), (b"N1 M110*15\n", 1, 0),
+        (b"N300 M110 N299*15\n", 299, 17)],
+    "Checksum without line number": [(b"X0 M110 N0*125\n", 0, 1), (b"X-1 M110*15\n", 40, 0)],
+    "No Checksum with line number": [(b"N0 M110 N0125\n", 0, 1)],
+    DAMAGED: [(b"N0 M11\x000 N0*125\n", 0, 1), (b"N0 M1\x000 N0*125\n", 0, 1)],
+}  # fmt: skip
+NO_M110 = [line + b"*1\n" for line in (
+    b"N41 M110 S60", b"N0 M104 S5", b"N41 M117 N4", b"N-2 M111", b"N1N1 M301 P34", b"N1 M117xN1",
+    b"N1 M117 N1S4", b"N4 M100 M120 M010 M210 L110 M111")]  # fmt: skip
 
 
 def behind_a_checksum(text: bytes) -> bytes:
@@ -72,6 +86,14 @@ ANSWERS = {
     "renumbered, nothing is repeated": (
         spoken(BEGIN, b"N1 M105*1\n", "M110 N50", numbered(45, "M105")),
         ["ok", *asked_again("checksum mismatch", 0), "ok", *asked_again(ORDER, 50)]),
+    **{f"renumbered by a damaged line: {line!r}": (
+        spoken(numbered(40, "M110"), line, *(numbered(n, "M105") for n in (first, first - 3))),
+        ["ok", *asked_again(problem, last), WARM, *asked_again(ORDER, first)])
+       for problem, cases in DAMAGED_M110.items() for line, last, first in cases},
+    **{f"not renumbered by a damaged line: {line!r}": (
+        spoken(numbered(40, "M110"), line, numbered(1, "M105"), numbered(41, "M105")),
+        ["ok", *asked_again("checksum mismatch", 40), *asked_again(ORDER, 40), WARM])
+       for line in NO_M110},
     "the first number": (spoken(numbered(17, "M105"), *2 * [numbered(18, "M105")]),
                          [WARM, WARM, *asked_again(ORDER, 18)]),
     "numbers below 0": (spoken(numbered(-5, "M105"), numbered(-4, "M105")), [WARM, WARM]),

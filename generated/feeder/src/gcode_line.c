@@ -18,6 +18,7 @@ enum {
 
 /* So that no number has more than seven digits: reports hold them. */
 static const int32_t MOST_BEFORE_DIGIT = 1000000;
+static const int32_t UNKNOWN = INT32_MAX;
 
 int32_t line_last;
 
@@ -33,6 +34,7 @@ static bool behind_claim;
 
 static bool skipping;  /* to the end of a line whose beginning was dropped */
 static bool numbering; /* the host has numbered a line */
+static bool anew;      /* a damaged M110 has come: the next number is taken as it is */
 static uint8_t repeats_left;
 static uint16_t silent_ticks;
 static uint8_t reminders;
@@ -138,9 +140,10 @@ static bool is_renumbering(int32_t number)
 
 static uint8_t judge_number(int32_t number)
 {
-    const bool is_first = !numbering;
+    const bool is_first = !numbering || anew;
 
     numbering = true;
+    anew = false;
     if (is_renumbering(number)) {
         return LINE_COMMAND;
     }
@@ -189,16 +192,52 @@ static uint8_t judge(void)
 {
     char *start = text;
 
-    if (damaged) {
-        return numbering ? LINE_DAMAGED : LINE_UNREADABLE;
-    }
     if (star != NO_STAR) {
         text[star] = '\0'; /* at LINE_SIZE there is a zero already */
+    }
+    if (damaged) {
+        return numbering ? LINE_DAMAGED : LINE_UNREADABLE;
     }
     while (*start == ' ' || *start == '\t') {
         start++;
     }
     return *start == 'N' || *start == 'n' ? judge_numbered(start + 1) : judge_plain(start);
+}
+
+/* True if the word at `from`, behind the first one, is the line's last and has this number. */
+static bool ends_with(const char *from, const char *behind, int32_t number, int32_t wanted)
+{
+    return from[-1] == ' ' && *behind == '\0' && number == wanted;
+}
+
+/* What is left of a damaged line may be of M110: it says so, it ends with its own number, as
+ * OctoPrint's `N0 M110 N0`, or that is -1, as Printrun's. Then the host counts anew and knows no
+ * line of before; asked for one, OctoPrint ends the print. So the number is set already, and the
+ * next one taken as it is. Hosts begin at 0: of two numbers the smaller one is sound. */
+static void save_renumbering(void)
+{
+    int32_t own = UNKNOWN;
+    int32_t last = UNKNOWN;
+    bool is_found = false;
+
+    for (char *from = text; *from != '\0'; from++) {
+        if (*from == 'N') {
+            char *behind = from + 1;
+            last = take_number(&behind);
+            own = from == text ? last : own;
+            is_found |= from == text ? own == -1 : ends_with(from, behind, last, own);
+        }
+        is_found |= from[0] == 'M' && from[1] == '1' && from[2] == '1' && from[3] == '0';
+    }
+    const int32_t number = own < last ? own : last;
+    if (!is_found || number == line_last + 1) {
+        return; /* as any other line it will come again */
+    }
+    if (number != UNKNOWN) {
+        line_last = number;
+    }
+    repeats_left = 0;
+    anew = true;
 }
 
 uint8_t line_tick(void)
@@ -211,6 +250,9 @@ uint8_t line_tick(void)
     if (kind >= LINE_WRONG_FIRST) {
         skipping = host_drop();
         repeats_left = MOST_REPEATED;
+        if (kind != LINE_OUT_OF_ORDER) {
+            save_renumbering();
+        }
     }
     return kind;
 }
