@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import (
@@ -19,6 +19,7 @@ from heatwright.spec.base import (
 )
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.derived import with_derived
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Output
@@ -126,6 +127,10 @@ class Controller(Model):
     comparison: tuple[ComparisonRow, ...] = Field(
         (), max_length=MOST_ENTRIES, description="Experiments for `heatwright compare`."
     )
+
+    @model_validator(mode="after")
+    def _derive(self) -> "Controller":
+        return with_derived(self)
 
     @property
     def board(self) -> Board:

@@ -1,9 +1,10 @@
 """Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, PrivateAttr, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, Model, Off, Reference, Temperature, WholeNumber
@@ -12,6 +13,9 @@ from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT, RATE
 
 DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
+
+MOST_STEPS = 65535
+"""Steps a 16-bit counter holds."""
 
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
@@ -26,6 +30,23 @@ class Setpoint(Model):
     stored: StrictBool = Field(
         False, description="Keep the operator's setpoint in EEPROM while the power is off."
     )
+
+
+class Limits(Model):
+    """The numbers of a rule: given, of old custom, or derived from the plant."""
+
+    _derived: dict[str, str] = PrivateAttr(default_factory=dict)
+
+    @property
+    def derived(self) -> Mapping[str, str]:
+        """How each number was derived that was; by its key in the language."""
+        return self._derived
+
+    def derived_as(self, words: Mapping[str, str]) -> Self:
+        """Give the same, with the derivations of its numbers."""
+        copy = self.model_copy()
+        copy._derived = dict(words)
+        return copy
 
 
 class Heating(Model):
@@ -45,10 +66,21 @@ class Runaway(Model):
     for_s: _Time = Field(60.0, alias="for", description="Time it must last.")
 
 
-class Frozen(Model):
-    """Rule `sensor_frozen`: while the heater is on, readings must move."""
+class Frozen(Limits):
+    """Rule `sensor_frozen`: with more heat than holding needs, readings must move."""
 
-    for_s: _Time = Field(600.0, alias="for", description="Time without the smallest movement.")
+    for_s: _Time = Field(
+        600.0,
+        alias="for",
+        description="Time of such heat without the smallest movement. Left out: from the plant, or "
+        "10 min.",
+    )
+    holding_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)] = Field(
+        0.0,
+        alias="holding",
+        description="Duty that holding may need: so much may go on for ever, and no reading move. "
+        "Left out: from the plant, or 0 %.",
+    )
 
 
 class RisingWhileOff(Model):

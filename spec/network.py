@@ -51,6 +51,14 @@ class Heated:
         """Temperature at the sensor above ambient, after any length of time at this power."""
         return self._at_rest(len(self._capacities), power_w)[self._sensed]
 
+    def nodes_k(self, power_w: float) -> Vector:
+        """Temperatures of all nodes above ambient, after any length of time at this power."""
+        return self._at_rest(len(self._capacities), power_w)[:-1]
+
+    def held_k(self, sensed_k: float) -> Vector:
+        """The same, while the sensor is held at a temperature above ambient."""
+        return self._at_rest(self._sensed, sensed_k)[:-1]
+
     def power_w(self, sensed_k: float) -> float:
         """Power that holds the sensor at a temperature above ambient."""
         return self._at_rest(self._sensed, sensed_k)[-1]

@@ -5,7 +5,9 @@ from __future__ import annotations
 from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop
+from heatwright.generator.plan.text import ascii_units
+from heatwright.spec import Frozen, Loop, Protection
+from heatwright.spec.loops import Limits
 
 
 def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant) -> list[Constant]:
@@ -14,10 +16,13 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
 
     def count(path: tuple[str, ...], name: str, duration_s: float) -> Constant:
         derivation = f"{quantity(duration_s, 's')} in periods of {quantity(period_s, 's')}"
-        return source.at(*path).count(f"{prefix}_{name}", steps(duration_s, period_s), derivation)
+        return source.at(*path).count(
+            f"{prefix}_{name}", steps(duration_s, period_s), derivation + _from_plant(rules, path)
+        )
 
     def number(path: tuple[str, ...], name: str, value: float, unit: str) -> Constant:
-        return source.at(*path).number(f"{prefix}_{name}", value, quantity(value, unit))
+        derivation = quantity(value, unit) + _from_plant(rules, path)
+        return source.at(*path).number(f"{prefix}_{name}", value, derivation)
 
     constants = [
         number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
@@ -53,7 +58,10 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             count(("heating", "within"), "HEATING_STEPS", rules.heating.within_s),
         ]
     if rules.frozen is not None:
-        constants.append(count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s))
+        constants += [
+            *_holding(source, rules.frozen, prefix),
+            count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s),
+        ]
     if rules.rising_while_off is not None:
         rising = rules.rising_while_off
         constants += [
@@ -61,3 +69,22 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
         ]
     return constants
+
+
+def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
+    """The duty that holding may need, where any is said."""
+    if frozen.holding_percent == 0:
+        return []
+    derivation = quantity(frozen.holding_percent, "%") + _words(frozen.derived.get("holding"))
+    name = f"{prefix}_FROZEN_HOLDING_PERCENT"
+    return [source.at("frozen", "holding").number(name, frozen.holding_percent, derivation)]
+
+
+def _from_plant(protection: Protection, path: tuple[str, ...]) -> str:
+    """How a number was derived from the plant, if it was."""
+    limits = getattr(protection, path[0], None)
+    return _words(limits.derived.get(path[-1])) if isinstance(limits, Limits) else ""
+
+
+def _words(derivation: str | None) -> str:
+    return f", derived from the plant: {ascii_units(derivation)}" if derivation else ""

@@ -70,6 +70,10 @@ def _of_current(spec: Spec, heater: str) -> dict[str, str]:
     }
 
 
+def _more_heat(holding_percent: float) -> str:
+    return f"more heat than {quantity(holding_percent, '%')}" if holding_percent else "heat"
+
+
 def _limits(protection: Protection) -> dict[str, str]:
     """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
@@ -84,8 +88,8 @@ def _limits(protection: Protection) -> dict[str, str]:
     }
     if protection.frozen is not None:
         limits["sensor_frozen"] = (
-            f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of heat "
-            "below the setpoint"
+            f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of "
+            f"{_more_heat(protection.frozen.holding_percent)} below the setpoint"
         )
     if protection.master_lost_after_s is not None:
         silence = quantity(protection.master_lost_after_s, "s")

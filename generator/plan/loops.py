@@ -123,6 +123,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "heating": loop.protection.heating is not None,
         "other_full": experiment is not None and experiment.swing_percent < FULL_PERCENT,
         "frozen": loop.protection.frozen is not None,
+        "holding": bool(loop.protection.frozen and loop.protection.frozen.holding_percent),
         "rising": loop.protection.rising_while_off is not None,
     }
     bounded = bool(context["commanded"] or context["adjustable"]) or shown or loop.setpoint.stored

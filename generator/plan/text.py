@@ -13,6 +13,11 @@ _HOSTILE = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)|-(?=-)")
 """The first character of what ends or begins a comment of C, a trigraph, or what XML's forbid."""
 
 
+def ascii_units(text: str) -> str:
+    """Text of ours with its units as comments have them."""
+    return text.replace("°C", "degC")
+
+
 def c_comment(text: str) -> str:
     """Text that cannot close a comment, open one, continue a line or form a trigraph.
 

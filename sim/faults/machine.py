@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.world import Site
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of
-from heatwright.spec import Heating, ThermalNetwork
+from heatwright.spec import Heating, Pid, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
@@ -86,10 +86,15 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     """Return the highest setpoint this machine can be asked for without cause for a fault, °C.
 
     A machine at full power that is too weak to go on rising near its setpoint breaks the rules
-    `heating_failed` and `sensor_frozen` with good reason. Not above the highest setpoint.
+    `heating_failed` and `sensor_frozen` with good reason; the latter also where it takes more than
+    `holding` to hold it. Not above the highest setpoint.
     """
-    needs = list(_needed_rises(site))
+    needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(site.loop.setpoint.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
+    if isinstance(site.loop.algorithm, Pid) and frozen is not None and frozen.holding_percent > 0:
+        held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
+        held.step(_powered(site, frozen.holding_percent / 100))
+        highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])
     return min([highest_c, *(_rising_until(site, network, ambient_c, *each) for each in needs)])
 
 

@@ -178,12 +178,16 @@ class HeatingRule:
 
 
 class FrozenRule:
-    """9: the reading stands still although the heater is on, below the setpoint or by hand."""
+    """9: the reading stands still although there is more heat than holding needs.
+
+    Below the setpoint or by hand.
+    """
 
     def __init__(self, frozen: Frozen, period_s: float, raw_width: str) -> None:
         """Derive the limit."""
         self.members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", raw_width))
         self._limit = steps(frozen.for_s, period_s)
+        self._holding_percent = Single(frozen.holding_percent)
         self._raw = 0
         self.reset()
 
@@ -205,7 +209,8 @@ class FrozenRule:
             self._steps = 0
             self._raw = look.raw
             return 0
-        self._steps = counted(self._steps)
+        if look.asked_percent > self._holding_percent:
+            self._steps = counted(self._steps)
         return FROZEN if self._steps >= self._limit else 0
 
     def values(self) -> tuple[Value, ...]:

@@ -73,15 +73,19 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
     """Find loops that may rest below the setpoint, which the rule `sensor_frozen` takes amiss.
 
     Without an integral the temperature comes to rest where the proportional term supplies the
-    losses: below the setpoint, with the heater on and no reading that moves.
+    losses: below the setpoint, with the heater on and no reading that moves. A rule that knows
+    what holding needs allows for that.
     """
     for name, loop in controller.loops.items():
-        algorithm = loop.algorithm
-        if isinstance(algorithm, Pid) and algorithm.ki == 0 and loop.protection.frozen is not None:
+        algorithm, rule = loop.algorithm, loop.protection.frozen
+        if not isinstance(algorithm, Pid) or algorithm.ki != 0 or rule is None:
+            continue
+        if rule.holding_percent == 0:
             yield Finding(
                 ("loops", name, "algorithm", "ki"),
                 "without an integral the temperature may come to rest below the setpoint, and "
                 "the rule sensor_frozen would take that for a fault",
-                "Give ki a value above 0, or write frozen: off in protection",
+                "Give ki a value above 0, or write frozen: {holding: …} or frozen: off in "
+                "protection",
                 (("loops", name, "protection", "frozen"),),
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.commands import switched
 from heatwright.spec.controller import ComparisonRow, Controller
+from heatwright.spec.derived import with_derived
 from heatwright.spec.problems import Path
 
 
@@ -26,13 +27,14 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     outputs = dict(controller.outputs)
     if row.output is not None:
         outputs[loop.heater] = row.output
-    return controller.model_copy(
+    row_of = controller.model_copy(
         update={
             "loops": ReadOnlyDict({**controller.loops, name: changed}),
             "outputs": ReadOnlyDict(outputs),
             "comparison": (),
         }
     )
+    return with_derived(row_of)
 
 
 def row_path(controller: Controller, index: int, path: Path) -> Path:

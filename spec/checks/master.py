@@ -6,10 +6,10 @@ from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.checks.tenths import fits
-from heatwright.spec.checks.timing import MOST_STEPS
 from heatwright.spec.commands import modbus_of, switched, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import ModbusRtu
+from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, duration, number, rounded_up
 from heatwright.spec.suggest import listed

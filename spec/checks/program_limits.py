@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.limits import swing_above_k
-from heatwright.spec.checks.timing import MOST_STEPS, countable, periods_s
+from heatwright.spec.checks.timing import countable, periods_s
 from heatwright.spec.controller import Controller
-from heatwright.spec.loops import Loop
+from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import about, duration, number, rounded_up

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.timing import MOST_STEPS, is_ticks
+from heatwright.spec.checks.timing import is_ticks
 from heatwright.spec.controller import Controller
-from heatwright.spec.loops import Loop
+from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.quantity import duration
 from heatwright.spec.timers import TICK_S

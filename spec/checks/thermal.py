@@ -26,7 +26,9 @@ from heatwright.spec.checks.power import (
     integral_suffices,
     least_duty_cools,
 )
+from heatwright.spec.checks.warm import frozen_rule_holds
 from heatwright.spec.controller import Controller
+from heatwright.spec.heated_loop import HeatedLoop
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
@@ -36,13 +38,14 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
 
     any_setpoint -- whether somebody may choose another setpoint than the first.
     """
-    if controller.simulation is None:
+    plant = controller.simulation
+    if plant is None:
         return
     readable = {name for name, _, _ in loop_sensors(controller)}
     for name, _, heater in loop_heaters(controller):
         if heater.power_w is None or name not in readable:
             continue
-        machine = Machine(controller, name, heater, controller.simulation)
+        machine = Machine(controller, name, heater, plant)
         for check in (
             heater_suffices,
             least_duty_cools,
@@ -56,6 +59,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             window_is_smoothed,
         ):
             yield from check(machine)
+        if machine.course:
+            yield from frozen_rule_holds(machine, HeatedLoop(controller, name, plant))
         if any_setpoint:
             yield from integral_suffices(machine)
             yield from integral_cools(machine)

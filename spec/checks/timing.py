@@ -6,13 +6,10 @@ from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import WATCHDOG_S, Controller
-from heatwright.spec.loops import Loop
+from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 from heatwright.spec.timers import TICK_S
-
-MOST_STEPS = 65535
-"""Steps a 16-bit counter holds."""
 
 MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.timing import MOST_STEPS, is_ticks
+from heatwright.spec.checks.timing import is_ticks
 from heatwright.spec.controller import Controller
+from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.pwm import FEWEST_COUNTS
 from heatwright.spec.quantity import duration

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 from rig.controllers_parts import NARROWEST_K, Part, Sensors, Unsuited, step_k, text, tidy, usable_c
 
 from heatwright.spec.checks.reading import shortest_period_s
-from heatwright.spec.checks.timing import MOST_MISSING, MOST_STEPS
+from heatwright.spec.checks.timing import MOST_MISSING
+from heatwright.spec.loops import MOST_STEPS
 
 TICK_S = 0.01
 LONGEST_PERIOD_S = 600.0
@@ -324,8 +325,8 @@ class LoopDraw:
         self._runaway(rules)
         if self.kind == "pid" and not self.integrates:
             rules["frozen"] = "off"
-        else:
-            self._rule(rules, "frozen", {"for": self._time(draws.one(600, 60) * self.period_s)})
+        elif draws.some():
+            self._frozen(rules, slowest, held_s)
         settle_s = 10 * (self.late_s + self.held_on_s)
         rise_k = tidy(max(self.coasts_k, draws.one(10.0, 1.0)))
         settles = {"rise": text(rise_k, "K"), "settle": self._time(settle_s)}
@@ -337,6 +338,16 @@ class LoopDraw:
         if self.served.by_master and draws.some():
             rules["master_lost_after"] = text(draws.number(10, 600, 20), "s")
         self.loop["protection"] = rules
+
+    def _frozen(self, rules: Part, slowest: float, held_s: float) -> None:
+        """Have a reading move with somewhat more heat than holding needs."""
+        most = 100 * self.full_w / self.power_w
+        held = most / self.strength
+        share = self.draws.number(0.3, 0.9, 0.5)
+        still_s = self.step_k / (share * slowest) + held_s
+        for_s = max(4 * still_s, self.draws.one(600, 60) * self.period_s)
+        holding = text(tidy(held + share * (most - held)), "%")
+        self._rule(rules, "frozen", {"for": self._time(for_s), "holding": holding})
 
     def _time(self, seconds: float) -> str:
         longest_s = MOST_STEPS * self.period_s

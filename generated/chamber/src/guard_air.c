@@ -90,7 +90,7 @@ static bool heating_failed(void)
 }
 
 /* chamber.yaml:25 loops.air.protection.frozen (default)
- * Heat below the setpoint must move a living sensor by a step. */
+ * More heat than holding needs, below the setpoint, must move a living sensor. */
 static bool frozen(void)
 {
     if (loop_air.reading_raw != guard_air.frozen_raw
@@ -99,6 +99,9 @@ static bool frozen(void)
         guard_air.frozen_steps = 0;
         guard_air.frozen_raw = loop_air.reading_raw;
         return false;
+    }
+    if (loop_air.asked_percent <= LOOP_AIR_FROZEN_HOLDING_PERCENT) {
+        return false; /* holding alone needs that much, and holding moves nothing */
     }
     guard_air.frozen_steps++;
     return guard_air.frozen_steps >= LOOP_AIR_FROZEN_STEPS;

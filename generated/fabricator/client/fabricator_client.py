@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x331ed33d
+DIGEST = 0xb79412ce
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

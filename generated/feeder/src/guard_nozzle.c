@@ -96,7 +96,7 @@ static bool heating_failed(void)
 }
 
 /* feeder.yaml:33 loops.nozzle.protection.frozen (default)
- * Heat below the setpoint, or by hand, must move a living sensor by a step. */
+ * More heat than holding needs, below the setpoint or by hand, must move a living sensor. */
 static bool frozen(void)
 {
     if (loop_nozzle.reading_raw != guard_nozzle.frozen_raw
@@ -105,6 +105,9 @@ static bool frozen(void)
         guard_nozzle.frozen_steps = 0;
         guard_nozzle.frozen_raw = loop_nozzle.reading_raw;
         return false;
+    }
+    if (loop_nozzle.asked_percent <= LOOP_NOZZLE_FROZEN_HOLDING_PERCENT) {
+        return false; /* holding alone needs that much, and holding moves nothing */
     }
     guard_nozzle.frozen_steps++;
     return guard_nozzle.frozen_steps >= LOOP_NOZZLE_FROZEN_STEPS;

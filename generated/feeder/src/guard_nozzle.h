@@ -12,7 +12,7 @@ struct guard_nozzle_state {
     uint16_t runaway_steps; /* spent outside it since */
     uint16_t heating_steps; /* of full heat without the expected rise */
     float heating_from_c;
-    uint16_t frozen_steps; /* of heat with exactly the same reading */
+    uint16_t frozen_steps; /* of heat beyond holding with exactly the same reading */
     int16_t frozen_raw;
     uint16_t off_steps; /* of no heat, up to the settling time */
     float off_lowest_c;

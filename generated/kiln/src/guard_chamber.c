@@ -95,7 +95,7 @@ static bool heating_failed(void)
 }
 
 /* kiln.yaml:40 loops.chamber.protection.frozen (default)
- * Heat below the setpoint, or by hand, must move a living sensor by a step. */
+ * More heat than holding needs, below the setpoint or by hand, must move a living sensor. */
 static bool frozen(void)
 {
     if (loop_chamber.reading_raw != guard_chamber.frozen_raw
@@ -104,6 +104,9 @@ static bool frozen(void)
         guard_chamber.frozen_steps = 0;
         guard_chamber.frozen_raw = loop_chamber.reading_raw;
         return false;
+    }
+    if (loop_chamber.asked_percent <= LOOP_CHAMBER_FROZEN_HOLDING_PERCENT) {
+        return false; /* holding alone needs that much, and holding moves nothing */
     }
     guard_chamber.frozen_steps++;
     return guard_chamber.frozen_steps >= LOOP_CHAMBER_FROZEN_STEPS;
