@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.heated_loop import TIMES, HeatedLoop
 from heatwright.spec.loops import Frozen, Loop
-from heatwright.spec.outputs import Stepper
 from heatwright.spec.quantity import about, celsius, duration, number
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
-    from heatwright.spec.simulation import Simulation
 
 
 LOSSES = 1.5
@@ -57,7 +55,7 @@ def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
     if open_keys and key not in _KNOWN:
         try:
             heated = HeatedLoop(controller, name, simulation)
-            _KNOWN[key] = _frozen(heated, rule, open_keys, _fastest_feed(controller, simulation))
+            _KNOWN[key] = _frozen(heated, rule, open_keys)
         except (ArithmeticError, AssertionError, KeyError, ValueError):
             _KNOWN[key] = Derived({}, {})  # the checks tell what is wrong with such a plant
     values, words = _KNOWN.get(key, Derived({}, {}))
@@ -68,20 +66,16 @@ def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
     return loop.model_copy(update={"protection": protection})
 
 
-def _fastest_feed(controller: Controller, simulation: Simulation) -> float:
-    steppers = (each for each in controller.outputs.values() if isinstance(each, Stepper))
-    extruded = (event.extrude_mm_per_s or 0.0 for event in simulation.scenario)
-    return max((*extruded, *(each.maximum_mm_per_s for each in steppers)), default=0.0)
-
-
-def _frozen(heated: HeatedLoop, rule: Frozen, open_keys: set[str], feed_mm_per_s: float) -> Derived:
+def _frozen(heated: HeatedLoop, rule: Frozen, open_keys: set[str]) -> Derived:
     """Derive the duty that holding may need, and the time in which more than that must show.
 
     Less than this plant takes on a cold day would trip in health. From there on, the more the
     better for a machine that loses more than its plant; but no more than all nodes bear for ever,
     for nobody sees it while the reading stands still, and so much less than full power that there
-    is something left to count. Where fans and feeds take more than that, the time is no shorter
-    than without a plant.
+    is something left to count.
+
+    The time is as long as without a plant, so that a machine that loses more does not trip where it
+    rests; but no longer than full power may go on, and what a healthy machine needs in any case.
     """
     values: dict[str, float] = {}
     words: dict[str, str] = {}
@@ -100,18 +94,19 @@ def _frozen(heated: HeatedLoop, rule: Frozen, open_keys: set[str], feed_mm_per_s
     power_w = min(heated.power_w * percent / 100, heated.full_w)
     if "for_s" in open_keys and power_w > heated.hold_w:
         still_s = heated.longest_still_s(power_w)
-        busy = heated.busy_hold_w(feed_mm_per_s) > power_w
         least_s = TIMES * still_s + heated.late_s
         heating = heated.loop.protection.heating
         first_s = BEHIND * heating.within_s if heating is not None else 0.0
-        busy_s = Frozen.model_fields["for_s"].default if busy else 0.0
-        values["for_s"] = heated.rounded_s(max(least_s, first_s, busy_s))
-        words["for"] = (
-            f"at that duty a reading stands still for up to {about(still_s)} s; "
-            f"{number(TIMES)} times that, and {duration(round(heated.late_s, 3))} for dead time"
+        usual_s = float(Frozen.model_fields["for_s"].default)
+        borne_s = heated.borne_s(usual_s)
+        for_s, words["for"] = max(
+            (borne_s, "so long all nodes bear full power" if borne_s < usual_s else "as usual"),
+            (first_s, f"{number(BEHIND)} times what heating has, which knows full power better"),
+            (
+                least_s,
+                f"at that duty a reading stands still for up to {about(still_s)} s; "
+                f"{number(TIMES)} times that, and {duration(round(heated.late_s, 3))} for delays",
+            ),
         )
-        if busy_s > max(least_s, first_s):
-            words["for"] = "holding takes more than that while fans run or filament is fed"
-        elif first_s > least_s:
-            words["for"] = f"{number(BEHIND)} times what heating has, which knows full power better"
+        values["for_s"] = heated.rounded_s(for_s)
     return Derived(values, words)

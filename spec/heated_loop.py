@@ -14,7 +14,7 @@ from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.matrices import Vector
 from heatwright.spec.network import Heated
 from heatwright.spec.outputs import DigitalOutput, Switch, TimeProportionalOutput
-from heatwright.spec.simulation import AMBIENT, Link, Simulation, ThermalNetwork
+from heatwright.spec.simulation import AMBIENT, Simulation
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
@@ -39,6 +39,9 @@ OWN = 0.1
 HALVINGS = 40
 MOST_POINTS = 400
 """Points of a course that is followed; its steps double after every 64."""
+
+MOST_RISE = 3000
+"""Points of a way from cold to the maximum; only absurd plants have more."""
 
 PLACES = 4
 """Temperatures, and times without power, that are tried."""
@@ -101,41 +104,38 @@ class HeatedLoop:
         """Power that the highest setpoint takes."""
         return self.plant.power_w(self.highest_c - self.ambient_c)
 
-    def busy_hold_w(self, feed_mm_per_s: float) -> float:
-        """Power that it takes in winter with all fans on, while filament is fed."""
-        cold_c, loop = min(WINTER_C, self.ambient_c), self.loop
-        fans = [fan for fan in self._network.fans if fan != loop.cooler]
-        plant = Heated(self._fed(feed_mm_per_s), loop.heater, loop.sensor, cold_c, fans)
-        return max(plant.power_w(self.highest_c - cold_c), self.most_hold_w())
-
-    def _fed(self, feed_mm_per_s: float) -> ThermalNetwork:
-        """Take what a feed carries away for a resistance to ambient."""
-        network, filament = self._network, self._network.filament
-        taken = filament.heat_j_per_k_mm * feed_mm_per_s if filament is not None else 0.0
-        if filament is None or taken == 0:
-            return network
-        between = (filament.node, AMBIENT)
-        beside = [link for link in network.links if set(link.between) == set(between)]
-        taken += sum(1 / link.resistance_k_per_w for link in beside)
-        link = Link.model_construct(between=between, resistance_k_per_w=1 / taken)
-        others = tuple(each for each in network.links if each not in beside)
-        return network.model_copy(update={"links": (*others, link)})
-
     def most_hold_w(self) -> float:
         """Power that it takes in winter."""
         cold_c = min(WINTER_C, self.ambient_c)
         return self.at(cold_c).power_w(self.highest_c - cold_c)
 
+    @cached_property
+    def _warm(self) -> tuple[Heated, Vector]:
+        """The plant on a warm day, and what each of its nodes bears above that.
+
+        As `bears` says; else what full power makes of it from cold until the sensor reads
+        `protection.maximum`, or a long time at that, and a tenth of the rise more.
+        """
+        warm_c = max(SUMMER_C, self.ambient_c)
+        plant, size = self.at(warm_c), len(self._network.nodes)
+        most_k = self.loop.protection.maximum_c - warm_c
+        peaks, state = plant.held_k(most_k), plant.start(0.0)
+        for power_w, points in ((self.full_w, MOST_RISE), (0.0, MOST_POINTS)):
+            quick_s = plant.fastest_s() / 4
+            course = plant.course(state, power_w, quick_s, 1024 * quick_s)
+            for _, state in islice(course, points):
+                peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
+                if power_w and plant.sensed_k(state) >= most_k:
+                    break
+        given = [self._network.bears_c.get(node) for node in self._network.nodes]
+        return plant, [
+            (1 + SPARE) * peak_k if bears_c is None else bears_c - warm_c
+            for peak_k, bears_c in zip(peaks, given, strict=True)
+        ]
+
     def borne_w(self) -> float:
         """Power that every node bears for ever in summer; infinite if it bears all there is."""
-        warm_c = max(SUMMER_C, self.ambient_c)
-        plant = self.at(warm_c)
-        held = plant.held_k(self.loop.protection.maximum_c - warm_c)
-        given = [self._network.bears_c.get(node) for node in self._network.nodes]
-        bears_k = [
-            (1 + SPARE) * held_k if bears_c is None else bears_c - warm_c
-            for held_k, bears_c in zip(held, given, strict=True)
-        ]
+        plant, bears_k = self._warm
 
         def borne(power_w: float) -> bool:
             return all(a <= b for a, b in zip(plant.nodes_k(power_w), bears_k, strict=True))
@@ -147,6 +147,19 @@ class HeatedLoop:
             middle_w = (low_w + high_w) / 2
             low_w, high_w = (middle_w, high_w) if borne(middle_w) else (low_w, middle_w)
         return low_w
+
+    def borne_s(self, longest_s: float) -> float:
+        """Time for which every node bears full power in summer, from rest at the highest setpoint.
+
+        At most `longest_s`.
+        """
+        plant, bears_k = self._warm
+        state = plant.rest(self.highest_c - max(SUMMER_C, self.ambient_c))
+        quick_s = plant.fastest_s() / 4
+        for time_s, later in plant.course(state, self.full_w, quick_s, longest_s / 64):
+            if time_s >= longest_s or any(a > b for a, b in zip(later, bears_k, strict=False)):
+                return min(time_s, longest_s)
+        return longest_s
 
     def starts(self) -> Iterator[Vector]:
         """Yield states in which a healthy machine may be when heat is asked for anew.

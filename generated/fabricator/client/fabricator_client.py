@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0xb79412ce
+DIGEST = 0xe712f74f
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 
