@@ -36,7 +36,7 @@ $(TESTS_READY): $(MADE_OF)
 	@TESTS=1 tools/setup.sh
 	@touch $(READY) $@
 
-# And what only the whole evidence needs: other simulators, a second compiler, LinuxCNC.
+# And what only the whole evidence needs: other simulators, a second compiler, OctoPrint, LinuxCNC.
 $(EVIDENCE_READY): $(TESTS_READY)
 	@EVIDENCE=1 LINUXCNC=1 tools/setup.sh
 	@touch $@

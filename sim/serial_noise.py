@@ -12,13 +12,22 @@ class SerialNoise:
 
     to_board_share, to_host_share -- of the bytes, how many are hit. On their way to the host they
     stay ASCII: Printrun's host stops listening for good at a byte that is no UTF-8.
+    spares -- lines to the host that begin so arrive whole. is_on -- whether anything is hit at all.
     """
 
     def __init__(
-        self, *, to_board_share: float = 0.0, to_host_share: float = 0.0, seed: int = 0
+        self,
+        *,
+        to_board_share: float = 0.0,
+        to_host_share: float = 0.0,
+        spares: bytes | None = None,
+        seed: int = 0,
     ) -> None:
         self.hits = 0
+        self.is_on = True
         self._shares = (to_board_share, to_host_share)
+        self._spares = spares
+        self._to_host = b""
         self._chance = random.Random(seed)  # noqa: S311 - noise, no secret
 
     def to_board(self, data: bytes) -> bytes:
@@ -27,10 +36,17 @@ class SerialNoise:
 
     def to_host(self, data: bytes) -> bytes:
         """Return what arrives at the host."""
-        return self._disturbed(data, self._shares[1], PRINTED)
+        if self._spares is None:
+            return self._disturbed(data, self._shares[1], PRINTED)
+        arrived = bytearray()
+        for byte in (data[at : at + 1] for at in range(len(data))):
+            self._to_host = byte if self._to_host.endswith(b"\n") else self._to_host + byte
+            share = 0.0 if self._to_host.startswith(self._spares) else self._shares[1]
+            arrived += self._disturbed(byte, share, PRINTED)
+        return bytes(arrived)
 
     def _disturbed(self, data: bytes, share: float, values: range) -> bytes:
-        if not share:
+        if not share or not self.is_on:
             return data
         arrived = bytearray()
         for byte in data:

@@ -29,7 +29,7 @@ if [ "${CI:-}" = true ] || [ -n "${LINUXCNC:-}" ]; then
 fi
 
 # What only the whole evidence needs (make setup EVIDENCE=1, and CI): other simulators of the
-# processor, and a second compiler.
+# processor, a second compiler, and OctoPrint.
 if [ "${CI:-}" = true ] || [ -n "${EVIDENCE:-}" ]; then
     EXTRAS=dev,evidence
     PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm)
@@ -112,6 +112,14 @@ fi
 if [ "$EXTRAS" = dev,evidence ] && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
     say "installing avr8js into build/judges"
     quietly npm install --silent --no-audit --no-fund --prefix build/judges avr8js@0.21.0
+fi
+
+# OctoPrint asks for other versions than ours of what it needs: it has an environment of its own.
+OCTOPRINT=build/judges/octoprint
+if [ "$EXTRAS" = dev,evidence ] && ! compgen -G "$OCTOPRINT/lib/*/site-packages/?cto?rint-1.11.8.dist-info" >/dev/null; then
+    say "installing OctoPrint into $OCTOPRINT"
+    quietly python3 -m venv --clear "$OCTOPRINT"
+    quietly "$OCTOPRINT/bin/pip" install --quiet --disable-pip-version-check --no-input OctoPrint==1.11.8
 fi
 
 # The type checker knows nothing of an editable install: the packages under their names.

@@ -15,9 +15,11 @@ from typing import Any
 from rig.avr import whole
 from rig.specs import EXAMPLES, controller_of
 
+from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.live import Clock, run
 from heatwright.sim.native.characters import EIGHT_N_ONE, Format
+from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.serial_noise import SerialNoise
 from heatwright.sim.serial_port import SerialPort
 from heatwright.spec import Controller
@@ -39,6 +41,7 @@ class Cable:
     speed: float | None = None
     to_board_share: float = 0.0
     to_host_share: float = 0.0
+    spares: bytes | None = None
     seed: int = 0
 
 
@@ -49,8 +52,12 @@ class _Watched(Clock):
         self, controller: Controller, cable: Cable, device: AvrDevice, pipe: Connection
     ) -> None:
         super().__init__(cable.speed or 1.0)
-        shares = {"to_board_share": cable.to_board_share, "to_host_share": cable.to_host_share}
-        self._noise = SerialNoise(**shares, seed=cable.seed)
+        self._noise = SerialNoise(
+            to_board_share=cable.to_board_share,
+            to_host_share=cable.to_host_share,
+            spares=cable.spares,
+            seed=cable.seed,
+        )
         self._loops, self._device, self._pipe = controller.loops, device, pipe
         self.port = SerialPort(device, cable.baud, cable.form, noise=self._noise)
         self._patient = cable.speed is None
@@ -89,8 +96,20 @@ class _Watched(Clock):
             "said": lambda: [line.text for line in device.host.lines],
             "resets": lambda: len(device.avr.take_resets()),
             "cut": self._cut,
+            "noise": lambda: self._disturb(on=True),
+            "quiet": lambda: self._disturb(on=False),
+            "torn": lambda: self._wire(Wiring(opened=True)),
+            "sound": lambda: self._wire(Wiring()),
         }
         self._pipe.send(known.get(asked, lambda: device.read(asked).item())())
+
+    def _disturb(self, *, on: bool) -> None:
+        self._noise.is_on = on
+
+    def _wire(self, wiring: Wiring) -> None:
+        for sensor in self._device.sensors.values():
+            assert isinstance(sensor, AdcSensor)
+            sensor.wiring = wiring
 
     def _cut(self) -> None:
         """Lose the power for a moment; the machine stays as warm as it is."""
@@ -121,7 +140,8 @@ class LiveBoard:
 
     def ask(self, what: str) -> Any:
         """Return a variable by its name, the "steps" so far, what was "said" before the noise,
-        the noise's "hits", the number of "resets"; or "cut" the power and give it back.
+        the noise's "hits", the number of "resets"; or "cut" the power and give it back, let there
+        be "noise" or "quiet", let all sensors be "torn" off or "sound".
         """
         self._pipe.send(what)
         return self._pipe.recv()
