@@ -52,8 +52,6 @@ class Run:
 
 def run_model(controller: Controller, progress: Progress) -> Run:
     """Run the reference model: the control equations with ideal timing."""
-    if len(controller.loops) > 1:
-        raise Refused("The model has one loop: simulate the binary, without --model.")
     return _run(controller, ReferenceDevice(controller), progress)
 
 

@@ -25,6 +25,7 @@ class Restored:
     """A fault that was there at the first step after a reset without having tripped in it."""
 
     row: int
+    time_s: float
     fault_code: int
 
 
@@ -97,9 +98,12 @@ class Player:
         tripped = self._reference.fault_code and (
             code not in RELAY_FAULTS or self._is_equal(values, row)
         )
+        time_s = float(row["time_s"])
+        if code and tripped:
+            self.latched.append(Latched(number, time_s, code, own=True))
         if not code or tripped:
             return values
-        self.restored.append(Restored(number, code))
+        self.restored.append(Restored(number, time_s, code))
         return self._begun_with(code, row)
 
     def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:

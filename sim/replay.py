@@ -77,7 +77,7 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
     """Compare the logs of all loops with the reference model.
 
     A fault stops every loop. Which loop's it is the reference model says: where none has it, that
-    is a mismatch, too.
+    is a mismatch, too. What another loop has latched before the first step of one is not restored.
 
     Raises:
         ReplayError: a log is empty or lacks a member.
@@ -86,15 +86,19 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
     results = {name: replay(controller, log, name) for name, log in logs.items()}
     own = [each for result in results.values() for each in result.latched if each.own]
     slowest_s = max(loop.period_s for loop in controller.loops.values()) + TICK_S
-    return {
-        name: _with_orphans(result, [
-            each for each in result.latched if not each.own and not any(
-                it.fault_code == each.fault_code and abs(it.time_s - each.time_s) <= slowest_s
-                for it in own
-            )
-        ])
-        for name, result in results.items()
-    }  # fmt: skip
+
+    def is_anothers(seen: Latched | Restored) -> bool:
+        return any(
+            each.fault_code == seen.fault_code and abs(each.time_s - seen.time_s) <= slowest_s
+            for each in own
+        )
+
+    found = {}
+    for name, result in results.items():
+        restored = tuple(each for each in result.restored if not is_anothers(each))
+        orphans = [each for each in result.latched if not each.own and not is_anothers(each)]
+        found[name] = _with_orphans(replace(result, restored=restored), orphans)
+    return found
 
 
 def _with_orphans(result: ReplayResult, orphans: list[Latched]) -> ReplayResult:

@@ -79,7 +79,7 @@ class Fault:
 class FaultResult:
     """What was found.
 
-    fault -- its id; calm -- whether nothing was to trip; rule -- id of the rule that tripped, None
+    fault -- its id; loop -- on which it was tried; calm -- whether nothing was to trip; rule -- id of the rule that tripped, None
     if none did; counting -- ids of the rules that counted then, too, or that counted when the watch
     ended: those that would have come next; tripped_after_s -- since the cause, s; allowed_s -- the
     bound on that, where there is one that does not depend on the machine; heater_off_after_s --
@@ -88,6 +88,7 @@ class FaultResult:
     """
 
     fault: str
+    loop: str
     calm: bool
     rule: str | None
     counting: tuple[str, ...]
@@ -111,6 +112,7 @@ class FaultResult:
         """Return it for machines; times in s, temperatures in °C."""
         return {
             "fault": self.fault,
+            "loop": self.loop,
             "calm": self.calm,
             "rule": self.rule,
             "counting": list(self.counting),

@@ -95,6 +95,7 @@ class _Trial:
         first, trip = self.first, self.fault.trip
         return FaultResult(
             fault=self.fault.id,
+            loop=self.world.site.loop_name,
             calm=self.fault.calm,
             rule=RULES[first.code].id if first else None,
             counting=self.counting,

@@ -1,101 +1,87 @@
 """The reference model as a device: it can take the binary's place on the bench."""
 
-import numpy as np
-
-from heatwright.sim.reference.copies import Cell, cell_of, column_of
-from heatwright.sim.reference.current import IdealSensor
 from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.driven import Driven
 from heatwright.sim.reference.feed import Feed
 from heatwright.sim.reference.host import Host
 from heatwright.sim.reference.inputs import Gains
-from heatwright.sim.reference.loop import Reference
+from heatwright.sim.reference.latch import Latch
 from heatwright.sim.reference.master import Master
+from heatwright.sim.reference.modelled_loop import SECOND_US, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.sim.reference.operator import Operator
 from heatwright.sim.reference.programmed import ProgrammedOperator
-from heatwright.sim.reference.sampling import Sampler
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import (
-    Controller,
-    CurrentSensor,
-    Stepper,
-    modbus_of,
-    nextion_of,
-    programmed,
-    switched,
-)
+from heatwright.spec import Controller, LcdKeypad, Stepper, modbus_of, nextion_of
 from heatwright.spec.program_orders import Order
-
-SECOND_US = 1_000_000
-DEFAULT_READY_K = 1.0
 
 
 class ReferenceDevice:
-    """The control equations with ideal timing and ideal sensors, for one loop.
+    """The control equations of all loops, with ideal timing and ideal sensors.
 
-    Control steps are done at whole multiples of the period after power-up. The sensor is sampled
-    when the firmware starts its conversion. Keys, lines from a host or a display, a master's writes
-    and orders to a program act at once.
+    Control steps are done at whole multiples of a loop's period after power-up; those of the same
+    time in the order of the specification. Keys, lines from a host or a display, a master's writes
+    and orders to a program act at once. A fault of one loop switches all heaters off at once.
     """
 
     def __init__(self, controller: Controller) -> None:
-        """Power up.
+        """Power up."""
+        self._loops = {name: ModelledLoop(controller, name) for name in controller.loops}
+        self._latch = Latch(self._loops)
+        self._driven, self._feeds = _outputs(controller)
+        self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
+        self._master = self._master_of(controller)
+        self._display = self._display_of(controller)
+        keypads = [each for each in controller.interfaces if isinstance(each, LcdKeypad)]
+        self._keypad = keypads[0] if keypads else None
+        self._key: str | None = None
+
+    def _master_of(self, controller: Controller) -> Master | None:
+        if modbus_of(controller) is None:
+            return None
+        operators = {
+            name: loop.operator
+            for name, loop in self._loops.items()
+            if isinstance(loop.operator, SwitchedOperator)
+        }
+        return Master(controller, operators, self._latch.acknowledge)
+
+    def _display_of(self, controller: Controller) -> Display | None:
+        nextion = nextion_of(controller)
+        if nextion is None:
+            return None
+        operator = self._loops[nextion.loop].operator
+        return Display(controller, operator, self._latch.acknowledge)
+
+    def gains(self, loop: str) -> Gains | None:
+        """Return the gains of a loop now, if they can be changed.
 
         Raises:
-            ValueError: the controller has more than one loop.
+            KeyError: there is no such loop.
 
         """
-        if len(controller.loops) != 1:
-            message = "The reference device has one loop"
-            raise ValueError(message)
-        ((self._name, self._loop),) = controller.loops.items()
-        self._reference = Reference(controller, self._name)
-        self._sampler = Sampler(controller, self._loop)
-        self._driven, self._feeds = _outputs(controller)
-        self._operator = _operator(controller, self._name, self._reference)
-        self._master: Master | None = None
-        if modbus_of(controller) and isinstance(self._operator, SwitchedOperator):
-            self._master = Master(controller, self._name, self._operator, self._reference)
-        self._display = Display(controller, self._operator) if nextion_of(controller) else None
-        self._host = Host(controller, self._operator, self._reference, self._driven, self._feeds)
-        self._key: str | None = None
-        self._key_step_k = Single(_key_step_k(controller))
-        self._period_us = round(self._loop.period_s * SECOND_US)
-        self._step_us = self._period_us
-        self._felt_c = 0.0
-        self._ammeter = _ammeter(controller, self._loop.heater)
-        self._amperes = 0.0
-        self._rows: list[tuple[object, ...]] = []
-        self._points = controller.programs.points if controller.programs else 0
-
-    @property
-    def gains(self) -> Gains | None:
-        """The gains of the loop now, if they can be changed."""
-        return self._operator.gains
+        return self._loops[loop].operator.gains
 
     def sense(self, sensor: str, felt: float) -> None:
         """Give a sensor this temperature from now on, °C, or this current, A."""
-        if sensor == self._loop.sensor:
-            self._felt_c = felt
-        elif self._ammeter is not None and sensor == self._ammeter[0]:
-            self._amperes = felt
+        for loop in self._loops.values():
+            loop.sense(sensor, felt)
 
     def press(self, key: str | None) -> None:
         """Hold a key from now on."""
         pressed = key is not None and key != self._key
         self._key = key
-        if not pressed or (self._reference.fault_code and key != "select"):
+        if not pressed or self._keypad is None or (self._latch.code and key != "select"):
             return
+        operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
         if key == "up":
-            self._operator.change(self._key_step_k)
+            operator.change(step_k)
         elif key == "down":
-            self._operator.change(-self._key_step_k)
+            operator.change(-step_k)
         elif key == "left":
-            self._operator.key_off()
+            operator.key_off()
         elif key == "select":
-            self._operator.acknowledge()
+            self._latch.acknowledge()
 
     def send(self, line: str) -> None:
         """Send a line of G-code, or what a display sends; what is refused changes nothing.
@@ -108,6 +94,7 @@ class ReferenceDevice:
             self._display.send(line)
         else:
             self._host.send(line)
+            self._mind_fault()
 
     def program(self, order: Order, number: int = 0) -> None:
         """Give an order to the program; what the firmware would refuse changes nothing.
@@ -116,11 +103,12 @@ class ReferenceDevice:
             ValueError: the controller has no programs.
 
         """
-        operator = self._operator if isinstance(self._operator, ProgrammedOperator) else None
-        if operator is None:
-            message = "The specification has no programs"
-            raise ValueError(message)
-        operator.order(order, number)
+        for loop in self._loops.values():
+            if isinstance(loop.operator, ProgrammedOperator):
+                loop.operator.order(order, number)
+                return
+        message = "The specification has no programs"
+        raise ValueError(message)
 
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value; what the firmware would refuse changes nothing.
@@ -138,15 +126,13 @@ class ReferenceDevice:
     def advance(self, until_s: float) -> None:
         """Run to a time since power-up, s. What is due at that very time is done after it."""
         until_us = round(until_s * SECOND_US)
-        while True:
-            due_us = self._sampler.due_us(self._step_us)
-            if due_us >= until_us:
-                break
+        loops = self._loops.values()
+        while (due_us := min(loop.due_us for loop in loops)) < until_us:
             self._go(due_us)
-            if self._sampler.is_done:
-                self._do_step()
-            else:
-                self._sampler.look(self._felt_c)
+            for loop in loops:
+                while loop.due_us == due_us:
+                    if loop.do():
+                        self._after_step(loop)
         self._go(until_us)
 
     def on_fraction(self, output: str) -> float:
@@ -168,10 +154,7 @@ class ReferenceDevice:
             KeyError: there is no such loop.
 
         """
-        if loop != self._name:
-            raise KeyError(loop)
-        dtype = [("time_s", "f8"), *self._reference.members, *column_of(self._points)]
-        return np.array(self._rows, dtype=dtype)
+        return self._loops[loop].steps()
 
     def _go(self, to_us: int) -> None:
         for driven in self._driven.values():
@@ -179,40 +162,25 @@ class ReferenceDevice:
         for feed in self._feeds.values():
             feed.advance(to_us)
 
-    def _do_step(self) -> None:
-        status, raw = self._sampler.take()
-        orders = self._operator.orders
-        if self._ammeter is not None:
-            orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
-        record = self._reference.step(status, raw, self._operator.setpoint_c, orders=orders)
-        self._rows.append((self._step_us / SECOND_US, *record.values(), *self._loaded()))
-        self._driven[self._loop.heater].take(self._reference.output.counts)
-        if self._loop.cooler is not None:
-            self._driven[self._loop.cooler].set(FULL if self._reference.cooling else ZERO)
-        self._operator.after_step()
-        self._mind_feeds(float(record["temperature_c"]), valid=not status)
-        self._step_us += self._period_us
-
-    def _loaded(self) -> tuple[Cell, ...]:
-        """Return the copy of the program, for the log."""
-        run = self._reference.program
-        return () if run is None else (cell_of(run.copy, self._points),)
-
-    def _mind_feeds(self, temperature_c: float, *, valid: bool) -> None:
-        within_k = self._loop.ready_within_k or DEFAULT_READY_K
-        near = abs(temperature_c - float(self._operator.setpoint_c)) <= within_k
+    def _after_step(self, loop: ModelledLoop) -> None:
+        """Hand on what a step has decided."""
+        self._driven[loop.spec.heater].take(loop.reference.output.counts)
+        if loop.spec.cooler is not None:
+            self._driven[loop.spec.cooler].set(FULL if loop.reference.cooling else ZERO)
+        self._latch.take(loop)
+        self._mind_fault()
+        waited_for = [each for each in self._loops.values() if each.spec.ready_within_k]
         for feed in self._feeds.values():
-            if self._reference.fault_code:
-                feed.forget()
-            feed.may_run = self._operator.is_automatic and near and valid
+            feed.may_run = all(each.is_ready for each in waited_for)
 
-
-def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
-    if programmed(controller, name):
-        return ProgrammedOperator(controller, name, reference)
-    if switched(controller, name):
-        return SwitchedOperator(controller, name, reference)
-    return Operator(controller, name, reference)
+    def _mind_fault(self) -> None:
+        """Close the gate to all heaters, and stop all motors, while a fault is latched."""
+        if not self._latch.code:
+            return
+        for loop in self._loops.values():
+            self._driven[loop.spec.heater].take(0)
+        for feed in self._feeds.values():
+            feed.forget()
 
 
 def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]]:
@@ -223,20 +191,3 @@ def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]
         else:
             driven[name] = Driven(controller, name)
     return driven, feeds
-
-
-def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:
-    """Return the sensor of a heater's current, and its name; None if it is not measured."""
-    current = getattr(controller.outputs[heater], "current", None)
-    if current is None:
-        return None
-    sensor = controller.sensors[current.sensor]
-    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
-    return current.sensor, IdealSensor(sensor, controller.board)
-
-
-def _key_step_k(controller: Controller) -> float:
-    for interface in controller.interfaces:
-        if interface.kind == "lcd_keypad":
-            return interface.step_k
-    return 0.0

@@ -23,8 +23,10 @@ class Display:
     nothing here. What the firmware would refuse changes nothing either.
     """
 
-    def __init__(self, controller: Controller, operator: Operator) -> None:
-        """Serve the loop of an operator.
+    def __init__(
+        self, controller: Controller, operator: Operator, acknowledge: Callable[[], None]
+    ) -> None:
+        """Serve the loop of an operator; `acknowledge` is for the faults of every loop.
 
         Raises:
             TypeError: it is of a loop that cannot be switched.
@@ -33,7 +35,7 @@ class Display:
         if not isinstance(operator, SwitchedOperator):
             message = "A display needs a loop that is switched"
             raise TypeError(message)
-        self._does = _steering(operator)
+        self._does: Does = {**_steering(operator), 16: lambda _: acknowledge()}
         self._programs: ProgrammedOperator | None = None
         if isinstance(operator, ProgrammedOperator):
             self._programs = operator
@@ -76,7 +78,6 @@ def _steering(operator: SwitchedOperator) -> Does:
         4: operator.set_manual,
         5: lambda kp: operator.set_gains(kp, None, None),
         6: lambda ki: operator.set_gains(None, ki, None),
-        16: lambda _: operator.acknowledge(),
         19: lambda kd: operator.set_gains(None, None, kd),
         20: operator.set_critical,
     }

@@ -4,18 +4,22 @@ from collections.abc import Mapping
 
 from heatwright.sim.reference.driven import Driven
 from heatwright.sim.reference.feed import Feed
+from heatwright.sim.reference.latch import Latch
 from heatwright.sim.reference.line import Line, parsed
-from heatwright.sim.reference.loop import Reference
+from heatwright.sim.reference.modelled_loop import ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.operator import Operator
 from heatwright.spec import Controller, gcode_of
 
 FAN_FULL = 255
 """What hosts write for a fan at full speed."""
-HEAT = {"B": ("M140", "M190"), "C": ("M141", "M191")}
-GAINS = {"B": "M304", "C": "M309"}
-TUNED = {"B": -1, "C": -2}
-"""By what the host calls a loop; all that have another name are tools."""
+HEAT = {"M104", "M140", "M141"}
+WAIT = {"M109", "M190", "M191"}
+GAINS = {"M301", "M304", "M309"}
+OWN = {"M140": "B", "M190": "B", "M304": "B", "M141": "C", "M191": "C", "M309": "C"}
+"""Commands that are for bed and chamber; the others are for a tool."""
+TUNED = {-1: "B", -2: "C"}
+"""What M303 calls them."""
 FEED_COMMANDS = {"G0", "G1", "G92", "M82", "M83", "M410"}
 
 
@@ -25,17 +29,17 @@ class Host:
     def __init__(
         self,
         controller: Controller,
-        operator: Operator,
-        reference: Reference,
+        loops: Mapping[str, ModelledLoop],
+        latch: Latch,
         driven: Mapping[str, Driven],
         feeds: Mapping[str, Feed],
     ) -> None:
         """Find what the host serves."""
         gcode = gcode_of(controller)
-        (self._address,) = gcode.loops if gcode else ("",)
-        self._served = gcode is not None
-        self._operator = operator
-        self._reference = reference
+        self._latch = latch
+        served = gcode.loops if gcode else {}
+        self._served = {address: loops[name].operator for address, name in served.items()}
+        self._active = min((each for each in served if each.startswith("T")), default="")
         fans = gcode.fans if gcode else {}
         self._fans = {address: driven[name] for address, name in fans.items()}
         self._feeds = tuple(feeds[name] for name in gcode.steppers.values()) if gcode else ()
@@ -56,42 +60,54 @@ class Host:
         elif line.command in FEED_COMMANDS:
             for feed in self._feeds:
                 feed.command(line.command, line.number("E"), line.number("F"))
+        elif line.command in self._served:
+            self._active = line.command
+        elif line.command == "M112":
+            self._latch.stop()
+        elif line.command == "M999":
+            self._latch.acknowledge()
+        elif line.command == "M108":
+            for operator in self._served.values():
+                operator.stop_tuning()
         else:
             self._order(line)
 
     def _set_fan(self, line: Line) -> None:
-        fan = self._fans.get(f"P{int(line.number('P') or 0)}")
-        if fan is None:
-            return
-        speed = line.number("S")
+        number, speed = line.number("P"), line.number("S")
+        addresses = [min(self._fans, default="")] if number is None else [f"P{int(number)}"]
         percent = FULL if speed is None else Single(speed) * FULL / Single(FAN_FULL)
-        fan.set(ZERO if line.command == "M107" else min(percent, FULL))
+        if line.command == "M107":
+            addresses, percent = (list(self._fans) if number is None else addresses), ZERO
+        for address in addresses:
+            if address in self._fans:
+                self._fans[address].set(min(percent, FULL))
 
     def _order(self, line: Line) -> None:
-        if line.command in HEAT.get(self._address, ("M104", "M109")):
-            self._heat(line)
-        elif line.command == GAINS.get(self._address, "M301"):
-            self._operator.set_gains(line.number("P"), line.number("I"), line.number("D"))
-        elif line.command == "M303" and self._is_tuned(line):
+        operator = self._served.get(self._address(line))
+        if operator is None:
+            return
+        if line.command in HEAT | WAIT:
+            _heat(operator, line)
+        elif line.command in GAINS:
+            operator.set_gains(line.number("P"), line.number("I"), line.number("D"))
+        elif line.command == "M303":
             cycles = line.number("C")
-            target_c = line.number("S") or 0.0
-            self._operator.tune(target_c, None if cycles is None else int(cycles))
-        elif line.command == "M108":
-            self._operator.stop_tuning()
-        elif line.command == "M112":
-            self._reference.stop()
-        elif line.command == "M999":
-            self._operator.acknowledge()
+            operator.tune(line.number("S") or 0.0, None if cycles is None else int(cycles))
 
-    def _is_tuned(self, line: Line) -> bool:
-        """Whether the loop is meant: a tool by any number, for it is the only one."""
-        named = line.number("E")
-        return named == TUNED[self._address] if self._address in TUNED else named not in (-1, -2)
+    def _address(self, line: Line) -> str:
+        """Return what the host calls the loop: a tool is named as T or as E, or the active one."""
+        number = line.number("E") if line.number("T") is None else line.number("T")
+        if line.command in OWN:
+            return OWN[line.command]
+        if number is None:
+            return self._active
+        return TUNED.get(int(number), "") if number < 0 else f"T{int(number)}"
 
-    def _heat(self, line: Line) -> None:
-        waits = line.command in ("M109", "M190", "M191")
-        target_c = line.number("R" if waits and "R" in line.words else "S")
-        if target_c is not None:
-            self._operator.set(target_c)
-        elif "D" in line.words and not waits:
-            self._operator.set_manual(line.number("D"))
+
+def _heat(operator: Operator, line: Line) -> None:
+    waits = line.command in WAIT
+    target_c = line.number("R" if waits and "R" in line.words else "S")
+    if target_c is not None:
+        operator.set(target_c)
+    elif "D" in line.words and not waits:
+        operator.set_manual(line.number("D"))

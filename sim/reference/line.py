@@ -10,7 +10,7 @@ class Line(NamedTuple):
     """A command and its words."""
 
     command: str
-    """As in `M104`."""
+    """As in `M104`, or `T1`."""
     words: dict[str, float | None]
     """Letter to number; None where there is none."""
 
@@ -28,7 +28,7 @@ def parsed(text: str) -> Line:
     """
     plain = text.split(";", maxsplit=1)[0].split("*", maxsplit=1)[0].upper()
     words = [(letter, number) for letter, number in _WORD.findall(plain) if letter != "N"]
-    if not words or words[0][0] not in "GM" or not words[0][1]:
+    if not words or words[0][0] not in "GMT" or not words[0][1]:
         message = f"{text!r} has no command"
         raise ValueError(message)
     (letter, code), *rest = words

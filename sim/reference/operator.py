@@ -126,6 +126,9 @@ class Operator:
         if tuner.result == DONE:
             self.gains = tuner.gains
 
+    def see_fault(self) -> None:
+        """Take notice of a new fault; what is commanded here shows in the latch itself."""
+
     def _may(self, setpoint_c: Single) -> bool:
         if setpoint_c == ZERO:
             return True

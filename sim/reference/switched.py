@@ -113,10 +113,14 @@ class SwitchedOperator(Operator):
         self._had_fault = False
 
     def after_step(self) -> None:
-        """Take over what a tuning has come to; a new fault asks for another release."""
+        """Take over what a tuning has come to, and a new fault."""
         self._was_on = bool(self.orders.enabled)
         self._off_is_due = False
         super().after_step()
+        self.see_fault()
+
+    def see_fault(self) -> None:
+        """Ask for another release, whichever loop a new fault is of."""
         has_fault = bool(self._reference.fault_code)
         if has_fault and not self._had_fault:
             self._released = False

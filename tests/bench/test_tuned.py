@@ -24,7 +24,7 @@ def test_on_any_machine_the_loop_is_robust(name, capacity, resistance):
     assert found.log["autotune.result"].max() == DONE
     assert set(found.log["fault.code"]) == {0}
     assert found.log["temperature_c"].max() < TARGETS[name] + 20
-    assert_margins(found.controller, found.device.gains)
+    assert_margins(found.controller, found.device.gains(LOOP))
 
 
 # ---- the binaries, tuned by their host ----

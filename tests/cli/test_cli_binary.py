@@ -32,7 +32,7 @@ CLOSED_LOOP = {
     "loads": [None],
 }  # fmt: skip
 FAULT = {
-    "fault": str, "calm": bool, "rule": str | None, "counting": [str],
+    "fault": str, "loop": str, "calm": bool, "rule": str | None, "counting": [str],
     "tripped_after_s": NUMBER | None, "allowed_s": NUMBER | None,
     "heater_off_after_s": NUMBER | None,
     "peak": NUMBER, "passed": bool, "detail": str,
@@ -184,7 +184,7 @@ def test_a_short_scenario_is_drawn_out_a_long_one_stays(length_s: float, drawn_s
 
 
 GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")
-GOOD_FAULT = FaultResult("unplugged", False, "sensor_no_answer", (), 4.9, 6.0, 0.9, 65)
+GOOD_FAULT = FaultResult("unplugged", "air", False, "sensor_no_answer", (), 4.9, 6.0, 0.9, 65)
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from heatwright.generator.toolchain.result import sizes
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
-from heatwright.sim.replay import replay
+from heatwright.sim.replay import replay_all
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
 from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.least import Least, fits, least
@@ -136,17 +136,11 @@ def assert_it_compiles_and_runs(drawn: Drawn) -> None:
 
 
 def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Drawn) -> None:
-    """To a fault of another loop it is held no longer: that stops this one, and is no input."""
     logs = bench(controller, AvrDevice(controller, elf)).steps
-    for loop, whole_log in logs.items():
-        others = [log for name, log in logs.items() if name != loop]
-        stops = [t for log in others for t in log["time_s"][log["fault.code"] > 0]]
-        stops_s = min(stops, default=1e9)
-        log = whole_log[whole_log["time_s"] < stops_s]
-        if len(log):  # a period may be longer than the scenario
-            result = replay(controller, log, loop)
-            assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
-            assert result.restored == (), (loop, drawn)
+    logs = {name: log for name, log in logs.items() if len(log)}  # a period may be long
+    for loop, result in replay_all(controller, logs).items():
+        assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
+        assert result.restored == (), (loop, drawn)
 
 
 def project_flags(ini: str) -> list[str]:

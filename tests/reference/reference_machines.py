@@ -112,7 +112,7 @@ class Kiln(Player):
         return self.operator.order(order, number)
 
     def said(self, *words: str) -> None:
-        Display(self.controller, self.operator).send(" ".join(words))
+        Display(self.controller, self.operator, self.operator.acknowledge).send(" ".join(words))
 
     def start(self, number: int = 1, temperature_c: float = 20.0) -> Record:
         assert self.order("start", number)
@@ -238,7 +238,9 @@ class Nozzle(Player):
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
         self.operator = SwitchedOperator(self.controller, "nozzle", self.reference)
-        self.write = Master(self.controller, "nozzle", self.operator, self.reference).write
+        self.write = Master(
+            self.controller, {"nozzle": self.operator}, self.operator.acknowledge
+        ).write
         self.operated = False
         """Whether its operator and master command it, and not `enabled` and the setpoint."""
         self.enabled = 1

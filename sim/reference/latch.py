@@ -1,0 +1,37 @@
+"""The controller's one fault latch: the first fault of any loop stops all of them."""
+
+from collections.abc import Mapping
+
+from heatwright.sim.reference.loop import EMERGENCY_STOP
+from heatwright.sim.reference.modelled_loop import ModelledLoop
+from heatwright.sim.reference.numbers import ZERO
+
+
+class Latch:
+    """What the models of all loops know of the fault, held equal."""
+
+    def __init__(self, loops: Mapping[str, ModelledLoop]) -> None:
+        """Begin without a fault."""
+        self._loops = tuple(loops.values())
+
+    @property
+    def code(self) -> int:
+        """The fault; 0 if there is none."""
+        return self._loops[0].reference.fault_code
+
+    def take(self, loop: ModelledLoop) -> None:
+        """Let all loops know of a fault that one has found in its step."""
+        found = loop.reference
+        if found.fault_code:
+            for other in self._loops:
+                other.take_fault(found.fault_code, found.fault_temperature_c, loop.step_s)
+
+    def stop(self) -> None:
+        """Stop at the operator's command, unless a fault is latched already."""
+        for loop in self._loops:
+            loop.take_fault(EMERGENCY_STOP, ZERO)
+
+    def acknowledge(self) -> None:
+        """Let the operator acknowledge the fault, if there is one."""
+        for loop in self._loops:
+            loop.operator.acknowledge()

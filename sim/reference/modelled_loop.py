@@ -1,0 +1,120 @@
+"""One loop of the reference device: its sensor, its operator, its model and its steps."""
+
+import numpy as np
+
+from heatwright.sim.reference.copies import Cell, cell_of, column_of
+from heatwright.sim.reference.current import IdealSensor
+from heatwright.sim.reference.loop import Reference
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.operator import Operator
+from heatwright.sim.reference.programmed import ProgrammedOperator
+from heatwright.sim.reference.sampling import Sampler
+from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Controller, CurrentSensor, programmed, switched
+
+SECOND_US = 1_000_000
+DEFAULT_READY_K = 1.0
+
+
+class ModelledLoop:
+    """A loop with an ideal sensor, which does its control steps at whole multiples of its period.
+
+    The sensor is sampled when the firmware starts its conversion.
+    """
+
+    def __init__(self, controller: Controller, name: str) -> None:
+        """Power up."""
+        self.spec = controller.loops[name]
+        self.reference = Reference(controller, name)
+        self.operator = _operator(controller, name, self.reference)
+        self.is_ready = False
+        """Whether the last step found the temperature near enough to the setpoint."""
+        self._sampler = Sampler(controller, self.spec)
+        self._felt_c = 0.0
+        self._ammeter = _ammeter(controller, self.spec.heater)
+        self._amperes = 0.0
+        self._period_us = round(self.spec.period_s * SECOND_US)
+        self._step_us = self._period_us
+        self._rows: list[tuple[object, ...]] = []
+        programs = controller.programs
+        self._points = programs.points if programs and programmed(controller, name) else 0
+
+    def sense(self, sensor: str, felt: float) -> None:
+        """Give a sensor this temperature from now on, °C, or this current, A."""
+        if sensor == self.spec.sensor:
+            self._felt_c = felt
+        elif self._ammeter is not None and sensor == self._ammeter[0]:
+            self._amperes = felt
+
+    @property
+    def due_us(self) -> int:
+        """When there is something to do next: a look at the sensor, or a step."""
+        return self._sampler.due_us(self._step_us)
+
+    def do(self) -> bool:
+        """Do what is due; tell whether it was a step."""
+        if not self._sampler.is_done:
+            self._sampler.look(self._felt_c)
+            return False
+        status, raw = self._sampler.take()
+        orders = self.operator.orders
+        if self._ammeter is not None:
+            orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
+        record = self.reference.step(status, raw, self.operator.setpoint_c, orders=orders)
+        self._rows.append((self._step_us / SECOND_US, *record.values(), *self._loaded()))
+        self.operator.after_step()
+        within_k = self.spec.ready_within_k or DEFAULT_READY_K
+        error_k = float(record["temperature_c"]) - float(self.operator.setpoint_c)
+        self.is_ready = self.operator.is_automatic and abs(error_k) <= within_k and not status
+        self._step_us += self._period_us
+        return True
+
+    def take_fault(self, code: int, temperature_c: Single, with_step_s: float = 0.0) -> None:
+        """Stop for a fault that was latched outside of this loop's steps.
+
+        One of another loop's step at the same time shows in the row of this loop's step, too.
+        """
+        if self.reference.fault_code:
+            return
+        self.reference.restore(code, temperature_c)
+        self.operator.see_fault()
+        if self._rows and self._rows[-1][0] == with_step_s:
+            names = ["time_s", *dict(self.reference.members)]
+            said = {"fault.code": code, "fault.temperature_c": temperature_c}
+            row = self._rows[-1]
+            at = {names.index(name): value for name, value in said.items()}
+            self._rows[-1] = tuple(at.get(place, value) for place, value in enumerate(row))
+
+    @property
+    def step_s(self) -> float:
+        """Time of the last step, s."""
+        return (self._step_us - self._period_us) / SECOND_US
+
+    def steps(self) -> StepLog:
+        """Return a row for every control step so far."""
+        dtype = [("time_s", "f8"), *self.reference.members, *column_of(self._points)]
+        return np.array(self._rows, dtype=dtype)
+
+    def _loaded(self) -> tuple[Cell, ...]:
+        """Return the copy of the program, for the log."""
+        run = self.reference.program
+        return () if run is None else (cell_of(run.copy, self._points),)
+
+
+def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
+    if programmed(controller, name):
+        return ProgrammedOperator(controller, name, reference)
+    if switched(controller, name):
+        return SwitchedOperator(controller, name, reference)
+    return Operator(controller, name, reference)
+
+
+def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:
+    """Return the sensor of a heater's current, and its name; None if it is not measured."""
+    current = getattr(controller.outputs[heater], "current", None)
+    if current is None:
+        return None
+    sensor = controller.sensors[current.sensor]
+    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
+    return current.sensor, IdealSensor(sensor, controller.board)

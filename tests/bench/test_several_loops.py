@@ -1,0 +1,103 @@
+"""Several loops: the model of all of them does, bit for bit, what the binary does."""
+
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from machines import course
+from rig.avr import whole
+from rig.controllers import LENGTH_S, drawings
+from rig.specs import controller_of
+from suite import SEED, amount
+
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.replay import replay_all
+
+TOOLS = (Path(__file__).parent / "several_loops.yaml").read_text("utf-8")
+SPECS = {"barrel": "barrel", "tools": TOOLS}
+FELT = {"barrel": {"barrel": 20.0, "die": 20.0}, "tools": {"near": 25.0, "middle": 25.0, "far": 25}}
+DONE = {
+    # What a sensor feels from a time on, and what is written or sent then.
+    "barrel": (
+        (2.3, {"barrel.setpoint": 200.0, "barrel.enabled": True, "die.enabled": True}),
+        (5.3, ("barrel", 24.0)), (8.3, ("die", 23.0)),
+        (10.3, ("die", 60.0)),  # a jump, which ends the heating of both
+        (13.6, {"acknowledge": True}), (14.6, {"barrel.enabled": True}),
+        (18.6, {"die.setpoint": 150.0}), (21.6, {"barrel.kp": 3.0, "die.ki": 0.5}),
+        (24.4, {"die.enabled": True, "barrel.enabled": False}),
+    ),
+    "tools": (
+        (1.23, "M104 S40"), (2.23, "M104 T1 S60"), (3.23, "T1"), (4.23, "M104 S50"),
+        (5.23, "M104 E2 S45"), (6.23, "M301 P3"), (7.23, "M301 T0 I0.1 D5"), (8.23, "T7"),
+        (9.23, "M104 T7 S90"), (10.23, "M104 D20"), (11.23, "M104 T2 D20"),
+        (12.23, ("far", 28.0)), (13.73, ("middle", 60.0)),  # a jump, again
+        (15.23, "M104 T2 S45"), (17.23, "M999"), (19.23, "M104 T2 S45"),
+        (23.23, "T0"), (24.23, "M104 S40"), (26.26, "M112"), (27.23, "M999"),
+    ),
+}  # fmt: skip
+END_S = 30.3
+
+
+def driven(device, name):
+    """Let a device do what DONE has, without a machine: its logs."""
+    for sensor, felt in FELT[name].items():
+        device.sense(sensor, felt)
+    for time_s, what in DONE[name]:
+        device.advance(time_s)
+        if isinstance(what, dict):
+            for value in what.items():
+                device.write(*value)
+        elif isinstance(what, tuple):
+            device.sense(*what)
+        else:
+            device.send(what)
+    device.advance(END_S)
+    return {loop: device.steps(loop) for loop in controller_of(SPECS[name]).loops}
+
+
+@cache
+def modelled(name):
+    return driven(ReferenceDevice(controller_of(SPECS[name])), name)
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_the_model_of_all_loops_does_what_the_binary_does(name):
+    logs = driven(AvrDevice(controller_of(SPECS[name]), whole(SPECS[name])), name)
+    for loop, expected in modelled(name).items():
+        found = logs[loop]
+        assert len(found) == len(expected)
+        for member in set(expected.dtype.names) - {"time_s"}:
+            differ = np.flatnonzero(
+                found[member].copy().view("u1") != expected[member].copy().view("u1")
+            )
+            assert not len(differ), f"{loop}: {member} in step {differ[0]}"
+
+
+def test_a_fault_of_one_stops_all_and_each_goes_on_by_itself():
+    logs = modelled("barrel")
+    assert course(logs["barrel"], "fault.code", "enabled") == [
+        (0, 0), (0, 1), (8, 1), (0, 0), (0, 1), (0, 0),
+    ]  # fmt: skip
+    assert course(logs["die"], "fault.code", "enabled") == [
+        (0, 0), (0, 1), (8, 1), (0, 0), (0, 1),
+    ]  # fmt: skip
+    near, middle, far = modelled("tools").values()
+    assert course(near, "setpoint_c", "fault.code")[-4:] == [(0, 0), (40, 0), (40, 19), (0, 0)]
+    assert course(middle, "setpoint_c", "mode") == [(0, 0), (60, 0), (50, 0), (50, 1), (0, 0)]
+    assert set(far["setpoint_c"]) == {0, 45}
+
+
+@pytest.mark.parametrize("number", range(amount("drawn_models")))
+def test_any_number_of_loops_is_modelled(number):
+    """The faults of each stop the others, as the replay of a binary has it."""
+    random = Random(f"models {SEED} {number}")  # noqa: S311 - no secret
+    drawn = next(each for each in drawings(random, (2, 3)) if each.spec.controller.simulation)
+    controller = drawn.spec.controller
+    logs = bench(controller, ReferenceDevice(controller)).steps
+    for name, log in logs.items():
+        assert abs(len(log) - LENGTH_S / controller.loops[name].period_s) <= 1, drawn
+    found = replay_all(controller, {name: log for name, log in logs.items() if len(log)})
+    assert [each.first for each in found.values() if each.mismatches or each.restored] == [], drawn
