@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import cycle
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -11,19 +10,19 @@ from matplotlib.figure import Figure
 
 from heatwright.sim.plot_data import (
     FAULT,
-    NODES,
-    READING,
-    SETPOINT,
+    Look,
     TimeAxis,
+    all_faults,
     asked_of,
     band_k,
     closer,
     deviation_k,
     fault_label,
-    faults,
     followed,
     key_presses,
     label_rows,
+    looks_of,
+    node_colours,
     runs_program,
     time_axis,
     with_reading,
@@ -48,50 +47,66 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
-    """Draw a run: all temperatures, then for each loop its setpoint closer and its duty."""
-    loops = tuple(controller.loops)
-    heights = [1.5] + [1.0, 0.6] * len(loops)
+    """Draw a run: all temperatures, then for each loop its setpoint closer and its duty.
+
+    The legend beside the first panel is for all of them.
+    """
+    looks = looks_of(controller.loops)
+    heights = [1.5] + [1.0, 0.6] * len(looks)
     figure = Figure(figsize=(WIDTH_IN, PANEL_IN * sum(heights)), layout="constrained")
     panels: Sequence[Axes] = figure.subplots(
         len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights}
     )
     time = time_axis(trace.duration_s)
-    _temperatures(panels[0], trace, controller, time)
-    for number, loop in enumerate(loops):
-        _closer(panels[1 + 2 * number], trace.steps[loop], loop, time)
-        _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop], time)
+    _temperatures(panels[0], trace, controller, looks, time)
+    for number, (loop, look) in enumerate(looks.items()):
+        _closer(panels[1 + 2 * number], trace.steps[loop], loop, look, time)
+        _duty(panels[2 + 2 * number], trace.steps[loop], controller.loops[loop], look, time)
     for panel in panels:
         dress(panel)
         _mark_faults(panel, trace, time)
+    _legend(panels)
     panels[0].set_xlim(0, trace.duration_s / time.seconds)
     panels[-1].set_xlabel(f"time [{time.unit}]")
     panels[0].set_title(title, loc="left", fontweight="bold", parse_math=False)
     return figure
 
 
-def _temperatures(panel: Axes, trace: Trace, controller: Controller, time: TimeAxis) -> None:
-    for colour, (node, series) in zip(cycle(NODES), trace.temperatures_c.items(), strict=False):
-        panel.plot(time(trace.times_s), series, color=colour, lw=1.2, label=node)
+def _temperatures(
+    panel: Axes, trace: Trace, controller: Controller, looks: Mapping[str, Look], time: TimeAxis
+) -> None:
+    colours = node_colours(controller, trace.temperatures_c, looks)
+    several = len(looks) > 1
+    for node, series in trace.temperatures_c.items():
+        panel.plot(
+            time(trace.times_s), series, color=colours[node], label=node,
+            lw=0.9 if several else 1.2, ls=":" if several else "-",
+        )  # fmt: skip
     for loop, log in trace.steps.items():
-        _readings(panel, log, f"{controller.loops[loop].sensor} reading", time)
+        _readings(panel, log, f"{controller.loops[loop].sensor} reading", looks[loop], time)
     _label_keys(panel, trace, time)
     panel.set_ylabel("temperature [°C]")
-    panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
-def _readings(panel: Axes, log: StepLog, label: str, time: TimeAxis) -> None:
+def _legend(panels: Sequence[Axes]) -> None:
+    """Write one legend for what all panels show."""
+    shown = [zip(*panel.get_legend_handles_labels(), strict=True) for panel in panels]
+    by_label = {label: handle for each in shown for handle, label in each}
+    panels[0].legend(
+        by_label.values(), by_label.keys(),
+        loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False,
+    )  # fmt: skip
+
+
+def _readings(panel: Axes, log: StepLog, label: str, look: Look, time: TimeAxis) -> None:
     seen = with_reading(log)
     panel.step(
-        time(seen["time_s"]),
-        seen["temperature_c"],
-        where="post",
-        color=READING,
-        lw=1.4,
+        time(seen["time_s"]), seen["temperature_c"], where="post", color=look.reading, lw=1.4,
         label=label,
-    )
+    )  # fmt: skip
     panel.step(
-        time(log["time_s"]), log["setpoint_c"], where="post", color=SETPOINT, lw=1.0, ls="--",
-        label="setpoint",
+        time(log["time_s"]), log["setpoint_c"], where="post", color=look.setpoint, lw=1.0, ls="--",
+        label=f"{look.prefix}setpoint",
     )  # fmt: skip
 
 
@@ -121,34 +136,35 @@ def _label(
             )  # fmt: skip
 
 
-def _closer(panel: Axes, log: StepLog, loop: str, time: TimeAxis) -> None:
+def _closer(panel: Axes, log: StepLog, loop: str, look: Look, time: TimeAxis) -> None:
     """Show the readings around the last setpoint, or about that of a program all the way."""
     if runs_program(log):
         seen = followed(log)
-        panel.axhline(0.0, color=SETPOINT, lw=1.0, ls="--")
-        panel.step(time(seen["time_s"]), deviation_k(seen), where="post", color=READING, lw=1.0)
+        panel.axhline(0.0, color=look.setpoint, lw=1.0, ls="--")
+        panel.step(
+            time(seen["time_s"]), deviation_k(seen), where="post", color=look.reading, lw=1.0
+        )
         panel.set_ylim(*band_k(log))
         panel.set_ylabel(f"{loop} − setpoint [K]")
         return
-    _readings(panel, log, "reading", time)
+    _readings(panel, log, "", look, time)
     panel.set_ylim(*closer(log))
     panel.set_ylabel(f"{loop}, closer [°C]")
 
 
-def _duty(panel: Axes, log: StepLog, loop: Loop, time: TimeAxis) -> None:
+def _duty(panel: Axes, log: StepLog, loop: Loop, look: Look, time: TimeAxis) -> None:
     """Show what is asked of the heater and, where there is one, of the cooler."""
-    for name, (percent, colour) in asked_of(log, loop).items():
+    for name, (percent, colour) in asked_of(log, loop, look).items():
         panel.fill_between(
-            time(log["time_s"]), percent, step="post", color=colour, alpha=0.8, lw=0, label=name
-        )
+            time(log["time_s"]), percent, step="post", color=colour, alpha=0.8, lw=0,
+            label=name if loop.cooler else None,
+        )  # fmt: skip
     panel.set_ylim(0, 105)
     panel.set_ylabel(f"{loop.heater} [%]" if loop.cooler is None else "duty [%]")
-    if loop.cooler is not None:
-        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
 def _mark_faults(panel: Axes, trace: Trace, time: TimeAxis) -> None:
-    tripped = sorted(fault for log in trace.steps.values() for fault in faults(log))
+    tripped = all_faults(trace)
     for time_s, _ in tripped:
         panel.axvline(time_s / time.seconds, color=FAULT, lw=1.2)
     labels = [(time_s, fault_label(code)) for time_s, code in tripped]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.metrics import response_of
+from heatwright.sim.plants import nodes_of
 from heatwright.sim.reference.program_state import RUNNING
 from heatwright.sim.scenario import PRESS_S
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
-from heatwright.spec import Loop
+from heatwright.spec import Controller, Loop
 from heatwright.spec.rules import RULES
 
 NODES = ("#e69f00", "#009e73", "#56b4e9", "#cc79a7", "#b0a000", "#7f7f7f")
@@ -22,7 +23,11 @@ SETPOINT = "#202020"
 HEAT = "#d55e00"
 COOL = "#56b4e9"
 FAULT = "#c00000"
-"""Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008)."""
+SHARED = "#909090"
+LOOPS = (READING, "#d55e00", "#009e73", "#cc79a7", "#b0a000", "#56b4e9")
+"""Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008).
+
+LOOPS are those of several loops: each has all its curves in its own."""
 
 LEAST_ZOOM_K = 0.5
 """Half of the least height of the closer look: eight steps of a 12 bit sensor."""
@@ -44,6 +49,42 @@ TIME_UNITS = (("h", 3600.0, 3 * 3600.0), ("min", 60.0, 300.0), ("s", 1.0, 0.0))
 
 Tripped = tuple[float, int]
 """Time, s, and code of a fault."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Colours of a loop's curves, and what its name adds to theirs."""
+
+    reading: str = READING
+    setpoint: str = SETPOINT
+    heat: str = HEAT
+    cool: str = COOL
+    prefix: str = ""
+
+
+def looks_of(loops: Iterable[str]) -> dict[str, Look]:
+    """Choose how each loop of a machine is drawn: several by their colours, one by its curves'."""
+    names = tuple(loops)
+    if len(names) == 1:
+        return {names[0]: Look()}
+    return {
+        name: Look(colour, colour, colour, COOL, f"{name} ")
+        for name, colour in zip(names, cycle(LOOPS), strict=False)
+    }
+
+
+def node_colours(
+    controller: Controller, nodes: Iterable[str], looks: Mapping[str, Look]
+) -> dict[str, str]:
+    """Choose a colour for each node: of several loops the loop's, grey for what is no one's own."""
+    if len(looks) == 1 or controller.simulation is None:
+        return dict(zip(nodes, cycle(NODES), strict=False))
+    own = nodes_of(controller, controller.simulation.plant)
+    owners = {node: [name for name in own if node in own[name]] for node in nodes}
+    return {
+        node: looks[names[0]].reading if len(names) == 1 else SHARED
+        for node, names in owners.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -69,6 +110,23 @@ def faults(log: StepLog) -> tuple[Tripped, ...]:
     codes = log["fault.code"].astype(int)
     risen = np.flatnonzero((codes != 0) & (np.diff(codes, prepend=0) != 0))
     return tuple((float(log["time_s"][row]), int(codes[row])) for row in risen)
+
+
+def all_faults(trace: Trace) -> tuple[Tripped, ...]:
+    """Return when faults tripped in a run, and their codes.
+
+    There is one latch: all loops see a fault, each with its next step.
+    """
+    found: list[Tripped] = []
+    seen = sorted(
+        (time_s, code, float(np.diff(log["time_s"]).max(initial=0.0)))
+        for log in trace.steps.values()
+        for time_s, code in faults(log)
+    )
+    for time_s, code, gap_s in seen:
+        if not any(code == other and time_s - first_s <= gap_s for first_s, other in found):
+            found.append((time_s, code))
+    return tuple(found)
 
 
 def key_presses(trace: Trace) -> list[tuple[float, str]]:
@@ -117,11 +175,11 @@ def label_rows(
     return found
 
 
-def asked_of(log: StepLog, loop: Loop) -> dict[str, tuple[Series, str]]:
+def asked_of(log: StepLog, loop: Loop, look: Look) -> dict[str, tuple[Series, str]]:
     """Return what each step asked of the heater and of the cooler, %, and their colours."""
-    asked: dict[str, tuple[Series, str]] = {loop.heater: (log["duty_percent"], HEAT)}
+    asked: dict[str, tuple[Series, str]] = {loop.heater: (log["duty_percent"], look.heat)}
     if loop.cooler is not None:
-        asked[loop.cooler] = (100.0 * log["cooling"], COOL)
+        asked[loop.cooler] = (100.0 * log["cooling"], look.cool)
     return asked
 
 

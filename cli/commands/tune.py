@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -15,7 +15,9 @@ from heatwright.cli.targets import check_target, whole
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from heatwright.cli.talk import Talk
     from heatwright.cli.tune.methods import Failed, Judged, Task, Tried
+    from heatwright.cli.tune.task import Job, Plan
     from heatwright.spec import Spec
 
 METHODS = ("relay", "simc", "lambda")
@@ -28,6 +30,7 @@ PICTURES = (".png", ".svg")
         "heatwright tune extruder.yaml",
         "heatwright tune oven.yaml --method simc --at 60C --plot oven.png",
         "heatwright tune oven.yaml --method lambda --lambda 30s",
+        "heatwright tune barrel.yaml --loop die",
     ),
 )
 @spec_argument
@@ -38,7 +41,13 @@ PICTURES = (".png", ".svg")
     multiple=True,
     help="Only this method; can be given several times. By default all that the spec allows.",
 )
-@click.option("--loop", help="The loop to tune; by default the first.")
+@click.option(
+    "--loop",
+    "loops",
+    metavar="NAME",
+    multiple=True,
+    help="Only this loop; can be given several times. By default one after the other.",
+)
 @click.option("--at", "at_c", type=Amount("TEMPERATURE"), help="Tune at this temperature.")
 @click.option(
     "--lambda", "lambda_s", type=Amount("DURATION"), help="Closed loop's time constant for lambda."
@@ -51,7 +60,7 @@ PICTURES = (".png", ".svg")
 def command(  # noqa: PLR0913, PLR0917 - one for each option
     spec: Path,
     asked: tuple[str, ...],
-    loop: str | None,
+    loops: tuple[str, ...],
     at_c: float | None,
     lambda_s: float | None,
     tauc_s: float | None,
@@ -63,90 +72,107 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     relay is the experiment that the firmware does by command, here on the simulated machine; simc
     and lambda are rules for the machine's model. Each is judged by the margins of the sampled loop
     and tried from cold on the bench, beside the spec's own gains. The gains of the first method are
-    printed as YAML to paste. The exit status is 1 if it found none.
+    printed as YAML to paste. The exit status is 1 if it found none. Of several loops one is tuned
+    after the other, each while the others are as after the power-up.
     """
     check_target(plot, PICTURES)
     for name, value in (("--lambda", lambda_s), ("--tauc", tauc_s)):
         if value is not None and value <= 0:
             raise Refused(f"{name}: must be above 0.")
     from heatwright.cli.talk import talk  # noqa: PLC0415
-    from heatwright.cli.tune.methods import Judged, find, try_all  # noqa: PLC0415
-    from heatwright.cli.tune.task import methods_of, task_of  # noqa: PLC0415
+    from heatwright.cli.tune.task import plan_of  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
-    task = task_of(loaded, loop, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s)
-    methods = methods_of(task, asked, METHODS)
+    plan = plan_of(
+        loaded, loops, asked, METHODS, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s
+    )  # fmt: skip
     with talk() as shown:
-        rows = find(task, methods, shown)
-        good = [row for row in rows if isinstance(row, Judged)]
-        tried = try_all(task, good, shown)
-    first = methods[0] if not asked else next(each for each in asked if each in methods)
-    chosen = next((row for row in good if row.method == first), None)
+        found = [_tuned(job, shown) for job in plan.jobs]
     if plot is not None:
-        _draw(task, good, tried, plot)
+        _draw(found, plot)
     if as_json:
-        _print_json(spec, loaded, task, rows, tried, chosen)
+        _print_json(spec, loaded, found, plan)
     else:
-        _print(task, rows, tried, chosen, plot)
-    return Status.DONE if chosen is not None else Status.FAILED
+        _print(found, plan, plot)
+    return Status.FAILED if any(each.chosen is None for each in found) else Status.DONE
 
 
-def _print(
-    task: Task,
-    rows: Sequence[Judged | Failed],
-    tried: Mapping[str, Tried],
-    chosen: Judged | None,
-    plot: Path | None,
-) -> None:
+class _Tuned(NamedTuple):
+    """What was found for a loop."""
+
+    task: Task
+    rows: Sequence[Judged | Failed]
+    good: Sequence[Judged]
+    tried: Mapping[str, Tried]
+    chosen: Judged | None
+
+
+def _tuned(job: Job, shown: Talk) -> _Tuned:
+    from heatwright.cli.tune.methods import Judged, find, try_all  # noqa: PLC0415
+
+    rows = find(job.task, job.methods, shown)
+    good = [row for row in rows if isinstance(row, Judged)]
+    tried = try_all(job.task, good, shown)
+    chosen = next((row for row in good if row.method == job.first), None)
+    return _Tuned(job.task, rows, good, tried, chosen)
+
+
+def _print(found: Sequence[_Tuned], plan: Plan, plot: Path | None) -> None:
+    for each in found:
+        _print_loop(each, named=len(each.task.controller.loops) > 1)
+    for loop, why in plan.skipped.items():
+        click.echo(f"Loop {loop} is left out: {why}")
+    if plot is not None:
+        click.echo(str(plot))
+
+
+def _print_loop(found: _Tuned, *, named: bool) -> None:
     from heatwright.cli.results import fault_text  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
     from heatwright.cli.tune.methods import Failed  # noqa: PLC0415
     from heatwright.cli.tune.tabled import COLUMNS, block, legend, line  # noqa: PLC0415
 
+    task, tried = found.task, found.tried
     heading(f"{task.controller.identity.name}, loop {task.loop}")
-    show(table(COLUMNS, [line(row, tried.get(row.method)) for row in rows]))
+    show(table(COLUMNS, [line(row, tried.get(row.method)) for row in found.rows]))
     for text in legend(task):
         click.echo(f"  {text}")
-    for row in rows:
+    for row in found.rows:
         if isinstance(row, Failed):
             click.secho(f"  {row.method}: no gains: {row.reason}", fg="red")
         elif row.method in tried:
             for fault in tried[row.method].faults:
                 click.secho(f"  {row.method}: {fault_text(fault)}", fg="red")
-    if chosen is not None:
-        click.echo(f"\n{block(chosen)}", nl=False)
-    if plot is not None:
-        click.echo(str(plot))
+    if found.chosen is not None:
+        click.echo(f"\n{block(found.chosen, task.loop if named else '')}" + "\n" * named, nl=False)
 
 
-def _print_json(  # noqa: PLR0913, PLR0917 - what there is to tell
-    spec: Path,
-    loaded: Spec,
-    task: Task,
-    rows: Sequence[Judged | Failed],
-    tried: Mapping[str, Tried],
-    chosen: Judged | None,
-) -> None:
+def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -> None:
     from heatwright.cli.tune.tabled import block, model_json, rows_json  # noqa: PLC0415
 
     print_json(
         {
             "spec": str(spec),
             "digest": loaded.digest,
-            "loop": task.loop,
-            "at": task.target_c,
-            "model": model_json(task),
-            "methods": rows_json(rows, tried),
-            "chosen": None if chosen is None else chosen.method,
-            "yaml": None if chosen is None else block(chosen),
+            "loops": {
+                each.task.loop: {
+                    "at": each.task.target_c,
+                    "model": model_json(each.task),
+                    "methods": rows_json(each.rows, each.tried),
+                    "chosen": None if each.chosen is None else each.chosen.method,
+                    "yaml": None if each.chosen is None else block(each.chosen),
+                }
+                for each in found
+            },
+            "skipped": plan.skipped,
         }
     )
 
 
-def _draw(task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried], plot: Path) -> None:
+def _draw(found: Sequence[_Tuned], plot: Path) -> None:
     from heatwright.cli.tune.figure import tuned_figure  # noqa: PLC0415
     from heatwright.sim.plot import save  # noqa: PLC0415
 
     with whole(plot) as fresh:
-        save(tuned_figure(task, rows, tried), fresh)
+        save(tuned_figure([(each.task, each.good, each.tried) for each in found]), fresh)

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import cycle
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.plot_data import (
-    NODES,
+    READING,
+    SETPOINT,
+    Look,
     TimeAxis,
+    all_faults,
     asked_of,
     band_k,
     closer,
     deviation_k,
     fault_label,
-    faults,
     followed,
     key_presses,
+    looks_of,
+    node_colours,
     runs_program,
     thinned,
     time_axis,
@@ -40,15 +43,17 @@ Json = dict[str, Any]
 def run_chart(trace: Trace, controller: Controller) -> Json:
     """Draw all temperatures, and of each loop its setpoint closer and its duty."""
     time = time_axis(trace.duration_s)
-    panels = [_panel(TALL, _temperatures(trace, controller, time))]
+    looks = looks_of(controller.loops)
+    panels = [_panel(TALL, _temperatures(trace, controller, looks, time))]
     for loop, log in trace.steps.items():
-        panels.append(_closer(log, time))
+        panels.append(_closer(log, looks[loop], time))
+        shares = asked_of(log, controller.loops[loop], looks[loop])
         asked = [
             curve(
                 time, log["time_s"], percent,
                 name=f"{name} [%]", colour=colour, kind="area", digits=1,
             )
-            for name, (percent, colour) in asked_of(log, controller.loops[loop]).items()
+            for name, (percent, colour) in shares.items()
         ]  # fmt: skip
         panels.append(_panel(LOW, asked, (0.0, 105.0)))
     return {
@@ -59,44 +64,55 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
     }
 
 
-def _closer(log: StepLog, time: TimeAxis) -> Json:
+def _closer(log: StepLog, look: Look, time: TimeAxis) -> Json:
     """Show the readings around the last setpoint, or about that of a program all the way."""
     if not runs_program(log):
-        return _panel(MIDDLE, list(readings(log, "reading", time)), closer(log))
+        return _panel(MIDDLE, list(readings(log, f"{look.prefix}reading", look, time)), closer(log))
     seen = followed(log)
     deviation = curve(
         time, seen["time_s"], deviation_k(seen),
-        name="reading − setpoint [K]", colour="var(--accent)", kind="step", digits=2,
+        name=f"{look.prefix}reading − setpoint [K]", colour=_colour(look.reading), kind="step",
+        digits=2,
     )  # fmt: skip
     return _panel(MIDDLE, [deviation], band_k(log))
+
+
+def _colour(of: str) -> str:
+    """Return a colour of a curve: those of a single loop suit light and dark pages."""
+    return {READING: "var(--accent)", SETPOINT: "var(--ink)"}.get(of, of)
 
 
 def _panel(height: int, series: list[Json], span: tuple[float, float] | None = None) -> Json:
     return {"height": height, "series": series, "range": span}
 
 
-def _temperatures(trace: Trace, controller: Controller, time: TimeAxis) -> list[Json]:
+def _temperatures(
+    trace: Trace, controller: Controller, looks: Mapping[str, Look], time: TimeAxis
+) -> list[Json]:
+    colours = node_colours(controller, trace.temperatures_c, looks)
     nodes = [
         curve(
-            time, trace.times_s, series, name=f"{node} [°C]", colour=colour, kind="line", digits=1
+            time, trace.times_s, series,
+            name=f"{node} [°C]", colour=_colour(colours[node]), kind="line", digits=1,
         )
-        for colour, (node, series) in zip(cycle(NODES), trace.temperatures_c.items(), strict=False)
-    ]
+        for node, series in trace.temperatures_c.items()
+    ]  # fmt: skip
     for loop, log in trace.steps.items():
-        nodes += readings(log, f"{controller.loops[loop].sensor} reading", time)
+        sensor = controller.loops[loop].sensor
+        nodes += readings(log, f"{sensor} reading", looks[loop], time)
     return nodes
 
 
-def readings(log: StepLog, name: str, time: TimeAxis) -> Iterator[Json]:
+def readings(log: StepLog, name: str, look: Look, time: TimeAxis) -> Iterator[Json]:
     """Draw a loop's readings and its setpoint."""
     seen = with_reading(log)
     yield curve(
         time, seen["time_s"], seen["temperature_c"],
-        name=f"{name} [°C]", colour="var(--accent)", kind="step", digits=2,
+        name=f"{name} [°C]", colour=_colour(look.reading), kind="step", digits=2,
     )  # fmt: skip
     setpoint = curve(
         time, log["time_s"], log["setpoint_c"],
-        name="setpoint [°C]", colour="var(--ink)", kind="step", digits=1,
+        name=f"{look.prefix}setpoint [°C]", colour=_colour(look.setpoint), kind="step", digits=1,
     )  # fmt: skip
     yield setpoint | {"dashed": True}
 
@@ -134,6 +150,5 @@ def _keys(trace: Trace, time: TimeAxis) -> Iterator[Json]:
 
 
 def _faults(trace: Trace, time: TimeAxis) -> Iterator[Json]:
-    for log in trace.steps.values():
-        for time_s, code in faults(log):
-            yield {"t": time_s / time.seconds, "text": fault_label(code), "fault": True}
+    for time_s, code in all_faults(trace):
+        yield {"t": time_s / time.seconds, "text": fault_label(code), "fault": True}

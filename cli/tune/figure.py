@@ -7,7 +7,7 @@ from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from heatwright.cli.tune.methods import Judged, Task, Tried
 from heatwright.sim.plot import PANEL_IN, dress
@@ -21,16 +21,29 @@ ROOM_K = 2.0
 """Least height about the setpoint that the closer look shows to either side."""
 
 
-def tuned_figure(task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Figure:
-    """Draw the open loops on the left, temperature and duty on the right."""
-    figure = Figure(figsize=(WIDTH_IN, 3 * PANEL_IN), layout="constrained")
+Tuned = tuple[Task, Sequence[Judged], Mapping[str, Tried]]
+"""A loop, the gains found for it, and their trials."""
+
+
+def tuned_figure(loops: Sequence[Tuned]) -> Figure:
+    """Draw for each loop the open loops on the left, temperature and duty on the right."""
+    figure = Figure(figsize=(WIDTH_IN, 3 * PANEL_IN * len(loops)), layout="constrained")
+    parts = figure.subfigures(len(loops), 1, squeeze=False).flatten().tolist()
+    for part, loop in zip(parts, loops, strict=True):
+        _draw(part, *loop)
+    return figure
+
+
+def _draw(
+    figure: SubFigure, task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried]
+) -> None:
     panels = figure.subplots(2, 2, sharex="col")
-    shown_s = shown_for_s(tried)
+    shown_s = shown_for_s(task, tried)
     time = time_axis(shown_s)
     for colour, row in zip(cycle(COLOURS), rows, strict=False):
         _bode(panels[0][0], panels[1][0], task, row, colour)
         if row.method in tried:
-            _course(panels[0][1], panels[1][1], tried[row.method], time, colour)
+            _course(panels[0][1], panels[1][1], _log(task, tried[row.method]), time, colour)
     _finish_bode(panels[0][0], panels[1][0])
     _finish_course(panels[0][1], panels[1][1], task)
     panels[1][1].set_xlim(0, shown_s / time.seconds)
@@ -38,8 +51,7 @@ def tuned_figure(task: Task, rows: Sequence[Judged], tried: Mapping[str, Tried])
     for panel in panels.flatten().tolist():
         dress(panel)
     title = task.controller.identity.title or task.controller.identity.name
-    figure.suptitle(f"{title}: {task.loop}", x=0.01, ha="left", fontweight="bold")
-    return figure
+    figure.suptitle(f"{title}: {task.loop}", x=0.01, ha="left", fontweight="bold", parse_math=False)
 
 
 def _bode(size: Axes, angle: Axes, task: Task, row: Judged, colour: str) -> None:
@@ -64,22 +76,21 @@ def _finish_bode(size: Axes, angle: Axes) -> None:
     size.legend(loc="lower left", frameon=False)
 
 
-def shown_for_s(tried: Mapping[str, Tried]) -> float:
+def shown_for_s(task: Task, tried: Mapping[str, Tried]) -> float:
     """Choose how much of the trials is shown: until all have come to rest, and half of that more.
 
     All go on for as long as the slowest may need, which may be many times as long.
     """
-    eventful = [eventful_s(_log(each)) for each in tried.values()]
+    eventful = [eventful_s(_log(task, each)) for each in tried.values()]
     whole = [each.trace.duration_s for each in tried.values()]
     return min(max(whole, default=1.0), 1.5 * max(eventful, default=1.0))
 
 
-def _log(tried: Tried) -> StepLog:
-    return with_reading(tried.trace.steps[next(iter(tried.trace.steps))])
+def _log(task: Task, tried: Tried) -> StepLog:
+    return with_reading(tried.trace.steps[task.loop])
 
 
-def _course(above: Axes, below: Axes, tried: Tried, time: TimeAxis, colour: str) -> None:
-    seen = _log(tried)
+def _course(above: Axes, below: Axes, seen: StepLog, time: TimeAxis, colour: str) -> None:
     times = time(seen["time_s"])
     above.plot(times, seen["temperature_c"], color=colour, lw=1.2)
     below.plot(times, seen["duty_percent"], color=colour, lw=0.9)

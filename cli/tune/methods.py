@@ -96,7 +96,7 @@ def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Faile
         own = Gains(spec.kp, spec.ki, spec.kd, spec.derivative_filter_s)
         rows.append(_judged(task, OWN, own))
     for method in methods:
-        job = shown.begin(f"Tuning by {method}")
+        job = shown.begin(f"Tuning {task.loop} by {method}")
         try:
             gains = _FINDERS[method](task, job)
         except TuningFailed as error:
@@ -115,16 +115,14 @@ def _judged(task: Task, method: str, gains: Gains) -> Judged:
 
 
 def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]:
-    """Heat with each row's gains, all for the same time; empty where the bench has no such loop."""
-    if len(task.controller.loops) > 1:
-        return {}
+    """Heat with each row's gains, all for the same time."""
     slow_s = max((each.gains.kp / each.gains.ki for each in rows if each.gains.ki), default=0.0)
     length_s = task.warm_s + SETTLING * max(slow_s, task.warm_s)
     return {each.method: _tried(task, each, length_s, shown) for each in rows}
 
 
 def _tried(task: Task, row: Judged, length_s: float, shown: Talk) -> Tried:
-    job = shown.begin(f"Trying {row.method}")
+    job = shown.begin(f"Trying {task.loop} {row.method}")
     trace = try_gains(
         task.controller,
         task.loop,

@@ -92,10 +92,11 @@ def legend(task: Task) -> list[str]:
     ]
 
 
-def block(row: Judged) -> str:
-    """Write gains as YAML, to paste over those of the loop."""
+def block(row: Judged, loop: str = "") -> str:
+    """Write gains as YAML, to paste over those of the loop; `loop` names it, among several."""
     gains = row.gains
     lines = [
+        *([f"# loops.{loop}"] if loop else []),
         "algorithm:",
         "  kind: pid",
         f"  kp: {_gain(gains.kp):<12} # %/K, by {row.method}",

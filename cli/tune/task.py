@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
 from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
 from heatwright.spec import Controller, DigitalOutput, Loop, Pid, Spec
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import gcode_of, tunable
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
@@ -24,23 +25,76 @@ FILTER_SHARE = 10.0
 """A derivative without a filter of its own gets a tenth of what it must lead (Åström & Hägglund,
 Advanced PID Control, 2006, section 3.3: two to twenty)."""
 
-_ASKED = re.compile(r"M10[49]\b.*?\bS(\d+(?:\.\d+)?)")
+_ASKED = re.compile(r"M(104|109|140|190|141|191)\b.*?\b[RS](\d+(?:\.\d+)?)")
+_CALLED = {"140": "B", "190": "B", "141": "C", "191": "C"}
+_TOOL = re.compile(r"\b[TE](\d)\b")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is done for one loop."""
+
+    task: Task
+    methods: tuple[str, ...]
+    first: str
+    """The method whose gains are proposed."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is done for a spec."""
+
+    jobs: tuple[Job, ...]
+    skipped: dict[str, str]
+    """Loops that cannot be tuned, and why."""
+
+
+def plan_of(  # noqa: PLR0913 - one for each option
+    spec: Spec,
+    loops: Sequence[str],
+    asked: Sequence[str],
+    every: Sequence[str],
+    *,
+    at_c: float | None,
+    lambda_s: float | None,
+    tauc_s: float | None,
+) -> Plan:
+    """Find what is to be done for the loops that are named, or for all.
+
+    Of all loops those that cannot be tuned so are skipped.
+
+    Raises Refused where one that is named cannot be tuned, or none can.
+    """
+    jobs: list[Job] = []
+    refused: dict[str, Refused] = {}
+    for loop in dict.fromkeys(loops or spec.controller.loops):
+        try:
+            task = task_of(spec, loop, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s)
+            methods = methods_of(task, asked, every)
+            first = next(each for each in asked or methods if each in methods)
+            jobs.append(Job(task, methods, first))
+        except Refused as error:
+            if loops:
+                raise
+            refused[loop] = error
+    if not jobs:
+        raise next(iter(refused.values()))
+    return Plan(tuple(jobs), {loop: str(error) for loop, error in refused.items()})
 
 
 def task_of(
     spec: Spec,
-    loop: str | None,
+    name: str,
     *,
     at_c: float | None,
     lambda_s: float | None,
     tauc_s: float | None,
 ) -> Task:
-    """Join spec and options.
+    """Join spec and options for one loop.
 
     Raises Refused where there is nothing to tune.
     """
     controller = spec.controller
-    name = loop or next(iter(controller.loops))
     if name not in controller.loops:
         able = ", ".join(controller.loops)
         raise Refused(f"{spec.file_name}: has no loop {name}; there are {able}.")
@@ -62,7 +116,7 @@ def task_of(
 def relay_is_possible(controller: Controller, loop: str) -> bool:
     """Tell whether the loop's firmware can tune itself."""
     spec = controller.loops[loop]
-    return spec.autotune is not None and tunable(controller, loop) and len(controller.loops) == 1
+    return spec.autotune is not None and tunable(controller, loop)
 
 
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:
@@ -71,7 +125,7 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
     if "relay" in asked and not possible:
         raise Refused(
             f"Loop {task.loop} does not tune itself: the relay needs `autotune: {{}}` in the loop, "
-            "the algorithm pid, and an interface gcode or modbus_rtu that serves it (one loop)."
+            "the algorithm pid, and an interface gcode or modbus_rtu that serves it."
         )
     wanted = asked or every
     return tuple(method for method in every if method in wanted and (possible or method != "relay"))
@@ -97,22 +151,32 @@ def _target(spec: Spec, name: str) -> float:
     """
     loop, simulation = spec.controller.loops[name], spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
-    wanted = (*_sent(spec.controller), *_fired(spec.controller, name))
+    wanted = (*_sent(spec.controller, name), *_fired(spec.controller, name))
     asked = max(wanted, default=loop.setpoint.initial_c)
     if asked > simulation.ambient_c:
         return min(asked, loop.setpoint.maximum_c)
     return loop.setpoint.maximum_c
 
 
-def _sent(controller: Controller) -> Iterator[float]:
-    if controller.simulation is not None:
-        for event in controller.simulation.scenario:
-            found = _ASKED.search(event.send) if event.send is not None else None
-            if found:
-                yield float(found[1])
-            for write in event.write or ():
-                if write.what == "setpoint":
-                    yield write.value
+def _sent(controller: Controller, name: str) -> Iterator[float]:
+    """Yield what host and master ask of a loop in the scenario, °C.
+
+    A line without a tool is for the one that was chosen last, the first at the beginning.
+    """
+    gcode, simulation = gcode_of(controller), controller.simulation
+    served = gcode.loops if gcode else {}
+    active = min((each for each in served if each.startswith("T")), default="")
+    for event in simulation.scenario if simulation is not None else ():
+        line = (event.send or "").strip().upper()
+        active = line if line in served else active
+        if found := _ASKED.search(line):
+            tool = _TOOL.search(line)
+            called = _CALLED.get(found[1]) or (f"T{tool[1]}" if tool else active)
+            if served.get(called) == name:
+                yield float(found[2])
+        for write in event.write or ():
+            if write.what == "setpoint" and write.loop == name:
+                yield write.value
 
 
 def _fired(controller: Controller, name: str) -> Iterator[float]:

@@ -86,7 +86,6 @@ class Evidence:
 
     def as_json(self) -> dict[str, Any]:
         """Return it for machines; temperatures in °C, differences in K."""
-        first = next(iter(self.loops.run.figures.values()))
         return {
             "spec": self.file,
             "digest": self.spec.digest,
@@ -95,7 +94,13 @@ class Evidence:
             "build": build_json(self.built),
             "sensors": [chain.as_json() for chain in self.chains],
             "replay": replay_json(self.loops.replays.values()),
-            "closed_loop": as_json(first),
+            "loops": {
+                name: {
+                    "closed_loop": as_json(figures),
+                    "replay": replay_json([self.loops.replays[name]]),
+                }
+                for name, figures in self.loops.run.figures.items()
+            },
             "faults": [each.as_json() for each in self.trials.faults],
             "timing": self.trials.timing.as_json(),
             "speed": speed(self.loops.run),

@@ -79,12 +79,13 @@ class Fault:
 class FaultResult:
     """What was found.
 
-    fault -- its id; loop -- on which it was tried; calm -- whether nothing was to trip; rule -- id of the rule that tripped, None
-    if none did; counting -- ids of the rules that counted then, too, or that counted when the watch
-    ended: those that would have come next; tripped_after_s -- since the cause, s; allowed_s -- the
-    bound on that, where there is one that does not depend on the machine; heater_off_after_s --
-    when the heater was last on, since the cause, s; peak_c -- highest temperature at the loop's
-    sensor, from the cause until the heat has spread after the trip.
+    fault -- its id; loop -- on which it was tried; calm -- whether nothing was to trip; rule -- id
+    of the rule that tripped, None if none did; counting -- ids of the rules that counted then, too,
+    or that counted when the watch ended: those that would have come next; tripped_after_s -- since
+    the cause, s; allowed_s -- the bound on that, where there is one that does not depend on the
+    machine; heater_off_after_s -- when the heater was last on, since the cause, s; peak_c --
+    highest temperature at the loop's sensor, from the cause until the heat has spread after the
+    trip.
     """
 
     fault: str

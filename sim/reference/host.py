@@ -96,12 +96,13 @@ class Host:
 
     def _address(self, line: Line) -> str:
         """Return what the host calls the loop: a tool is named as T or as E, or the active one."""
-        number = line.number("E") if line.number("T") is None else line.number("T")
         if line.command in OWN:
             return OWN[line.command]
+        number = line.number("E") if line.number("T") is None else line.number("T")
         if number is None:
             return self._active
-        return TUNED.get(int(number), "") if number < 0 else f"T{int(number)}"
+        meant = TUNED.get(int(number)) if line.command == "M303" else None
+        return meant or f"T{int(number)}"
 
 
 def _heat(operator: Operator, line: Line) -> None:

@@ -32,10 +32,10 @@ def _sent(
 ) -> tuple[Event, ...]:
     """Send a command, which depends on what the host calls the loop, and its words."""
     gcode = gcode_of(controller)
-    if gcode is None:
+    called = [name for name, served in gcode.loops.items() if served == loop] if gcode else []
+    if not called:
         return ()
-    address = next(name for name, served in gcode.loops.items() if served == loop)
-    line = f"{command(address)} {words}"
+    line = f"{command(called[0])} {words}"
     return (Event.model_validate({"at": f"{ORDER_S!r} s", "send": line}),)
 
 

@@ -6,7 +6,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from machines import course
+from machines import at, course, events
+from matplotlib.colors import to_hex
 from rig.avr import whole
 from rig.controllers import LENGTH_S, drawings
 from rig.specs import controller_of
@@ -14,6 +15,8 @@ from suite import SEED, amount
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.plot import run_figure
+from heatwright.sim.plot_data import all_faults
 from heatwright.sim.replay import replay_all
 
 TOOLS = (Path(__file__).parent / "several_loops.yaml").read_text("utf-8")
@@ -101,3 +104,22 @@ def test_any_number_of_loops_is_modelled(number):
         assert abs(len(log) - LENGTH_S / controller.loops[name].period_s) <= 1, drawn
     found = replay_all(controller, {name: log for name, log in logs.items() if len(log)})
     assert [each.first for each in found.values() if each.mismatches or each.restored] == [], drawn
+
+
+def test_a_picture_has_a_colour_for_each_loop_one_legend_and_a_fault_once():
+    controller = controller_of(TOOLS)
+    device = ReferenceDevice(controller)
+    told = at({1: "M104 S60", 2: "M104 T1 S40", 3: "M104 T2 S30", 13.3: "M112"})
+    trace = bench(controller, device, events(*told, {"for": "20 s"}))
+    assert [code for _, code in all_faults(trace)] == [19]
+    panels = run_figure(trace, controller).axes
+    assert [panel.get_legend() is not None for panel in panels] == [True] + 6 * [False]
+    colours = {}
+    for loop, closer, duty in zip(controller.loops, panels[1::2], panels[2::2], strict=True):
+        lines = [line for line in closer.lines if len(line.get_xdata()) > 2]  # not the fault's
+        (colours[loop],) = {line.get_color() for line in lines}
+        assert {line.get_linestyle() for line in lines} == {"-", "--"}
+        assert to_hex(duty.collections[0].get_facecolor()[0]) == colours[loop]
+    assert len({*colours.values()}) == 3
+    texts = {text.get_text() for text in panels[0].get_legend().get_texts()}
+    assert {"near reading", "near setpoint", "far setpoint", "frame"} <= texts

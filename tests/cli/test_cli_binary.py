@@ -37,9 +37,11 @@ FAULT = {
     "heater_off_after_s": NUMBER | None,
     "peak": NUMBER, "passed": bool, "detail": str,
 }  # fmt: skip
+REPLAY = {"ticks": int, "mismatches": int}
 EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
-    "replay": {"ticks": int, "mismatches": int}, "closed_loop": CLOSED_LOOP, "faults": [FAULT],
+    "replay": REPLAY, "loops": {"air": {"closed_loop": CLOSED_LOOP, "replay": REPLAY}},
+    "faults": [FAULT],
     "timing": dict, "speed": {"simulated_s": NUMBER, "wall_s": NUMBER}, "passed": bool,
 }  # fmt: skip
 """The promised keys and types. No program ran, no load was applied, its thermometer is digital."""

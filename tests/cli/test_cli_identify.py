@@ -113,6 +113,12 @@ def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: 
 # ---- tune: methods side by side, margins, a block to paste ----
 
 
+def only(found: Any) -> Any:
+    """What is told of the one loop."""
+    (each,) = found["loops"].values()
+    return each
+
+
 def row(found: Any, method: str) -> Any:
     (each,) = (each for each in found["methods"] if each["method"] == method)
     return each
@@ -129,8 +135,10 @@ def test_methods_stand_side_by_side(heatwright: Heatwright) -> None:
 
 
 def test_json_and_a_picture(heatwright: Heatwright) -> None:
-    found = heatwright("tune oven.yaml --method simc --plot tune.svg --json").json
-    assert (found["loop"], found["at"], found["chosen"]) == ("air", 50.0, "simc")
+    whole = heatwright("tune oven.yaml --method simc --plot tune.svg --json").json
+    assert (list(whole["loops"]), whole["skipped"]) == (["air"], {})
+    found = only(whole)
+    assert (found["at"], found["chosen"]) == (50.0, "simc")
     assert [each["method"] for each in found["methods"]] == ["as it is", "simc"]
     simc = row(found, "simc")
     assert simc["margins"]["stable"]
@@ -142,10 +150,24 @@ def test_json_and_a_picture(heatwright: Heatwright) -> None:
     assert "<!-- time [s] -->" in Path("tune.svg").read_text(encoding="utf-8"), "not minutes"
 
 
+def test_all_loops_in_turn_or_those_that_are_named(heatwright: Heatwright) -> None:
+    switch = "{kind: time_proportional, pin: D10, window: 2 s, power: 300 W}"
+    spec = changed("barrel", switch, "{kind: digital, pin: D10, power: 300 W}")
+    text = Path(spec).read_text("utf-8")
+    pid = text[text.rindex("algorithm:") : text.rindex("    protection:")]
+    Path(spec).write_text(text.replace(pid, "algorithm: {kind: on_off}\n"), "utf-8")
+    found = heatwright(f"tune {spec} --method simc --json").json
+    assert [(loop, each["at"]) for loop, each in found["loops"].items()] == [("barrel", 210.0)]
+    assert row(found["loops"]["barrel"], "simc")["closed_loop"]["overshoot"] < 5
+    assert "heater die_heater is switched on and off only" in found["skipped"]["die"]
+    words = f"tune {EXAMPLES / 'barrel.yaml'} --loop die --method lambda --plot x.svg"
+    assert "# loops.die\nalgorithm:" in heatwright(words).out
+
+
 def test_slower_is_more_robust(heatwright: Heatwright) -> None:
     for method, option in (("lambda", "--lambda 60s"), ("simc", "--tauc 30s")):
         quick, slow = (
-            row(heatwright(f"tune oven.yaml --method {method} {words} --json").json, method)
+            row(only(heatwright(f"tune oven.yaml --method {method} {words} --json").json), method)
             for words in ("", option)
         )
         assert quick["gains"]["kp"] > slow["gains"]["kp"]
@@ -154,7 +176,7 @@ def test_slower_is_more_robust(heatwright: Heatwright) -> None:
 @pytest.mark.parametrize(("name", "at"), [("extruder", 200.0), ("dryer", 70.0)])
 def test_the_firmwares_own_experiment(heatwright: Heatwright, name: str, at: float) -> None:
     """What the project promises of its autotune, where the scenario or a master in it heats to."""
-    found = heatwright(f"tune {EXAMPLES / name}.yaml --method relay --json").json
+    found = only(heatwright(f"tune {EXAMPLES / name}.yaml --method relay --json").json)
     relay = row(found, "relay")
     assert (found["at"], relay["failed"], relay["faults"]) == (at, None, [])
     assert relay["margins"]["gain"] >= 2
@@ -167,14 +189,14 @@ def test_an_experiment_that_fails_is_told(heatwright: Heatwright) -> None:
     told = heatwright(f"tune {spec} --method relay", status=1).out
     assert "relay: no gains: it took longer than its time-out" in told
     assert "algorithm:" not in told
-    found = heatwright(f"tune {spec} --method relay --json", status=1).json
+    found = only(heatwright(f"tune {spec} --method relay --json", status=1).json)
     assert (found["chosen"], found["yaml"]) == (None, None)
 
 
 def test_an_on_off_loop_gets_a_pid(heatwright: Heatwright) -> None:
     window = "{kind: time_proportional, pin: D3, window: 1 s, power: 240 W}"
     spec = changed("chamber", "{kind: digital, pin: D3, power: 240 W}", window)
-    found = heatwright(f"tune {spec} --method simc --at 50C --json").json
+    found = only(heatwright(f"tune {spec} --method simc --at 50C --json").json)
     (simc,) = found["methods"]
     assert simc["method"] == "simc"
     assert simc["gains"]["derivative_filter_s"] > 0

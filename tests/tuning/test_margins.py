@@ -285,7 +285,8 @@ LOOP = "chamber"
 
 
 def task(spec, at_c=None):
-    return task_of(spec, None, at_c=at_c, lambda_s=None, tauc_s=None)
+    (loop,) = spec.controller.loops
+    return task_of(spec, loop, at_c=at_c, lambda_s=None, tauc_s=None)
 
 
 def test_a_linear_machine_ends_where_its_gain_says(chamber):
