@@ -301,7 +301,8 @@ SAMPLED = ("ds18b20", Random(f"year {SEED}").choice(sorted({*KINDS} - {"ds18b20"
 def test_nor_does_the_binary_with_its_sensor(kind: str) -> None:
     text = specified(kind, "quick", EXACTLY_C)
     controller = spec_of(text).controller
-    hold = Event.model_validate({"for": f"{amount('year_hours_binary')} h"})
+    hours = amount("year_hours_binary")
+    hold = Event.model_validate({"for": f"{hours} h"})
     log = bench(controller, AvrDevice(controller, whole(text)), [hold]).steps["held"]
     assert set(log["fault.code"]) == {0}
     held = log[len(log) // 2 :]
