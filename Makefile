@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation lint types pytest bench format clean
+.PHONY: help setup demo test evidence mutation lint types pytest drawn bench format clean
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -12,6 +12,7 @@ TESTS_READY := .venv/ready-for-tests
 EVIDENCE_READY := .venv/ready-for-evidence
 ARGS ?=
 SIZE ?= evidence
+N ?= 20
 
 help: ## list what there is to make
 	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -63,6 +64,9 @@ pytest: $(TESTS_READY)
 
 mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
 	@cd tests && ../$(BIN)/python -m mutation $(ARGS)
+
+drawn: $(TESTS_READY) ## draw machines from the whole language, and verify each (N=200)
+	@cd tests && ../$(BIN)/python -m any_machine --count $(N) $(ARGS)
 
 bench: $(READY) ## how fast the simulation runs and the generator starts
 	@$(BIN)/python tools/bench.py

@@ -19,6 +19,7 @@ from heatwright.sim.faults.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
+from heatwright.spec.analog_sensors import AnalogSensor
 
 WATCH_S = 60.0
 CODES = 1024
@@ -104,7 +105,8 @@ def _converter(site: Site) -> Iterator[Fault]:
     Keys are on the same ADC: whoever has them cannot acknowledge until it is well again.
     """
     hangs = no_reading(site, "adc_hangs", _fail(hung=True), _fail())
-    yield replace(hangs, again=not site.has_keys)
+    others = _others_on_the_adc(site)
+    yield replace(hangs, again=not site.has_keys, others_lie=others)
     yield Fault(
         "adc_stuck",
         lambda: starts.heating(site),
@@ -112,7 +114,17 @@ def _converter(site: Site) -> Iterator[Fault]:
         _fail(),
         watch_s=watch_s(site),
         sensor_lies=True,
+        others_lie=others,
         again=not site.has_keys,
+    )
+
+
+def _others_on_the_adc(site: Site) -> tuple[str, ...]:
+    thermometers = site.controller.thermometers
+    return tuple(
+        name
+        for name, loop in site.controller.loops.items()
+        if name != site.loop_name and isinstance(thermometers[loop.sensor], AnalogSensor)
     )
 
 

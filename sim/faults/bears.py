@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,6 +15,8 @@ SPARE = 0.1
 """Of the rise above the surroundings: machines differ."""
 WARM_DAY_C = 35.0
 """A workshop in summer."""
+REST_K = 1.0
+"""So far from its limits a machine rests, and a step of its sensor."""
 LEVEL_K = 0.001
 """So little in a minute is no rise any more."""
 
@@ -30,7 +33,7 @@ def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float
     just below that maximum. On top comes a tenth of the rise. A loop counts for the nodes that are
     nearer to it than to others, and for those between loops.
 
-    The surroundings are those of the specification, or of a warm day.
+    The surroundings are those of the specification, or of a warm day: whichever is worse.
     """
     key = repr((controller, plant))
     if key not in _KNOWN:
@@ -40,7 +43,24 @@ def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float
 
 def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float]:
     simulation = controller.simulation
-    ambient_c = max(WARM_DAY_C, simulation.ambient_c if simulation else WARM_DAY_C)
+    rooms_c = {room_c(controller, WARM_DAY_C), simulation.ambient_c if simulation else WARM_DAY_C}
+    each_c = [_derived_at_c(controller, plant, ambient_c) for ambient_c in rooms_c]
+    return {node: max(found[node] for found in each_c) for node in plant.nodes}
+
+
+def room_c(controller: Controller, wished_c: float) -> float:
+    """Return the temperature nearest to a wished one at which no loop is at fault at rest, °C."""
+    coldest_c, hottest_c = -math.inf, math.inf
+    for loop in controller.loops.values():
+        away_k = REST_K + controller.thermometers[loop.sensor].step_k
+        coldest_c = max(coldest_c, loop.protection.minimum_c + away_k)
+        hottest_c = min(hottest_c, loop.protection.maximum_c - away_k)
+    return max(coldest_c, min(hottest_c, wished_c))
+
+
+def _derived_at_c(
+    controller: Controller, plant: ThermalNetwork, ambient_c: float
+) -> dict[str, float]:
     own = nodes_of(controller, plant)
     hottest = np.full(len(plant.nodes), ambient_c)
     for name in controller.loops:

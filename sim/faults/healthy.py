@@ -6,18 +6,16 @@ import itertools
 from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bears import WARM_DAY_C
+from heatwright.sim.faults.bears import WARM_DAY_C, room_c
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.machine import usable_c
+from heatwright.sim.faults.machine import WARM_K, full_percent, room_k, usable_c
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import ThermalNetwork
 
 SPREAD = 0.3
 """Capacities and resistances are known to ±30 % when a machine is designed."""
 AMBIENTS_C = (10.0, WARM_DAY_C)
-"""A workshop in winter and in summer."""
-WARM_K = 15.0
-"""So far below the setpoint it begins, to be there soon."""
+"""A workshop in winter and in summer; not beyond where a loop is at fault at rest."""
 HOLD_S = 200.0
 """Longer than the rules' times but for `frozen`, which begins anew at every switching."""
 LONGEST_S = 3600.0
@@ -26,8 +24,9 @@ SIGMAS = 6.0
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield machines at the corners of the spread, each taken through its range of setpoints."""
+    rooms_c = dict.fromkeys(room_c(site.controller, each) for each in AMBIENTS_C)
     for capacity, resistance, ambient_c in itertools.product(
-        (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), AMBIENTS_C
+        (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), rooms_c
     ):
         network = scaled(site.network, capacity, resistance)
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:g}degC"
@@ -48,10 +47,12 @@ def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> Therm
 def noisy(site: Site) -> ThermalNetwork:
     """Return a machine with the most noise that `rise_rate` lets pass: six sigma of a difference.
 
-    The difference of two readings has √2 times the noise of one.
+    The difference of two readings has √2 times the noise of one. Nor may its peaks be a rise while
+    the heater is off, or take half of the way to another limit.
     """
     loop = site.loop
-    noise_k = loop.protection.rise_rate_k_per_s * loop.period_s / (SIGMAS * 2**0.5)
+    allowed_k = loop.protection.rise_rate_k_per_s * loop.period_s / 2**0.5
+    noise_k = min(allowed_k, room_k(site)) / SIGMAS
     sense = dict(site.network.sense)
     sense[loop.sensor] = sense[loop.sensor].model_copy(update={"noise_k": noise_k})
     return site.network.model_copy(update={"sense": sense})
@@ -86,4 +87,4 @@ def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) ->
 
 def _has_enough(world: World) -> bool:
     """Whether the controller no longer asks for full power."""
-    return world.loop("duty_percent") < starts.full_percent(world.site.loop)
+    return world.loop("duty_percent") < full_percent(world.site.loop)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 
 from heatwright.sim.faults.world import Site
-from heatwright.sim.plants import FOREVER_S, full_power, plant_of
-from heatwright.spec import Heating, Pid, ThermalNetwork
+from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
+from heatwright.spec import Heating, Loop, Pid, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
+"""Of a course, or a period where that is longer: slow machines have long ones."""
 LONGEST_S = 24 * 3600.0
 MOST_WATCHED_S = 4 * 3600.0
 TRAVELLED = 0.95
+WARM_K = 15.0
+"""So far below its setpoint a machine begins that is to be there soon."""
+NEAR_K = 0.5
+"""So near its highest setpoint is looked for."""
 
 
 def steady_c(site: Site, share: float, *, ambient_c: float, cooled: bool = False) -> float:
@@ -30,6 +36,30 @@ def share_for(site: Site, hold_c: float, *, ambient_c: float, cooled: bool = Fal
     """Return the share of the heater's power that would hold a temperature, °C; it may exceed 1."""
     full_c = steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled)
     return (hold_c - ambient_c) / (full_c - ambient_c)
+
+
+def room_k(site: Site) -> float:
+    """Return by how much a reading may be wrong for long without breaking a rule of limits, K.
+
+    Half of what is left from where a machine that is well may be to each limit: the control's own
+    swings have the rest.
+    """
+    protection = site.loop.protection
+    left_k = [
+        protection.maximum_c - site.loop.setpoint.maximum_c,
+        max(site.loop.setpoint.minimum_c, site.ambient_c) - protection.minimum_c,
+    ]
+    if protection.runaway is not None:
+        left_k += [protection.runaway.above_k, protection.runaway.below_k or math.inf]
+    if protection.rising_while_off is not None:
+        left_k.append(protection.rising_while_off.rise_k)
+    return max(0.0, min(left_k)) / 2
+
+
+def full_percent(loop: Loop) -> float:
+    """Return the most the loop may ask of its heater, %."""
+    algorithm = loop.algorithm
+    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
 
 
 @lru_cache(maxsize=16)
@@ -52,8 +82,7 @@ def watch_s(site: Site) -> float:
 
 def _travel_s(site: Site) -> float:
     """Return how long full power takes to the maximum, or to all but a twentieth of its way, s."""
-    network, simulation = site.network, site.controller.simulation
-    ambient_c = simulation.ambient_c if simulation else 20.0
+    network, ambient_c = site.network, site.ambient_c
     most_c = min(site.loop.protection.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
     goal_c = ambient_c + TRAVELLED * (most_c - ambient_c)
     for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
@@ -71,14 +100,21 @@ def rise_k(site: Site, after_s: float) -> float:
 
 
 def course(
-    site: Site, network: ThermalNetwork, *, ambient_c: float
+    site: Site,
+    network: ThermalNetwork,
+    *,
+    ambient_c: float,
+    starts_c: Mapping[str, float] | None = None,
 ) -> Iterator[tuple[float, float]]:
-    """Yield time (s) and temperature (°C) at full power, from rest."""
+    """Yield time (s) and temperature (°C) at full power, from rest: cold, or begun elsewhere."""
     at_rest = network.model_copy(update={"initial_c": ambient_c})
-    plant = plant_of(site.controller, at_rest, ambient_c=ambient_c, step_s=COURSE_STEP_S)
-    asked = _powered(site, 1.0)
-    for row in range(round(LONGEST_S / COURSE_STEP_S)):
-        yield row * COURSE_STEP_S, plant.sensed_c()[site.loop.sensor]
+    step_s = max(COURSE_STEP_S, site.loop.period_s)
+    plant = plant_of(
+        site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
+    )
+    asked = _powered(site, full_percent(site.loop) / 100)
+    for row in range(round(LONGEST_S / step_s)):
+        yield row * step_s, plant.sensed_c()[site.loop.sensor]
         plant.step(asked)
 
 
@@ -86,8 +122,9 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     """Return the highest setpoint this machine can be asked for without cause for a fault, °C.
 
     A machine at full power that is too weak to go on rising near its setpoint breaks the rules
-    `heating_failed` and `sensor_frozen` with good reason; the latter also where it takes more than
-    `holding` to hold it. Not above the highest setpoint.
+    `heating_failed` and `sensor_frozen` with good reason: from cold, or from `WARM_K` below its
+    setpoint with a cold element, which takes its time first. The latter also where it takes more
+    than `holding` to hold it. Not above the highest setpoint.
     """
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(site.loop.setpoint.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
@@ -95,7 +132,44 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
         held.step(_powered(site, frozen.holding_percent / 100))
         highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])
-    return min([highest_c, *(_rising_until(site, network, ambient_c, *each) for each in needs)])
+    cold_c = [
+        _rising_until(course(site, network, ambient_c=ambient_c), highest_c, *each)
+        for each in needs
+    ]
+    most_c, least_c = min([highest_c, *cold_c]), ambient_c
+    if _comes_warm(site, network, ambient_c, most_c, needs):
+        return most_c
+    while most_c - least_c > NEAR_K:
+        middle_c = (most_c + least_c) / 2
+        if _comes_warm(site, network, ambient_c, middle_c, needs):
+            least_c = middle_c
+        else:
+            most_c = middle_c
+    return least_c
+
+
+def _comes_warm(
+    site: Site,
+    network: ThermalNetwork,
+    ambient_c: float,
+    target_c: float,
+    needs: Sequence[tuple[float, float]],
+) -> bool:
+    """Whether it comes to a setpoint from below, beginning with all heat spread."""
+    start_c = target_c - WARM_K
+    if start_c <= ambient_c:
+        return True  # as from cold
+    rested_c = profile_c(
+        site.controller, network, site.loop_name, start_c, ambient_c=ambient_c
+    )  # fmt: skip
+    spread_c = {node: min(start_c, each_c) for node, each_c in rested_c.items()}
+    return all(
+        _rising_until(
+            course(site, network, ambient_c=ambient_c, starts_c=spread_c), target_c, *each
+        )
+        >= target_c
+        for each in needs
+    )
 
 
 def _needed_rises(site: Site) -> Iterator[tuple[float, float]]:
@@ -108,14 +182,15 @@ def _needed_rises(site: Site) -> Iterator[tuple[float, float]]:
 
 
 def _rising_until(
-    site: Site, network: ThermalNetwork, ambient_c: float, rise_k: float, within_s: float
+    taken: Iterable[tuple[float, float]], enough_c: float, rise_k: float, within_s: float
 ) -> float:
-    """Return up to which temperature full power brings such rises in time, °C."""
-    since_s, from_c = 0.0, ambient_c
-    for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
+    """Return up to which temperature a course has such rises in time, °C; at most where enough."""
+    since_s, from_c = 0.0, -math.inf
+    for time_s, sensed_c in taken:
+        from_c = max(from_c, sensed_c) if time_s == 0 else from_c
         if sensed_c >= from_c + rise_k:
             since_s, from_c = time_s, sensed_c
-        if time_s - since_s > within_s or from_c >= site.loop.setpoint.maximum_c:
+        if time_s - since_s > within_s or from_c >= enough_c:
             break
     return from_c
 

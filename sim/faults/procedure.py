@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
@@ -26,9 +26,11 @@ from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.records import Change
+from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
-from heatwright.spec import Protection
+from heatwright.spec import Frozen, Heating, Protection
+from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -86,7 +88,8 @@ class _Trial:
     def _end(self) -> None:
         judged = self.fault.judge(self.world)
         self.world.device.feed()
-        said = witness.complaints(self.world, sensor_lies=self.fault.sensor_lies)
+        own = (self.world.site.loop_name,) if self.fault.sensor_lies else ()
+        said = witness.complaints(self.world, (*own, *self.fault.others_lie))
         for complaint in (judged, *overlaps(self.world.device.interlocks), *said):
             if complaint:
                 self._wrong(complaint)
@@ -251,11 +254,26 @@ class _Trial:
         path = f"loops.{self.world.site.loop_name}.protection"
         for key, value_s, trips in _lasting(self.world.site.loop.protection):
             shorter_s = value_s - (late_s - off_s)
-            if rule in trips and shorter_s > 0:
+            if rule in trips and shorter_s > 0 and self._health_bears(key, shorter_s):
                 return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
         if rule is None and off_s > 0 and self.fault.sensor_lies:
             return f"let a rule see it within {_rounded_down(off_s):g} s: {path}.frozen.for"
         return "limit the heater's power, or let a safety relay break it"
+
+    def _health_bears(self, key: str, shorter_s: float) -> bool:
+        """Whether the machine, well, could be asked for as much with that number of a rule."""
+        site = self.world.site
+        protection, (rule, ended) = site.loop.protection, (*key.split("."), "")[:2]
+        part = getattr(protection, rule, None)
+        if not isinstance(part, Heating | Frozen):
+            return True
+        changed = part.model_copy(update={f"{ended}_s": _rounded_down(shorter_s)})
+        loop = site.loop.model_copy(
+            update={"protection": protection.model_copy(update={rule: changed})}
+        )
+        loops = ReadOnlyDict({**site.controller.loops, site.loop_name: loop})
+        other = replace(site, controller=site.controller.model_copy(update={"loops": loops}))
+        return highest_c(other) >= highest_c(site)
 
     def _holds(self, latched: Change, when: str) -> None:
         """See that it stays latched and shown, and that no heater has been on since the trip."""

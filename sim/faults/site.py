@@ -40,6 +40,12 @@ class Site:
         return self.controller.simulation.plant
 
     @property
+    def ambient_c(self) -> float:
+        """The temperature of the surroundings as specified, °C."""
+        simulation = self.controller.simulation
+        return simulation.ambient_c if simulation else 20.0
+
+    @property
     def has_keys(self) -> bool:
         """Whether there is somebody to press UP, DOWN and SELECT."""
         return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)

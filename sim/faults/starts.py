@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from heatwright.sim.faults.machine import sensor_step_k, usable_c
+from functools import lru_cache
+
+from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
 from heatwright.sim.faults.world import Site, Weather, World
-from heatwright.spec import Loop, Pid, PwmOutput
+from heatwright.spec import PwmOutput
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
@@ -16,8 +18,7 @@ LONGEST_S = 3600.0
 
 def ambient_c(site: Site) -> float:
     """Return the temperature of the surroundings as specified, °C."""
-    simulation = site.controller.simulation
-    return simulation.ambient_c if simulation else 20.0
+    return site.ambient_c
 
 
 def setpoints_c(site: Site) -> tuple[float, ...]:
@@ -37,6 +38,7 @@ def setpoints_c(site: Site) -> tuple[float, ...]:
     return tuple(setpoint.initial_c + turn * step_k for turn in range(-down, up + 1))
 
 
+@lru_cache(maxsize=16)
 def highest_c(site: Site) -> float:
     """Return the highest setpoint the keys reach and the machine can hold, °C."""
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
@@ -47,12 +49,6 @@ def highest_c(site: Site) -> float:
 def first_steps(world: World) -> None:
     """Let the controller start."""
     world.run(FIRST_STEPS * world.site.loop.period_s)
-
-
-def full_percent(loop: Loop) -> float:
-    """Return the most the loop may ask of its heater, %."""
-    algorithm = loop.algorithm
-    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
 
 
 def heating(site: Site) -> World:

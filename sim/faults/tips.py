@@ -8,7 +8,7 @@ from functools import partial
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.effects import Feel
 from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.machine import room_k, watch_s
 from heatwright.sim.faults.world import Site, World
 
 BEYOND_K = 3.0
@@ -71,7 +71,7 @@ def _jumps(site: Site) -> Iterator[Fault]:
     yield Fault(
         "small_jumps",
         lambda: starts.heating(site),
-        feel(site, partial(effects.jumping, by_k=limit_k / 2, every_s=every_s)),
+        feel(site, partial(effects.jumping, by_k=min(limit_k / 2, room_k(site)), every_s=every_s)),
         calm=True,
         watch_s=60 * loop.period_s,
     )

@@ -1,0 +1,128 @@
+"""Draw machines from the whole language, and verify each that `check` calls good.
+
+    python -m any_machine --count 200        draw 200 (run it in tests/; or: make drawn N=200)
+    python -m any_machine --only 17          the 17th alone: its spec, each check as it comes
+    python -m any_machine --only 17 jump_up  the same with these faults alone
+    python -m any_machine --faults 5         some faults of each, drawn always alike, not all
+    python -m any_machine --json drawn.json  write each machine and what was found of it
+
+A machine is the same one whenever its number is drawn, unless SUITE_SEED says otherwise; nothing is
+kept from run to run. Ctrl-C ends it with the counts so far. The exit status is 1 if one is red.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import re
+import signal
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+TESTS = Path(__file__).parents[1]
+INTERRUPTED = 130
+
+Found = dict[str, Any]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    asked = _parser().parse_args(words)
+    if asked.only is not None:
+        return _one(asked.only, asked.fault)
+    found: list[Found] = []
+    status = 0
+    try:
+        for each in _all(range(asked.first, asked.first + asked.count), asked.faults, asked.jobs):
+            found.append(each)
+            _progress(found, asked.count)
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    print(file=sys.stderr)
+    if asked.json:
+        asked.json.write_text(json.dumps(_summary(found), indent=1, ensure_ascii=False), "utf-8")
+    _print(found)
+    return status or int(any(each["end"] == "red" for each in found))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        "python -m any_machine", None, __doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("fault", nargs="*", help="with --only: ids of the faults that are tried")
+    parser.add_argument("--count", type=int, default=20, help="how many are drawn (20)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first (0)")
+    parser.add_argument("--only", type=int, help="number of the one that is looked at alone")
+    parser.add_argument("--faults", type=int, help="how many faults of each; else all")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at once")
+    parser.add_argument("--json", type=Path, help="write what was found here")
+    return parser
+
+
+def _all(numbers: Sequence[int], faults: int | None, jobs: int) -> Iterator[Found]:
+    """Verify them on all processors, in whatever order they end."""
+    from any_machine.drawing import verify  # noqa: PLC0415
+
+    context = multiprocessing.get_context("spawn")
+    pieces = [(number, faults) for number in numbers]
+    # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        pool = context.Pool(jobs)
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    with pool:
+        yield from pool.imap_unordered(verify, pieces)
+
+
+def _one(number: int, faults: Sequence[str]) -> int:
+    from any_machine.drawing import machine  # noqa: PLC0415
+    from rig.verified import verified  # noqa: PLC0415
+
+    drawn = machine(number)
+    print(drawn.text)
+    verdict = verified(drawn.spec, list(faults) or None, lambda line: print(line, flush=True))
+    if not verdict.fits:
+        print("does not fit its board")
+    return int(bool(verdict.red))
+
+
+def _cause(name: str) -> str:
+    """Call it the same, whichever loop and corner it is of."""
+    return re.sub(r"^\w+[.:] ?", "", re.sub(r"healthy_\d.*", "healthy", name))
+
+
+def _summary(found: Sequence[Found]) -> Found:
+    causes = Counter(_cause(name) for each in found for name, _ in each["red"])
+    return {
+        "drawn": len(found),
+        **Counter(each["end"] for each in found),
+        "told_by_check": sum(len(each["refused"]) for each in found),
+        "causes": dict(causes.most_common()),
+        "machines": sorted(found, key=lambda each: each["number"]),
+    }
+
+
+def _progress(found: Sequence[Found], count: int) -> None:
+    reds = sum(each["end"] == "red" for each in found)
+    print(f"\r{len(found)} of {count}, {reds} red", end="", file=sys.stderr, flush=True)
+
+
+def _print(found: Sequence[Found]) -> None:
+    summary = _summary(found)
+    for each in summary["machines"]:
+        for name, detail in each["red"]:
+            print(f"{each['number']:>5}  {name}: {detail}")
+    for what in ("drawn", "verified", "red", "does not fit", "told_by_check"):
+        print(f"{what.replace('_', ' '):<14}{summary.get(what, 0):>6}")
+    for cause, times in summary["causes"].items():
+        print(f"  red by {cause:<24}{times:>6}")
+
+
+if __name__ == "__main__":
+    if str(TESTS) not in sys.path:
+        sys.path.insert(0, str(TESTS))
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads would wait by spinning
+    sys.exit(main())

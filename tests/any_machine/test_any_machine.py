@@ -1,0 +1,46 @@
+"""Machines as their owners describe them, and drawn ones: what `check` calls good verifies."""
+
+from pathlib import Path
+
+import pytest
+from any_machine.drawing import machine
+from rig.verified import Verdict, verified
+from suite import amount
+
+from heatwright.spec import SpecError, load_text
+
+MACHINES = {
+    text.partition("{name: ")[2].partition(",")[0]: text
+    for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
+}
+
+
+def expected(text: str) -> list[str]:
+    """Return in which words `check` refuses a machine."""
+    return [line.removeprefix("#> ") for line in text.splitlines() if line.startswith("#> ")]
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_it_is_good_or_told_why_not(name: str) -> None:
+    text = MACHINES[name]
+    try:
+        load_text(text, name)
+        said = []
+    except SpecError as error:
+        said = str(error).replace(f"{name}:", "").splitlines()
+    assert said == expected(text)
+
+
+@pytest.mark.parametrize("name", [name for name, text in MACHINES.items() if not expected(text)])
+def test_it_verifies(name: str) -> None:
+    found = verified(load_text(MACHINES[name], name), amount("machine_faults"))
+    assert found == Verdict(True, found.tried)
+    assert found.tried
+
+
+@pytest.mark.parametrize("number", range(amount("drawn_verified")))
+def test_drawn_ones_verify(number: int) -> None:
+    """`make drawn` verifies more of them."""
+    spec = machine(number).spec
+    found = verified(spec, amount("machine_faults"))
+    assert found.red == (), f"make drawn ARGS='--only {number}'"
