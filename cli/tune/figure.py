@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from heatwright.cli.tune.methods import Judged, Task, Tried
+from heatwright.cli.tune.methods import OWN, Judged, Task, Tried
 from heatwright.sim.plot import PANEL_IN, dress
 from heatwright.sim.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.margins import open_loop
 
-COLOURS = ("#7f7f7f", "#0050a0", "#e69f00", "#009e73")
+COLOURS = {OWN: "#7f7f7f", "relay": "#0050a0", "simc": "#e69f00", "lambda": "#009e73"}
 WIDTH_IN = 12.0
 ROOM_K = 2.0
 """Least height about the setpoint that the closer look shows to either side."""
@@ -40,7 +39,8 @@ def _draw(
     panels = figure.subplots(2, 2, sharex="col")
     shown_s = shown_for_s(task, tried)
     time = time_axis(shown_s)
-    for colour, row in zip(cycle(COLOURS), rows, strict=False):
+    for row in rows:
+        colour = COLOURS[row.method]
         _bode(panels[0][0], panels[1][0], task, row, colour)
         if row.method in tried:
             _course(panels[0][1], panels[1][1], _log(task, tried[row.method]), time, colour)
