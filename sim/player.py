@@ -75,7 +75,9 @@ class Player:
         before = deepcopy(self._reference) if self._has_others else None
         values = self._fed(row, starts, lost=lost)
         code, temperature_c = int(row["fault.code"]), Single(row["fault.temperature_c"])
-        own = self._reference.fault_code == code
+        own = self._reference.fault_code == code and (
+            before is None or self._is_equal(values, row)  # several can trip the same rule at once
+        )
         self.latched.append(Latched(number, float(row["time_s"]), code, own))
         if own or before is None:
             return values

@@ -8,7 +8,14 @@ from collections.abc import Iterator
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bears import WARM_DAY_C, room_c
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.machine import WARM_K, full_percent, room_k, usable_c
+from heatwright.sim.faults.machine import (
+    WARM_K,
+    blur_k,
+    full_percent,
+    room_k,
+    sensor_step_k,
+    usable_c,
+)
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import ThermalNetwork
 
@@ -47,11 +54,14 @@ def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> Therm
 def noisy(site: Site) -> ThermalNetwork:
     """Return a machine with the most noise that `rise_rate` lets pass: six sigma of a difference.
 
-    The difference of two readings has √2 times the noise of one. Nor may its peaks be a rise while
-    the heater is off, or take half of the way to another limit.
+    The difference of two readings has √2 times the noise of one, and can be a step more: where
+    steps are wide, little may be left. Nor may its peaks be a rise while the heater is off, or
+    take half of the way to another limit.
     """
     loop = site.loop
-    allowed_k = loop.protection.rise_rate_k_per_s * loop.period_s / 2**0.5
+    step_k = max(sensor_step_k(site), *(blur_k(site, each) for each in starts.setpoints_c(site)))
+    passes_k = loop.protection.rise_rate_k_per_s * loop.period_s - step_k
+    allowed_k = max(0.0, passes_k) / 2**0.5
     noise_k = min(allowed_k, room_k(site)) / SIGMAS
     sense = dict(site.network.sense)
     sense[loop.sensor] = sense[loop.sensor].model_copy(update={"noise_k": noise_k})

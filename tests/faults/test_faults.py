@@ -61,10 +61,17 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
         catalogue(bare, site_of("chamber").program)
 
 
-@pytest.mark.parametrize("fault", ["lid.unplugged", "lid.switch_shorted_when_hot", "air.adc_stuck"])
-def test_a_fault_of_one_loop_is_one_of_all(fault: str) -> None:
-    controller = controller_of(TWO)
-    (found,) = (each for each in catalogue(controller, whole(TWO)) if each.id == fault)
+@pytest.mark.parametrize(
+    ("spec", "fault"),
+    [
+        *((TWO, f"lid.{fault}") for fault in ("unplugged", "switch_shorted_when_hot")),
+        (TWO, "air.adc_stuck"), ("printer", "bed.adc_hangs"), ("printer", "hotend.adc_hangs"),
+    ],
+)  # fmt: skip
+def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
+    """Also one that both tell of in the same tick, as of a converter that both have."""
+    controller = controller_of(spec)
+    (found,) = (each for each in catalogue(controller, whole(spec)) if each.id == fault)
     result = try_fault(found)
     assert (result.detail, bool(result.rule)) == ("", True)
 
