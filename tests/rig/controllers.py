@@ -417,9 +417,9 @@ class _Controller:
             address = next(iter(self.interfaces[0]["loops"]))
             heat, tune, gains = BY_HOST.get(address, (f"M104 {address}", f"M303 {address}", "M301"))
             warm_c = text(round((self.loops[0].low_c + self.loops[0].high_c) / 2))
-            lines = (f"{address}", f"{heat} S{warm_c}", "M105", f"{heat} S0", "M106 S128", "M107",
-                     "M112", f"{tune} S{warm_c} C3", f"{gains} P5 I0.1 D2", "M999",
-                     "G1 E5 F300")  # fmt: skip
+            lines = ["M105", f"{heat} S{warm_c}", f"{heat} S0", "M106 S128", "M107", "M112", "M999",
+                     f"{tune} S{warm_c} C3", f"{gains} P5 I0.1 D2", "G1 E5 F300"]  # fmt: skip
+            lines.append(address if "T" in address else "M114")
             found += [{"send": line} for line in lines]
         if "modbus_rtu" in self.on_port:
             found += [{"write": write} for write in self._writes()]
