@@ -56,7 +56,7 @@ def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
         try:
             heated = HeatedLoop(controller, name, simulation)
             _KNOWN[key] = _frozen(heated, rule, open_keys)
-        except (ArithmeticError, AssertionError, KeyError, ValueError):
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
             _KNOWN[key] = Derived({}, {})  # the checks tell what is wrong with such a plant
     values, words = _KNOWN.get(key, Derived({}, {}))
     if not values:

@@ -50,7 +50,7 @@ PLACES = 4
 class HeatedLoop:
     """One loop with its part of a plant, as the rules' numbers need it.
 
-    Raises ArithmeticError, AssertionError, KeyError or ValueError for a plant that the checks
+    Raises ArithmeticError, AssertionError, LookupError or ValueError for a plant that the checks
     refuse.
     """
 
@@ -249,7 +249,7 @@ def _longest_within(course: Iterator[tuple[float, float]], band_k: float) -> flo
             high.pop()
         low.append(last)
         high.append(last)
-        while points[high[0]][1] - points[low[0]][1] >= band_k:
+        while first < last and points[high[0]][1] - points[low[0]][1] >= band_k:
             first += 1
             for queue in (low, high):
                 if queue[0] < first:
