@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, LcdKeypad, ModbusRtu, Nextion
+from heatwright.spec.interfaces import Countdown, Gcode, LcdKeypad, ModbusRtu, Nextion
 
 
 def gcode_of(controller: Controller) -> Gcode | None:
@@ -65,6 +65,12 @@ def keyed(controller: Controller, loop_name: str) -> bool:
     """Tell whether the keys of the display shield serve a loop."""
     keypad = keypad_of(controller)
     return keypad is not None and keypad.loop == loop_name
+
+
+def countdown_of(controller: Controller, loop_name: str) -> Countdown | None:
+    """Find what lets people set a time after which a loop goes off."""
+    keypad = keypad_of(controller)
+    return keypad.countdown if keypad is not None and keypad.loop == loop_name else None
 
 
 def touched(controller: Controller, loop_name: str) -> bool:

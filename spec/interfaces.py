@@ -60,6 +60,24 @@ class Address(Checked):
         return value
 
 
+LONGEST_COUNTDOWN_S = 359_940.0
+"""99 h 59 min: what the display has room for."""
+
+_Minutes = Annotated[float, Quantity(DURATION, least=60.0, most=LONGEST_COUNTDOWN_S)]
+
+
+class Countdown(Model):
+    """A time, set by keys, after which the loop goes off."""
+
+    longest_s: _Minutes = Field(86_400.0, alias="longest", description="The longest time.")
+    step_s: _Minutes = Field(
+        300.0, alias="step", description="Change of the time for each press of UP or DOWN."
+    )
+    counts: Literal["from setpoint", "at once"] = Field(
+        "from setpoint", description="From when the time counts."
+    )
+
+
 class LcdKeypad(Model):
     """The Arduino LCD keypad shield: 16x2 characters, five keys on A0."""
 
@@ -67,6 +85,9 @@ class LcdKeypad(Model):
     loop: Reference = Field(description="Loop that is shown and set.")
     step_k: Annotated[float, Quantity(DIFFERENCE, least=0.1, most=100.0)] = Field(
         1.0, alias="step", description="Change of the setpoint for each press of UP or DOWN."
+    )
+    countdown: Countdown | None = Field(
+        None, description="Let people set a time after which the loop goes off; left out, none."
     )
 
 

@@ -18,6 +18,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, ThreePosition
 from heatwright.spec.commands import (
     commanded,
+    countdown_of,
     must_release,
     programmed,
     starts_enabled,
@@ -95,6 +96,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "relay_judged": relay.is_judged_by(source.controller, name),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,
+        "countdown": countdown_of(source.controller, name) is not None,
         "readings": readings,
         "averaged": readings > 1,
         "average_where": Source(source.spec, ("sensors", loop.sensor, "moving_average")).where,

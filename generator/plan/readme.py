@@ -13,8 +13,15 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
-from heatwright.spec import LcdKeypad, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of, modbus_of, nextion_of, programmed, starts_enabled
+from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
+from heatwright.spec.commands import (
+    gcode_of,
+    keypad_of,
+    modbus_of,
+    nextion_of,
+    programmed,
+    starts_enabled,
+)
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -31,6 +38,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "loops": _loops(spec),
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
+        "countdown": _countdown(controller),
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "menu": any(
             isinstance(each, LcdKeypad) and programmed(controller, each.loop)
@@ -62,6 +70,16 @@ def _host(spec: Spec) -> dict[str, Any] | None:
             for address, name in names.items()
         ],
     }  # fmt: skip
+
+
+def _countdown(controller: Controller) -> str | None:
+    """Say from when the time set by keys counts; None if none can be set."""
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.countdown is None:
+        return None
+    if keypad.countdown.counts == "at once":
+        return "while the loop is on"
+    return "from the moment on in which the setpoint is reached"
 
 
 def _modbus(spec: Spec) -> dict[str, Any] | None:

@@ -16,6 +16,8 @@ HELD_S = 2.6
 """A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
 COARSE_STEPS = 10
 LONGEST_HOLD_S = 60.0
+OFF = ("OFF, UP: ", "Done UP: ")
+"""How the display's second line begins with a loop that keys have switched off, or time."""
 
 
 class Hand(Protocol):
@@ -119,21 +121,20 @@ class _AtKeys(_Unswitched):
 
 
 class _AtPanel(_AtKeys):
-    """Somebody at the keys of a loop without programs, who sees on the display whether it is on."""
+    """Somebody at the keys of a loop without programs, who sees on the display what it does."""
 
     def switch(self, world: World, *, on: bool) -> None:
         if not on:
             world.press("left")
-        elif self._is_off(world):
+            return
+        if not world.screen[1].startswith(("Set temp ", *OFF)):
+            world.press("right")  # from the time to the setpoint
+        if world.screen[1].startswith(OFF):
             world.press("up")
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
         self.switch(world, on=True)
         super().set_setpoint(world, setpoint_c)
-
-    @staticmethod
-    def _is_off(world: World) -> bool:
-        return world.screen[1].startswith("OFF")
 
 
 class _AtMenu(_AtKeys):

@@ -11,6 +11,7 @@ from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.keypad import CODES
+from heatwright.spec.commands import countdown_of
 
 SEED = 2
 WATCH_S = 60.0
@@ -58,6 +59,16 @@ def _keys(site: Site) -> Iterator[Fault]:
         judge=_one_step,
     )
     yield Fault("keys_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S)
+    countdown = countdown_of(site.controller, site.loop_name)
+    if countdown is not None:
+        yield Fault(
+            "countdown_ends",
+            lambda: starts.held(site),
+            _set_time,
+            calm=True,
+            watch_s=countdown.step_s,
+            judge=_goes_off_in_time,
+        )
     trip = Trip(SENSOR_RULES, answer_s(site.loop))
 
     def cause(world: World) -> None:
@@ -76,6 +87,30 @@ def _keys(site: Site) -> Iterator[Fault]:
 def hold(key: str) -> Act:
     """Hold a key down."""
     return lambda world: world.device.press(key)
+
+
+def _set_time(world: World) -> None:
+    """Set the shortest time, and go back to the setpoint."""
+    for key in ("right", "up", "right"):
+        world.press(key)
+
+
+def _goes_off_in_time(world: World) -> str:
+    """See that the loop goes off once it was near its setpoint for the time, and stays off."""
+    period_s = world.site.loop.period_s
+    if world.now_s - _last_on_s(world) > 2 * period_s:
+        return f"it was off at {_last_on_s(world):.1f} s, too soon"
+    if not world.until(lambda now: not now.loop("enabled"), starts.LONGEST_S):
+        return "it is still on"
+    went_s = world.now_s
+    world.run(WATCH_S)
+    last_s = world.heaters.last_on_s(went_s)
+    return "" if last_s is None else f"the heater was on again at {last_s:.1f} s"
+
+
+def _last_on_s(world: World) -> float:
+    log = world.device.steps(world.site.loop_name)
+    return float(log["time_s"][log["enabled"] > 0][-1])
 
 
 def _one_step(world: World) -> str:

@@ -1,5 +1,6 @@
 """The reference model as a device: it can take the binary's place on the bench."""
 
+from heatwright.sim.reference.countdown import CountdownKeys
 from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.driven import Driven
 from heatwright.sim.reference.feed import Feed
@@ -53,6 +54,20 @@ class ReferenceDevice:
         operator = self._loops[nextion.loop].operator
         return Display(controller, operator, self._latch.acknowledge)
 
+    @property
+    def countdown(self) -> CountdownKeys | None:
+        """The time that the keys can set, if they can."""
+        return None if self._keypad is None else self._loops[self._keypad.loop].countdown
+
+    def is_off(self, loop: str) -> bool:
+        """Tell whether a loop will be off in its next step.
+
+        Raises:
+            KeyError: there is no such loop.
+
+        """
+        return self._loops[loop].operator.is_off
+
     def gains(self, loop: str) -> Gains | None:
         """Return the gains of a loop now, if they can be changed.
 
@@ -74,6 +89,8 @@ class ReferenceDevice:
         if not pressed or self._keypad is None or (self._latch.code and key != "select"):
             return
         operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
+        if self.countdown is not None and self.countdown.take(key):
+            return
         if key == "up":
             operator.change(step_k)
         elif key == "down":

@@ -3,15 +3,17 @@
 import numpy as np
 
 from heatwright.sim.reference.copies import Cell, cell_of, column_of
+from heatwright.sim.reference.countdown import CountdownKeys
 from heatwright.sim.reference.current import IdealSensor
-from heatwright.sim.reference.loop import Reference
+from heatwright.sim.reference.loop import Record, Reference
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.operator import Operator
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.sampling import Sampler
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, CurrentSensor, programmed, switched
+from heatwright.spec import Controller, CurrentSensor, ThreePosition, programmed, switched
+from heatwright.spec.commands import countdown_of
 
 SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
@@ -28,6 +30,7 @@ class ModelledLoop:
         self.spec = controller.loops[name]
         self.reference = Reference(controller, name)
         self.operator = _operator(controller, name, self.reference)
+        self.countdown = _countdown(controller, name, self.operator)
         self.is_ready = False
         """Whether the last step found the temperature near enough to the setpoint."""
         self._sampler = Sampler(controller, self.spec)
@@ -64,6 +67,8 @@ class ModelledLoop:
         record = self.reference.step(status, raw, self.operator.setpoint_c, orders=orders)
         self._rows.append((self._step_us / SECOND_US, *record.values(), *self._loaded()))
         self.operator.after_step()
+        if self.countdown is not None:
+            self.countdown.after_step(warm=self._is_warm(record))
         within_k = self.spec.ready_within_k or DEFAULT_READY_K
         error_k = float(record["temperature_c"]) - float(self.operator.setpoint_c)
         self.is_ready = self.operator.is_automatic and abs(error_k) <= within_k and not status
@@ -96,6 +101,17 @@ class ModelledLoop:
         dtype = [("time_s", "f8"), *self.reference.members, *column_of(self._points)]
         return np.array(self._rows, dtype=dtype)
 
+    def _is_warm(self, record: Record) -> bool:
+        """Tell whether a loop that is on was within its band about the setpoint in a step."""
+        if not record["enabled"] or record["fault.code"] or record["reading_status"]:
+            return False
+        algorithm = self.spec.algorithm
+        within_k = self.spec.ready_within_k or DEFAULT_READY_K
+        if isinstance(algorithm, ThreePosition):
+            within_k = algorithm.dead_band_k
+        error_k = Single(record["setpoint_c"]) - Single(record["temperature_c"])
+        return bool(-Single(within_k) <= error_k <= Single(within_k))
+
     def _loaded(self) -> tuple[Cell, ...]:
         """Return the copy of the program, for the log."""
         run = self.reference.program
@@ -108,6 +124,13 @@ def _operator(controller: Controller, name: str, reference: Reference) -> Operat
     if switched(controller, name):
         return SwitchedOperator(controller, name, reference)
     return Operator(controller, name, reference)
+
+
+def _countdown(controller: Controller, name: str, operator: Operator) -> CountdownKeys | None:
+    countdown = countdown_of(controller, name)
+    if countdown is None or not isinstance(operator, SwitchedOperator):
+        return None
+    return CountdownKeys(countdown, controller.loops[name], operator)
 
 
 def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:

@@ -112,6 +112,8 @@ CHECKS: tuple[Check, ...] = (
     gains.autotune_has_a_use,
     supply.supply_suffices,
     interfaces.step_fits_range,
+    interfaces.countdowns_have_a_use,
+    interfaces.countdowns_count_minutes,
     ports.ports_exist,
     ports.one_interface_per_port,
     ports.baud_can_be_made,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_loops, unknown
-from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
+from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
@@ -107,6 +107,8 @@ def ready_is_asked_for(controller: Controller) -> Findings:
     """Find loops that say when they are ready, and nobody who waits for it."""
     for name, loop in controller.loops.items():
         asked = modbus_of(controller) is not None or name in host_loops(controller)
+        countdown = countdown_of(controller, name)
+        asked = asked or (countdown is not None and countdown.counts == "from setpoint")
         if loop.ready_within_k is not None and not asked:
             yield Finding(
                 ("loops", name, "ready_within"),

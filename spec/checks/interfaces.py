@@ -1,11 +1,16 @@
-"""Keys: steps that fit the range."""
+"""Keys: steps that fit the range, countdowns that can be set and cannot be forgotten."""
 
 from __future__ import annotations
 
+from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import programmed, starts_enabled, switched
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
-from heatwright.spec.quantity import number
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration, number
+
+MINUTE_S = 60.0
 
 
 def step_fits_range(controller: Controller) -> Findings:
@@ -31,3 +36,83 @@ def step_fits_range(controller: Controller) -> Findings:
                     f"Use at most {number(range_k)} K",
                     (("loops", interface.loop, "setpoint"),),
                 )
+
+
+def countdowns_have_a_use(controller: Controller) -> Findings:
+    """Find countdowns where somebody else has the time, or where a power cut would forget it."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, LcdKeypad) or interface.countdown is None:
+            continue
+        path: Path = ("interfaces", index, "countdown")
+        name = interface.loop
+        if name not in controller.loops:
+            continue
+        if programmed(controller, name):
+            yield Finding(
+                path,
+                f"programs move the loop {name}, and a program has its own times",
+                "Delete it, and end a program with a hold",
+                (("programs",),),
+            )
+        elif not switched(controller, name):
+            yield Finding(
+                path,
+                f"a gcode interface serves the loop {name}, and its host has the time",
+                "Delete it",
+                (("interfaces",),),
+            )
+        elif starts_enabled(controller, name):
+            yield Finding(
+                path,
+                "a power cut forgets the time, and the loop would then heat without end",
+                f"Delete it, or delete starts: enabled of the loop {name}",
+                (("loops", name, "starts"),),
+            )
+        elif interface.countdown.counts == "from setpoint" and _rests_anywhere(controller, name):
+            yield Finding(
+                (*path, "counts"),
+                "without ki the loop rests beside its setpoint, and the time might never count",
+                "Write counts: at once, or give the algorithm a ki",
+                (("loops", name, "algorithm"),),
+            )
+
+
+def _rests_anywhere(controller: Controller, name: str) -> bool:
+    algorithm = controller.loops[name].algorithm
+    return isinstance(algorithm, Pid) and algorithm.ki == 0
+
+
+def countdowns_count_minutes(controller: Controller) -> Findings:
+    """Find times that the display does not show, and steps that cannot be made."""
+    for index, interface in enumerate(controller.interfaces):
+        if not isinstance(interface, LcdKeypad) or interface.countdown is None:
+            continue
+        path: Path = ("interfaces", index, "countdown")
+        countdown, loop = interface.countdown, controller.loops.get(interface.loop)
+        odd = False
+        for key, seconds in (("longest", countdown.longest_s), ("step", countdown.step_s)):
+            if seconds % MINUTE_S:
+                odd = True
+                yield Finding(
+                    (*path, key),
+                    f"{duration(seconds)} is no whole number of minutes, which the display shows",
+                    f"Use {duration(MINUTE_S * round(seconds / MINUTE_S))}",
+                )
+        if odd:
+            continue
+        if countdown.step_s > countdown.longest_s:
+            yield Finding(
+                (*path, "step"),
+                f"a step of {duration(countdown.step_s)} is more than the longest time, "
+                f"{duration(countdown.longest_s)}",
+                f"Use at most {duration(countdown.longest_s)}",
+                ((*path, "longest"),),
+            )
+        elif loop is not None and countdown.step_s < loop.period_s:
+            yield Finding(
+                (*path, "step"),
+                f"a step of {duration(countdown.step_s)} is less than the loop's period, "
+                f"{duration(loop.period_s)}",
+                f"Use at least {duration(MINUTE_S * -(-loop.period_s // MINUTE_S))}",
+                (("loops", interface.loop, "period"),),
+            )

@@ -109,6 +109,14 @@ MACHINES = {
             ("hotend", {}), ("frost", {"switch_leaking": "runaway_above"}), ("falling", {}),
         )
     },
+    # Off until somebody presses UP, and after a time.
+    "timed": Machine(
+        changed(
+            "chamber", ("starts: enabled  ", "starts: disabled "),
+            ("step: 10 K}", "step: 10 K, countdown: {longest: 1 h, step: 2 min}}"),
+        ),
+        only=("countdown_ends", "power_cut", "keys_at_random", "select_stuck"),
+    ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
         changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)

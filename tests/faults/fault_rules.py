@@ -7,6 +7,7 @@ that is judged by it. The machines of these tests are strong enough for every fa
 from typing import Any
 
 from heatwright.spec import Controller
+from heatwright.spec.commands import countdown_of
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
@@ -98,6 +99,8 @@ def rules_of(controller: Controller) -> Rules:
         found |= _OPERATORS[kind]
     if kinds:
         found |= _of("record_cut_short")
+    if any(countdown_of(controller, name) for name in controller.loops):
+        found |= _of("countdown_ends")
     if controller.safety.relay_feedback:
         found |= _RELAY
     if controller.programs:

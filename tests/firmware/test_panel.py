@@ -1,6 +1,8 @@
 """What the operator sees and does: display, keys, the line to the computer."""
 
+import re
 from collections.abc import Callable
+from operator import methodcaller
 from random import Random
 from typing import Any
 
@@ -10,7 +12,7 @@ import test_start
 from rig.avr import whole
 from rig.specs import changed, controller_of
 from suite import SEED, amount
-from test_start import CHAMBER, SETPOINT, power_on, press
+from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
@@ -88,20 +90,35 @@ def test_cheap_resistors(tolerance: float) -> None:
     assert device.read("fault.code") == 0
 
 
+TIMED = ("up", "right", "up", "right")
+"""On, for the shortest time."""
 KEYS = ("up", "down", "left", "right", "select")
 PLOTTER = "kind: serial_plotter, loop: air, baud: 9600"
+STARTS = ("starts: enabled  ", "starts: disabled ")
+
+
+def time_of(keys: str) -> tuple[str, str]:
+    """Let people set a time."""
+    return "step: 10 K}", f"step: 10 K, countdown: {{{keys}}}}}"
+
+
 OTHERS = {
-    "off at first": changed("chamber", ("starts: enabled  ", "starts: disabled ")),
+    "off at first": changed("chamber", STARTS),
     "a host": changed("chamber", (PLOTTER, "kind: gcode, loops: {T0: air}")),
     "a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
-}
+    "a time": changed("chamber", STARTS, time_of("longest: 3 min, step: 1 min")),
+    "a master's time": changed(
+        "chamber", STARTS, time_of("longest: 4 min, step: 2 min, counts: at once"),
+        (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 2 s"),
+    ),
+}  # fmt: skip
 """Who else there is, or how it starts, and the specification."""
 
 
 def chosen(key: str, draw: Random, name: str) -> Callable[[Any], object]:
     """Return what is done to a device: mostly a press, else a fault or an order of others."""
     turn = draw.random()
-    if turn < 0.05:
+    if turn < (0.005 if "time" in name else 0.05):
         return lambda device: device.sense("air", 90.0)
     if turn < 0.3 and name == "a host":
         line = draw.choice(("M104 S0", "M104 S55", "M104 S10"))
@@ -109,6 +126,8 @@ def chosen(key: str, draw: Random, name: str) -> Callable[[Any], object]:
     if turn < 0.3 and name == "a master":
         on = draw.random() < 0.7
         return lambda device: device.write("air.enabled", on)
+    if turn < 0.93 and "time" in name:
+        return lambda device: device.press(None)  # time goes by
     return lambda device: device.press(key)
 
 
@@ -119,12 +138,16 @@ def test_any_keys_do_what_the_model_does(name: str) -> None:
     controller = controller_of(OTHERS[name]) if name in OTHERS else CHAMBER
     board = AvrDevice(controller, whole(OTHERS[name]) if name in OTHERS else test_start.program())
     model = ReferenceDevice(controller)
-    shown = []
-    for second in range(amount("panel_keys")):
+    shown, told = [], []
+    timed = TIMED if "time" in name else ()
+    for second in range(amount("panel_keys") * (4 if timed else 1)):
         act = chosen(draw.choice(KEYS), draw, name)
+        if second < len(timed):
+            act = methodcaller("press", timed[second])
         for device in (board, model):
             device.advance(second + 0.15)
-        shown.append(board.shield.lcd.text[1].rstrip())
+        shown.append([re.sub("VT=.", "VT", line.rstrip()) for line in board.shield.lcd.text])
+        told.append(lines_of(model, board, name))
         for device in (board, model):
             device.sense("air", 19.0)
             act(device)
@@ -133,16 +156,77 @@ def test_any_keys_do_what_the_model_does(name: str) -> None:
     ours, its = board.steps("air"), model.steps("air")
     for member in set(its.dtype.names or ()) - {"time_s"}:
         assert ours[member].tolist() == its[member].tolist(), member
-    for text, row in zip(shown[1:], its, strict=True):
-        assert text == second_line(row, name) or row["fault.code"]
+    period = 2 if "period: 2 s" in OTHERS.get(name, "") else 1
+    for lines, wanted, row in zip(shown[period::period], told[period::period], its, strict=True):
+        if not row["fault.code"]:
+            assert lines == wanted
 
 
-def second_line(row: Any, name: str) -> str:
-    """Return what the display says after a step."""
-    on = row["setpoint_c"] if name == "a host" else row["enabled"]
-    if not on and name == "a host":
-        return "OFF"
-    return f"{'Set temp' if on else 'OFF, UP:'} {row['setpoint_c']:.0f}°C"
+def lines_of(model: ReferenceDevice, board: AvrDevice, name: str) -> list[str]:
+    """Return what the display says of a model at the board's setpoint."""
+    setpoint, doing = f"{board.read(SETPOINT):.0f}°C", " VT"
+    second = f"Set temp {setpoint}"
+    if model.is_off("air"):
+        second = "OFF" if name == "a host" else f"OFF, UP: {setpoint}"
+    if countdown := model.countdown:
+        minutes, counts = countdown.minutes_left, countdown.left is not None
+        clock = f"{minutes // 60}:{minutes % 60:02}"
+        doing = f"{'-' if counts else ' '}{clock}" if minutes else doing
+        doing = " OFF" if model.is_off("air") else doing
+        second = second.replace("OFF,", "Done") if countdown.ended else second
+        if countdown.sets_time:
+            second = f"Off {'in' if counts else 'after'} {clock}" if minutes else "No time is set"
+    return [f"T=19.0°C{doing}", second]
+
+
+def timed() -> AvrDevice:
+    """Return the chamber that is on for a time: three minutes, three hours at most."""
+    spec = changed("chamber", STARTS, time_of("longest: 3 h, step: 1 min"))
+    device = AvrDevice(controller_of(spec), whole(spec))
+    device.sense("air", ROOM_C)
+    device.advance(1.5)
+    for key in ("up", "right", "up", "up", "up"):
+        press(device, key)
+    device.advance(5.5)
+    assert device.shield.lcd.text == ("T=19.0°C-0:03   ", "Off in 0:03     ")
+    return device
+
+
+@pytest.mark.parametrize(
+    ("member", "value"),
+    [("counting", 2), ("counting", 255), ("left", 0), ("left", 10_801), ("left", 0xFFFF_FFFF),
+     ("minutes", 181), ("minutes", 0xFFFF)],
+)  # fmt: skip
+def test_a_time_that_cannot_be_ends_at_once(member: str, value: int) -> None:
+    device = timed()
+    put(device, f"countdown.{member}", value)
+    device.advance(6.1)
+    assert not device.outputs["heater"].on
+    device.advance(8.0)
+    press(device, "right")
+    device.advance(9.0)
+    assert device.shield.lcd.text == ("T=19.0°C OFF    ", "Done UP: 20°C   ")
+    assert device.read("loop_air.enabled") == 0
+
+
+def test_a_key_held_down_changes_the_time_and_no_setpoint() -> None:
+    """Ten steps a second after half a second, and ten times as much after twenty of them."""
+    device = timed()
+    press(device, "up", 0.1 + 0.4 + 1.0)
+    device.advance(device.time_s + 0.1)
+    assert device.shield.lcd.text[1].split() == ["Off", "in", f"0:{3 + 1 + 10:02}"]
+    press(device, "up", 6.0)
+    assert device.shield.lcd.text[1].split() == ["Off", "in", "3:00"]
+    press(device, "down", 8.0)
+    device.advance(device.time_s + 0.1)
+    assert device.shield.lcd.text[1].split() == ["Off", "in", "0:10"]
+    press(device, "right")
+    for key, setpoint_c in (("up", 30), ("down", 20)):
+        press(device, key, 3.0)
+        assert device.read(SETPOINT) == setpoint_c
+    press(device, "left")
+    device.advance(device.time_s + 0.1)
+    assert device.shield.lcd.text == ("T=19.0°C OFF    ", "OFF, UP: 20°C   ")
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 3, 4])

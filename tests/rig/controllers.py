@@ -263,7 +263,15 @@ class _Controller:
             shown = next(each for each in self.loops if each.name == self.shown)
             most_k = max(0.1, min(100.0, shown.high_c - shown.low_c))
             step_k = draws.number(0.1, most_k, 1, 0.1)
-            self.interfaces.append(part | ({"step": text(step_k, "K")} if step_k != 1 else {}))
+            part |= {"step": text(step_k, "K")} if step_k != 1 else {}
+            served = shown.served
+            counts = served.switched and not served.programmed
+            if counts and shown.loop.get("starts") != "enabled" and draws.some():
+                rests = shown.kind == "pid" and not shown.integrates
+                able: list[Part] = [{"counts": "at once"}]
+                able += [] if rests else [{}, {"longest": "1 h", "step": "10 min"}]
+                part["countdown"] = draws.one(*able)
+            self.interfaces.append(part)
 
     # Programs and logs
 

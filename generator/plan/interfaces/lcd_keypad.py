@@ -6,12 +6,13 @@ from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.menu import Shown, plan_menu
-from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad
+from heatwright.spec import LcdKeypad, Loop
 from heatwright.spec.commands import must_release, programmed, switched
+from heatwright.spec.interfaces import Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
@@ -19,6 +20,10 @@ LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("
 POWER_UP_S = 0.05
 """HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
 RESYNC_S = 30.0
+
+MINUTE_S = 60.0
+COARSE = 10
+"""Steps at a time of a key that is held for long."""
 
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
@@ -39,7 +44,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     keypad = {
         "where": source.where,
         "shared_adc": has_sensors(controller),
-        "repeats": by_program,
+        "repeats": by_program or interface.countdown is not None,
     }
     constants = (
         Constant(
@@ -106,6 +111,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "rules": rules(controller),
         "hosted": not switched(controller, interface.loop),
         "must_release": must_release(controller),
+        "countdown": interface.countdown is not None,
     }
     whole = all(
         value.is_integer()
@@ -121,4 +127,39 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
             "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
         ),
     )
-    return Shown((File("src/panel.c", "interfaces/panel.c.j2", panel),), constants)
+    files = (File("src/panel.c", "interfaces/panel.c.j2", panel),)
+    if interface.countdown is None:
+        return Shown(files, constants)
+    at = source.at("countdown")
+    counted = {
+        **panel,
+        "where": at.where,
+        "at_once": interface.countdown.counts == "at once",
+        "counts_where": at.at("counts").where,
+    }
+    return Shown(
+        (
+            *files,
+            File("src/countdown.h", "interfaces/countdown.h.j2", counted, ("countdown",)),
+            File("src/countdown.c", "interfaces/countdown.c.j2", counted, ("countdown",)),
+        ),
+        (*constants, *_countdown(at, interface.countdown, loop)),
+    )
+
+
+def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:
+    """Give times in minutes, as the display does."""
+    longest, step = (
+        round(seconds / MINUTE_S) for seconds in (countdown.longest_s, countdown.step_s)
+    )
+    coarse = min(COARSE * step, longest)
+    return (
+        at.at("longest").count("COUNTDOWN_LONGEST_MIN", longest, "the longest time"),
+        at.at("step").count("COUNTDOWN_STEP_MIN", step, "for each press"),
+        Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "for each repeat of a key held for long"),
+        Constant(
+            "COUNTDOWN_PERIOD_MS",
+            f"{milliseconds(loop.period_s)}UL",
+            f"control steps of {quantity(loop.period_s, 's')}",
+        ),
+    )
