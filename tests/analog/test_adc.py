@@ -40,8 +40,9 @@ def hold(device: AvrDevice, code: int) -> None:
     device.avr.adc.set(1, (code + 0.5) * 5000 / 1024)
 
 
-def test_the_adcs_clock_gives_all_ten_bits(plate: AvrDevice) -> None:
+def test_its_clock_gives_all_ten_bits_of_the_supply_and_no_input_is_digital(plate):
     plate.advance(0.1)
+    assert (plate.read("ADMUX"), plate.read("DIDR0")) == (1 << 6 | 1, 1 << 1)
     prescaler = 1 << (plate.read("ADCSRA") & 7)
     assert FASTEST_ADC_HZ / 2 < plate.avr.clock_hz / prescaler <= FASTEST_ADC_HZ
 

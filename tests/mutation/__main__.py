@@ -18,6 +18,7 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -46,14 +47,13 @@ def main(words: Sequence[str] | None = None) -> int:
     cases = cases_of(arenas, asked.file)
     cases = sampled(cases, asked.sample) if asked.sample else cases
     report = Report([arena.name for arena in arenas], cases)
-    began = time.monotonic()
+    began, fates = time.monotonic(), Counter[str]()
 
-    def tell(_: object) -> None:
-        done = sum(bool(case.fate) for case in cases)
-        if done % 50 == 0 or done == len(cases):
-            alive = sum(case.fate == "survived" for case in cases)
-            past = time.monotonic() - began
-            print(f"\r{done} of {len(cases)}, {alive} alive, {past:.0f} s", end="", file=sys.stderr)
+    def tell(case: "Case") -> None:  # noqa: F821
+        fates[case.fate] += 1
+        if (done := fates.total()) % 50 == 0 or done == len(cases):
+            text = f"{done} of {len(cases)}, {fates['survived']} alive"
+            print(f"\r{text}, {time.monotonic() - began:.0f} s", end="", file=sys.stderr)
 
     try:
         Engine(arenas, cases, tell).run(asked.jobs)

@@ -36,6 +36,7 @@ _DECLARING = ("declaration", "field_declaration", "parameter_declaration", "func
 EQUAL_AT_0 = {(">", "!="), ("!=", ">"), ("==", "<="), ("<=", "==")}
 """Of `x OPERATOR 0`, where x has no sign."""
 LIST = Path(__file__).with_name("equivalent.txt")
+MARKS = str.maketrans({"…": ".*", "‹": "(?:", "¦": "|", "›": ")"})
 MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
@@ -228,7 +229,7 @@ def entries(text: str) -> list[Entry]:
         if not pattern or not reason:
             message = f"equivalent.txt:{number}: no reason"
             raise ValueError(message)
-        expression = re.compile(".*".join(map(re.escape, pattern.strip().split("…"))))
+        expression = re.compile(re.escape(pattern.strip()).translate(MARKS))
         found.append(Entry(number, pattern.strip(), reason.strip(), expression))
     return found
 

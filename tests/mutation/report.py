@@ -7,7 +7,7 @@ from typing import Any
 from mutation.engine import Case
 from mutation.known import entry_of, listed
 
-PROTECTION = ("guard_", "gate", "fault", "reset", "relay", "current_", "settings", "programs",
+PROTECTION = ("guard_", "gate", "fault.", "reset", "relay", "current_", "settings", "programs",
               "progress")  # fmt: skip
 """Beginnings of the names of files that protect: of them every mutant is killed or listed."""
 LEAST_KILLED = 0.95

@@ -108,7 +108,10 @@ class Programs(Kept):
                 yield f"blank: place {number} has {self.read(number)}"
         if self.settle():
             yield "something is written although nothing has changed"
-        for number in (0, self.memory.places + 1, 255):
+        behind = self.memory.places + 1
+        sound = self.memory.program_slot(1, OLD)
+        self.boot(self.memory.image((self.memory.program_at(behind, 0), sound)))
+        for number in (0, behind, 255):
             if self.write(number, OLD):
                 yield f"place {number} is written"
             if self.read(number):
