@@ -104,9 +104,9 @@ class Way:
             if number in tripped:
                 self._trip_and_acknowledge(number)
             self.give(number, row)
+            if self._takes_turn:  # from the cooler: whatever is due, the first tick is off
+                self._course.advance((number - 1) * self._period_us + TICK_US)
             on_us = self._course.advance(number * self._period_us)
-            if self._takes_turn:  # from the cooler: on a tick later
-                on_us -= on_us * TICK_US / self._period_us
             total += nan if self._holds else on_us * self._whole / TICK_US
             counts.append(total)
             rows.append(self.step(number, row))

@@ -154,6 +154,24 @@ def test_they_are_dark_from_the_reset_on_until_there_is_something_to_show(shown:
         assert bright <= may_shine
 
 
+@pytest.mark.parametrize(
+    ("changes", "light"),
+    [
+        ([(1.0, True)], "lit"), ([(1.0, True), (8.1, False)], "unsteady"),
+        ([(0.5 * n, n % 2 == 0) for n in range(1, 21)], "blinking"),
+        ([(0.25 * n, n % 2 == 0) for n in range(1, 41)], "unsteady"),
+        ([(1.0 * n, n % 2 == 0) for n in range(1, 11)], "unsteady"),
+        ([(0.5 * n, n % 2 == 0) for n in range(1, 19)], "unsteady"),
+    ],
+)  # fmt: skip
+def test_neither_steady_nor_even_light_is_blinking(
+    changes: list[tuple[float, bool]], light: Light
+) -> None:
+    led = Shown(LOOP).leds[0]
+    led.changes = [(0.0, False), *changes]
+    assert led.light(10.0) == light
+
+
 SILENT_S = {HOSTED: 5.0, IMPATIENT: 3.0}
 """After so long the master is lost: by default, and by the rule."""
 with_a_master = pytest.mark.parametrize("text", SILENT_S, ids=["usual", "impatient"])

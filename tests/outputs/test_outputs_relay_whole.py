@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rig.avr import whole
-from rig.outputs import Recorded
+from rig.outputs import TICK_S, Recorded
 from rig.specs import example, spec_of
 
 from heatwright.sim.coupling import Coupling
@@ -103,6 +103,22 @@ def test_a_reset_connects_no_heater_to_the_timer() -> None:
     mine = events[np.isin(events["pin"], heaters)]
     assert len(mine)
     assert (mine["state"] & 1).all()
+
+
+def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
+    device = AvrDevice(spec_of(SPEC % "").controller, whole(SPEC % ""))
+    recorded = Recorded(device, "fan")
+    orders = ("M106 P0 S255", 2.5), ("M107 P0", 4.0), ("M106 P0 S255", 0.5), ("M107 P0", 10.0)
+    device.advance(0.5)
+    for line, seconds in orders:
+        device.send(line)
+        device.advance(device.time_s + seconds)
+    device.feed()
+    first, off, again, end = (cycle / device.avr.clock_hz for cycle in recorded.cycles("fan"))
+    assert 2.0 <= first <= 2.0 + 2 * TICK_S  # off for two seconds from the reset on
+    assert abs(off - first - 3.0) < 1e-3
+    assert again - off >= 2.0
+    assert abs(end - again - 3.0) < 1e-3
 
 
 TOLD_S = 3.15
