@@ -17,11 +17,11 @@ N ?= 20
 help: ## list what there is to make
 	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:[^#]*## /\t/' | expand -t 10
 
-setup: $(TESTS_READY) ## Debian packages where missing, .venv, the simulator's native part (LINUXCNC=1: and LinuxCNC)
+setup: $(TESTS_READY) ## Debian packages where missing, .venv, the simulator's native part (LINUXCNC=1: and LinuxCNC; EVIDENCE=1: and other judges)
 
-# Asked for, it is looked for even where all else is ready.
-ifdef LINUXCNC
-export LINUXCNC
+# What is asked for is looked for even where all else is ready.
+ifneq ($(LINUXCNC)$(EVIDENCE),)
+export LINUXCNC EVIDENCE
 .PHONY: $(TESTS_READY)
 endif
 

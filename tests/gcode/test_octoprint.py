@@ -37,8 +37,8 @@ CONFIG = {
 }
 """As after the first run; it stays off the network and takes no time for estimates."""
 
-MACHINE = "extruder"
-TARGETS_C = {"tool0": 200.0}
+MACHINE = "printer"
+TARGETS_C = {"tool0": 200.0, "bed": 60.0}
 DAMAGED = 0.005
 """Of the bytes, both ways: about one line in ten is hit."""
 CABLE = Cable(115200, speed=20.0, to_board_share=DAMAGED, to_host_share=DAMAGED, spares=b"Resend")
