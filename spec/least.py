@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from heatwright.spec.boards import Board
 from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
+from heatwright.spec.commands import tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad, SerialLog
 
@@ -24,8 +25,10 @@ class Least(NamedTuple):
 
 EVERY = Least(1900, 100)
 """Clock, gate, faults, settings, start-up, library; and the stack."""
-AUTOTUNE = Least(3830, 79)
-"""With what is there to store the gains that it finds."""
+TUNABLE = Least(2160, 0)
+"""Of a loop whose gains a host or a master may set, and have stored."""
+AUTOTUNE = Least(1670, 79)
+"""Beside that."""
 MENU = Least(4700, 140)
 """Of a keypad, where there are programs."""
 PROGRAMS = Least(4300, 220)
@@ -69,6 +72,7 @@ def least(controller: Controller) -> Least:
         parts.append(KINDS[each.kind])
         if isinstance(each, LcdKeypad) and controller.programs is not None:
             parts.append(MENU)
+    parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
     parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
     parts += [PROGRAMS] * (controller.programs is not None)
     flash, ram = (sum(sizes) for sizes in zip(*parts, strict=True))

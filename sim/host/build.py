@@ -99,6 +99,7 @@ def _names(parts: Parts) -> list[str]:
         control += [f"current_{parts.heater}.c", f"amperes_{parts.current}.c"]
     control += [f"{name}.c" for name in program_files(parts)]
     control += ["relay.c"] * (parts.relay is not None)
+    control += ["countdown.c"] * parts.countdown
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 

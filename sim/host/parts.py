@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor
-from heatwright.spec.commands import commanded, programmed, switched, tunable
+from heatwright.spec.commands import commanded, countdown_of, programmed, switched, tunable
 from heatwright.spec.timers import allocate
 
 TABLED = ("thermistor", "rtd", "analog")
@@ -38,6 +38,8 @@ class Parts(NamedTuple):
     programmed: bool
     relay: str | None
     """The safety relay's output."""
+    countdown: bool
+    """People may set a time after which the loop goes off."""
 
 
 def parts_of(controller: Controller) -> Parts:
@@ -71,6 +73,7 @@ def parts_of(controller: Controller) -> Parts:
         adjustable=loop.protection.maximum_adjustable,
         programmed=programmed(controller, name),
         relay=controller.safety.relay,
+        countdown=countdown_of(controller, name) is not None,
     )
 
 

@@ -29,7 +29,7 @@ def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
         "chamber.yaml: good\n", "none.yaml:1:1: the file cannot be read: no such file",
         ".:1:1: the file cannot be read: is a directory",
         "one.yaml:21:5: loops.air.period: 1 has no unit",
-        "two.yaml:25:7: loops.air.protection.maximm: there is no such key",
+        "two.yaml:26:7: loops.air.protection.maximm: there is no such key",
     ):  # fmt: skip
         assert expected in told
 

@@ -153,7 +153,7 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
         step_k = spec.controller.sensors["felt"].step_at_k(sensor.highest_c, "atmega328p")
         words["noise_k"] = round(step_k / 2, 3)
     if tuned:
-        task = task_of(spec, None, at_c=sensor.highest_c, lambda_s=None, tauc_s=None)
+        task = task_of(spec, "held", at_c=sensor.highest_c, lambda_s=None, tauc_s=None)
         found = {"slow": lambda_rule, "quick": simc}[style](task.model, task.filter_s)
         kept = {"kp": found.kp, "ki": found.ki, "kd": found.kd}
         gains = ", ".join(f"{name}: {value:.4g}" for name, value in kept.items())
