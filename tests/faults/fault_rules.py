@@ -13,6 +13,9 @@ Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
 LEAK = "rising_while_off"
 """Unless the machine cools down into the band before: then the band is left, too."""
+FULL_PERCENT = 100.0
+BELOW_K = 5.0
+"""So far below its setpoint a machine is when its sensor fails."""
 
 
 def _of(none: str = "", **by_rule: str) -> Rules:
@@ -112,10 +115,16 @@ def rules_of(controller: Controller) -> Rules:
 def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
     """A reading that stands still although heat is asked for, a heater that gives none.
 
-    Of two equal times that of `frozen` ends first: it does not wait for full power.
+    A PID asks for more while the reading stands still: `heating` waits for full power, `frozen` for
+    more than holding needs.
     """
     heating, frozen = loop.protection.heating, loop.protection.frozen
-    sooner = heating is None or (frozen is not None and frozen.for_s <= heating.within_s)
+    due_s: dict[str, float] = {}
+    if frozen:
+        due_s["sensor_frozen"] = _asked_s(loop, frozen.holding_percent) + frozen.for_s
+    if heating:
+        due_s["heating_failed"] = _asked_s(loop, FULL_PERCENT) + heating.within_s
+    still = min(due_s, key=due_s.__getitem__)  # of two equal times the first
     rise = "no_current" if measured else "heating_failed" if heating else "sensor_frozen"
     below = bool(loop.protection.runaway.below_k) and not heating
     found: Rules = {"heater_open": rise, "heater_weak": rise}
@@ -123,13 +132,22 @@ def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
     if loop.fan:
         found["fan_stopped"] = found["heat_lost"]
     if controller.sensors[loop.sensor].kind in {"thermistor", "rtd", "analog"}:
-        found["adc_stuck"] = rise
+        found["adc_stuck"] = "no_current" if measured else still
     else:
-        found["frozen"] = "sensor_frozen" if sooner else "heating_failed"
+        found["frozen"] = still
     if loop.cooler:
         found |= {"cooler_shorted": "heating_failed", "hung_while_cooling": "watchdog_reset"}
         found |= _of("cooler_dead heating_and_cooling_by_turns")
     return found
+
+
+def _asked_s(loop: Any, percent: float) -> float:
+    """Return how long a reading stands still until so much is asked for."""
+    algorithm = loop.algorithm
+    if algorithm.kind != "pid":
+        return 0.0
+    missing_percent = max(0.0, percent - algorithm.kp * BELOW_K)
+    return missing_percent / (algorithm.ki * BELOW_K)
 
 
 def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
