@@ -4,9 +4,16 @@ from collections.abc import Callable
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
-from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, row_controller
+from heatwright.spec import (
+    ComparisonRow,
+    Controller,
+    Event,
+    ThermalNetwork,
+    row_controller,
+    row_loop,
+)
 
-__all__ = ["row_controller", "row_scenario", "run_row"]
+__all__ = ["row_controller", "row_loop", "row_scenario", "run_row"]
 
 
 def row_scenario(controller: Controller) -> tuple[Event, ...]:

@@ -17,7 +17,7 @@ from heatwright.spec.analog_sensors import (
     SteinhartHartCurve,
 )
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
-from heatwright.spec.checks.comparison import row_controller
+from heatwright.spec.checks.comparison import row_controller, row_loop
 from heatwright.spec.commands import (
     commanded,
     gcode_of,
@@ -181,6 +181,7 @@ __all__ = [
     "nextion_of",
     "programmed",
     "row_controller",
+    "row_loop",
     "starts_enabled",
     "switched",
     "tunable",

@@ -102,6 +102,9 @@ class ComparisonRow(Model):
     """One experiment of a comparison: the same machine under another algorithm."""
 
     name: Title = Field(description="Name of the row.")
+    loop: Reference | None = Field(
+        None, description="Loop that is varied; needed where there are several."
+    )
     setpoint_c: Temperature = Field(alias="setpoint", description="Setpoint of the experiment.")
     algorithm: Algorithm = Field(description="Takes the place of the loop's algorithm.")
     output: Output | None = Field(None, description="Takes the place of the loop's heater.")

@@ -35,17 +35,30 @@ if TYPE_CHECKING:
     multiple=True,
     help="Only rows of this name or kind, such as pid; can be given several times.",
 )
+@click.option(
+    "--loop",
+    "loops",
+    metavar="NAME",
+    multiple=True,
+    help="Only rows of this loop; can be given several times.",
+)
 @click.option("--model", is_flag=True, help="Simulate the reference model, not the binaries.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw the rows: .png, .svg or .html.")
 @json_option
-def command(
-    spec: Path, wanted: tuple[str, ...], model: bool, plot: Path | None, as_json: bool
+def command(  # noqa: PLR0913, PLR0917 - one for each option
+    spec: Path,
+    wanted: tuple[str, ...],
+    loops: tuple[str, ...],
+    model: bool,
+    plot: Path | None,
+    as_json: bool,
 ) -> int:
     """Compare algorithms on the simulated machine.
 
     Each row of `comparison` in the spec is generated, built and simulated, and each control step
     of its binary compared with the reference model. Published figures stand below ours. The spec as
-    it is comes last, where no row is the same.
+    it is comes last, where no row is the same. Of several loops a row varies one, and the others
+    are as after the power-up.
     """
     check_target(plot, PLOTS)
     from heatwright.cli.compare.rows import rows_of, run_rows  # noqa: PLC0415
@@ -53,7 +66,7 @@ def command(
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
-    rows = rows_of(loaded, wanted)
+    rows = rows_of(loaded, wanted, loops)
     with talk() as shown:
         outcomes = run_rows(loaded, rows, shown, model=model)
     device = "model" if model else "binary"
@@ -89,8 +102,9 @@ def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | No
     if device == "binary":
         click.echo(f"{ticks(outcomes)} control steps replayed, {mismatches(outcomes)} mismatches")
     for outcome in outcomes:
-        for mismatch in outcome.replayed.first if outcome.replayed else ():
-            click.secho(f"{outcome.row.name}: {mismatch}", fg="red")
+        for loop, replayed in outcome.replays.items():
+            for mismatch in replayed.first:
+                click.secho(f"{outcome.title}, loop {loop}: {mismatch}", fg="red")
     if plot is not None:
         click.echo(str(plot))
 

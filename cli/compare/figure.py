@@ -1,65 +1,102 @@
-"""The rows of a comparison as small pictures of one scale, with the published figures behind."""
+"""The rows of a comparison as small pictures, for each loop of one scale and in its colour.
+
+Published figures stand behind.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heatwright.cli.compare.rows import Outcome
-from heatwright.cli.compare.tabled import half_height
+from heatwright.cli.compare.tabled import half_heights
 from heatwright.sim.plot import dress
-from heatwright.sim.plot_data import READING, SETPOINT, time_axis, with_reading
+from heatwright.sim.plot_data import (
+    HEAT,
+    SETPOINT,
+    SHARED,
+    Look,
+    TimeAxis,
+    looks_of,
+    time_axis,
+    with_reading,
+)
 from heatwright.spec import Published, Spec
 
 COLUMNS = 3
 PANEL_IN = (4.0, 2.3)
-PUBLISHED = "#d55e00"
 
 
 def comparison_figure(spec: Spec, outcomes: Sequence[Outcome]) -> Figure:
-    """Draw each row's readings around its setpoint."""
-    lines = -(-len(outcomes) // COLUMNS)
-    columns = min(COLUMNS, len(outcomes))
-    size = (PANEL_IN[0] * columns, PANEL_IN[1] * lines + 0.9)
+    """Draw each row's readings around its setpoint; each loop begins a line."""
+    lines = list(_lines(outcomes))
+    columns = max(map(len, lines))
+    size = (PANEL_IN[0] * columns, PANEL_IN[1] * len(lines) + 0.9)
     figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False, sharex=True).flatten().tolist()
-    half_k = half_height(outcomes)
-    for panel, outcome in zip(panels, outcomes, strict=False):
-        _draw(panel, outcome, half_k)
-    for panel in panels[len(outcomes) :]:
-        panel.set_visible(False)
+    grid = figure.subplots(len(lines), columns, squeeze=False, sharex=True)
+    looks, halves_k = looks_of(spec.controller.loops), half_heights(outcomes)
+    lowest: dict[int, Axes] = {}
+    shown: dict[str, Artist] = {}
+    for panels, line in zip(grid.tolist(), lines, strict=True):
+        panels[0].set_ylabel("reading [°C]")
+        for column, panel in enumerate(panels):
+            if column >= len(line):
+                panel.set_visible(False)
+                continue
+            loop = line[column].loop
+            _draw(panel, line[column], halves_k[loop], looks[loop])
+            lowest[column] = panel
+            handles, labels = panel.get_legend_handles_labels()
+            shown |= dict(zip(labels, handles, strict=True))
+    for panel in lowest.values():
+        panel.tick_params(labelbottom=True)
+        panel.set_xlabel(f"time [{_axis(outcomes[0]).unit}]")
     title = spec.controller.identity.title or spec.controller.identity.name
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold", parse_math=False)
-    handles, labels = panels[0].get_legend_handles_labels()
+    handles, labels = list(shown.values()), list(shown)
     figure.legend(handles, labels, loc="outside lower right", ncols=4, frameon=False)
     return figure
 
 
-def _draw(panel: Axes, outcome: Outcome, half_k: float) -> None:
+def _lines(outcomes: Sequence[Outcome]) -> Iterator[tuple[Outcome, ...]]:
+    for _, grouped in groupby(outcomes, lambda outcome: outcome.loop):
+        of_loop = tuple(grouped)
+        for start in range(0, len(of_loop), COLUMNS):
+            yield of_loop[start : start + COLUMNS]
+
+
+def _axis(outcome: Outcome) -> TimeAxis:
+    return time_axis(float(outcome.log["time_s"][-1]))
+
+
+def _draw(panel: Axes, outcome: Outcome, half_k: float, look: Look) -> None:
     row, seen = outcome.row, with_reading(outcome.log)
-    time = time_axis(float(seen["time_s"][-1]))
+    time = _axis(outcome)
     times = time(seen["time_s"])
     if row.published is not None:
-        _published(panel, row.published, float(times[-1]))
+        colour = SHARED if look.prefix else HEAT
+        _published(panel, row.published, float(times[-1]), colour)
     panel.axhline(row.setpoint_c, color=SETPOINT, lw=1.0, ls="--", label="setpoint")
-    panel.step(times, seen["temperature_c"], where="post", color=READING, lw=1.2, label="simulated")
+    panel.step(
+        times, seen["temperature_c"], where="post", color=look.reading, lw=1.2,
+        label=f"{look.prefix}simulated",
+    )  # fmt: skip
     panel.set_ylim(row.setpoint_c - half_k, row.setpoint_c + half_k)
     panel.set_xlim(0, float(times[-1]))
-    panel.set_title(f"{row.name}, {row.setpoint_c:g} °C", loc="left", fontsize=10, parse_math=False)
-    panel.set_xlabel(f"time [{time.unit}]")
-    panel.set_ylabel("reading [°C]")
-    panel.label_outer()
-    panel.tick_params(labelleft=True)
+    panel.set_title(outcome.title, loc="left", fontsize=10, parse_math=False)
+    panel.tick_params(labelbottom=False)
     dress(panel)
 
 
-def _published(panel: Axes, published: Published, end: float) -> None:
+def _published(panel: Axes, published: Published, end: float, colour: str) -> None:
     span = np.array([0.0, end])
     panel.fill_between(
         span, published.steady_minimum_c, published.steady_maximum_c,
-        color=PUBLISHED, alpha=0.2, lw=0, label="published steady range",
+        color=colour, alpha=0.2, lw=0, label="published steady range",
     )  # fmt: skip
-    panel.axhline(published.maximum_c, color=PUBLISHED, lw=1.0, ls=":", label="published maximum")
+    panel.axhline(published.maximum_c, color=colour, lw=1.0, ls=":", label="published maximum")

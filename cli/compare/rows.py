@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,17 +11,18 @@ from heatwright.cli.firmware import build_firmware
 from heatwright.cli.pool import spread
 from heatwright.cli.running import run_binary, run_model
 from heatwright.cli.talk import Job, Talk
-from heatwright.sim.comparison import row_controller, row_scenario
+from heatwright.sim.comparison import row_controller, row_loop, row_scenario
 from heatwright.sim.metrics import Metrics
 from heatwright.sim.replay import ReplayResult, replay
 from heatwright.sim.trace import StepLog
 from heatwright.spec import ComparisonRow, Controller, Spec
+from heatwright.spec.commands import zero_is_off
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
 
 OWN = "this spec"
-"""Name of the row for the spec as it is."""
+"""Name of the rows for the spec as it is."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,15 @@ class Outcome:
     """One row's run."""
 
     row: ComparisonRow
+    loop: str
+    """The loop that it varies, whose figures and steps these are."""
+    title: str
     figures: Metrics
     log: StepLog
     built: BuildResult | None
     """None with the model."""
-    replayed: ReplayResult | None
+    replays: Mapping[str, ReplayResult]
+    """By loop; none with the model."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +48,12 @@ class _Piece:
     model: bool
 
 
-def rows_of(spec: Spec, wanted: Sequence[str]) -> tuple[ComparisonRow, ...]:
-    """Return the rows of a spec, and the spec as it is; `wanted`: only of these names or kinds.
+def rows_of(
+    spec: Spec, wanted: Sequence[str], loops: Sequence[str] = ()
+) -> tuple[ComparisonRow, ...]:
+    """Return the rows of a spec, loop by loop, after those of each loop the spec as it is.
+
+    wanted -- only rows of these names or kinds; loops -- only rows of these loops.
 
     Raises Refused where there is nothing to compare.
     """
@@ -54,16 +63,28 @@ def rows_of(spec: Spec, wanted: Sequence[str]) -> tuple[ComparisonRow, ...]:
             f"{spec.file_name}: has no `comparison` with rows to compare. "
             "Add some, such as {name: relay, setpoint: 50 °C, algorithm: {kind: on_off}}."
         )
-    rows = controller.comparison
-    own = _own_row(controller)
-    if not any(_same(controller, own, row) for row in rows):
-        rows = (*rows, own)
+    if lost := next((loop for loop in loops if loop not in controller.loops), None):
+        able = ", ".join(controller.loops)
+        raise Refused(f"{spec.file_name}: has no loop {lost}; there are {able}.")
+    chosen_loops = [loop for loop in controller.loops if loop in (loops or controller.loops)]
+    rows = [row for loop in chosen_loops for row in _rows_of_loop(controller, loop)]
+    if not rows:
+        raise Refused(f"{spec.file_name}: no row varies the loop {loops[0]}.")
     known = {word for row in rows for word in _words(row)}
     for word in wanted:
         if word not in known:
             raise Refused(f"{spec.file_name}: no row is called {word}; there are {_list(rows)}.")
     chosen = set(wanted) or known
     return tuple(row for row in rows if chosen.intersection(_words(row)))
+
+
+def _rows_of_loop(controller: Controller, loop: str) -> Iterator[ComparisonRow]:
+    rows = [row for row in controller.comparison if row_loop(controller, row) == loop]
+    yield from rows
+    if rows:
+        own = _own_row(controller, loop, rows[0])
+        if not any(_same(controller, own, row) for row in rows):
+            yield own
 
 
 def _words(row: ComparisonRow) -> tuple[str, str]:
@@ -74,11 +95,14 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
     return ", ".join(dict.fromkeys(word for row in rows for word in _words(row)))
 
 
-def _own_row(controller: Controller) -> ComparisonRow:
-    loop = next(iter(controller.loops.values()))
+def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
+    """Make the row of a loop as it is, at its initial setpoint; its first row's, if that is off."""
+    loop = controller.loops[name]
+    off = loop.setpoint.initial_c == 0.0 and zero_is_off(controller, name)
     return ComparisonRow.model_construct(
         name=OWN,
-        setpoint_c=loop.setpoint.initial_c,
+        loop=name,
+        setpoint_c=first.setpoint_c if off else loop.setpoint.initial_c,
         algorithm=loop.algorithm,
         output=None,
         published=None,
@@ -86,7 +110,7 @@ def _own_row(controller: Controller) -> ComparisonRow:
 
 
 def _same(controller: Controller, own: ComparisonRow, row: ComparisonRow) -> bool:
-    heater = controller.outputs[next(iter(controller.loops.values())).heater]
+    heater = controller.outputs[controller.loops[row_loop(controller, own)].heater]
     return (
         row.setpoint_c == own.setpoint_c
         and row.algorithm == own.algorithm
@@ -98,22 +122,32 @@ def run_rows(
     spec: Spec, rows: Sequence[ComparisonRow], shown: Talk, *, model: bool
 ) -> list[Outcome]:
     """Run the rows, two at a time."""
-    jobs = [shown.begin(f"{row.name}, {row.setpoint_c:g} °C", waits=True) for row in rows]
+    jobs = [shown.begin(title_of(spec.controller, row), waits=True) for row in rows]
     return spread(run_row, [_Piece(spec, row, model) for row in rows], jobs)
+
+
+def title_of(controller: Controller, row: ComparisonRow) -> str:
+    """Write a row's name and setpoint, and its loop where there are several."""
+    prefix = f"{row_loop(controller, row)}: " if len(controller.loops) > 1 else ""
+    return f"{prefix}{row.name}, {row.setpoint_c:g} °C"
 
 
 def run_row(piece: _Piece, job: Job) -> Outcome:
     """Run one row in a process of its own."""
     varied = piece.spec._replace(controller=row_controller(piece.spec.controller, piece.row))
     controller = with_row_scenario(varied.controller)
-    loop = next(iter(controller.loops))
-    if piece.model:
-        run = run_model(controller, job)
-        return Outcome(piece.row, run.figures[loop], run.trace.steps[loop], None, None)
-    built = build_firmware(varied, job)
-    run = run_binary(controller, built.elf, job)
-    log = run.trace.steps[loop]
-    return Outcome(piece.row, run.figures[loop], log, built, replay(controller, log))
+    built = None if piece.model else build_firmware(varied, job)
+    run = run_binary(controller, built.elf, job) if built else run_model(controller, job)
+    loop, steps = row_loop(controller, piece.row), run.trace.steps
+    return Outcome(
+        piece.row,
+        loop,
+        title_of(controller, piece.row),
+        run.figures[loop],
+        steps[loop],
+        built,
+        {name: replay(controller, log, name) for name, log in steps.items() if built},
+    )
 
 
 def with_row_scenario(controller: Controller) -> Controller:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.figures import as_json, build_json, replay_json, rounded
 from heatwright.sim.plot_data import closer
+from heatwright.sim.replay import ReplayResult
 from heatwright.spec import Published
 
 COLUMNS = (
@@ -30,7 +31,7 @@ def lines(outcome: Outcome) -> list[tuple[str, ...]]:
         row.setpoint_c, figures.maximum_c, figures.steady_minimum_c, figures.steady_maximum_c
     )
     switched = "audible" if figures.audible else f"{figures.switchings:.0f} times"
-    found = [(f"{row.name}, {row.setpoint_c:g} °C", *ours, switched)]
+    found = [(outcome.title, *ours, switched)]
     if row.published is not None:
         given = _figures(row.setpoint_c, row.published.maximum_c, *row.published.steady_c)
         found.append(("  published", *given, ""))
@@ -46,9 +47,12 @@ def _figures(setpoint_c: float, maximum_c: float, low_c: float, high_c: float) -
     )
 
 
-def half_height(outcomes: Sequence[Outcome]) -> float:
-    """Choose half of the height, K, that the picture of every row needs about its setpoint."""
-    return max(_half(outcome) for outcome in outcomes)
+def half_heights(outcomes: Sequence[Outcome]) -> dict[str, float]:
+    """Choose for each loop half of the height, K, that its rows' pictures need about a setpoint."""
+    halves: dict[str, float] = {}
+    for outcome in outcomes:
+        halves[outcome.loop] = max(halves.get(outcome.loop, 0.0), _half(outcome))
+    return halves
 
 
 def _half(outcome: Outcome) -> float:
@@ -66,6 +70,7 @@ def rows_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
     return [
         {
             "name": outcome.row.name,
+            "loop": outcome.loop,
             "algorithm": outcome.row.algorithm.kind,
             "setpoint": outcome.row.setpoint_c,
             "closed_loop": as_json(outcome.figures),
@@ -73,7 +78,7 @@ def rows_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
             "audible": outcome.figures.audible,
             "published": _published_json(outcome.row.published),
             "build": None if outcome.built is None else build_json(outcome.built),
-            "replay": None if outcome.replayed is None else replay_json([outcome.replayed]),
+            "replay": replay_json(outcome.replays.values()) if outcome.replays else None,
         }
         for outcome in outcomes
     ]
@@ -89,11 +94,16 @@ def _published_json(published: Published | None) -> dict[str, float] | None:
     }
 
 
+def replays(outcomes: Sequence[Outcome]) -> Iterator[ReplayResult]:
+    """Yield what the replays of all rows and loops found."""
+    return (each for outcome in outcomes for each in outcome.replays.values())
+
+
 def mismatches(outcomes: Sequence[Outcome]) -> int:
     """Count the variables that differ from the model's, over all rows."""
-    return sum(each.replayed.mismatches for each in outcomes if each.replayed is not None)
+    return replay_json(replays(outcomes))["mismatches"]
 
 
 def ticks(outcomes: Sequence[Outcome]) -> int:
     """Count the control steps compared with the model, over all rows."""
-    return sum(each.replayed.ticks for each in outcomes if each.replayed is not None)
+    return replay_json(replays(outcomes))["ticks"]

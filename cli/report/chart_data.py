@@ -71,13 +71,13 @@ def _closer(log: StepLog, look: Look, time: TimeAxis) -> Json:
     seen = followed(log)
     deviation = curve(
         time, seen["time_s"], deviation_k(seen),
-        name=f"{look.prefix}reading − setpoint [K]", colour=_colour(look.reading), kind="step",
+        name=f"{look.prefix}reading − setpoint [K]", colour=colour_of(look.reading), kind="step",
         digits=2,
     )  # fmt: skip
     return _panel(MIDDLE, [deviation], band_k(log))
 
 
-def _colour(of: str) -> str:
+def colour_of(of: str) -> str:
     """Return a colour of a curve: those of a single loop suit light and dark pages."""
     return {READING: "var(--accent)", SETPOINT: "var(--ink)"}.get(of, of)
 
@@ -93,7 +93,7 @@ def _temperatures(
     nodes = [
         curve(
             time, trace.times_s, series,
-            name=f"{node} [°C]", colour=_colour(colours[node]), kind="line", digits=1,
+            name=f"{node} [°C]", colour=colour_of(colours[node]), kind="line", digits=1,
         )
         for node, series in trace.temperatures_c.items()
     ]  # fmt: skip
@@ -108,11 +108,11 @@ def readings(log: StepLog, name: str, look: Look, time: TimeAxis) -> Iterator[Js
     seen = with_reading(log)
     yield curve(
         time, seen["time_s"], seen["temperature_c"],
-        name=f"{name} [°C]", colour=_colour(look.reading), kind="step", digits=2,
+        name=f"{name} [°C]", colour=colour_of(look.reading), kind="step", digits=2,
     )  # fmt: skip
     setpoint = curve(
         time, log["time_s"], log["setpoint_c"],
-        name=f"{look.prefix}setpoint [°C]", colour=_colour(look.setpoint), kind="step", digits=1,
+        name=f"{look.prefix}setpoint [°C]", colour=colour_of(look.setpoint), kind="step", digits=1,
     )  # fmt: skip
     yield setpoint | {"dashed": True}
 

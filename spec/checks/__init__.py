@@ -36,7 +36,7 @@ from heatwright.spec.checks import (
     timing,
     windows,
 )
-from heatwright.spec.checks.comparison import row_controller, row_path
+from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
 from heatwright.spec.checks.finding import Check, Finding
 from heatwright.spec.checks.thermal import thermal
 from heatwright.spec.controller import Controller
@@ -164,6 +164,7 @@ CHECKS: tuple[Check, ...] = (
     orders.orders_find_their_place,
     scenario.extrusion_takes_heat,
     scenario.comparison_has_plant,
+    rows_have_loops,
 )
 
 # Each looks at the whole plant, so all its names must be those of something.
@@ -187,7 +188,10 @@ def check(controller: Controller) -> list[Finding]:
     whole = not found and not [*references.loop_parts(controller)]
     found += _check_one(controller, whole)
     own = {finding[:3] for finding in found}
+    lost = {finding.path[1] for finding in rows_have_loops(controller)}
     for index, row in enumerate(controller.comparison):
+        if index in lost:
+            continue
         for finding in _check_one(row_controller(controller, row), whole, any_setpoint=False):
             if finding[:3] not in own:
                 path = row_path(controller, index, finding.path)

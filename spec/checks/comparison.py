@@ -3,18 +3,46 @@
 from __future__ import annotations
 
 from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import unknown
 from heatwright.spec.commands import switched
 from heatwright.spec.controller import ComparisonRow, Controller
 from heatwright.spec.derived import with_derived
 from heatwright.spec.problems import Path
 
 
+def row_loop(controller: Controller, row: ComparisonRow) -> str:
+    """Name the loop that a row varies: the one that it names, or the only one."""
+    return row.loop or next(iter(controller.loops))
+
+
+def rows_have_loops(controller: Controller) -> Findings:
+    """Find rows that name a loop which is not there, or none of several."""
+    for index, row in enumerate(controller.comparison):
+        path: Path = ("comparison", index)
+        if row.loop is not None:
+            yield from unknown((*path, "loop"), row.loop, "loops", controller.loops)
+        elif len(controller.loops) > 1:
+            yield Finding(
+                path,
+                "it does not say which of the loops it varies",
+                f"Add loop:, such as loop: {next(iter(controller.loops))}",
+                (("loops",),),
+            )
+
+
 def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
-    """Put a row's setpoint, algorithm and output in the place of the first loop's own.
+    """Put a row's setpoint, algorithm and output in the place of its loop's own.
 
     The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
+    Other loops stay as they are after the power-up.
+
+    Raises:
+        KeyError: there is no such loop.
+
     """
-    name, loop = next(iter(controller.loops.items()))
+    name = row_loop(controller, row)
+    loop = controller.loops[name]
     setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
     changed = loop.model_copy(
         update={
@@ -39,7 +67,8 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
 
 def row_path(controller: Controller, index: int, path: Path) -> Path:
     """Find the entry of a row that stands for an entry of its controller; else the row itself."""
-    name, loop = next(iter(controller.loops.items()))
+    name = row_loop(controller, controller.comparison[index])
+    loop = controller.loops[name]
     row: Path = ("comparison", index)
     if path[:3] == ("loops", name, "algorithm"):
         return (*row, *path[2:])

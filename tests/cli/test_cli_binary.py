@@ -9,7 +9,7 @@ from types import NoneType, SimpleNamespace
 from typing import Any
 
 import pytest
-from rig.commands import Heatwright
+from rig.commands import Heatwright, printer_rows
 from rig.specs import EXAMPLES, example
 
 from heatwright.cli.running import run_model
@@ -125,6 +125,9 @@ def test_rows_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
     assert row["replay"]["mismatches"] == 0
     assert row["replay"]["ticks"] >= 3599
     assert fits(row["build"], BUILD)
+    (row,) = heatwright(f"compare {printer_rows()} --algorithm PI --json").json["rows"]
+    assert row["replay"]["mismatches"] == 0
+    assert row["replay"]["ticks"] >= 4399 + 879, "of both loops"
 
 
 # ---- what verify judges: each check fails when it must, and the command then ends with 1 ----

@@ -11,11 +11,12 @@ from unittest.mock import Mock
 
 import pytest
 from rich.console import Console
-from rig.commands import Heatwright, changed
+from rig.commands import Heatwright, changed, printer_rows
 from rig.specs import EXAMPLES
 
 from heatwright.cli.tables import table
 from heatwright.cli.tune import tabled as tuned
+from heatwright.sim.plot_data import LOOPS
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
@@ -189,6 +190,28 @@ def test_a_comparison_as_json_and_as_a_page(heatwright: Heatwright) -> None:
     assert row["published"] == {"maximum": 50.5, "steady_min": 48.7, "steady_max": 49.2}
     assert (row["build"], row["replay"], row["audible"]) == (None, None, True)
     assert "figure class=" in Path("c.html").read_text(encoding="utf-8")
+
+
+def test_a_comparison_as_json_of_several_loops(heatwright: Heatwright) -> None:
+    spec = printer_rows()
+    found = heatwright(f"compare {spec} --model --json --plot c.html").json
+    rows = {(row["loop"], row["name"]): row for row in found["rows"]}
+    assert list(rows) == [
+        ("hotend", "relay"), ("hotend", "this spec"), ("bed", "PI"), ("bed", "this spec"),
+    ]  # fmt: skip
+    assert rows["hotend", "this spec"]["setpoint"] == 200, "its own 0 °C is off"
+    assert 199 < rows["hotend", "relay"]["closed_loop"]["maximum"] < 205
+    assert rows["bed", "PI"]["steady_error"] > rows["bed", "this spec"]["steady_error"]
+    page = Path("c.html").read_text(encoding="utf-8")
+    for name, colour in (("hotend: relay, 200", "var(--accent)"), ("bed: PI, 60", LOOPS[1])):
+        assert f'"name":"{name} °C","colour":"{colour}"' in page
+    told = heatwright(f"compare {spec} --model --loop bed --algorithm pid --plot c.svg").out
+    assert re.findall(r"^ (\w+: .*?),", told, re.MULTILINE) == ["bed: PI", "bed: this spec"]
+    drawn = re.findall("<!-- (.*?) -->", Path("c.svg").read_text(encoding="utf-8"))
+    assert [text for text in drawn if text.endswith("simulated")] == ["bed simulated"]
+    assert heatwright(f"compare {spec} --loop bad", status=2).err.endswith(
+        "has no loop bad; there are hotend, bed.\n"
+    )
 
 
 # -- what cannot be done: status 2, the reason, nothing printed and nothing written

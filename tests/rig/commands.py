@@ -26,3 +26,18 @@ def changed(name: str, old: str, new: str, count: int = 1) -> str:
     assert text.count(old) >= count
     Path("changed.yaml").write_text(text.replace(old, new, count), encoding="utf-8")
     return "changed.yaml"
+
+
+def printer_rows() -> str:
+    """Write rows.yaml, the printer with a row to compare for each of its loops; return its name."""
+    rows = """comparison:
+  - {name: PI, loop: bed, setpoint: 60 °C, algorithm: {kind: pid, kp: 10, ki: 0.05, band: 10 K}}
+  - name: relay
+    loop: hotend
+    setpoint: 200 °C
+    algorithm: {kind: on_off}
+    output: {kind: digital, pin: D10, power: 40 W}
+"""
+    text = (EXAMPLES / "printer.yaml").read_text("utf-8")
+    Path("rows.yaml").write_text(text + rows, encoding="utf-8")
+    return "rows.yaml"
