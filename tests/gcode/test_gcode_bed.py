@@ -75,8 +75,9 @@ ANSWERS = {
         ("M105", "ok T:20.x /0.0 B:0.0 /0.0 C:30.x /0.0 T0:20.x /0.0 T1:40.x /0.0 "
                  "@:0 C@:0 @0:0 @1:0"),
         ("M104 S50", ""), ("M141 S15", ""), ("T0", ""), ("M141 D50", ""),
-        ("M105", "ok T:20.x /50.0 B:0.0 /0.0 C:30.x /15.0 T0:20.x /50.0 T1:40.x /0.0 "
-                 "@:127 C@:64 @0:127 @1:0"),
+        ("M104 T1 S12", ""), ("M104 T1 D25", ""),
+        ("M105", "ok T:20.x /50.0 B:0.0 /0.0 C:30.x /15.0 T0:20.x /50.0 T1:40.x /12.0 "
+                 "@:127 C@:64 @0:127 @1:32"),
         ("M140 S60", "echo:M140 refused: there is no heated bed"),
         ("M190 S300", "echo:M190 refused: there is no heated bed"),
         ("M304 P1", 'echo:Unknown command: "M304"'), ("M301 P1", f"echo:M301 {UNABLE}"),
@@ -90,7 +91,8 @@ ANSWERS = {
         ("M141 S60", "echo:M141 refused: there is no heated chamber"),
         ("M191 S300", "echo:M191 refused: there is no heated chamber"),
         ("M309 P1", 'echo:Unknown command: "M309"'), ("M304 P1", f"echo:M304 {UNABLE}"),
-        ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M140 D9", f"echo:M140 {UNABLE}"),
+        ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M503", f"echo:  M301 E1 {GAINS}"),
+        ("M140 D9", f"echo:M140 {UNABLE}"),
         ("M303 E-1 S99", f"echo:M303 {UNABLE}"),
     ],
 }  # fmt: skip

@@ -94,7 +94,11 @@ static void heat_bed(void) { }
 #include "loop_spare.h"
 struct loop_spare_state loop_spare = { .temperature_c = 40.4f };
 TAKES_A_SETPOINT(spare, SPARE)
-bool loop_spare_set_manual(float percent) { return percent < 0.0f; }
+bool loop_spare_set_manual(float percent)
+{
+    loop_spare.duty_percent = percent;
+    return true;
+}
 #endif
 
 bool loop_nozzle_set_manual(float percent)
