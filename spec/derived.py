@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.heated_loop import TIMES, HeatedLoop
-from heatwright.spec.loops import Frozen, Loop
+from heatwright.spec.heated_loop import TIMES, HeatedLoop, heated_loop
+from heatwright.spec.loops import (
+    Frozen,
+    Heating,
+    Limits,
+    Loop,
+    RisingWhileOff,
+    Runaway,
+)
 from heatwright.spec.quantity import about, celsius, duration, number
+from heatwright.spec.stuck import BELOW_K, Lie, Times, ends_s, fallen, peaks_k, still
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
@@ -18,20 +27,37 @@ LOSSES = 1.5
 """So many times its plant's losses may a machine have: resistances 30 % smaller, and 5 % of power
 that the supply does not give."""
 
+WEAK = 0.81
+"""Of its power a heater has at a supply that is 10 % low, as EN 50160 lets it be."""
+
 BEHIND = 1.5
 """At full power a heater that is dead is told before a sensor: it is as probable, and `heating`
 sees both. So many times its time is enough for the duty to grow to full power."""
 
+SPREAD = 1.3
+"""A machine's resistances are known to 30 %: so many times farther a neighbour's heat may take it,
+or its own after the heater went off."""
 
-class Derived(NamedTuple):
-    """A rule's numbers that were derived and, for each, how."""
+BELOW = (BELOW_K, 1.0)
+"""So far below its setpoint a reading may stand still."""
 
-    values: dict[str, float]
-    words: dict[str, str]
+HALVINGS = 10
+"""Of a time that all nodes bear: a thousandth."""
 
+SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
+"""Of a time that is derived: a draught, or some readings that are lost, must not decide."""
 
-_KNOWN: dict[str, Derived] = {}
-"""By all that it depends on: to follow a plant takes a while."""
+_KNOWN: dict[str, dict[str, Limits]] = {}
+"""By all that they depend on: to follow a plant takes a while."""
+
+_OPEN: dict[str, dict[str, str]] = {
+    "heating": {"within_s": "within"},
+    "frozen": {"for_s": "for", "holding_percent": "holding"},
+    "runaway": {"above_k": "above"},
+    "rising_while_off": {"rise_k": "rise", "settle_s": "settle"},
+}
+"""Keys that are derived unless they are given, by rule and field; a later rule needs the ones
+before it."""
 
 
 def with_derived(controller: Controller) -> Controller:
@@ -43,70 +69,263 @@ def with_derived(controller: Controller) -> Controller:
 
 
 def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
-    rule, simulation = loop.protection.frozen, controller.simulation
-    if rule is None or simulation is None:
+    simulation, protection = controller.simulation, loop.protection
+    wanted = {name: sorted(_open(getattr(protection, name), name)) for name in _OPEN}
+    if simulation is None or not any(wanted.values()):
         return loop
-    open_keys = {
-        key
-        for key, alias in (("for_s", "for"), ("holding_percent", "holding"))
-        if key not in rule.model_fields_set or alias in rule.derived
-    }
-    key = repr((simulation, controller.outputs, controller.sensors, loop, sorted(open_keys)))
-    if open_keys and key not in _KNOWN:
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    key = repr((simulation, controller.outputs, controller.sensors, loop, wanted, others))
+    if key not in _KNOWN:
         try:
-            heated = HeatedLoop(controller, name, simulation)
-            _KNOWN[key] = _frozen(heated, rule, open_keys)
+            _KNOWN[key] = _Rules(heated_loop(controller, name, simulation), loop).found()
         except (ArithmeticError, AssertionError, LookupError, ValueError):
-            _KNOWN[key] = Derived({}, {})  # the checks tell what is wrong with such a plant
-    values, words = _KNOWN.get(key, Derived({}, {}))
-    if not values:
+            _KNOWN[key] = {}  # the checks tell what is wrong with such a plant
+    if not _KNOWN[key]:
         return loop
-    frozen = rule.model_copy(update=values).derived_as(words)
-    protection = loop.protection.model_copy(update={"frozen": frozen})
-    return loop.model_copy(update={"protection": protection})
+    return loop.model_copy(update={"protection": protection.model_copy(update=_KNOWN[key])})
 
 
-def _frozen(heated: HeatedLoop, rule: Frozen, open_keys: set[str]) -> Derived:
-    """Derive the duty that holding may need, and the time in which more than that must show.
+def _open(rule: Limits | None, name: str) -> set[str]:
+    """Return the fields of a rule that are neither given nor off."""
+    return {
+        field
+        for field, key in _OPEN[name].items()
+        if rule is not None and (field not in rule.model_fields_set or key in rule.derived)
+    }
 
-    Less than this plant takes on a cold day would trip in health. From there on, the more the
-    better for a machine that loses more than its plant; but no more than all nodes bear for ever,
-    for nobody sees it while the reading stands still, and so much less than full power that there
-    is something left to count.
 
-    The time is as long as without a plant, so that a machine that loses more does not trip where it
-    rests; but no longer than full power may go on, and what a healthy machine needs in any case.
-    """
-    values: dict[str, float] = {}
-    words: dict[str, str] = {}
-    percent = rule.holding_percent
-    if "holding_percent" in open_keys:
+class _Rules:
+    """The rules of one loop on its way to their numbers."""
+
+    def __init__(self, heated: HeatedLoop, loop: Loop) -> None:
+        self._heated, self._loop, self._protection = heated, loop, loop.protection
+        self._values: dict[str, dict[str, float]] = {name: {} for name in _OPEN}
+        self._words: dict[str, dict[str, str]] = {name: {} for name in _OPEN}
+        self._open = {name: _open(getattr(loop.protection, name), name) for name in _OPEN}
+
+    def found(self) -> dict[str, Limits]:
+        """Give the rules that have numbers from the plant."""
+        if "holding_percent" in self._open["frozen"]:
+            self._derive_holding()
+        if "within_s" in self._open["heating"]:
+            self._derive_within()
+        if "for_s" in self._open["frozen"]:
+            self._derive_for()
+        if "above_k" in self._open["runaway"]:
+            self._derive_above()
+        if self._open["rising_while_off"]:
+            self._derive_rising()
+        return {
+            name: getattr(self._protection, name)
+            .model_copy(update=values)
+            .derived_as(self._words[name])
+            for name, values in self._values.items()
+            if values
+        }
+
+    def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
+        """Take the greatest number."""
+        value, self._words[rule][_OPEN[rule][field]] = max(choices)
+        self._values[rule][field] = value
+        return value
+
+    def _number(self, rule: str, field: str) -> float:
+        """Return a rule's number as far as it is known; infinite without the rule."""
+        limits = getattr(self._protection, rule)
+        return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
+
+    def _derive_holding(self) -> None:
+        """Find the duty that holding may need, and that no reading must answer.
+
+        Less than this plant takes on a cold day, at a weak supply, would trip in health. From there
+        on, the more the better for a machine that loses more than its plant; but no more than all
+        nodes bear for ever, for nobody sees it while the reading stands still, and so much less
+        than full power that there is something left to count.
+        """
+        heated = self._heated
         held = f"what {celsius(heated.highest_c)} takes on a cold day"
+        weak = f"{held} at a supply that is 10 % low"
         needed_w = min(heated.most_hold_w(), (heated.hold_w + heated.full_w) / 2)
-        borne_w = heated.borne_w()
+        half_w, weak_w = (needed_w + heated.full_w) / 2, needed_w / WEAK
         choices = [
             (LOSSES * needed_w, f"{number(LOSSES)} times {held}"),
-            (borne_w, "what all nodes bear for ever") if borne_w > needed_w else (needed_w, held),
-            ((needed_w + heated.full_w) / 2, f"half way from {held} to full power"),
+            max((heated.borne_w(), "what all nodes bear for ever"), (weak_w, weak)),
+            (half_w, f"half way from {held} to full power"),
         ]
-        least_w, words["holding"] = min(choices)
-        values["holding_percent"] = percent = math.ceil(1000 * least_w / heated.power_w) / 10
-    power_w = min(heated.power_w * percent / 100, heated.full_w)
-    if "for_s" in open_keys and power_w > heated.hold_w:
-        still_s = heated.longest_still_s(power_w)
-        least_s = TIMES * still_s + heated.late_s
-        heating = heated.loop.protection.heating
-        first_s = BEHIND * heating.within_s if heating is not None else 0.0
-        usual_s = float(Frozen.model_fields["for_s"].default)
-        borne_s = heated.borne_s(usual_s)
-        for_s, words["for"] = max(
-            (borne_s, "so long all nodes bear full power" if borne_s < usual_s else "as usual"),
-            (first_s, f"{number(BEHIND)} times what heating has, which knows full power better"),
-            (
-                least_s,
-                f"at that duty a reading stands still for up to {about(still_s)} s; "
-                f"{number(TIMES)} times that, and {duration(round(heated.late_s, 3))} for delays",
-            ),
+        least_w, words = min(choices)
+        if least_w < weak_w < heated.full_w:
+            least_w, words = weak_w, weak
+        percent = math.ceil(1000 * least_w / heated.power_w) / 10
+        self._put("frozen", "holding_percent", [(percent, words)])
+
+    def _derive_within(self) -> None:
+        """Find how long full power may go on for a rise: what health needs, and nodes bear."""
+        heated = self._heated
+        rise_k = self._number("heating", "rise_k")
+        needs_s = heated.slowest_rise(rise_k)[0]
+        usual_s = float(Heating.model_fields["within_s"].default)
+        borne_s = self._longest_s(self._bears_within, usual_s)
+        self._put(
+            "heating",
+            "within_s",
+            [
+                _borne(heated, borne_s, usual_s, "full power", SHORTEST_HEATING_S),
+                (
+                    heated.rounded_s(TIMES * needs_s + heated.late_s, SHORTEST_HEATING_S),
+                    f"the slowest rise of {number(rise_k)} K takes {about(needs_s)} s at full "
+                    f"power; {number(TIMES)} times that, and {_seconds(heated.late_s)} for delays",
+                ),
+            ],
         )
-        values["for_s"] = heated.rounded_s(for_s)
-    return Derived(values, words)
+
+    def _derive_for(self) -> None:
+        """Find how long such heat may go on without a movement of the reading.
+
+        As long as without a plant, so that a machine that loses more does not trip where it rests;
+        but no longer than nodes bear what is asked for meanwhile, and what a healthy machine needs
+        in any case.
+        """
+        heated, percent = self._heated, self._number("frozen", "holding_percent")
+        power_w = min(heated.power_w * percent / 100, heated.full_w)
+        if power_w <= heated.hold_w:
+            return
+        within_s = self._number("heating", "within_s")
+        still_s = heated.longest_still_s(power_w)
+        usual_s = float(Frozen.model_fields["for_s"].default)
+        borne_s = self._longest_s(lambda each: self._bears_still(within_s, each), usual_s)
+        first_s = BEHIND * within_s if within_s < math.inf else 0.0
+        self._put(
+            "frozen",
+            "for_s",
+            [
+                _borne(heated, borne_s, usual_s, "what is asked for", SHORTEST_S),
+                (
+                    heated.rounded_s(first_s, SHORTEST_S),
+                    f"{number(BEHIND)} times what heating has, which knows full power better",
+                ),
+                (
+                    heated.rounded_s(TIMES * still_s + heated.late_s, SHORTEST_S),
+                    f"at that duty a reading stands still for up to {about(still_s)} s; "
+                    f"{number(TIMES)} times that, and {_seconds(heated.late_s)} for delays",
+                ),
+            ],
+        )
+
+    def _derive_above(self) -> None:
+        """Find how far above its setpoint a healthy loop may come."""
+        heated, usual_k = self._heated, float(Runaway.model_fields["above_k"].default)
+        warmed_k = heated.warmed_k + heated.ambient_c - heated.lowest_c
+        self._put(
+            "runaway",
+            "above_k",
+            [
+                (usual_k, "as usual"),
+                (
+                    _rounded_up_k(SPREAD * warmed_k),
+                    f"the other loops warm it by up to {about(warmed_k)} K above its lowest "
+                    f"setpoint; {number(SPREAD)} times that",
+                ),
+                (
+                    _rounded_up_k(LOSSES * heated.overshoot_k),
+                    f"after full power it coasts up by {about(heated.overshoot_k)} K; "
+                    f"{number(LOSSES)} times that",
+                ),
+            ],
+        )
+
+    def _derive_rising(self) -> None:
+        """Find how far, and from when on, the reading may rise with its heater off."""
+        heated, limits = self._heated, RisingWhileOff.model_fields
+        rise_k = self._number("rising_while_off", "rise_k")
+        if "rise_k" in self._open["rising_while_off"]:
+            usual_k = float(limits["rise_k"].default)
+            warmed_k = heated.warmed_k
+            rise_k = self._put(
+                "rising_while_off",
+                "rise_k",
+                [
+                    (usual_k, "as usual"),
+                    (
+                        _rounded_up_k(SPREAD * warmed_k),
+                        f"the other loops warm it by up to {about(warmed_k)} K; "
+                        f"{number(SPREAD)} times that",
+                    ),
+                ],
+            )
+        if "settle_s" in self._open["rising_while_off"]:
+            usual_s = float(limits["settle_s"].default)
+            settles_s = heated.settles_s(rise_k / LOSSES)
+            self._put(
+                "rising_while_off",
+                "settle_s",
+                [
+                    (usual_s, "as usual"),
+                    (
+                        heated.rounded_s(TIMES * settles_s, 0.0),
+                        f"it coasts up for {about(settles_s)} s; {number(TIMES)} times that",
+                    ),
+                ],
+            )
+
+    def _bears_still(self, within_s: float, for_s: float) -> bool:
+        """Tell whether nodes bear a reading that stands still, the loop having been at rest."""
+        heated = self._heated
+        held_percent = 100 * heated.hold_w / heated.power_w
+        return all(
+            self._bears(still(self._loop.algorithm, held_percent, below_k), within_s, for_s)
+            for below_k in BELOW
+        )
+
+    def _bears_within(self, within_s: float) -> bool:
+        """Tell whether nodes bear full power for as long, and what `frozen` then lets happen."""
+        for_s = BEHIND * within_s
+        if "for_s" not in self._open["frozen"]:
+            for_s = self._number("frozen", "for_s")
+        return self._bears(fallen(self._loop.algorithm), within_s, math.inf) and self._bears_still(
+            within_s, for_s
+        )
+
+    def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
+        """Tell whether all nodes bear what a loop does before a rule ends it, on a warm day."""
+        heated = self._heated
+        plant, bears_k = heated.warm
+        holding_percent = self._number("frozen", "holding_percent")
+        time_s = ends_s(
+            self._loop.algorithm,
+            lie,
+            Times(within_s, for_s, holding_percent),
+            heated.period_s,
+        )
+        peaks = peaks_k(heated, plant, heated.warm_rest, lie, time_s)
+        return all(peak <= most for peak, most in zip(peaks, bears_k, strict=True))
+
+    @staticmethod
+    def _longest_s(bears: Callable[[float], bool], most_s: float) -> float:
+        """Return the longest time that is borne, by halving; at most `most_s`, 0 for none."""
+        if bears(most_s):
+            return most_s
+        low_s, high_s = 0.0, most_s
+        for _ in range(HALVINGS):
+            middle_s = (low_s + high_s) / 2
+            low_s, high_s = (middle_s, high_s) if bears(middle_s) else (low_s, middle_s)
+        return low_s
+
+
+def _borne(
+    heated: HeatedLoop, borne_s: float, usual_s: float, what: str, shortest_s: float
+) -> tuple[float, str]:
+    if borne_s == usual_s:
+        return usual_s, "as usual"
+    return heated.rounded_down_s(borne_s, shortest_s), f"so long all nodes bear {what}"
+
+
+def _rounded_up_k(kelvins: float) -> float:
+    """Round a difference up to two digits."""
+    if kelvins <= 0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(kelvins)) - 1)
+    return math.ceil(kelvins / unit - 1e-9) * unit
+
+
+def _seconds(seconds: float) -> str:
+    return duration(round(seconds, 3))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from heatwright.spec.algorithms import Pid
-from heatwright.spec.loops import MOST_STEPS
+from heatwright.spec.algorithms import Algorithm, Pid
+from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.matrices import Vector
+from heatwright.spec.neighbours import Neighbour, warmed_k
 from heatwright.spec.network import Heated
 from heatwright.spec.outputs import DigitalOutput, Switch, TimeProportionalOutput
 from heatwright.spec.simulation import AMBIENT, Simulation
@@ -29,9 +30,8 @@ TIMES = 3.0
 """A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
 and less power beyond what it loses."""
 
-SHORTEST_S = 20.0
 SHORTEST_STEPS = 10
-"""Of a time that is derived: a draught, or some readings that are lost, must not decide."""
+"""Of a time that is derived: some readings that are lost must not decide."""
 
 OWN = 0.1
 """Of the range of setpoints: farther on a start goes the way of those that began there."""
@@ -44,7 +44,45 @@ MOST_RISE = 3000
 """Points of a way from cold to the maximum; only absurd plants have more."""
 
 PLACES = 4
-"""Temperatures, and times without power, that are tried."""
+"""Temperatures that are tried."""
+
+CUTS = 5
+"""Times without power that are tried, each several times the one before; the shortest is a quarter
+of the time in which the quickest part of the plant answers."""
+
+
+_KNOWN: dict[str, HeatedLoop] = {}
+"""The last ones that were made, by all that they depend on: the rows of a comparison are alike."""
+
+MOST_KNOWN = 16
+
+
+def heated_loop(controller: Controller, name: str, simulation: Simulation) -> HeatedLoop:
+    """Give a loop with its part of a plant; the same one for all that is alike of it.
+
+    Raises what HeatedLoop raises.
+    """
+    loop = controller.loops[name]
+    heater = controller.outputs[loop.heater]
+    cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
+    full_w = _full_w(loop, heater) if isinstance(heater, Switch) else None
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    setpoint, maximum_c = loop.setpoint, loop.protection.maximum_c
+    if len(others) == 1:
+        others = []  # the initial setpoint of a loop alone changes nothing
+    key = repr(
+        (
+            (simulation.plant, simulation.ambient_c, controller.board.mcu, _running(controller)),
+            (loop.sensor, controller.sensors, loop.period_s, maximum_c),
+            (setpoint.minimum_c, setpoint.maximum_c, loop.heater, heater, full_w, cooler, others),
+        )
+    )
+    if key not in _KNOWN:
+        made = HeatedLoop(controller, name, simulation)
+        if len(_KNOWN) >= MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = made
+    return _KNOWN[key]
 
 
 class HeatedLoop:
@@ -59,36 +97,33 @@ class HeatedLoop:
         heater = controller.outputs[loop.heater]
         if not isinstance(heater, Switch) or heater.power_w is None or AMBIENT in network.nodes:
             raise ValueError(name)
-        self.loop, self._network, self.ambient_c = loop, network, simulation.ambient_c
+        self._network, self.ambient_c = network, simulation.ambient_c
+        self._parts, self.period_s = (loop.heater, loop.sensor), loop.period_s
+        self._maximum_c = loop.protection.maximum_c
         self._heater, self.power_w = heater, heater.power_w
         self._always = _running(controller)
         sensor = controller.thermometers[loop.sensor]
+        self._behind_s = (sensor.moving_average - 1) / 2 * loop.period_s
+        cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
+        self._cooled_s = cooler.minimum_on_s if isinstance(cooler, DigitalOutput) else 0.0
+        self._neighbours = [
+            Neighbour(each.heater, each.sensor, each.setpoint.maximum_c - self.ambient_c)
+            for other, each in controller.loops.items()
+            if other != name
+        ]
         self.highest_c = loop.setpoint.maximum_c
         lowest_c = max(loop.setpoint.minimum_c, self.ambient_c)
         self.lowest_c = min(lowest_c, self.highest_c)
         ends = (self.lowest_c, self.highest_c)
         self.step_k = max(sensor.step_at_k(end_c, controller.board.mcu) for end_c in ends)
         self.plant = self.at(self.ambient_c)
+        self.full_w = _full_w(loop, heater)
         if not self.plant.steady_k(self.full_w) > self.highest_c - self.ambient_c:
             raise ValueError(name)
 
     def at(self, ambient_c: float) -> Heated:
         """Give the plant in other surroundings."""
-        return Heated(self._network, self.loop.heater, self.loop.sensor, ambient_c, self._always)
-
-    @property
-    def full_w(self) -> float:
-        """The most the algorithm asks for, as far as the current's limit lets it have it."""
-        algorithm = self.loop.algorithm
-        share = algorithm.output.maximum_percent / 100 if isinstance(algorithm, Pid) else 1.0
-        return min(self.power_w * share, self._limit_w)
-
-    @property
-    def _limit_w(self) -> float:
-        current = getattr(self._heater, "current", None)
-        if current is None or current.limit_a is None:
-            return math.inf
-        return float(current.limit_a) * float(getattr(self._heater, "supply_v", None) or math.inf)
+        return Heated(self._network, *self._parts, ambient_c, self._always)
 
     @property
     def late_s(self) -> float:
@@ -97,7 +132,7 @@ class HeatedLoop:
         rest_s = output.minimum_off_s if isinstance(output, DigitalOutput) else 0.0
         if isinstance(output, TimeProportionalOutput):
             rest_s = output.window_s
-        return self.plant.delay_s + rest_s + 2 * self.loop.period_s
+        return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 
     @cached_property
     def hold_w(self) -> float:
@@ -110,7 +145,12 @@ class HeatedLoop:
         return self.at(cold_c).power_w(self.highest_c - cold_c)
 
     @cached_property
-    def _warm(self) -> tuple[Heated, Vector]:
+    def warm_rest(self) -> Vector:
+        """Rest at the highest setpoint on a warm day."""
+        return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
+
+    @cached_property
+    def warm(self) -> tuple[Heated, Vector]:
         """The plant on a warm day, and what each of its nodes bears above that.
 
         As `bears` says; else what full power makes of it from cold until the sensor reads
@@ -118,7 +158,7 @@ class HeatedLoop:
         """
         warm_c = max(SUMMER_C, self.ambient_c)
         plant, size = self.at(warm_c), len(self._network.nodes)
-        most_k = self.loop.protection.maximum_c - warm_c
+        most_k = self._maximum_c - warm_c
         peaks, state = plant.held_k(most_k), plant.start(0.0)
         for power_w, points in ((self.full_w, MOST_RISE), (0.0, MOST_POINTS)):
             quick_s = plant.fastest_s() / 4
@@ -135,7 +175,7 @@ class HeatedLoop:
 
     def borne_w(self) -> float:
         """Power that every node bears for ever in summer; infinite if it bears all there is."""
-        plant, bears_k = self._warm
+        plant, bears_k = self.warm
 
         def borne(power_w: float) -> bool:
             return all(a <= b for a, b in zip(plant.nodes_k(power_w), bears_k, strict=True))
@@ -148,21 +188,14 @@ class HeatedLoop:
             low_w, high_w = (middle_w, high_w) if borne(middle_w) else (low_w, middle_w)
         return low_w
 
-    def borne_s(self, longest_s: float) -> float:
-        """Time for which every node bears full power in summer, from rest at the highest setpoint.
+    @cached_property
+    def _cold(self) -> list[tuple[float, Vector]]:
+        """Times and states from cold at full power up to the highest setpoint."""
+        return self._heating(self.plant.start(0.0), MOST_RISE)
 
-        At most `longest_s`.
-        """
-        plant, bears_k = self._warm
-        state = plant.rest(self.highest_c - max(SUMMER_C, self.ambient_c))
-        quick_s = plant.fastest_s() / 4
-        for time_s, later in plant.course(state, self.full_w, quick_s, longest_s / 64):
-            if time_s >= longest_s or any(a > b for a, b in zip(later, bears_k, strict=False)):
-                return min(time_s, longest_s)
-        return longest_s
-
-    def starts(self) -> Iterator[Vector]:
-        """Yield states in which a healthy machine may be when heat is asked for anew.
+    @cached_property
+    def starts(self) -> Sequence[Vector]:
+        """States in which a healthy machine may be when heat is asked for anew.
 
         At rest at several temperatures; warming up at full power; and hot at the highest one, then
         without power for a while: the heater's element and the sensor have cooled, the rest less.
@@ -170,15 +203,12 @@ class HeatedLoop:
         low_k, high_k = self.lowest_c - self.ambient_c, self.highest_c - self.ambient_c
         shares = [place / (PLACES - 1) for place in range(PLACES)]
         rests = [self.plant.rest(low_k + share * (high_k - low_k)) for share in shares]
-        yield from rests
-        yield from _some(self._warming(self.plant.rest(low_k), high_k))
-        yield from _some(self._cooling(rests[-1], high_k))
-
-    def _warming(self, state: Vector, high_k: float) -> Iterator[Vector]:
-        for _, later in self.follow(state, self.full_w):
-            if self.plant.sensed_k(later) >= high_k:
-                return
-            yield later
+        cooling = list(self._cooling(rests[-1], high_k))
+        return [
+            *rests,
+            *_some([state for _, state in self._cold if self.plant.sensed_k(state) >= low_k]),
+            *(cooling[4**place] for place in range(CUTS) if 4**place < len(cooling)),
+        ]
 
     def _cooling(self, state: Vector, high_k: float) -> Iterator[Vector]:
         for _, later in self.follow(state, 0.0):
@@ -197,7 +227,7 @@ class HeatedLoop:
         It moves once the temperature is a step from where it was.
         """
         return max(
-            _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts()
+            _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts
         )
 
     def _sensed(self, state: Vector, power_w: float) -> Iterator[tuple[float, float]]:
@@ -212,12 +242,128 @@ class HeatedLoop:
             if sensed_k >= most_k:
                 return
 
-    def rounded_s(self, seconds: float) -> float:
+    def slowest_rise(self, rise_k: float, short_k: float = 0.0) -> tuple[float, float]:
+        """Return the longest time that full power takes for a rise, s, and where it began, °C.
+
+        From cold and from all starts, up to `short_k` below the highest setpoint. A reading may
+        show up to a step less than there is.
+        """
+        return max(
+            (longest_to_rise(course, rise_k + self.step_k), self.ambient_c + course[0][1])
+            for course in (self._short(course, short_k) for course in self._courses)
+        )
+
+    @cached_property
+    def _courses(self) -> list[list[tuple[float, float]]]:
+        """Times and temperatures at full power, from all starts and from cold."""
+        heating = [self._heating(state, MOST_POINTS) for state in self.starts]
+        return [
+            [(time_s, self.plant.sensed_k(state)) for time_s, state in course]
+            for course in (*heating, self._cold)
+        ]
+
+    def _short(
+        self, course: list[tuple[float, float]], short_k: float
+    ) -> list[tuple[float, float]]:
+        """Leave out of a course what comes after the first point so near the highest setpoint."""
+        most_k = self.highest_c - self.ambient_c - short_k
+        above = (place for place, (_, sensed_k) in enumerate(course) if sensed_k >= most_k)
+        return course[: next(above, len(course)) + 1]
+
+    def _heating(self, state: Vector, points: int) -> list[tuple[float, Vector]]:
+        """Follow a start at full power up to the highest setpoint."""
+        quick_s, most_k = self.plant.fastest_s() / 4, self.highest_c - self.ambient_c
+        found: list[tuple[float, Vector]] = []
+        course = self.plant.course(state, self.full_w, quick_s, 64 * quick_s)
+        for time_s, later in islice(course, points):
+            found.append((time_s, later))
+            if self.plant.sensed_k(later) >= most_k:
+                break
+        return found
+
+    @cached_property
+    def _coasting(self) -> list[tuple[float, float]]:
+        """Times and temperatures above the highest setpoint after full power up to there.
+
+        The heater goes off late: the reading is old, and the heater may have to stay on.
+        """
+        most_k, (_, state) = self.highest_c - self.ambient_c, self._cold[-1]
+        output = self._heater
+        held_s = output.minimum_on_s if isinstance(output, DigitalOutput) else 0.0
+        late_s = self.plant.delay_s + self._behind_s + self.period_s + held_s
+        state = self.plant.advance(state, self.full_w, late_s)
+        coasting: list[tuple[float, float]] = []
+        for time_s, later in self.follow(state, 0.0):
+            over_k = self.plant.sensed_k(later) - most_k
+            if coasting and over_k < coasting[-1][1]:
+                break
+            coasting.append((late_s + time_s, over_k))
+        return coasting
+
+    @property
+    def overshoot_k(self) -> float:
+        """How far full power takes the sensor beyond the highest setpoint, K."""
+        return self._coasting[-1][1]
+
+    def settles_s(self, enough_k: float) -> float:
+        """Return when what is left of the coasting up is less than that, s."""
+        return next(
+            time_s for time_s, over_k in self._coasting if self.overshoot_k - over_k < enough_k
+        )
+
+    @cached_property
+    def warmed_k(self) -> float:
+        """How far above the surroundings the other loops' heaters take the sensor, K."""
+        return warmed_k(
+            self._network, self._parts[1], self._neighbours, self.ambient_c, self._always
+        )
+
+    def rounded_s(self, seconds: float, shortest_s: float) -> float:
         """Round a time up to two digits; not too short to mean anything, nor too long to count."""
-        period_s = self.loop.period_s
-        least_s = max(seconds, SHORTEST_S, SHORTEST_STEPS * period_s)
+        return self._rounded_s(seconds, shortest_s, math.ceil)
+
+    def rounded_down_s(self, seconds: float, shortest_s: float) -> float:
+        """Round a time down to two digits, within the same limits."""
+        return self._rounded_s(seconds, shortest_s, math.floor)
+
+    def _rounded_s(self, seconds: float, shortest_s: float, whole: Callable[[float], int]) -> float:
+        period_s = self.period_s
+        least_s = max(seconds, shortest_s, SHORTEST_STEPS * period_s)
         unit = 10.0 ** (math.floor(math.log10(least_s)) - 1)
-        return min(math.ceil(least_s / unit - 1e-9) * unit, MOST_STEPS * period_s)
+        rounded_s = whole(least_s / unit + (1e-9 if whole is math.floor else -1e-9)) * unit
+        return min(max(rounded_s, SHORTEST_STEPS * period_s), MOST_STEPS * period_s)
+
+
+def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> float:
+    """Return the longest time that a course takes for a rise, from any of its points on.
+
+    One that it does not end counts as far as it goes. Between two points it is taken for straight.
+    """
+    longest_s, last = 0.0, 0
+    for first, (from_s, from_k) in enumerate(course):
+        last = max(last, first)
+        while last < len(course) and course[last][1] < from_k + rise_k:
+            last += 1
+        if last == len(course):
+            return max(longest_s, course[-1][0] - from_s)
+        (before_s, before_k), (after_s, after_k) = course[last - 1], course[last]
+        share = (from_k + rise_k - before_k) / (after_k - before_k)
+        longest_s = max(longest_s, before_s + share * (after_s - before_s) - from_s)
+    return longest_s
+
+
+def _full_w(loop: Loop, heater: Switch) -> float:
+    """Return the most the algorithm asks for, as far as the current's limit lets it have it, W."""
+    current, supply_v = getattr(heater, "current", None), getattr(heater, "supply_v", None)
+    limit_w = math.inf
+    if current is not None and current.limit_a is not None:
+        limit_w = float(current.limit_a) * float(supply_v or math.inf)
+    return min((heater.power_w or 0.0) * full_percent(loop.algorithm) / 100, limit_w)
+
+
+def full_percent(algorithm: Algorithm) -> float:
+    """Return the most that an algorithm asks for, %."""
+    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
 
 
 def _running(controller: Controller) -> list[str]:
@@ -228,9 +374,8 @@ def _running(controller: Controller) -> list[str]:
     ]
 
 
-def _some(states: Iterator[Vector]) -> list[Vector]:
+def _some(found: list[Vector]) -> list[Vector]:
     """Take a few, evenly."""
-    found = list(states)
     return found[:: max(1, len(found) // PLACES)]
 
 

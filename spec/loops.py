@@ -49,17 +49,25 @@ class Limits(Model):
         return copy
 
 
-class Heating(Model):
+class Heating(Limits):
     """Rule `heating_failed`: full power must raise the temperature."""
 
     rise_k: _Rise = Field(2.0, alias="rise", description="Rise that full power must bring.")
-    within_s: _Time = Field(120.0, alias="within", description="Time it may take.")
+    within_s: _Time = Field(
+        120.0,
+        alias="within",
+        description="Time it may take. Left out: from the plant, or 2 min.",
+    )
 
 
-class Runaway(Model):
+class Runaway(Limits):
     """Rules `runaway_above` and `runaway_below`: once reached, the setpoint must be held."""
 
-    above_k: _Rise = Field(10.0, alias="above", description="How far above is too far.")
+    above_k: _Rise = Field(
+        10.0,
+        alias="above",
+        description="How far above is too far. Left out: from the plant, or 10 K.",
+    )
     below_k: _Rise | None = Field(
         None, alias="below", description="How far below is too far; left out: no such rule."
     )
@@ -83,12 +91,19 @@ class Frozen(Limits):
     )
 
 
-class RisingWhileOff(Model):
+class RisingWhileOff(Limits):
     """Rule `rising_while_off`: with the heater off, the temperature must not climb."""
 
-    rise_k: _Rise = Field(10.0, alias="rise", description="Rise above the lowest since then.")
+    rise_k: _Rise = Field(
+        10.0,
+        alias="rise",
+        description="Rise above the lowest since then. Left out: from the plant, or 10 K.",
+    )
     settle_s: _Time = Field(
-        120.0, alias="settle", description="Time after switching off in which it may coast up."
+        120.0,
+        alias="settle",
+        description="Time after switching off in which it may coast up. Left out: from the plant, "
+        "or 2 min.",
     )
 
 

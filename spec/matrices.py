@@ -9,6 +9,11 @@ Number = float | complex
 Matrix = list[list[float]]
 Vector = list[float]
 
+GROUP, TERMS = 4, 12
+"""Of the series of e: 0.5**13/13! is below the last digits of 1."""
+
+_FACTORS = [1 / math.factorial(order) for order in range(TERMS + 1)]
+
 
 def solve(matrix: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[Number]:
     """Solve a system of linear equations by elimination with pivots."""
@@ -41,18 +46,35 @@ def apply(matrix: Matrix, vector: Vector) -> Vector:
 
 
 def exponential(matrix: Matrix) -> Matrix:
-    """Raise e to a square matrix: halve it to a norm below 1, sum the series, square it back."""
-    size = range(len(matrix))
+    """Raise e to a square matrix: halve it to a norm below 1/2, sum the series, square it back.
+
+    The series in groups of four: five products for twelve terms (Paterson and Stockmeyer).
+    """
     norm = max(sum(map(abs, row)) for row in matrix)
-    halvings = max(0, math.frexp(norm)[1])
-    scaled = [[value / 2.0**halvings for value in row] for row in matrix]
-    total = [[float(i == j) for j in size] for i in size]
-    term = total
-    for order in range(1, 18):  # 1/18! is below the last bit of 1
-        term = [[value / order for value in row] for row in product(term, scaled)]
-        total = [
-            [a + b for a, b in zip(*rows, strict=True)] for rows in zip(total, term, strict=True)
-        ]
+    halvings = max(0, math.frexp(norm)[1] + 1)
+    scale = 0.5**halvings
+    powers = [[[value * scale for value in row] for row in matrix]]
+    for _ in range(3):
+        powers.append(product(powers[-1], powers[0]))
+    total = _group(powers, TERMS)
+    for first in range(TERMS - GROUP, -1, -GROUP):
+        total = _sum(product(total, powers[-1]), _group(powers, first))
     for _ in range(halvings):
         total = product(total, total)
     return total
+
+
+def _group(powers: Sequence[Matrix], first: int) -> Matrix:
+    """Sum the terms of the series from one to the next group's, over the power it begins with."""
+    size = range(len(powers[0]))
+    total = [[_FACTORS[first] * (i == j) for j in size] for i in size]
+    for power, factor in zip(powers, _FACTORS[first + 1 : first + GROUP], strict=False):
+        total = [
+            [a + factor * b for a, b in zip(*rows, strict=True)]
+            for rows in zip(total, power, strict=True)
+        ]
+    return total
+
+
+def _sum(left: Matrix, right: Matrix) -> Matrix:
+    return [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(left, right, strict=True)]

@@ -26,9 +26,9 @@ from heatwright.spec.checks.power import (
     integral_suffices,
     least_duty_cools,
 )
-from heatwright.spec.checks.warm import frozen_rule_holds
+from heatwright.spec.checks.warm import frozen_rule_holds, heating_rule_holds_warm
 from heatwright.spec.controller import Controller
-from heatwright.spec.heated_loop import HeatedLoop
+from heatwright.spec.heated_loop import heated_loop
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
@@ -60,7 +60,10 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
         ):
             yield from check(machine)
         if machine.course:
-            yield from frozen_rule_holds(machine, HeatedLoop(controller, name, plant))
+            heated = heated_loop(controller, name, plant)
+            yield from frozen_rule_holds(machine, heated)
+            if not [*heating_rule_holds(machine)]:
+                yield from heating_rule_holds_warm(machine, heated)
         if any_setpoint:
             yield from integral_suffices(machine)
             yield from integral_cools(machine)

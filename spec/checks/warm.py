@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import Pid
+import math
+
+from heatwright.spec.algorithms import Algorithm, Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.heated_loop import HeatedLoop
@@ -45,3 +47,34 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
             f"Use more than {duration(round(still_s, 1))}",
             machine.because_of,
         )
+
+
+def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
+    """Find a rule `heating_failed` that a healthy machine breaks when it is warm at the start.
+
+    After a power cut the element is cold, the reading falls at first, and the rise counts from
+    where it was: see `heating_rule_holds`, which begins with a machine that is cold.
+    """
+    rule = machine.loop.protection.heating
+    if rule is None:
+        return
+    longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm))
+    longest_s += heated.late_s
+    if longest_s > rule.within_s:
+        yield Finding(
+            (*machine.path, "protection", "heating", "within"),
+            f"after a power cut this plant, healthy, restarts at {about(from_c)} °C with a cold "
+            f"heater, and full power needs {duration(round(longest_s))} for a rise of "
+            f"{number(rule.rise_k)} K",
+            f"Use more than {duration(round(longest_s))}, or a smaller rise",
+            machine.because_of,
+        )
+
+
+def _not_full_k(algorithm: Algorithm) -> float:
+    """Return how far below the setpoint full power ends, K, while the integral is still 0."""
+    if not isinstance(algorithm, Pid):
+        return 0.0
+    most_percent = algorithm.output.maximum_percent
+    proportional_k = most_percent / algorithm.kp if algorithm.kp else math.inf
+    return min(proportional_k, algorithm.band_k or math.inf)

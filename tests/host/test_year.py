@@ -91,6 +91,7 @@ class Style(NamedTuple):
 
 
 STYLES = {
+    "slow": Style(4, 7200, False, "kind: time_proportional, window: 2 s", "pid"),
     "quick": Style(1.8, 600, True, "kind: pwm, frequency: 490 Hz", "pid"),
     "switched": Style(2, 1800, True, "kind: digital", "{kind: on_off}"),
     "cooled": Style(2, 1800, False, "kind: digital", "{kind: three_position, dead_band: 2 K}"),

@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0xe712f74f
+DIGEST = 0x9bdbe87d
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

@@ -125,9 +125,9 @@
 #define LOOP_CHAMBER_FROZEN_HOLDING_PERCENT 98.7f
 /* kiln.yaml:40 loops.chamber.protection.frozen.for (default): 900 s in periods of 1 s, derived from the plant: 1.5 times what heating has, which knows full power better */
 #define LOOP_CHAMBER_FROZEN_STEPS 900u
-/* kiln.yaml:40 loops.chamber.protection.rising_while_off.rise (default): 10 K */
+/* kiln.yaml:40 loops.chamber.protection.rising_while_off.rise (default): 10 K, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_RISE_K 10.0f
-/* kiln.yaml:40 loops.chamber.protection.rising_while_off.settle (default): 120 s in periods of 1 s */
+/* kiln.yaml:40 loops.chamber.protection.rising_while_off.settle (default): 120 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_SETTLE_STEPS 120u
 
 /* ---- Touch display ---- */
