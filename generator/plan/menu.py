@@ -7,7 +7,7 @@ from typing import NamedTuple
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
-from heatwright.generator.plan.numbers import c_float, quantity
+from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
@@ -73,12 +73,11 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
 
 
 def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...]:
-    per_minute = round(60.0 / loop.period_s)
     return (
         Constant(
-            "PANEL_STEPS_PER_MINUTE",
-            f"{per_minute}UL",
-            f"control steps of {quantity(loop.period_s, 's')}",
+            "PANEL_PERIOD_TICKS",
+            f"{ticks(loop.period_s)}UL",
+            f"a control step of {quantity(loop.period_s, 's')}, in ticks of 10 ms",
         ),
         Constant(
             "PANEL_TARGET_STEP",

@@ -3,20 +3,31 @@
 import re
 
 import pytest
-from gcode_world import BinaryBoard, Board, gcode_world
+from gcode_world import BinaryBoard, Board, HostBoard, gcode_world, switched
 from rig.specs import changed
-from test_gcode_tools import SPEC, on_host
+from test_gcode_tools import CURVE, SPEC, on_host
 
 CALLED = {
     "bed and chamber": "B: nozzle, C: bed",
-    "tool and chamber": "T0: bed, C: nozzle",
+    "tools and chamber": "T0: bed, T1: spare, C: nozzle",
     "tool and bed": "T1: nozzle, B: bed",
 }
 """The nozzle is at 30 °C and has gains, the bed is at 20 °C and on or off."""
+SPARE = [
+    ("outputs:\n", f"  spare: {{kind: thermistor, pin: A2, {CURVE}, range: 0 °C .. 300 °C}}\n"),
+    ("loops:\n", "  spare: {kind: pwm, pin: D10, frequency: 100 Hz, power: 40 W}\n"),
+    ("interfaces:\n", """  spare:
+    {sensor: spare, heater: spare, period: 500 ms, algorithm: {kind: pid, kp: 4, ki: 5, kd: 6},
+     setpoint: {initial: 0 °C, minimum: 10 °C, maximum: 250 °C},
+     protection: {maximum: 280 °C, minimum: 5 °C}}
+"""),
+]  # fmt: skip
+"""A second tool, at 40 °C and with gains."""
 
 
 def spec_of(called: str) -> str:
-    return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]))
+    spare = [(head, text + head) for head, text in SPARE if "spare" in CALLED[called]]
+    return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]), *spare)
 
 
 @pytest.fixture(params=CALLED)
@@ -28,13 +39,14 @@ def called(request: pytest.FixtureRequest) -> str:
 def board(request: pytest.FixtureRequest, called: str) -> Board:
     """These files on this computer, and the binary."""
     if request.param == "binary":
-        return BinaryBoard(spec_of(called), nozzle=30.0, bed=20.0)
+        spare = {"spare": 40.4} if "spare" in CALLED[called] else {}
+        return BinaryBoard(spec_of(called), nozzle=30.0, bed=20.0, **spare)
     return on_host(gcode_world(spec_of(called)).sanitized().program())
 
 
 def whole_degrees(answers: list[str]) -> list[str]:
     """The readings are as fine as the converter; what is not there reads 0.0."""
-    return [re.sub(r"\b([TBC]:\d\d)\.\d", r"\1.x", answer) for answer in answers]
+    return [re.sub(r"\b([TBC]\d?:\d\d)\.\d", r"\1.x", answer) for answer in answers]
 
 
 UNABLE = "refused: this loop has no such control"
@@ -44,8 +56,8 @@ GAINS = "P1.00000 I2.00000 D3.00000"
 ANSWERS = {
     "bed and chamber": [
         ("M105", "ok T:0.0 /0.0 B:30.x /0.0 C:20.x /0.0 @:0 B@:0 C@:0"),
-        ("M141 S12", ""), ("M140 S15.5", ""),
-        ("M105", "ok T:0.0 /0.0 B:30.x /15.5 C:20.x /12.0 @:0 B@:0 C@:0"),
+        ("M141 S50", ""), ("M140 S15.5", ""),
+        ("M105", "ok T:0.0 /0.0 B:30.x /15.5 C:20.x /50.0 @:0 B@:0 C@:127"),
         ("M141 S111", f"echo:M141 {BEYOND}"), ("M140 S111", ""),
         ("M140 S251", f"echo:M140 {BEYOND}"), ("M141 S0", ""), ("M140", f"echo:M140 {NO_NUMBER}"),
         ("M190", f"echo:M190 {NO_NUMBER}"),
@@ -54,47 +66,64 @@ ANSWERS = {
         ("M105", "ok T:0.0 /0.0 B:30.x /20.0 C:20.x /0.0 @:0 B@:64 C@:0"),
         ("M304 P1 I2 D3", f"echo:  M304 {GAINS}"), ("M503", f"echo:  M304 {GAINS}"),
         ("M309 P1", f"echo:M309 {UNABLE}"), ("M301 P1", "echo:M301 Invalid extruder 0"),
+        ("M140 S20", ""),
         ("M303 S99 E-2", f"echo:M303 {UNABLE}"), ("M303 E-3 S99", f"echo:M303 {NO_NUMBER}"),
         *((f"{line} S20", f"echo:{line} Invalid extruder 0") for line in ("M104", "M109", "M303")),
         ("M104 T10 S20", "echo:M104 Invalid extruder 10"), ("T0", 'echo:Unknown command: "T0"'),
-        ("M303 E-1 S99", "PID Autotune start"),
     ],
-    "tool and chamber": [
-        ("M105", "ok T:20.x /0.0 B:0.0 /0.0 C:30.x /0.0 @:0 C@:0"),
-        ("M104 S12", ""), ("M141 S15", ""), ("T0", ""), ("M141 D50", ""),
-        ("M105", "ok T:20.x /12.0 B:0.0 /0.0 C:30.x /15.0 @:0 C@:64"),
+    "tools and chamber": [
+        ("M105", "ok T:20.x /0.0 B:0.0 /0.0 C:30.x /0.0 T0:20.x /0.0 T1:40.x /0.0 "
+                 "@:0 C@:0 @0:0 @1:0"),
+        ("M104 S50", ""), ("M141 S15", ""), ("T0", ""), ("M141 D50", ""),
+        ("M104 T1 S12", ""), ("M104 T1 D25", ""),
+        ("M105", "ok T:20.x /50.0 B:0.0 /0.0 C:30.x /15.0 T0:20.x /50.0 T1:40.x /12.0 "
+                 "@:127 C@:64 @0:127 @1:32"),
         ("M140 S60", "echo:M140 refused: there is no heated bed"),
-        ("M190 S60", "echo:M190 refused: there is no heated bed"),
+        ("M190 S300", "echo:M190 refused: there is no heated bed"),
         ("M304 P1", 'echo:Unknown command: "M304"'), ("M301 P1", f"echo:M301 {UNABLE}"),
-        ("M309 P1 I2 D3", f"echo:  M309 {GAINS}"), ("M503", f"echo:  M309 {GAINS}"),
+        ("M309 P1 I2 D3", f"echo:  M301 E1 P4.00000 I5.00000 D6.00000|echo:  M309 {GAINS}"),
         ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("T11", 'echo:Unknown command: "T11"'),
-        ("M104 T11 S1", "echo:M104 Invalid extruder 11"), ("M303 E-2 S99", "PID Autotune start"),
+        ("M104 T11 S1", "echo:M104 Invalid extruder 11"), ("M104 S0", ""),
     ],
     "tool and bed": [
         ("M105", "ok T:30.x /0.0 B:20.x /0.0 @:0 B@:0"),
-        ("M140 S12", ""), ("M104 S15", ""), ("M105", "ok T:30.x /15.0 B:20.x /12.0 @:0 B@:0"),
+        ("M140 S50", ""), ("M104 S15", ""), ("M105", "ok T:30.x /15.0 B:20.x /50.0 @:0 B@:127"),
         ("M141 S60", "echo:M141 refused: there is no heated chamber"),
-        ("M191 S60", "echo:M191 refused: there is no heated chamber"),
+        ("M191 S300", "echo:M191 refused: there is no heated chamber"),
         ("M309 P1", 'echo:Unknown command: "M309"'), ("M304 P1", f"echo:M304 {UNABLE}"),
-        ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M140 D9", f"echo:M140 {UNABLE}"),
-        ("M303 E-1 S99", f"echo:M303 {UNABLE}"), ("M303 E1 S99", "PID Autotune start"),
+        ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M503", f"echo:  M301 E1 {GAINS}"),
+        ("M140 D9", f"echo:M140 {UNABLE}"),
+        ("M303 E-1 S99", f"echo:M303 {UNABLE}"),
     ],
 }  # fmt: skip
+OF_ALL = [
+    ("M500", "echo:Settings Stored"), ("M501", "echo:Stored settings retrieved"),
+    ("M502", "echo:Hardcoded Default Settings Loaded"), ("M155 S0", ""), ("M999", ""),
+]  # fmt: skip
+TUNED = {"bed and chamber": "E-1", "tools and chamber": "E-2", "tool and bed": "E1"}
 
 
 def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -> None:
-    for line, answer in ANSWERS[called]:
-        ends = [] if answer.startswith(("ok", "PID")) else ["ok"]
+    for line, answer in [*ANSWERS[called], *OF_ALL]:
+        ends = [] if answer.startswith("ok") else ["ok"]
         said = board.told(line, 0.9)  # with a step of the loop
-        assert whole_degrees(said) == [*filter(None, [answer]), *ends], line
-    assert board.told("M108", 0.2) == ["PID Autotune failed! Stopped", "ok", "ok"]
+        assert whole_degrees(said) == [*filter(None, answer.split("|")), *ends], line
+    assert board.told(f"M303 {TUNED[called]} S99") == ["PID Autotune start"]
+    if isinstance(board, HostBoard):
+        for count in range(1, 3):
+            board.play(switched(count))
+            board.wait(1.5)
+        assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
+        assert board.said().state["tuning"] == "5"
+    assert board.told("M108", 0.2)[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
 
 
 WAITS = {
     "bed and chamber": {"M190": (31, "T:0.0 /0.0 B:30.x /"),
                         "M191": (21, "T:0.0 /0.0 B:30.x /11.0 C:20.x /")},
-    "tool and chamber": {"M191": (31, "T:20.x /0.0 B:0.0 /0.0 C:30.x /")},
-    "tool and bed": {"M190": (21, "T:30.x /0.0 B:20.x /")},
+    "tools and chamber": {"M191": (31, "T:20.x /0.0 B:0.0 /0.0 C:30.x /"),
+                          "M109 T1": (41, "T:40.x /"), "M109": (21, "T:20.x /")},
+    "tool and bed": {"M190": (21, "T:30.x /0.0 B:20.x /"), "M109": (31, "T:30.x /")},
 }  # fmt: skip
 
 
@@ -115,8 +144,12 @@ def test_a_wait_is_for_bed_or_chamber_and_tells_of_the_active_tool(
         assert board.told("M108", 0.5)[-2:] == ["ok", "ok"]
 
 
-def test_it_says_whether_there_is_a_chamber(board: Board, called: str) -> None:
+def test_it_introduces_itself(board: Board, called: str) -> None:
+    start, greeting = board.lines()[:2]
+    assert start == "start"
+    assert greeting.startswith("echo:heatwright pair, spec ")
     said, *capabilities, ok = board.told("M115")
+    assert said.startswith("FIRMWARE_NAME:heatwright spec ")
     assert said.endswith(f" EXTRUDER_COUNT:{CALLED[called].count('T')}")
     there = int("C:" in CALLED[called])
     assert capabilities[-1] == f"Cap:CHAMBER_TEMPERATURE:{there}"

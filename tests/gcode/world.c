@@ -29,7 +29,11 @@ void USART0_UDRE_vect(void);
 enum { BYTES_SENT_PER_TICK = F_CPU / 8000 / (HOST_DIVISOR + 1) };
 
 struct fault_state fault;
-struct settings settings;
+struct settings settings
+#if __has_include("loop_spare.h")
+    = { .spare_kp = 4.0f, .spare_ki = 5.0f, .spare_kd = 6.0f }
+#endif
+;
 struct loop_nozzle_state loop_nozzle;
 struct autotune_nozzle_state autotune_nozzle;
 static float fan_percent;
@@ -84,6 +88,17 @@ static void heat_bed(void)
 #else
 #define BED_C loop_nozzle.temperature_c
 static void heat_bed(void) { }
+#endif
+
+#if __has_include("loop_spare.h") /* another tool, of which no more is looked at */
+#include "loop_spare.h"
+struct loop_spare_state loop_spare = { .temperature_c = 40.4f };
+TAKES_A_SETPOINT(spare, SPARE)
+bool loop_spare_set_manual(float percent)
+{
+    loop_spare.duty_percent = percent;
+    return true;
+}
 #endif
 
 bool loop_nozzle_set_manual(float percent)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from menu_model import IDLE, LETTERS, POINTS, PROGRAMS, Keypad, Machine, Menu
+from menu_model import IDLE, LETTERS, PERIOD_MS, POINTS, PROGRAMS, Keypad, Machine, Menu
 from rig.hosted import play, world_of
 from rig.specs import changed, sources_of
 
@@ -16,7 +16,7 @@ from heatwright.sim.interfaces.hd44780 import Hd44780, Times
 
 SPEC = changed(
     "kiln_uno",
-    ("    period: 1 s\n", "    period: 2 s\n"), ("window: 1 s", "window: 2 s"),
+    ("    period: 1 s\n", "    period: 2.1 s\n"), ("window: 1 s", "window: 2 s"),
     ("minimum: 0 °C", "minimum: 15 °C"), ("step: 1 K", "step: 2 K"), ("places: 2", "places: 3"),
     ("selectable: [K, S]", "selectable: [K, S, N]"), ("points: 8", "points: 5"),
     ("        - {to: 150 °C, over: 20 min}\n", ""),
@@ -56,7 +56,12 @@ WAYS = (("", (24, 25, 20, 10, 20, 1)), ("left", (1, 30, 25, 0, 40, 1)),
         ("right right right select select", (25, 30, 20, 8, 0, 1)))  # fmt: skip
 """Of each kind of walk, where it begins, and how often it takes each key."""
 EDGES_C = (0.0, -10.4, -0.6, -0.4, 0.4, 0.5, 99.5, 1099.5, 1100.0)
-CLOCKS = (0, 29, 30, 1800, 18600, 43199, 43200, *(432000000, 432000030) * 3, 43200 * 65536 - 1)
+CLOCKS = tuple(
+    -(-minutes * 60_000 // PERIOD_MS) - less
+    for minutes in (1, 60, 620, 1440, 14_400_000, 14_400_001, 65535 * 1440)
+    for less in (0, 1)
+)
+"""The first step of these minutes, and the last one before it."""
 COUNTS = (0, 59, 60, 1300, 8_388_609, 19_999_999, 20_000_001, 2**32 - 1)
 GAINS = (0.0, 0.0005, 0.001, 0.00101, 0.00105, 0.00106, 7.5, 9.5e5, 9.6e5, 1e6)
 PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 SETPOINTS_C, MAXIMUM_C, STEP_K = (15.0, 1100.0), 1150.0, 2
-STEPS_PER_MINUTE, PROGRAMS, POINTS = 30, 3, 5
+PERIOD_MS, PROGRAMS, POINTS = 2100, 3, 5
 KWH_PER_COUNT = np.float32(484 * 2 / 3.6e9)
 """Of the spec (hosted_menu.py): 484 W, two seconds a step, energy in thousandths."""
 TYPES = {3: "K", 6: "S", 4: "N"}
@@ -64,7 +64,7 @@ def tenth(value: int) -> float:
 
 
 def time(steps: int) -> str:
-    minutes = steps // STEPS_PER_MINUTE
+    minutes = steps * PERIOD_MS // 60_000
     return f"{minutes // 1440}d{minutes // 60 % 24:02}h{minutes % 60:02}m"
 
 
