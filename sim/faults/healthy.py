@@ -36,7 +36,7 @@ def faults(site: Site) -> Iterator[Fault]:
         (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), rooms_c
     ):
         network = scaled(site.network, capacity, resistance)
-        name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:g}degC"
+        name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:.3g}degC"
         yield from healthy(site, name, network, ambient_c)
     yield from healthy(site, "healthy_noisy", noisy(site), starts.ambient_c(site))
 

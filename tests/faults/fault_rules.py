@@ -67,9 +67,6 @@ _ANY = _of(
     under_temperature="frost", rise_rate="jump_up jump_down fallen_out", brown_out="brown_out",
     watchdog_reset="hung_main_loop hung_with_interrupts_off", settings_corrupt="eeprom_damaged",
 )  # fmt: skip
-_HEALTHY: Rules = {
-    f"healthy_{c}C_{r}R_{a}degC": None for c in (0.7, 1.3) for r in (0.7, 1.3) for a in (10, 35)
-}
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"
 )
@@ -97,7 +94,7 @@ def rules_of(controller: Controller) -> Rules:
     """Return what each fault of a controller with one loop must trip."""
     (loop,) = controller.loops.values()
     kinds = {each.kind for each in controller.interfaces} & _OPERATORS.keys()
-    found = _ANY | _HEALTHY | _SENSORS[controller.sensors[loop.sensor].kind]
+    found = _ANY | _healthy(controller, loop) | _SENSORS[controller.sensors[loop.sensor].kind]
     for kind in kinds:
         found |= _OPERATORS[kind]
     if kinds:
@@ -110,6 +107,15 @@ def rules_of(controller: Controller) -> Rules:
         found |= _PROGRAMS
     measured = getattr(controller.outputs[loop.heater], "current", None) is not None
     return found | _still(controller, loop, measured) | _heat(controller, loop, measured)
+
+
+def _healthy(controller: Controller, loop: Any) -> Rules:
+    """Machines of all kinds, in winter and in summer, but no colder than a kelvin and a step of the
+    sensor above the minimum."""
+    least_c = loop.protection.minimum_c + 1 + controller.thermometers[loop.sensor].step_k
+    rooms_c = (max(10, least_c), 35)
+    spread = (0.7, 1.3)
+    return {f"healthy_{c}C_{r}R_{a:.3g}degC": None for c in spread for r in spread for a in rooms_c}
 
 
 def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
