@@ -59,7 +59,7 @@ class CountdownKeys:
         self.ended = False
         if self.left is not None:
             self.left -= 1
-            if self.left == 0:
+            if self.left <= 0:
                 self.left = None
                 self.ended = True
                 self._operator.key_off()

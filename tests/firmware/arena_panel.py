@@ -1,5 +1,8 @@
 """The chamber's panel, broken, and what then has to complain: the tests of its keys and lines."""
 
+from collections.abc import Callable
+from functools import partial
+
 import test_panel
 import test_start
 from rig.avr import Firmware, Program
@@ -14,4 +17,37 @@ def problem(program: Elf) -> str:
     return first_complaint([test_panel, test_start])
 
 
-ARENAS = [Firmware("firmware/chamber", Program("chamber"), ("panel",), (problem,))]
+def timed(name: str, spec: str, *tests: Callable[[], object]) -> Firmware:
+    """Return the chamber with a time that people set, and the tests of it as judges."""
+
+    def judge(program: Elf) -> str:
+        test_panel.whole = lambda _: program
+        for test in tests:
+            test()
+        return ""
+
+    return Firmware(f"firmware/{name}", Program(spec), ("countdown", "panel"), (judge,))
+
+
+MEMBERS = ("minutes", "counting", "left", "check")
+ARENAS = [
+    Firmware("firmware/chamber", Program("chamber"), ("panel",), (problem,)),
+    timed(
+        "long",
+        test_panel.LONG,
+        *(
+            partial(test_panel.test_a_bit_that_flips_ends_the_time_at_once, each)
+            for each in MEMBERS
+        ),
+        test_panel.test_a_key_held_down_changes_the_time_and_no_setpoint,
+    ),
+    timed("slow", test_panel.SLOW, test_panel.test_a_time_below_a_step_is_over_with_it),
+    *(
+        timed(
+            name,
+            test_panel.OTHERS[name],
+            partial(test_panel.test_any_keys_do_what_the_model_does, name),
+        )
+        for name in ("a time", "a master's time")
+    ),
+]

@@ -179,10 +179,17 @@ def lines_of(model: ReferenceDevice, board: AvrDevice, name: str) -> list[str]:
     return [f"T=19.0°C{doing}", second]
 
 
+LONG = changed("chamber", STARTS, time_of("longest: 3 h, step: 1 min"))
+SLOW = changed(
+    "chamber", STARTS, time_of("longest: 6 min, step: 2 min, counts: at once"),
+    ("period: 1 s", "period: 70 s"), ("stale_after: 5 s", "stale_after: 140 s"),
+    ("for: 60 s}", "for: 70 s}"), ("within: 120 s", "within: 1 h"),
+)  # fmt: skip
+
+
 def timed() -> AvrDevice:
-    """Return the chamber that is on for a time: three minutes, three hours at most."""
-    spec = changed("chamber", STARTS, time_of("longest: 3 h, step: 1 min"))
-    device = AvrDevice(controller_of(spec), whole(spec))
+    """Return the chamber that is on for three minutes."""
+    device = AvrDevice(controller_of(LONG), whole(LONG))
     device.sense("air", ROOM_C)
     device.advance(1.5)
     for key in ("up", "right", "up", "up", "up"):
@@ -192,21 +199,38 @@ def timed() -> AvrDevice:
     return device
 
 
-@pytest.mark.parametrize(
-    ("member", "value"),
-    [("counting", 2), ("counting", 255), ("left", 0), ("left", 10_801), ("left", 0xFFFF_FFFF),
-     ("minutes", 181), ("minutes", 0xFFFF)],
-)  # fmt: skip
-def test_a_time_that_cannot_be_ends_at_once(member: str, value: int) -> None:
+@pytest.mark.parametrize("member", ["minutes", "counting", "left", "check"])
+def test_a_bit_that_flips_ends_the_time_at_once(member: str) -> None:
+    """At the next step, or at a key before it; then it is as after a reset."""
     device = timed()
-    put(device, f"countdown.{member}", value)
-    device.advance(6.1)
-    assert not device.outputs["heater"].on
-    device.advance(8.0)
-    press(device, "right")
-    device.advance(9.0)
-    assert device.shield.lcd.text == ("T=19.0°C OFF    ", "Done UP: 20°C   ")
-    assert device.read("loop_air.enabled") == 0
+    for bit in range(8 * device.variables[f"countdown.{member}"].size):
+        began_s = device.time_s
+        flipped = int(device.read(f"countdown.{member}")) ^ 1 << bit
+        put(device, f"countdown.{member}", flipped)
+        if bit % 2:
+            press(device, "up")
+        device.advance(began_s + 0.6)
+        assert not device.outputs["heater"].on
+        assert device.shield.lcd.text == ("T=19.0°C OFF    ", "No time is set  ")
+        for key in ("right", "up", "right", "up", "up", "up"):
+            press(device, key)
+        device.advance(began_s + 3.0)
+        assert device.shield.lcd.text == ("T=19.0°C-0:03   ", "Off in 0:03     ")
+
+
+def test_a_time_below_a_step_is_over_with_it() -> None:
+    """Of 4 min two whole periods are left, which is shown as 3 min; two less are none."""
+    controller = controller_of(SLOW)
+    for device in (AvrDevice(controller, whole(SLOW)), ReferenceDevice(controller)):
+        device.sense("air", ROOM_C)
+        keys = {1: "up", 2: "right", 3: "up", 4: "up", 150: "down"}
+        for second, key in keys.items():
+            device.advance(second)
+            device.press(key)
+            device.advance(second + 0.2)
+            device.press(None)
+        device.advance(400.0)
+        assert device.steps("air")["enabled"].tolist() == [1, 1, 1, 0, 0]
 
 
 def test_a_key_held_down_changes_the_time_and_no_setpoint() -> None:
