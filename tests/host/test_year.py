@@ -233,7 +233,7 @@ class World:
         machine.noise_k = network.sense["felt"].noise_k
         edges, machine.lowest_code, machine.code_step = _edges(controller)
         machine.codes, machine.oversample = len(edges), getattr(sensor, "oversample", 1)
-        normals = norm.ppf((np.arange(2**16) + 0.5) / 2**16)
+        normals = norm.ppf((np.arange(2**10) + 0.5) / 2**10) / 2**0.5
         self._kept = edges, normals  # for as long as the machine points to them
         machine.edges_c, machine.normals = (
             ffi.cast("double *", each.ctypes.data) for each in self._kept

@@ -14,7 +14,7 @@ struct year_machine {
     uint32_t felt;       /* the state that the sensor follows */
     double late_steps;   /* its dead time */
     double noise_k;
-    const double *normals; /* 65536 of them */
+    const double *normals; /* 1024 of them, by whose sums the readings are off */
     const double *edges_c; /* where codes end, rising */
     int32_t codes;
     int32_t lowest_code; /* below the first edge */
