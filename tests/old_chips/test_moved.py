@@ -22,8 +22,12 @@ MOVES = {
         "pin: D8,": "pin: PC7,",
     },
     "hotplate": {
-        "board: nano": "board: {board}", "D10": "PD2", "D4": "PD3", "D12": "PB0",
-        "pin: D7,": "pin: PA0,",
+        "board: uno": "board: {board}", "D11": "PD2", "clock: D2": "clock: PD3", "D12": "PB0",
+        "pin: D3,": "pin: PA0,",
+        "  - {kind: lcd_keypad, loop: plate, step: 5 K, countdown: {longest: 8 h}}\n": "",
+        "    - {at: 5 s, press: up}                # on\n": "",
+        "    - {at: 6 s, press: right}             # to the time\n": "",
+        "    - {at: 7 s, press: up, times: 6}      # 30 min, from the setpoint on\n": "",
     },
     # Both by interrupts of timer 1, while timer 2 makes the tick: all in one TIMSK.
     "extruder": {
@@ -83,11 +87,11 @@ NEW = ("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3 V")
 
 
 @pytest.mark.parametrize(
-    ("board", "words"), [("atmega32", OLD), ("atmega16", OLD), ("atmega1284p", NEW), ("nano", ())]
+    ("board", "words"), [("atmega32", OLD), ("atmega16", OLD), ("atmega1284p", NEW), ("uno", ())]
 )
 def test_the_readme_of_a_bare_chip_tells_its_fuses(board: str, words: tuple[str, ...]) -> None:
     """A board has them set."""
-    readme = files_of("hotplate" if board == "nano" else moved("hotplate", board))["README.md"]
+    readme = files_of("hotplate" if board == "uno" else moved("hotplate", board))["README.md"]
     _, found, section = readme.partition("## Fuses")
-    assert bool(found) is (board != "nano")
+    assert bool(found) is (board != "uno")
     assert all(word in section.split("##")[0] for word in (*words, *(["16 MHz"] if words else [])))

@@ -208,7 +208,8 @@ CHANGED = {
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("hotplate", "starts_enabled"),
+        ("hotplate", "commanded switched"),
+        ("incubator", "starts_enabled"),
         *((name, "commanded switched starts_enabled") for name in ("chamber", "oven")),
         ("the chamber, off at first", "commanded switched"),
         ("the chamber and a host", "commanded zero_is_off starts_enabled gcode_of"),
