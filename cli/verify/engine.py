@@ -64,7 +64,7 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
             *build_checks(built),
             *chain_checks(chains),
             *replay_checks(loops),
-            *run_checks(loops, simulation.expect),
+            *run_checks(loops, simulation),
         ),
         trials=try_all(spec.controller, built, core, shown),
     )

@@ -22,7 +22,8 @@ from heatwright.sim.faults import FaultResult
 from heatwright.sim.plot import run_figure
 from heatwright.sim.replay import replay
 from heatwright.sim.timing import Cost, Figure, Timing
-from heatwright.spec import Controller, Expect
+from heatwright.spec import Controller, Expect, Simulation
+from heatwright.spec.simulation import Event
 
 NUMBER = int | float
 BUILD = dict.fromkeys(("flash", "ram", "stack", "flash_limit", "ram_limit"), int)
@@ -144,6 +145,30 @@ def failing(checks: Any) -> dict[str, str]:
     return {check.what: check.found for check in checks if not check.passed}
 
 
+def asking(limits: dict[str, str] | None, sent: list[str]) -> Simulation:
+    """Return a simulation of a spec, with other expectations, and a host's lines."""
+    simulation = example("chamber").controller.simulation
+    assert simulation is not None
+    lines = [{"at": "5 s", "send": line} for line in sent]
+    return simulation.model_copy(
+        update={
+            "expect": Expect.model_validate(limits) if limits else None,
+            "scenario": tuple(map(Event.model_validate, lines)),
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "passed"),
+    [("m112", 19, True), ("N5 M112*20", 19, True), ("M112", 6, False), ("M1120", 19, False)],
+)
+def test_a_stop_that_the_scenario_sends_may_be_latched(
+    loops: ClosedLoop, line: str, code: int, passed: bool
+) -> None:
+    judged = replace(loops, run=replace(loops.run, faults={"air": ((12.5, code),)}))
+    assert (not failing(run_checks(judged, asking(None, ["M104 S20", line])))) == passed
+
+
 TRIPPED = "E06 TOO HOT at 12.5 s"
 TIMES = "display: data_setup was below the data sheet 3 times"
 
@@ -162,8 +187,7 @@ def test_what_is_asked_of_a_run(
     loops: ClosedLoop, limits: Any, changes: dict[str, Any], expected: dict[str, str]
 ) -> None:
     judged = replace(loops, run=replace(loops.run, **changes))
-    expect = Expect.model_validate(limits) if limits else None
-    assert failing(run_checks(judged, expect)) == expected
+    assert failing(run_checks(judged, asking(limits, []))) == expected
 
 
 @pytest.mark.parametrize(

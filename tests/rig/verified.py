@@ -69,7 +69,7 @@ def _findings(spec: Spec, faults: int | Collection[str] | None) -> Iterator[tupl
     checks = (
         *chain_checks(chain_errors(controller, elf)),
         *replay_checks(loops),
-        *run_checks(loops, controller.simulation.expect),
+        *run_checks(loops, controller.simulation),
     )
     for check in checks:
         yield check.what, "" if check.passed else f"{check.found}, not {check.limit}"
