@@ -106,7 +106,7 @@ def _converter(site: Site) -> Iterator[Fault]:
     """
     hangs = no_reading(site, "adc_hangs", _fail(hung=True), _fail())
     others = _others_on_the_adc(site)
-    yield replace(hangs, again=not site.has_keys, others_lie=others)
+    yield replace(hangs, current_lies=True, again=not site.has_keys, others_lie=others)
     yield Fault(
         "adc_stuck",
         lambda: starts.heating(site),
@@ -115,6 +115,7 @@ def _converter(site: Site) -> Iterator[Fault]:
         watch_s=watch_s(site),
         sensor_lies=True,
         others_lie=others,
+        current_lies=True,
         again=not site.has_keys,
     )
 

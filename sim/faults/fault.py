@@ -57,9 +57,9 @@ class Fault:
     latched so soon, where that does not depend on the machine: no reading comes any more, the
     processor is reset. off_within_s -- bound on the time from the cause to heater off, where the
     heater must be off before. sensor_lies -- whether the loop's sensor itself says what its tip
-    does not feel; others_lie -- the other loops whose sensors do so. again -- whether it is
-    acknowledged while the cause goes on. judge -- looks at the world at the end and says what is
-    wrong, or "".
+    does not feel; others_lie -- the other loops whose sensors do so; current_lies -- whether a
+    sensor of a current says what does not flow. again -- whether it is acknowledged while the cause
+    goes on. judge -- looks at the world at the end and says what is wrong, or "".
     """
 
     id: str
@@ -72,6 +72,7 @@ class Fault:
     off_within_s: float | None = None
     sensor_lies: bool = False
     others_lie: tuple[str, ...] = ()
+    current_lies: bool = False
     again: bool = False
     may: tuple[str, ...] = ()
     judge: Judge = no_complaint

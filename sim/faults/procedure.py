@@ -89,7 +89,8 @@ class _Trial:
         judged = self.fault.judge(self.world)
         self.world.device.feed()
         own = (self.world.site.loop_name,) if self.fault.sensor_lies else ()
-        said = witness.complaints(self.world, (*own, *self.fault.others_lie))
+        lying = (*own, *self.fault.others_lie)
+        said = witness.complaints(self.world, lying, current_lies=self.fault.current_lies)
         for complaint in (judged, *overlaps(self.world.device.interlocks), *said):
             if complaint:
                 self._wrong(complaint)

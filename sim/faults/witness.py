@@ -3,7 +3,7 @@
 The reference model takes what the firmware read at every control step, and must come to the same
 state, bit for bit: so the first rule that it names is the one whose condition was met first, and
 the firmware has latched it in the same step. And what the firmware read must be what the sensor's
-tip felt, unless the sensor itself is what fails.
+tip felt, and of a current what flowed, unless the sensor itself is what fails.
 """
 
 from __future__ import annotations
@@ -12,10 +12,14 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
+from heatwright.sim.circuits import current_v, reference_v
+from heatwright.sim.faults.currents import CODES
 from heatwright.sim.faults.machine import blur_k, sensor_step_k
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.replay import replay_all
+from heatwright.spec import CurrentSensor
 from heatwright.spec.rules import RULES
+from heatwright.spec.timers import TICK_S
 
 COUNTS = {
     "guard.heating_steps": "heating_failed",
@@ -42,10 +46,10 @@ def counting(world: World) -> tuple[str, ...]:
     return tuple(each for each in found if each)
 
 
-def complaints(world: World, lying: Collection[str]) -> Iterator[str]:
+def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> Iterator[str]:
     """Yield where the firmware differs from the reference model, or its readings from the truth.
 
-    lying -- the loops whose sensors fail.
+    lying -- the loops whose sensors fail; current_lies -- whether one of a current does.
     """
     logs = {name: world.device.steps(name) for name in world.site.controller.loops}
     idle = [name for name, log in logs.items() if not len(log)]
@@ -57,6 +61,8 @@ def complaints(world: World, lying: Collection[str]) -> Iterator[str]:
             yield f"{name} differs from the reference model: {played.first[0]}"
         if name not in lying:
             yield from _untrue(world, name)
+        if not current_lies:
+            yield from _not_flowed(world, name)
 
 
 def _untrue(world: World, name: str) -> Iterator[str]:
@@ -77,5 +83,35 @@ def _untrue(world: World, name: str) -> Iterator[str]:
             yield (
                 f"{name} read {found_c:.2f} °C at {good['time_s'][row]:.2f} s, where its sensor "
                 f"felt {felt_c.min():.2f} to {felt_c.max():.2f} °C"
+            )
+            return
+
+
+def _not_flowed(world: World, name: str) -> Iterator[str]:
+    """Compare each reading of the heater's current with what flowed, to a code of the ADC.
+
+    What a step takes is the last whole sum, one code a tick: begun in the period before it.
+    """
+    controller, loop = world.site.controller, world.site.controller.loops[name]
+    current = getattr(controller.outputs[loop.heater], "current", None)
+    if current is None:
+        return
+    sensor = controller.sensors[current.sensor]
+    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
+    log = world.device.steps(name)
+    times_s, flowed_a = world.currents_a(current.sensor)
+    volts = current_v(sensor, flowed_a)
+    codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
+    age_s = loop.period_s + sensor.oversample * TICK_S + world.step_s
+    first = np.searchsorted(times_s, log["time_s"] - age_s)
+    last = np.searchsorted(times_s, log["time_s"] + world.step_s)
+    for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
+        place = slice(max(0, begin - 1), end + 1)
+        code = log["current.raw"][row] / sensor.oversample
+        if not codes[place].min() - 1 <= code <= codes[place].max() + 1:
+            yield (
+                f"{name} measured {log['current.amperes'][row]:.2f} A at "
+                f"{log['time_s'][row]:.2f} s, where {flowed_a[place].min():.2f} to "
+                f"{flowed_a[place].max():.2f} A flowed"
             )
             return

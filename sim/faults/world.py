@@ -82,6 +82,7 @@ class World:
         self._switched_on = False
         self._times_s: list[float] = []
         self._tips: dict[str, list[float]] = {sensor: [] for sensor in self._felt}
+        self._currents: dict[str, list[float]] = {name: [] for name in self._plant.currents_a()}
         self.watch_peaks()
         self.trips = TripLog(self.device)
         self.heaters = HeaterLog(
@@ -127,6 +128,10 @@ class World:
         """Return what a sensor's tip felt, °C, from each of these times on, s."""
         return np.array(self._times_s), np.array(self._tips[sensor])
 
+    def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the current that a sensor had to see, A, from each of these times on, s."""
+        return np.array(self._times_s), np.array(self._currents[sensor])
+
     def watch_peaks(self) -> None:
         """Look for the highest temperatures from now on."""
         self.peak_c, self.peaks = self.sensed_c, Peaks(self._plant, self.step_s)
@@ -162,6 +167,7 @@ class World:
             self._tips[sensor].append(tip_c)
             self.device.sense(sensor, tip_c)
         for sensor, amperes in self._plant.currents_a().items():
+            self._currents[sensor].append(amperes)
             self.device.sense(sensor, amperes)
         self._row += 1
         self.device.advance(self._power_on_s + self._row * self.step_s)

@@ -15,6 +15,7 @@ from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.processor import hang
 from heatwright.sim.faults.world import World
+from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
 
@@ -70,6 +71,14 @@ def miscount(world: World) -> None:
     world.device.avr.write_ram(count.address, bytes([8]))
 
 
+def reads_three_quarters(world: World) -> None:
+    """Give the sensor of the heater's current a wrong scale."""
+    probe = world.device.sensors["current"]
+    assert isinstance(probe, CurrentProbe)
+    sense = probe.sense
+    probe.sense = lambda amperes: sense(0.75 * amperes)  # type: ignore[method-assign]
+
+
 FRAGILE = changed("chamber", ("    heat: {heater", "    bears: {air: 70 °C}\n    heat: {heater"))
 SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "tripped after 4.9.. s, not within 0.500 s": partial(tripping, allowed_s=0.5),
@@ -92,6 +101,12 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     ),
     "air read .* °C at .* s, where its sensor felt": lambda _: replace(
         faults_of("chamber")["frozen"], sensor_lies=False
+    ),
+    "nozzle measured 0.01 A at .* s, where .* A flowed": lambda _: replace(
+        faults_of("fabricator")["current_sensor_torn"], current_lies=False
+    ),
+    "nozzle measured 1.33 A at .* s, where 1.78 to 1.78 A flowed": lambda _: making(
+        faults_of("fabricator")["small_jumps"], reads_three_quarters
     ),
     "air became .* °C hot and bears 70.0 °C.*write loops.air.protection.heating.within: .* s": (
         lambda _: faults_of(FRAGILE)["frozen"]

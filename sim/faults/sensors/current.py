@@ -24,6 +24,7 @@ def faults(site: Site) -> Iterator[Fault]:
         _wire(Wiring(opened=True)),
         _wire(Wiring()),
         watch_s=watch_s(site),
+        current_lies=True,
         again=True,
     )
     yield Fault(
@@ -32,6 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
         _wire(Wiring(pin="high")),
         _wire(Wiring()),
         trip=Trip(("over_current",), reading_s(site.loop)),
+        current_lies=True,
         again=True,
     )
     if site.has_operator:
@@ -41,6 +43,7 @@ def faults(site: Site) -> Iterator[Fault]:
             _stand,
             _let_go,
             watch_s=watch_s(site),
+            current_lies=True,
         )
 
 
