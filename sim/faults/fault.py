@@ -56,10 +56,11 @@ class Fault:
     same: nothing may trip but `may`, which may be latched before, too. trip -- a fault has to be
     latched so soon, where that does not depend on the machine: no reading comes any more, the
     processor is reset. off_within_s -- bound on the time from the cause to heater off, where the
-    heater must be off before. sensor_lies -- whether the loop's sensor itself says what its tip
-    does not feel; others_lie -- the other loops whose sensors do so; current_lies -- whether a
-    sensor of a current says what does not flow. again -- whether it is acknowledged while the cause
-    goes on. judge -- looks at the world at the end and says what is wrong, or "".
+    loop's heater must be off before; all_off -- and so must those of all other loops. sensor_lies
+    -- whether the loop's sensor itself says what its tip does not feel; others_lie -- the other
+    loops whose sensors do so; current_lies -- whether a sensor of a current says what does not
+    flow. again -- whether it is acknowledged while the cause goes on. judge -- looks at the world
+    at the end and says what is wrong, or "".
     """
 
     id: str
@@ -70,6 +71,7 @@ class Fault:
     calm: bool = False
     trip: Trip | None = None
     off_within_s: float | None = None
+    all_off: bool = False
     sensor_lies: bool = False
     others_lie: tuple[str, ...] = ()
     current_lies: bool = False

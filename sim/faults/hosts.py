@@ -72,8 +72,7 @@ def _ask_too_much(world: World) -> None:
 
 def _keeps_setpoint(world: World) -> str:
     """See that none of it was taken over."""
-    expected_c = starts.highest_c(world.site)
-    return "" if world.setpoint_c == expected_c else f"the setpoint went to {world.setpoint_c:g} °C"
+    return starts.setpoint_moved(world, starts.highest_c(world.site))
 
 
 def _garble(world: World) -> None:

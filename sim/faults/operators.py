@@ -104,7 +104,7 @@ def _goes_off_in_time(world: World) -> str:
         return "it is still on"
     went_s = world.now_s
     world.run(WATCH_S)
-    last_s = world.heaters.last_on_s(went_s)
+    last_s = world.heater.last_on_s(went_s)
     return "" if last_s is None else f"the heater was on again at {last_s:.1f} s"
 
 
@@ -116,8 +116,7 @@ def _last_on_s(world: World) -> float:
 def _one_step(world: World) -> str:
     """See that a key that hangs is one press; on a menu's first screen it is none at all."""
     moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
-    expected_c = starts.highest_c(world.site) - moves_k
-    return "" if world.setpoint_c == expected_c else f"the setpoint went to {world.setpoint_c:g} °C"
+    return starts.setpoint_moved(world, starts.highest_c(world.site) - moves_k)
 
 
 def _play(world: World) -> None:

@@ -222,7 +222,9 @@ class _Trial:
         self.world.run(SHOWN_S)
         if self.first is None and limit_s is None:
             return
-        last_on_s = self.world.heaters.last_on_s(self.cause_s)
+        others_go_on = limit_s is not None and not self.fault.all_off
+        log = self.world.heater if others_go_on else self.world.heaters
+        last_on_s = log.last_on_s(self.cause_s)
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")

@@ -39,6 +39,7 @@ def faults(site: Site) -> Iterator[Fault]:
             _hang(entry),
             trip=Trip(("watchdog_reset",), allowed_s),
             off_within_s=off_s,
+            all_off=True,
         )
     yield Fault(
         "brown_out",
@@ -46,6 +47,7 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda world: world.device.avr.reset("brown_out"),
         trip=Trip(("brown_out",), start_up_s(site.controller)),
         off_within_s=0.0,
+        all_off=True,
     )
     yield Fault(
         "reset_button",
@@ -90,7 +92,7 @@ def stays_off(world: World) -> str:
     """See that a loop that does not start by itself has been off since the power came back."""
     if starts_enabled(world.site.controller, world.site.loop_name):
         return ""
-    last_s = world.heaters.last_on_s(world.power_on_s)
+    last_s = world.heater.last_on_s(world.power_on_s)
     return "" if last_s is None else f"the heater was on at {last_s:.3f} s"
 
 
@@ -103,7 +105,7 @@ def off_through_reset(world: World) -> str:
         world.now_s - world.device.avr.time_s + int(resets["cycle"][0]) / world.device.avr.clock_hz
     )
     world.device.feed()
-    after = world.heaters.since(reset_s)
+    after = world.heater.since(reset_s)
     return "" if _goes_off(after, reset_s) else "the heater's pin was not off from the reset on"
 
 

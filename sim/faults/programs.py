@@ -89,7 +89,7 @@ def _failed(world: World) -> str:
         return f"the program is in state {_program(world, 'state')}, not ended by the fault"
     began_s = world.now_s
     world.run(WATCH_S)
-    return "" if world.heaters.last_on_s(began_s) is None else "the heater is on again"
+    return "" if world.heater.last_on_s(began_s) is None else "the heater is on again"
 
 
 # -- a machine that lags ---------------------------------------------------------------------
@@ -229,7 +229,7 @@ def _read_first(world: World) -> str:
     log = world.device.steps(world.site.loop_name)
     valid = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
     first_s = float(valid["time_s"][0]) if len(valid) else float("inf")
-    on = [edge for edge in world.heaters.since(world.power_on_s) if edge.on]
+    on = [edge for edge in world.heater.since(world.power_on_s) if edge.on]
     early = bool(on) and on[0].time_s < first_s
     return "the heater was on before the first reading" if early else ""
 
@@ -247,5 +247,5 @@ def _stays_paused(world: World) -> str:
 
 
 def _never_on(world: World) -> str:
-    on_s = world.heaters.last_on_s(world.power_on_s)
+    on_s = world.heater.last_on_s(world.power_on_s)
     return "" if on_s is None else f"the heater was on at {on_s:.3f} s"

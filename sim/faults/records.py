@@ -81,7 +81,7 @@ HEATER_EDGE = np.dtype([("pin", "u1"), ("time_s", "<f8"), ("on", "?"), ("driven"
 
 
 class HeaterLog:
-    """Every change of every heater's pin, also through resets and losses of power."""
+    """Every change of these heaters' pins, also through resets and losses of power."""
 
     def __init__(self, device: AvrDevice, heaters: set[str]) -> None:
         self._device = device

@@ -15,7 +15,7 @@ from heatwright.sim.relay import SafetyRelay
 CONTACT_S = 0.100
 """Time in which the mirror contact has to follow the relay."""
 CLOSES_S = 60.0
-"""Within this long somebody who wants heat has the relay closed."""
+"""Within this long, and the first periods, somebody who wants heat has the relay closed."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -27,7 +27,8 @@ def faults(site: Site) -> Iterator[Fault]:
         yield from _unseen(site)
         return
     allowed_s = CONTACT_S + site.loop.period_s + TICK_S
-    stays_open = Trip(("relay_open",), allowed_s, _is_on(safety.relay), CLOSES_S)
+    closes_s = CLOSES_S + starts.FIRST_STEPS * site.loop.period_s
+    stays_open = Trip(("relay_open",), allowed_s, _is_on(safety.relay), closes_s)
     stays_closed = Trip(("relay_welded",), allowed_s + start_up_s(site.controller))
     for name, armature, wire, trip in (
         ("relay_dead", Armature.DEAD, Wire.SOUND, stays_open),

@@ -14,6 +14,8 @@ BELOW_K = 5.0
 FIRST_STEPS = 3
 """Periods after which readings come, every rule has begun and the setpoint is taken over."""
 LONGEST_S = 3600.0
+SINGLE_K = 0.001
+"""More than single precision rounds in a few steps of keys, and less than anybody can ask for."""
 
 
 def ambient_c(site: Site) -> float:
@@ -44,6 +46,13 @@ def highest_c(site: Site) -> float:
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
     reached = [each for each in setpoints_c(site) if each <= most_c]
     return max(reached, default=min(setpoints_c(site)))
+
+
+def setpoint_moved(world: World, expected_c: float) -> str:
+    """Say where the setpoint went; "" if it is this one, as single precision has it."""
+    found_c = world.setpoint_c
+    exact = abs(found_c - expected_c) < SINGLE_K
+    return "" if exact else f"the setpoint went to {found_c:g} °C"
 
 
 def first_steps(world: World) -> None:

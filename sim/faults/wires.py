@@ -48,9 +48,11 @@ def _mends(site: Site) -> Act:
 
 
 def _shorted(site: Site, heater: Measured) -> Fault:
-    """A wire with so little resistance that even the soft start is too much."""
-    start = SOFT_START if heater.limit_a is not None else 1.0
-    times = BEYOND * heater.over_a / (start * heater.mean_a)
+    """A wire with so little resistance that too much flows at any duty: what the supply gives."""
+    most = BEYOND * heater.over_a / heater.mean_a
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = lambda asked: most if asked > 0 else 0.0
 
     def heats(world: World) -> bool:
         return world.loop("duty_percent") > 0
@@ -58,7 +60,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
     return Fault(
         "heater_shorted",
         lambda: starts.heating(site),
-        _grows(site, times),
+        cause,
         _mends(site),
         trip=Trip(("over_current",), reading_s(site.loop) + STEP_S, heats, WATCH_S),
         again=True,

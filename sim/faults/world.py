@@ -62,9 +62,9 @@ class World:
     """A powered controller on its machine, after the first step of time, in which it starts.
 
     device -- the controller; hand -- who serves the loop; wiring -- what lies between, coupling --
-    what goes to the machine when nothing is broken; trips, heaters -- what was recorded;
-    peak_c -- the highest temperature at the loop's sensor since `watch_peaks`, °C; peaks -- of all
-    nodes.
+    what goes to the machine when nothing is broken; trips, heaters -- what was recorded, heater --
+    of the loop's own one alone; peak_c -- the highest temperature at the loop's sensor since
+    `watch_peaks`, °C; peaks -- of all nodes.
     """
 
     def __init__(self, site: Site, weather: Weather) -> None:
@@ -85,10 +85,12 @@ class World:
         self._currents: dict[str, list[float]] = {name: [] for name in self._plant.currents_a()}
         self.watch_peaks()
         self.trips = TripLog(self.device)
+        self.heater = HeaterLog(self.device, {site.loop.heater})
         self.heaters = HeaterLog(
             self.device, {loop.heater for loop in site.controller.loops.values()}
         )
-        self.device.record(self.heaters)
+        for log in (self.heater, self.heaters):
+            self.device.record(log)
         self.trips.attach()
         self.step()
 
@@ -267,6 +269,7 @@ class World:
         """
         self.device.feed()
         self.trips.collect()
+        self.heater.power_cut()
         self.heaters.power_cut()
         if self.device.relay is not None:
             self.device.relay.power_off()

@@ -33,6 +33,23 @@ TWO = changed(
     ("indicators, leds", "indicators, loop: air, leds"),
 )  # fmt: skip
 """Another sensor, another period, an algorithm that switches."""
+WARM_TWO = changed(
+    TWO, ("starts: disabled               #", "starts: enabled  #"),
+    ("75 °C, stale_after: 3 s", "75 °C, stale_after: 40 s"),
+)  # fmt: skip
+"""Where one sensor is lost, the other loop heats on until that is a fault."""
+GENTLE = changed(
+    "fabricator", ("    cooler: cooler\n", ""), ("  cooler: {kind: digital, pin: PD6}\n", ""),
+    ("kind: three_position, dead_band: 2 K, hysteresis: 1.5 K, lead: 3 s, lead_filter: 0.8 s",
+     "kind: pid, kp: 1, ki: 0.01"), ("runaway: {above: 20 K, for: 60 s}", "runaway: off"),
+    ("    fans: {cooler: {link: [block, ambient], factor: 4}}\n", ""), (", PB2: cooling", ""),
+)  # fmt: skip
+"""Its heater is shorted at a duty of 5 %, below that of a soft start."""
+TENTHS = changed("fabricator", ("maximum: 320 °C", "maximum: 319.9 °C"))
+"""A setpoint that single precision does not hold."""
+SLOW = changed(
+    "kiln_uno", ("    period: 1 s\n", "    period: 70 s\n"), ("after: 5 s", "after: 140 s")
+)
 KNOWN = {rule.id for rule in RULES.values()}
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
@@ -66,6 +83,7 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
     [
         *((TWO, f"lid.{fault}") for fault in ("unplugged", "switch_shorted_when_hot")),
         (TWO, "air.adc_stuck"), ("printer", "bed.adc_hangs"), ("printer", "hotend.adc_hangs"),
+        (WARM_TWO, "lid.unplugged"), (GENTLE, "heater_shorted"), (SLOW, "relay_contact_shorted"),
     ],
 )  # fmt: skip
 def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
@@ -74,6 +92,11 @@ def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
     (found,) = (each for each in catalogue(controller, whole(spec)) if each.id == fault)
     result = try_fault(found)
     assert (result.detail, bool(result.rule)) == ("", True)
+
+
+def test_a_setpoint_in_tenths_stays() -> None:
+    faults = {each.id: each for each in catalogue(controller_of(TENTHS), whole(TENTHS))}
+    assert try_fault(faults["bus_of_other_format"]).detail == ""
 
 
 def test_a_fault_that_no_loop_accounts_for_is_a_mismatch() -> None:
