@@ -29,6 +29,8 @@ TUNABLE = Least(2160, 0)
 """Of a loop whose gains a host or a master may set, and have stored."""
 AUTOTUNE = Least(1670, 79)
 """Beside that."""
+COUNTDOWN = Least(1090, 7)
+"""Of a keypad."""
 MENU = Least(4700, 140)
 """Of a keypad, where there are programs."""
 PROGRAMS = Least(4300, 220)
@@ -72,6 +74,8 @@ def least(controller: Controller) -> Least:
         parts.append(KINDS[each.kind])
         if isinstance(each, LcdKeypad) and controller.programs is not None:
             parts.append(MENU)
+        if isinstance(each, LcdKeypad) and each.countdown is not None:
+            parts.append(COUNTDOWN)
     parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
     parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
     parts += [PROGRAMS] * (controller.programs is not None)

@@ -9,6 +9,9 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
+FASTER = 2.0
+"""Capacities and resistances 30 % smaller make a machine so many times as fast."""
+
 
 def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
@@ -47,6 +50,37 @@ def coasting_settles(machine: Machine) -> Findings:
             f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
             f"{about(peak_k - settled_k)} K after the time to settle",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
+            machine.because_of,
+        )
+
+
+def falling_stays_above_below(machine: Machine) -> Findings:
+    """Find a rule `runaway_below` that on-off control breaks, because the heat comes late.
+
+    A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
+    """
+    algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
+    if rule is None or rule.below_k is None or not machine.course or isinstance(algorithm, Pid):
+        return
+    below_k = algorithm.hysteresis_k
+    if isinstance(algorithm, ThreePosition):
+        below_k = algorithm.dead_band_k
+    course = list(machine.falling(machine.target_k - below_k, algorithm.lead_s))
+    limit_k = machine.target_k - (below_k + (rule.below_k - below_k) / FASTER)
+    beyond_s = sum(
+        later_s - time_s
+        for (time_s, sensed_k), (later_s, _) in pairwise(course)
+        if sensed_k <= limit_k
+    )
+    if beyond_s >= rule.for_s:
+        fall_k = machine.target_k - min(sensed_k for _, sensed_k in course)
+        needed_k = below_k + FASTER * (fall_k - below_k)
+        yield Finding(
+            (*machine.path, "protection", "runaway", "below"),
+            f"until the heat comes this plant falls by up to {about(fall_k)} K below "
+            f"{celsius(machine.loop.setpoint.maximum_c)}, and one that is {number(FASTER)} times "
+            f"as fast by {about(needed_k)} K",
+            f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that may be on sooner",
             machine.because_of,
         )
 

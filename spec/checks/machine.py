@@ -150,6 +150,30 @@ class Machine:
         for time_s, later in islice(course, MOST_POINTS_OF_A_FALL):
             yield time_s, self.cooled.sensed_k(later)
 
+    def falling(self, from_k: float, lead_s: float) -> Iterator[tuple[float, float]]:
+        """Yield times and temperatures from the highest setpoint down, and up again.
+
+        Heat is asked for when the reading is at a temperature, `lead_s` before it; it comes late:
+        see `coasting`, and the heater may have to wait. It begins where it has just warmed up: the
+        rest of the machine is cold still, and takes the heat away.
+        """
+        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
+        late_s = self.plant.delay_s + behind_s + self.loop.period_s + self.held_off_s - lead_s
+        quick_s = self.plant.fastest_s() / 4
+        since_s, state, asked_s = 0.0, self._hot, math.inf
+        for time_s, later in islice(self.plant.course(state, 0.0, quick_s, quick_s), MOST_POINTS):
+            state, since_s = later, time_s
+            yield time_s, self.plant.sensed_k(state)
+            if asked_s == math.inf and self.plant.sensed_k(state) <= from_k:
+                asked_s = time_s
+            if time_s >= asked_s + late_s:
+                break
+        course = self.plant.course(state, self.full_power_w, quick_s, quick_s)
+        for time_s, later in islice(course, MOST_POINTS):
+            yield since_s + time_s, self.plant.sensed_k(later)
+            if self.plant.sensed_k(later) >= from_k:
+                return
+
     def rise_k(self, time_s: float) -> float:
         """Rise in a time at full power from the lowest setpoint, where it is quickest, K."""
         cold_k = max(self.loop.setpoint.minimum_c - self.ambient_c, 0.0)

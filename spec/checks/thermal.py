@@ -14,6 +14,7 @@ from heatwright.spec.checks.coasting import (
     coasting_settles,
     cooling_is_slow_enough,
     dead_band_holds,
+    falling_stays_above_below,
     overshoot_stays_below_maximum,
 )
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
@@ -55,6 +56,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             overshoot_stays_below_maximum,
             coasting_settles,
             cooling_is_slow_enough,
+            falling_stays_above_below,
             dead_band_holds,
             window_is_smoothed,
         ):
