@@ -81,16 +81,23 @@ class Player:
         self.latched.append(Latched(number, float(row["time_s"]), code, own))
         if own or before is None:
             return values
-        said = {"fault.code": code, "fault.temperature_c": temperature_c}
-        later = tuple(
-            said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
-        )
-        if self._is_equal(later, row):
-            self._reference.restore(code, temperature_c)
+        later = self._latched_after(values, row)
+        if later is not None:
             return later
         self._reference = before
         before.restore(code, temperature_c)
         return self._fed(row, starts, lost=False)
+
+    def _latched_after(self, values: tuple[object, ...], row: np.void) -> tuple[object, ...] | None:
+        """Latch another loop's fault after a step; None where the row shows that it was not so."""
+        said = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
+        later = tuple(
+            said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
+        )
+        if not self._has_others or not self._is_equal(later, row):
+            return None
+        self._reference.restore(int(row["fault.code"]), Single(row["fault.temperature_c"]))
+        return later
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1
@@ -105,6 +112,10 @@ class Player:
             self.latched.append(Latched(number, time_s, code, own=True))
         if not code or tripped:
             return values
+        later = self._latched_after(values, row)
+        if later is not None:
+            self.latched.append(Latched(number, time_s, code, own=False))
+            return later
         self.restored.append(Restored(number, time_s, code))
         return self._begun_with(code, row)
 

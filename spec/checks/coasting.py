@@ -80,7 +80,7 @@ def falling_stays_above_below(machine: Machine) -> Findings:
             f"until the heat comes this plant falls by up to {about(fall_k)} K below "
             f"{celsius(machine.loop.setpoint.maximum_c)}, and one that is {number(FASTER)} times "
             f"as fast by {about(needed_k)} K",
-            f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that may be on sooner",
+            f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
             machine.because_of,
         )
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop_types
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
 from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, number, rounded_up
+
+PEAK = 6.0
+"""Times the deviation of noise, which it passes once in a lifetime."""
 
 
 def setpoints_in_order(controller: Controller) -> Findings:
@@ -106,21 +111,26 @@ def minimum_below_setpoints(controller: Controller) -> Findings:
 
 
 def start_is_allowed(controller: Controller) -> Findings:
-    """Find simulated machines that start outside the protections."""
+    """Find simulated machines that are outside the protections at the start, or later at rest.
+
+    A reading may be a step off, and by its noise.
+    """
     simulation = controller.simulation
     if simulation is None:
         return
-    own_c = simulation.plant.initial_c
-    start_c = simulation.ambient_c if own_c is None else own_c
-    path = ("simulation", "ambient") if own_c is None else ("simulation", "plant", "initial")
-    for name, loop in controller.loops.items():
-        protection = loop.protection
-        if not protection.minimum_c < start_c < protection.maximum_c:
+    at_c: dict[Path, float] = {("simulation", "ambient"): simulation.ambient_c}
+    if simulation.plant.initial_c is not None:
+        at_c["simulation", "plant", "initial"] = simulation.plant.initial_c
+    for (name, loop, sensor), (path, start_c) in product(loop_sensors(controller), at_c.items()):
+        protection, sense = loop.protection, simulation.plant.sense.get(loop.sensor)
+        noise_k = PEAK * (sense.noise_k if sense is not None else 0.0)
+        off_k = sensor.step_at_k(start_c, controller.board.mcu) + noise_k
+        lowest_c, highest_c = protection.minimum_c + off_k, protection.maximum_c - off_k
+        if not lowest_c < start_c < highest_c:
             yield Finding(
                 path,
-                f"at {celsius(start_c)} the loop {name} is at fault from the start",
-                f"Use more than {celsius(protection.minimum_c)} and less than "
-                f"{celsius(protection.maximum_c)}",
+                f"at {celsius(start_c)} the loop {name} is at fault",
+                f"Use more than {about(lowest_c)} °C and less than {about(highest_c)} °C",
                 (("loops", name, "protection"), ("simulation",)),
             )
 
