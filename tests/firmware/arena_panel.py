@@ -39,6 +39,7 @@ ARENAS = [
             partial(test_panel.test_a_bit_that_flips_ends_the_time_at_once, each)
             for each in MEMBERS
         ),
+        test_panel.test_a_time_waits_for_the_setpoint,
         test_panel.test_a_key_held_down_changes_the_time_and_no_setpoint,
     ),
     timed("slow", test_panel.SLOW, test_panel.test_a_time_below_a_step_is_over_with_it),

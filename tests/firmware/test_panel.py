@@ -179,11 +179,13 @@ def lines_of(model: ReferenceDevice, board: AvrDevice, name: str) -> list[str]:
     return [f"T=19.0°C{doing}", second]
 
 
-LONG = changed("chamber", STARTS, time_of("longest: 3 h, step: 1 min"))
+LONG = changed(
+    "chamber", STARTS, time_of("longest: 30 h, step: 1 min"), ("within: 120 s", "within: 1 h")
+)
 SLOW = changed(
     "chamber", STARTS, time_of("longest: 6 min, step: 2 min, counts: at once"),
-    ("period: 1 s", "period: 70 s"), ("stale_after: 5 s", "stale_after: 140 s"),
-    ("for: 60 s}", "for: 70 s}"), ("within: 120 s", "within: 1 h"),
+    (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 70 s"), ("for: 60 s}", "for: 70 s}"),
+    ("stale_after: 5 s", "stale_after: 140 s"), ("within: 120 s", "within: 1 h"),
 )  # fmt: skip
 
 
@@ -207,30 +209,42 @@ def test_a_bit_that_flips_ends_the_time_at_once(member: str) -> None:
         began_s = device.time_s
         flipped = int(device.read(f"countdown.{member}")) ^ 1 << bit
         put(device, f"countdown.{member}", flipped)
+        left = 3
         if bit % 2:
             press(device, "up")
+            left = 2
         device.advance(began_s + 0.6)
         assert not device.outputs["heater"].on
-        assert device.shield.lcd.text == ("T=19.0°C OFF    ", "No time is set  ")
-        for key in ("right", "up", "right", "up", "up", "up"):
+        told = "Off after 0:01  " if bit % 2 else "No time is set  "
+        assert device.shield.lcd.text == ("T=19.0°C OFF    ", told)
+        press(device, "right")
+        assert device.shield.lcd.text[1] == "OFF, UP: 20°C   "
+        for key in ("up", "right", *["up"] * left):
             press(device, key)
         device.advance(began_s + 3.0)
         assert device.shield.lcd.text == ("T=19.0°C-0:03   ", "Off in 0:03     ")
 
 
 def test_a_time_below_a_step_is_over_with_it() -> None:
-    """Of 4 min two whole periods are left, which is shown as 3 min; two less are none."""
+    """Of 4 min two whole periods are left, which is shown as 3 min; two less are none. A master
+    that goes on saying "on" is not obeyed before it has said "off"."""
     controller = controller_of(SLOW)
-    for device in (AvrDevice(controller, whole(SLOW)), ReferenceDevice(controller)):
+    board = AvrDevice(controller, whole(SLOW))
+    for device in (board, ReferenceDevice(controller)):
         device.sense("air", ROOM_C)
-        keys = {1: "up", 2: "right", 3: "up", 4: "up", 150: "down"}
-        for second, key in keys.items():
+        for second, key in {1: "up", 2: "right", 3: "up", 4: "up", 150: "down"}.items():
             device.advance(second)
             device.press(key)
             device.advance(second + 0.2)
             device.press(None)
-        device.advance(400.0)
-        assert device.steps("air")["enabled"].tolist() == [1, 1, 1, 0, 0]
+        device.advance(290.0)
+        assert device.steps("air")["enabled"].tolist() == [1, 1, 1, 0]
+    for second, orders in ((300.0, (True,)), (360.0, (False, True))):
+        board.advance(second)
+        for on in orders:
+            board.master.ask(board.master.request("air.enabled", value=on).pdu)
+    board.advance(430.0)
+    assert board.steps("air")["enabled"].tolist()[4:] == [0, 1]
 
 
 def test_a_key_held_down_changes_the_time_and_no_setpoint() -> None:
@@ -239,18 +253,32 @@ def test_a_key_held_down_changes_the_time_and_no_setpoint() -> None:
     press(device, "up", 0.1 + 0.4 + 1.0)
     device.advance(device.time_s + 0.1)
     assert device.shield.lcd.text[1].split() == ["Off", "in", f"0:{3 + 1 + 10:02}"]
-    press(device, "up", 6.0)
-    assert device.shield.lcd.text[1].split() == ["Off", "in", "3:00"]
-    press(device, "down", 8.0)
+    press(device, "up", 24.0)
+    step_s = np.ceil(device.time_s) + 0.2
+    for steps, left in ((0, "30:00"), (58, "30:00"), (59, "29:59")):
+        device.advance(step_s + steps)
+        assert device.shield.lcd.text[1].split() == ["Off", "in", left]
+    press(device, "down", 30.0)
     device.advance(device.time_s + 0.1)
-    assert device.shield.lcd.text[1].split() == ["Off", "in", "0:10"]
+    assert device.shield.lcd.text[1].split() == ["Off", "in", "0:09"]
     press(device, "right")
-    for key, setpoint_c in (("up", 30), ("down", 20)):
+    for key, setpoint_c in (("up", 30), ("down", 20), ("up", 30)):
         press(device, key, 3.0)
         assert device.read(SETPOINT) == setpoint_c
-    press(device, "left")
+
+
+def test_a_time_waits_for_the_setpoint() -> None:
+    """Of a loop that was off, too, with what was set before."""
+    device = timed()
+    for key in ("right", "up", "left"):
+        press(device, key)
     device.advance(device.time_s + 0.1)
-    assert device.shield.lcd.text == ("T=19.0°C OFF    ", "OFF, UP: 20°C   ")
+    assert device.shield.lcd.text == ("T=19.0°C OFF    ", "OFF, UP: 30°C   ")
+    press(device, "up")
+    for felt_c, sign in ((19.0, " "), (23.0, " "), (27.0, " "), (29.5, "-")):
+        device.sense("air", felt_c)
+        device.advance(device.time_s + 2.5)
+        assert device.shield.lcd.text == (f"T={felt_c}°C{sign}0:01   ", "Set temp 30°C   ")
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 3, 4])
