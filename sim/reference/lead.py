@@ -1,7 +1,7 @@
 """The temperature that a slope promises (docs/control.md, "on_off" and "three_position")."""
 
 from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import ZERO, Single, filter_share
+from heatwright.sim.reference.numbers import ZERO, Single, faded, filter_share
 
 
 class Lead:
@@ -26,7 +26,7 @@ class Lead:
             return temperature_c
         if gap == 1:
             slope = (temperature_c - last_c) * self._per_period
-            self._rate = self._rate + self._share * (slope - self._rate)
+            self._rate = faded(self._rate + self._share * (slope - self._rate))
         return temperature_c + self._lead_s * self._rate
 
     def values(self) -> tuple[Value, ...]:

@@ -1,7 +1,8 @@
 """From the specification's numbers to those of a control step (docs/control.md, "Numbers").
 
 Every operation between two `numpy.float32` scalars is one IEEE 754 single-precision operation,
-rounded to nearest, ties to even: what gcc's and avr-libc's `float` do.
+rounded to nearest, ties to even: what gcc's `float` does. So does avr-libc's, but for products
+below the least normal number, of which it rounds some otherwise.
 """
 
 import numpy as np
@@ -10,6 +11,8 @@ Single = np.float32
 
 ZERO = np.float32(0.0)
 FULL = np.float32(100.0)
+LEAST_SLOPE = np.float32(1e-9)
+"""K/s; a filtered slope that is less is 0, before avr-libc's products are no longer IEEE 754's."""
 LARGEST_COUNT = 65535
 """Counters of steps are 16 bits wide and stay at their end."""
 
@@ -30,6 +33,11 @@ def filter_share(period_s: float, filter_s: float) -> Single:
     (Åström & Hägglund, Advanced PID Control, 2006, chapter 13). T = 0 gives 1: no filter.
     """
     return Single(period_s / (filter_s + period_s))
+
+
+def faded(slope: Single) -> Single:
+    """Return a filtered slope, K/s, or 0 where it has faded away."""
+    return ZERO if -LEAST_SLOPE < slope < LEAST_SLOPE else slope
 
 
 def clamp(value: Single, minimum: Single, maximum: Single) -> Single:

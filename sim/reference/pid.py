@@ -1,7 +1,7 @@
 """PID control with filtered derivative and limited integral (docs/control.md, "pid")."""
 
 from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import ZERO, Single, clamp, filter_share
+from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_share
 from heatwright.spec import Pid
 
 
@@ -67,7 +67,7 @@ class PidControl:
             self._restart_integral()
         if self._differentiates and gap == 1:
             slope = self._slope(temperature_c, error)
-            self._derivative = self._derivative + self._share * (slope - self._derivative)
+            self._derivative = faded(self._derivative + self._share * (slope - self._derivative))
         self._balance(error)
         self._proportional = self._kp * error
         return error

@@ -6,8 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from machines import REFUSED, RUNS, at, course, events, example, modelled, run_of, written
 from numpy.lib.recfunctions import append_fields
+from rig.avr import whole
+from rig.specs import changed as changed_text
 
 from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import ReplayError, replay
 from heatwright.spec import Pid
 
@@ -293,6 +296,19 @@ def test_every_step_is_the_models(name):
 @pytest.mark.parametrize("name", LONG)
 def test_every_step_of_a_long_run_is_the_models(name):
     assert_models(name)
+
+
+def test_every_step_of_a_long_standstill_is_the_models():
+    """A slope that fades away ends before avr-libc's products are no longer IEEE 754's."""
+    text = changed_text("oven", (" 3 s\n    protection:", " 5 s\n    protection:"))
+    device = AvrDevice(example(text), whole(text))
+    for until_s, reading_c in ((30, 49), (700, 50), (720, 51), (1400, 50.25)):
+        device.sense("air", reading_c)
+        device.advance(until_s)
+    log = device.steps("air")
+    assert replay(example(text), log).first == ()
+    assert set(log["fault.code"]) == {0}
+    assert log["algorithm.derivative"][-1] == 0
 
 
 def test_the_master_is_told_what_was_refused():

@@ -263,12 +263,14 @@ def test_the_chamber_takes_four_fifths_of_the_sketch_and_leaves_room(tmp_path: P
     364 bytes are for safety: keys switch the heater off, and after a fault it stays off.
     24 are for `sensor_frozen` to count only heat beyond what holding needs: else a healthy chamber
     that stands still trips.
+    48 are for a slope to end at 0: else avr-libc's rounding of the least numbers makes the firmware
+    differ from the model by which its protections are proven.
     """
     rules = example("chamber").controller.loops["air"].protection
     assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
     write(files_of("chamber"), tmp_path)
     built = build(tmp_path)
-    assert built.flash_bytes <= 7008
+    assert built.flash_bytes <= 7056
     assert built.ram_bytes <= 259
     assert built.ram_bytes + built.stack_bytes <= built.ram_limit
     assert built.flash_bytes <= built.flash_limit

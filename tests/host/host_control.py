@@ -12,6 +12,7 @@ from host_courses import (
     LONG_SILENCE,
     LOWERED,
     RISEN,
+    STANDING,
     inputs_of,
     kinds_of,
     random_course,
@@ -57,7 +58,7 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     """
     controller = host_specs.spec_of(name).controller
     kinds, programmed = kinds_of(controller), name in host_specs.PROGRAMMED
-    courses = [LONG_SILENCE, LOWERED, RISEN]
+    courses = [LONG_SILENCE, LOWERED, RISEN, *STANDING]
     if name in host_specs.COMMANDED:
         courses += [
             *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),

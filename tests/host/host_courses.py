@@ -35,6 +35,17 @@ LONG_SILENCE = [
 ]
 """The readings come back after more steps than eight bits can count."""
 
+STANDING = [
+    [
+        Stretch("setpoint", 1, 3),
+        Stretch("reach", 1, 1),
+        Stretch("drift", 3, way),
+        Stretch("hold", 300, 0),
+    ]
+    for way in (60, -60)
+]
+"""A slope fades away, from above and from below."""
+
 LOWERED = [
     Stretch("setpoint", 1, 3),
     Stretch("swing", 10, 20, acknowledge=True),

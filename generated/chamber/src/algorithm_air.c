@@ -20,6 +20,10 @@ float algorithm_air_step(float change_k, uint16_t gap)
     if (gap == 1) { /* a change over several periods says little of the present slope */
         const float slope = change_k * LOOP_AIR_PER_PERIOD;
         algorithm_air.rate_k_per_s += LOOP_AIR_RATE_WEIGHT * (slope - algorithm_air.rate_k_per_s);
+        /* What fades away ends at 0: avr-libc rounds the least numbers in its own way. */
+        if (algorithm_air.rate_k_per_s < LOOP_AIR_LEAST_SLOPE && algorithm_air.rate_k_per_s > -LOOP_AIR_LEAST_SLOPE) {
+            algorithm_air.rate_k_per_s = 0.0f;
+        }
     }
     const float expected_c = loop_air.temperature_c + LOOP_AIR_LEAD_S * algorithm_air.rate_k_per_s;
 

@@ -65,6 +65,8 @@
 #define LOOP_AIR_LEAD_S 12.0f
 /* chamber.yaml:24 loops.air.algorithm.lead_filter: 1 s / (4 s + 1 s) */
 #define LOOP_AIR_RATE_WEIGHT 0.2f
+/* chamber.yaml:24 loops.air.algorithm.lead_filter: K/s; less is none */
+#define LOOP_AIR_LEAST_SLOPE 1e-09f
 /* chamber.yaml:21 loops.air.period: 1 / 1 s */
 #define LOOP_AIR_PER_PERIOD 1.0f
 /* chamber.yaml:26 loops.air.protection.maximum: 85 degC */

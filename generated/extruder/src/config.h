@@ -91,6 +91,8 @@
 #define LOOP_NOZZLE_KD 31.4f
 /* extruder.yaml:34 loops.nozzle.algorithm.derivative_filter: 0.1 s / (1 s + 0.1 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.09090909f
+/* extruder.yaml:34 loops.nozzle.algorithm.derivative_filter: K/s; less is none */
+#define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* extruder.yaml:26 loops.nozzle.period: 1 / 0.1 s */
 #define LOOP_NOZZLE_PER_PERIOD 10.0f
 /* extruder.yaml:36 loops.nozzle.algorithm.output.minimum (default): 0 % */

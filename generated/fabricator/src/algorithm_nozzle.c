@@ -21,6 +21,10 @@ float algorithm_nozzle_step(float change_k, uint16_t gap)
     if (gap == 1) { /* a change over several periods says little of the present slope */
         const float slope = change_k * LOOP_NOZZLE_PER_PERIOD;
         algorithm_nozzle.rate_k_per_s += LOOP_NOZZLE_RATE_WEIGHT * (slope - algorithm_nozzle.rate_k_per_s);
+        /* What fades away ends at 0: avr-libc rounds the least numbers in its own way. */
+        if (algorithm_nozzle.rate_k_per_s < LOOP_NOZZLE_LEAST_SLOPE && algorithm_nozzle.rate_k_per_s > -LOOP_NOZZLE_LEAST_SLOPE) {
+            algorithm_nozzle.rate_k_per_s = 0.0f;
+        }
     }
     const float expected_c = loop_nozzle.temperature_c + LOOP_NOZZLE_LEAD_S * algorithm_nozzle.rate_k_per_s;
 

@@ -92,6 +92,8 @@
 #define LOOP_NOZZLE_LEAD_S 3.0f
 /* fabricator.yaml:26 loops.nozzle.algorithm.lead_filter: 0.2 s / (0.8 s + 0.2 s) */
 #define LOOP_NOZZLE_RATE_WEIGHT 0.2f
+/* fabricator.yaml:26 loops.nozzle.algorithm.lead_filter: K/s; less is none */
+#define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* fabricator.yaml:23 loops.nozzle.period: 1 / 0.2 s */
 #define LOOP_NOZZLE_PER_PERIOD 5.0f
 /* fabricator.yaml:28 loops.nozzle.protection.maximum: 350 degC */

@@ -105,6 +105,8 @@
 #define LOOP_NOZZLE_KD 71.5f
 /* feeder.yaml:30 loops.nozzle.algorithm.derivative_filter: 0.25 s / (1 s + 0.25 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.2f
+/* feeder.yaml:30 loops.nozzle.algorithm.derivative_filter: K/s; less is none */
+#define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* feeder.yaml:28 loops.nozzle.period: 1 / 0.25 s */
 #define LOOP_NOZZLE_PER_PERIOD 4.0f
 /* feeder.yaml:30 loops.nozzle.algorithm.output.minimum (default): 0 % */

@@ -95,6 +95,8 @@
 #define LOOP_CHAMBER_KD 52.0f
 /* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: 1 s / (0.6 s + 1 s) */
 #define LOOP_CHAMBER_SLOPE_WEIGHT 0.625f
+/* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: K/s; less is none */
+#define LOOP_CHAMBER_LEAST_SLOPE 1e-09f
 /* kiln.yaml:30 loops.chamber.period: 1 / 1 s */
 #define LOOP_CHAMBER_PER_PERIOD 1.0f
 /* kiln.yaml:38 loops.chamber.algorithm.feed_forward: 128 %*s/K */

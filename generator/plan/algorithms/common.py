@@ -11,6 +11,8 @@ from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import OnOff, ThreePosition
 
+LEAST_SLOPE_K_PER_S = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class AlgorithmPlan:
@@ -39,6 +41,14 @@ def filter_weight(source: Source, name: str, filter_s: float, period_s: float) -
     )
 
 
+def least_slope(source: Source, prefix: str) -> Constant:
+    """Slope at which one that fades away ends.
+
+    Of products below the least normal number avr-libc rounds some in its own way.
+    """
+    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less is none")
+
+
 def lead_words(algorithm: OnOff | ThreePosition) -> str:
     """How far it looks ahead, for a comment; empty if it does not."""
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
@@ -55,5 +65,6 @@ def lead_constants(
         filter_weight(
             source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, period_s
         ),
+        least_slope(source.at("lead_filter"), prefix),
         per_period(Source(source.spec, source.path[:-1]), prefix, period_s),
     ]

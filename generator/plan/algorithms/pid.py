@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from heatwright.generator.plan.algorithms.common import AlgorithmPlan, filter_weight, per_period
+from heatwright.generator.plan.algorithms.common import (
+    AlgorithmPlan,
+    filter_weight,
+    least_slope,
+    per_period,
+)
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -113,6 +118,7 @@ class _Terms:
                 self.pid.derivative_filter_s,
                 self.period_s,
             ),
+            least_slope(self.source.at("derivative_filter"), self.prefix),
             per_period(self._loop(), self.prefix, self.period_s),
         ]
 
