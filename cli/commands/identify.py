@@ -30,7 +30,9 @@ PICTURES = (".png", ".svg")
 )
 @click.argument("log", type=File)
 @click.option("--spec", type=File, help="Take names, power and period from this spec.")
-@click.option("--loop", help="The loop of the spec; by default its first.")
+@click.option(
+    "--loop", help="The loop of the spec whose record it is; needed where there are several."
+)
 @click.option(
     "--columns",
     help="What the columns are: time, temperature, duty, power, and - for none, in their order; "

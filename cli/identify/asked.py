@@ -40,6 +40,8 @@ class Asked:
     """How old a reading is at its control step, s."""
     plotter: tuple[int, int] | None = None
     """Columns of temperature and duty, and their number, in the firmware's plotter lines."""
+    loop: str = ""
+    """The loop of the spec, whose name its columns may begin with."""
 
     def record(self, data: bytes) -> Record:
         """Read a log; raises Unusable."""
@@ -50,14 +52,16 @@ class Asked:
     def _roles(self, log: Log) -> tuple[Roles, Scales]:
         width = log.values.shape[1]
         if self.columns is not None:
-            chosen = chosen_roles(self.columns, log.names, width, stamped=log.stamped)
+            chosen = chosen_roles(
+                self.columns, log.names, width, stamped=log.stamped, loop=self.loop
+            )
             return chosen, self.scales
         if not log.names and self.plotter is not None and width - log.stamped == self.plotter[1]:
             time = Column(width - 1, "s") if log.stamped else None
             full = self.scales.full or PLOTTER_FULL
             scales = Scales(self.scales.power_w, full, self.scales.period_s)
             return Roles(Column(0, "°C"), time, Column(self.plotter[0], "")), scales
-        return named_roles(log.names), self.scales
+        return named_roles(log.names, self.loop), self.scales
 
 
 def asked_of(  # noqa: PLR0913 - one for each option
@@ -75,9 +79,14 @@ def asked_of(  # noqa: PLR0913 - one for each option
         return Asked(columns, Scales(power_w, full, period_s), Structure(bodies))
     loaded = load(spec)
     controller = loaded.controller
+    able = ", ".join(controller.loops)
     name = loop or next(iter(controller.loops))
+    if loop is None and len(controller.loops) > 1:
+        raise Refused(
+            f"{loaded.file_name}: has several loops: {able}. Say whose record this is, "
+            f"such as --loop {name}."
+        )
     if name not in controller.loops:
-        able = ", ".join(controller.loops)
         raise Refused(f"{loaded.file_name}: has no loop {name}; there are {able}.")
     chosen = controller.loops[name]
     power_w = power_w or power_of(controller, name)
@@ -87,6 +96,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
         Structure(bodies, _names(controller, chosen)),
         reading_age_s(controller, chosen.sensor),
         _plotter(controller, name, chosen),
+        name,
     )
 
 

@@ -81,8 +81,8 @@ def with_unit(title: str) -> tuple[str, str]:
     return title, "ms" if title.lower() in {"ms", "millis"} else ""
 
 
-def named_roles(names: Sequence[str]) -> Roles:
-    """Find the columns by the names in the log's header.
+def named_roles(names: Sequence[str], loop: str = "") -> Roles:
+    """Find the columns by the names in the log's header; of several that fit, those of the loop.
 
     Raises:
         Unusable: there are no names, or they do not tell.
@@ -92,14 +92,14 @@ def named_roles(names: Sequence[str]) -> Roles:
         raise Unusable(
             "does not name its columns; say what they are, such as --columns time,temperature,duty"
         )
-    found = {role: _one(role, names) for role in ROLES}
+    found = {role: _one(role, names, loop) for role in ROLES}
     stamps = [place for place, name in enumerate(names) if name == STAMP]
     if stamps:
         found["time"] = Column(stamps[0], "s")
     return _checked(found, names)
 
 
-def _one(role: str, names: Sequence[str]) -> Column | None:
+def _one(role: str, names: Sequence[str], loop: str) -> Column | None:
     titles = [with_unit(name) for name in names]
     for fits in PREFERENCES[role]:
         places = [
@@ -107,6 +107,8 @@ def _one(role: str, names: Sequence[str]) -> Column | None:
             for place, (name, unit) in enumerate(titles)
             if fits(name, unit) and not OTHERS.search(name)
         ]
+        own = [place for place in places if loop and names[place].startswith(f"{loop}.")]
+        places = own or places
         if len(places) == 1:
             return Column(places[0], titles[places[0]][1])
         if places and role != "power":
@@ -118,7 +120,9 @@ def _one(role: str, names: Sequence[str]) -> Column | None:
     return None
 
 
-def chosen_roles(text: str, names: Sequence[str], width: int, *, stamped: bool) -> Roles:
+def chosen_roles(
+    text: str, names: Sequence[str], width: int, *, stamped: bool, loop: str = ""
+) -> Roles:
     """Read what the user says: roles in the order of the columns, or `role=name or number`.
 
     `time[ms],temperature,-,duty`, `temperature=air [°C],duty=5`. Roles not named are looked for in
@@ -132,7 +136,7 @@ def chosen_roles(text: str, names: Sequence[str], width: int, *, stamped: bool) 
         if role is not None:
             found[role] = column
     if by_name and names:
-        found |= {role: _one(role, names) for role, column in found.items() if column is None}
+        found |= {role: _one(role, names, loop) for role, column in found.items() if column is None}
     if stamped and found["time"] is None:
         found["time"] = Column(width - 1, "s")
     return _checked(found, names)

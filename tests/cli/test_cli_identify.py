@@ -55,6 +55,19 @@ def test_the_block_pastes_into_a_spec(heatwright: Heatwright) -> None:
     assert plant.ambient_c == pytest.approx(24.9, abs=4)
 
 
+def test_an_unnamed_column_is_that_of_the_loop(heatwright: Heatwright) -> None:
+    Path("alone").write_text(
+        "scenario: [{at: 2 s, write: {die.setpoint: 150 °C, die.enabled: true}}, {for: 20 min}]",
+        encoding="utf-8",
+    )
+    barrel = EXAMPLES / "barrel.yaml"
+    heatwright(f"simulate {barrel} --model --scenario alone --csv run.csv")
+    found = yaml.safe_load(heatwright(f"identify run.csv --spec {barrel} --loop die --cold").out)
+    plant = found["simulation"]["plant"]
+    assert plant["heat"] == {"die_heater": "die"}
+    assert float(plant["nodes"]["die"].split()[0]) == pytest.approx(900, rel=0.1)
+
+
 def test_json_has_the_intervals_and_files_are_written(
     heatwright: Heatwright, step_log: Path
 ) -> None:
