@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.heated_loop import TIMES, HeatedLoop, heated_loop
+from heatwright.spec.heated_loop import HALVINGS, LEAST_TIMES, TIMES, HeatedLoop, heated_loop
 from heatwright.spec.loops import (
     Frozen,
     Heating,
@@ -38,11 +39,9 @@ SPREAD = 1.3
 """A machine's resistances are known to 30 %: so many times farther a neighbour's heat may take it,
 or its own after the heater went off."""
 
-BELOW = (BELOW_K, 1.0)
-"""So far below its setpoint a reading may stand still."""
-
-HALVINGS = 10
-"""Of a time that all nodes bear: a thousandth."""
+STANDING = ((BELOW_K, 0.0), (BELOW_K, 1.0), (1.0, 1.0))
+"""So far below its setpoint a reading may stand still, K, and so much of what holding needs the
+integral may have by then: none after a warm start."""
 
 SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
 """Of a time that is derived: a draught, or some readings that are lost, must not decide."""
@@ -92,6 +91,18 @@ def _open(rule: Limits | None, name: str) -> set[str]:
         for field, key in _OPEN[name].items()
         if rule is not None and (field not in rule.model_fields_set or key in rule.derived)
     }
+
+
+class _Times(NamedTuple):
+    """What a rule's time follows from: what a healthy machine needs, and how that is found, s."""
+
+    usual_s: float
+    needs_s: float
+    words: str
+    shortest_s: float
+    least_times: float = TIMES
+    first: tuple[float, str] = (0.0, "")
+    """What comes of another rule, and in which words."""
 
 
 class _Rules:
@@ -163,19 +174,18 @@ class _Rules:
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]
-        usual_s = float(Heating.model_fields["within_s"].default)
-        borne_s = self._longest_s(self._bears_within, usual_s)
-        self._put(
+        self._put_time(
             "heating",
             "within_s",
-            [
-                _borne(heated, borne_s, usual_s, "full power", SHORTEST_HEATING_S),
-                (
-                    heated.rounded_s(TIMES * needs_s + heated.late_s, SHORTEST_HEATING_S),
-                    f"the slowest rise of {number(rise_k)} K takes {about(needs_s)} s at full "
-                    f"power; {number(TIMES)} times that, and {_seconds(heated.late_s)} for delays",
-                ),
-            ],
+            _Times(
+                float(Heating.model_fields["within_s"].default),
+                needs_s,
+                f"the slowest rise of {number(rise_k)} K takes {about(needs_s)} s at full power",
+                SHORTEST_HEATING_S,
+                LEAST_TIMES,
+            ),
+            self._bears_within,
+            "so long all nodes bear full power",
         )
 
     def _derive_for(self) -> None:
@@ -185,31 +195,60 @@ class _Rules:
         but no longer than nodes bear what is asked for meanwhile, and what a healthy machine needs
         in any case.
         """
-        heated, percent = self._heated, self._number("frozen", "holding_percent")
-        power_w = min(heated.power_w * percent / 100, heated.full_w)
-        if power_w <= heated.hold_w:
+        within_s, still_s = self._number("heating", "within_s"), self._still_s
+        if still_s is None:
             return
-        within_s = self._number("heating", "within_s")
-        still_s = heated.longest_still_s(power_w)
-        usual_s = float(Frozen.model_fields["for_s"].default)
-        borne_s = self._longest_s(lambda each: self._bears_still(within_s, each), usual_s)
-        first_s = BEHIND * within_s if within_s < math.inf else 0.0
-        self._put(
+        first = (0.0, "")
+        if within_s < math.inf:
+            words = f"{number(BEHIND)} times what heating has, which knows full power better"
+            first = (BEHIND * within_s, words)
+        self._put_time(
             "frozen",
             "for_s",
-            [
-                _borne(heated, borne_s, usual_s, "what is asked for", SHORTEST_S),
-                (
-                    heated.rounded_s(first_s, SHORTEST_S),
-                    f"{number(BEHIND)} times what heating has, which knows full power better",
-                ),
-                (
-                    heated.rounded_s(TIMES * still_s + heated.late_s, SHORTEST_S),
-                    f"at that duty a reading stands still for up to {about(still_s)} s; "
-                    f"{number(TIMES)} times that, and {_seconds(heated.late_s)} for delays",
-                ),
-            ],
+            _Times(
+                float(Frozen.model_fields["for_s"].default),
+                still_s,
+                f"at that duty a reading stands still for up to {about(still_s)} s",
+                SHORTEST_S,
+                first=first,
+            ),
+            lambda each: self._bears_still(within_s, each),
+            "so long all nodes bear what is asked for",
         )
+
+    def _put_time(
+        self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
+    ) -> None:
+        """Take the usual time, or what a healthy machine may need, as far as nodes bear it."""
+        heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
+        wished_s, words = max(
+            (times.usual_s, "as usual"),
+            times.first,
+            (
+                TIMES * times.needs_s + heated.late_s,
+                f"{times.words}; {number(TIMES)} times that{late}",
+            ),
+        )
+        borne_s = self._longest_s(bears, wished_s)
+        least_s = times.least_times * times.needs_s + heated.late_s
+        if borne_s == wished_s:
+            chosen = heated.rounded_s(wished_s, times.shortest_s), words
+        elif borne_s >= least_s:
+            chosen = heated.rounded_down_s(borne_s, times.shortest_s), borne
+        else:
+            words = f"{times.words}; {number(times.least_times)} times that{late}"
+            chosen = heated.rounded_s(least_s, times.shortest_s), words
+        self._put(rule, field, [chosen])
+
+    @cached_property
+    def _still_s(self) -> float | None:
+        """How long a reading may stand still at the duty that holding may need, s.
+
+        None if that duty does not even hold the highest setpoint.
+        """
+        heated, percent = self._heated, self._number("frozen", "holding_percent")
+        power_w = min(heated.power_w * percent / 100, heated.full_w)
+        return heated.longest_still_s(power_w) if power_w > heated.hold_w else None
 
     def _derive_above(self) -> None:
         """Find how far above its setpoint a healthy loop may come."""
@@ -268,19 +307,20 @@ class _Rules:
             )
 
     def _bears_still(self, within_s: float, for_s: float) -> bool:
-        """Tell whether nodes bear a reading that stands still, the loop having been at rest."""
+        """Tell whether nodes bear a reading that stands still, the machine having been at rest."""
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
-        return all(
-            self._bears(still(self._loop.algorithm, held_percent, below_k), within_s, for_s)
-            for below_k in BELOW
-        )
+        lies = [
+            still(self._loop.algorithm, share * held_percent, below_k)
+            for below_k, share in STANDING
+        ]
+        return all(self._bears(lie, within_s, for_s) for lie in lies)
 
     def _bears_within(self, within_s: float) -> bool:
         """Tell whether nodes bear full power for as long, and what `frozen` then lets happen."""
-        for_s = BEHIND * within_s
-        if "for_s" not in self._open["frozen"]:
-            for_s = self._number("frozen", "for_s")
+        for_s = self._number("frozen", "for_s")
+        if "for_s" in self._open["frozen"] and self._still_s is not None:
+            for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
         return self._bears(fallen(self._loop.algorithm), within_s, math.inf) and self._bears_still(
             within_s, for_s
         )
@@ -309,14 +349,6 @@ class _Rules:
             middle_s = (low_s + high_s) / 2
             low_s, high_s = (middle_s, high_s) if bears(middle_s) else (low_s, middle_s)
         return low_s
-
-
-def _borne(
-    heated: HeatedLoop, borne_s: float, usual_s: float, what: str, shortest_s: float
-) -> tuple[float, str]:
-    if borne_s == usual_s:
-        return usual_s, "as usual"
-    return heated.rounded_down_s(borne_s, shortest_s), f"so long all nodes bear {what}"
 
 
 def _rounded_up_k(kelvins: float) -> float:

@@ -30,13 +30,19 @@ TIMES = 3.0
 """A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
 and less power beyond what it loses."""
 
+LEAST_TIMES = 2.0
+"""The same where nodes do not bear more: 30 % larger at a supply that is 10 % low, or nearly so."""
+
 SHORTEST_STEPS = 10
 """Of a time that is derived: some readings that are lost must not decide."""
 
 OWN = 0.1
 """Of the range of setpoints: farther on a start goes the way of those that began there."""
 
-HALVINGS = 40
+HALVINGS = 10
+"""Of a time that all nodes bear: a thousandth."""
+
+BORNE_HALVINGS = 40
 MOST_POINTS = 400
 """Points of a course that is followed; its steps double after every 64."""
 
@@ -100,6 +106,7 @@ class HeatedLoop:
         self._network, self.ambient_c = network, simulation.ambient_c
         self._parts, self.period_s = (loop.heater, loop.sensor), loop.period_s
         self._maximum_c = loop.protection.maximum_c
+        self.nodes, self.given_c = tuple(network.nodes), network.bears_c
         self._heater, self.power_w = heater, heater.power_w
         self._always = _running(controller)
         sensor = controller.thermometers[loop.sensor]
@@ -151,14 +158,17 @@ class HeatedLoop:
 
     @cached_property
     def warm(self) -> tuple[Heated, Vector]:
-        """The plant on a warm day, and what each of its nodes bears above that.
+        """The plant on a warm day, and what each of its nodes bears above that."""
+        return self._bears_k(max(SUMMER_C, self.ambient_c))
+
+    def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
+        """Give the plant in some surroundings, and what each of its nodes bears above them.
 
         As `bears` says; else what full power makes of it from cold until the sensor reads
         `protection.maximum`, or a long time at that, and a tenth of the rise more.
         """
-        warm_c = max(SUMMER_C, self.ambient_c)
-        plant, size = self.at(warm_c), len(self._network.nodes)
-        most_k = self._maximum_c - warm_c
+        plant, size = self.at(ambient_c), len(self._network.nodes)
+        most_k = self._maximum_c - ambient_c
         peaks, state = plant.held_k(most_k), plant.start(0.0)
         for power_w, points in ((self.full_w, MOST_RISE), (0.0, MOST_POINTS)):
             quick_s = plant.fastest_s() / 4
@@ -167,11 +177,27 @@ class HeatedLoop:
                 peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
                 if power_w and plant.sensed_k(state) >= most_k:
                     break
-        given = [self._network.bears_c.get(node) for node in self._network.nodes]
+        given = [self.given_c.get(node) for node in self.nodes]
         return plant, [
-            (1 + SPARE) * peak_k if bears_c is None else bears_c - warm_c
+            (1 + SPARE) * peak_k if bears_c is None else bears_c - ambient_c
             for peak_k, bears_c in zip(peaks, given, strict=True)
         ]
+
+    def borne_k(self) -> dict[str, float]:
+        """What nodes bear above the surroundings of the specification, K.
+
+        Of those of this loop alone, where others heat the machine, too. The worse of two days.
+        """
+        warm_c = max(SUMMER_C, self.ambient_c)
+        days = [(warm_c - self.ambient_c, self.warm[1])]
+        if warm_c > self.ambient_c:
+            days.append((0.0, self._bears_k(self.ambient_c)[1]))
+        own = {self._network.heat[self._parts[0]], self._network.sense[self._parts[1]].node}
+        return {
+            node: max(above_k + bears_k[place] for above_k, bears_k in days)
+            for place, node in enumerate(self.nodes)
+            if node in own or not self._neighbours
+        }
 
     def borne_w(self) -> float:
         """Power that every node bears for ever in summer; infinite if it bears all there is."""
@@ -183,7 +209,7 @@ class HeatedLoop:
         if borne(self.full_w):
             return math.inf
         low_w, high_w = 0.0, self.full_w
-        for _ in range(HALVINGS):
+        for _ in range(BORNE_HALVINGS):
             middle_w = (low_w + high_w) / 2
             low_w, high_w = (middle_w, high_w) if borne(middle_w) else (low_w, middle_w)
         return low_w

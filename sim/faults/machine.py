@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.world import Site
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
-from heatwright.spec import Heating, Loop, Pid, ThermalNetwork
+from heatwright.spec import Heating, Loop, OnOff, Pid, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
@@ -127,7 +127,10 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     than `holding` to hold it. Not above the highest setpoint.
     """
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
-    highest_c = min(site.loop.setpoint.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
+    highest_c = min(
+        site.loop.setpoint.maximum_c + _beyond_k(site.loop),
+        steady_c(site, 1.0, ambient_c=ambient_c),
+    )
     if isinstance(site.loop.algorithm, Pid) and frozen is not None and frozen.holding_percent > 0:
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
         held.step(_powered(site, frozen.holding_percent / 100))
@@ -136,7 +139,7 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
         _rising_until(course(site, network, ambient_c=ambient_c), highest_c, *each)
         for each in needs
     ]
-    most_c, least_c = min([highest_c, *cold_c]), ambient_c
+    most_c, least_c = min([highest_c, *cold_c]) - _beyond_k(site.loop), ambient_c
     if _comes_warm(site, network, ambient_c, most_c, needs):
         return most_c
     while most_c - least_c > NEAR_K:
@@ -148,6 +151,11 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     return least_c
 
 
+def _beyond_k(loop: Loop) -> float:
+    """Return how far beyond its setpoint a loop asks for full power, K."""
+    return loop.algorithm.hysteresis_k if isinstance(loop.algorithm, OnOff) else 0.0
+
+
 def _comes_warm(
     site: Site,
     network: ThermalNetwork,
@@ -156,7 +164,7 @@ def _comes_warm(
     needs: Sequence[tuple[float, float]],
 ) -> bool:
     """Whether it comes to a setpoint from below, beginning with all heat spread."""
-    start_c = target_c - WARM_K
+    start_c, most_c = target_c - WARM_K, target_c + _beyond_k(site.loop)
     if start_c <= ambient_c:
         return True  # as from cold
     rested_c = profile_c(
@@ -164,10 +172,8 @@ def _comes_warm(
     )  # fmt: skip
     spread_c = {node: min(start_c, each_c) for node, each_c in rested_c.items()}
     return all(
-        _rising_until(
-            course(site, network, ambient_c=ambient_c, starts_c=spread_c), target_c, *each
-        )
-        >= target_c
+        _rising_until(course(site, network, ambient_c=ambient_c, starts_c=spread_c), most_c, *each)
+        >= most_c
         for each in needs
     )
 

@@ -31,6 +31,7 @@ from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
 from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.checks import check
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -259,12 +260,20 @@ class _Trial:
             shorter_s = value_s - (late_s - off_s)
             if rule in trips and shorter_s > 0 and self._health_bears(key, shorter_s):
                 return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
-        if rule is None and off_s > 0 and self.fault.sensor_lies:
+        if (
+            rule is None
+            and off_s > 0
+            and self.fault.sensor_lies
+            and self._health_bears("frozen.for", off_s)
+        ):
             return f"let a rule see it within {_rounded_down(off_s):g} s: {path}.frozen.for"
-        return "limit the heater's power, or let a safety relay break it"
+        return "use a heater of less power, or limit it, or let a safety relay break it"
 
     def _health_bears(self, key: str, shorter_s: float) -> bool:
-        """Whether the machine, well, could be asked for as much with that number of a rule."""
+        """Whether the machine, well, could be asked for as much with that number of a rule.
+
+        A number that `check` refuses is no remedy.
+        """
         site = self.world.site
         protection, (rule, ended) = site.loop.protection, (*key.split("."), "")[:2]
         part = getattr(protection, rule, None)
@@ -276,6 +285,9 @@ class _Trial:
         )
         loops = ReadOnlyDict({**site.controller.loops, site.loop_name: loop})
         other = replace(site, controller=site.controller.model_copy(update={"loops": loops}))
+        refused = ("loops", site.loop_name, "protection", rule)
+        if any(finding.path[:4] == refused for finding in check(other.controller)):
+            return False
         return highest_c(other) >= highest_c(site)
 
     def _holds(self, latched: Change, when: str) -> None:

@@ -20,6 +20,7 @@ from heatwright.spec.checks.coasting import (
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.firing import ramps_can_be_followed
 from heatwright.spec.checks.machine import Machine
+from heatwright.spec.checks.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
 from heatwright.spec.checks.power import (
     autotune_has_time,
     heater_suffices,
@@ -51,7 +52,6 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             heater_suffices,
             least_duty_cools,
             autotune_has_time,
-            heating_rule_holds,
             rise_rate_holds,
             overshoot_stays_below_maximum,
             coasting_settles,
@@ -63,9 +63,13 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             yield from check(machine)
         if machine.course:
             heated = heated_loop(controller, name, plant)
-            yield from frozen_rule_holds(machine, heated)
-            if not [*heating_rule_holds(machine)]:
-                yield from heating_rule_holds_warm(machine, heated)
+            counts = [*frozen_rule_holds(machine, heated)]
+            counts += [*heating_rule_holds(machine)] or [*heating_rule_holds_warm(machine, heated)]
+            yield from counts
+            unborne = [*nodes_bear_the_maximum(machine, heated)]
+            yield from unborne
+            if any_setpoint and not counts and not unborne:
+                yield from lying_sensors_are_borne(controller, machine, heated)
         if any_setpoint:
             yield from integral_suffices(machine)
             yield from integral_cools(machine)

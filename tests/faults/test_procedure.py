@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from fault_machines import faults_of, site_of
-from rig.specs import changed
 
 from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
@@ -79,7 +78,15 @@ def reads_three_quarters(world: World) -> None:
     probe.sense = lambda amperes: sense(0.75 * amperes)  # type: ignore[method-assign]
 
 
-FRAGILE = changed("chamber", ("    heat: {heater", "    bears: {air: 70 °C}\n    heat: {heater"))
+def fragile(bears_c: float) -> Callable[[Fault], Fault]:
+    """With air that bears no more, which `check` would have told."""
+
+    def spoil(world: World) -> None:
+        world._network = world._network.model_copy(update={"bears_c": {"air": bears_c}})
+
+    return lambda _: making(faults_of("chamber")["frozen"], spoil)
+
+
 SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "tripped after 4.9.. s, not within 0.500 s": partial(tripping, allowed_s=0.5),
     "sensor_no_answer tripped, not over_temperature": partial(
@@ -109,8 +116,9 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
         faults_of("fabricator")["small_jumps"], reads_three_quarters
     ),
     "air became .* °C hot and bears 70.0 °C.*write loops.air.protection.heating.within: .* s": (
-        lambda _: faults_of(FRAGILE)["frozen"]
+        fragile(70.0)
     ),
+    "air became .* °C hot and bears 66.0 °C.* use a heater of less power": fragile(66.0),
     "the judge complains": partial(replace, judge=lambda _: "the judge complains"),
 }
 
