@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import yaml
 from hypothesis import assume
 from hypothesis import strategies as st
-from rig.controllers_loops import LoopDraw, Served, joined
+from rig.controllers_loops import AMBIENT_C, LoopDraw, Served, joined
 from rig.controllers_parts import Draws, Part, Resources, Sensors, Unsuited, text
 from suite import SEED
 
@@ -200,6 +200,7 @@ class _Controller:
             spare = left.pins - 4 * (len(self.names) - place - 1)
             cold = len(self.names) > 1
             self.loops.append(LoopDraw(name, sensors, self._served(name), spare, cold=cold))
+        self._simulated &= all(loop.start_c == AMBIENT_C for loop in self.loops)
 
     def _fans_and_feed(self) -> None:
         """Give the host something to switch."""
@@ -393,7 +394,6 @@ class _Controller:
         fans = joined(loops, "fans")
         if "blower" in self.outputs and self.draws.some():
             fans["blower"] = {"link": links[-1]["between"], "factor": 1.4}
-        start_c = max(loop.start_c for loop in loops)
         plant: Part = {
             "kind": "thermal_network",
             "nodes": joined(loops, "nodes"), "links": links,
@@ -401,8 +401,8 @@ class _Controller:
             "sense": joined(loops, "sense"), **({"fans": fans} if fans else {}),
             **({"radiation": radiation} if radiation else {}),
         }  # fmt: skip
-        if start_c != 20 or self.draws.seldom():
-            plant["initial"] = text(start_c, "°C")
+        if self.draws.seldom():
+            plant["initial"] = text(self.draws.one(AMBIENT_C, 24), "°C")
         if "feed" in self.outputs or self.draws.seldom():
             plant["filament"] = {"node": loops[0].name, "heat": "0.0056 J/K/mm"}
         return {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}

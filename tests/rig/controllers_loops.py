@@ -264,7 +264,8 @@ class LoopDraw:
         """Choose the setpoints and what is about the algorithm."""
         draws, served = self.draws, self.served
         lowest_c = max(self.floor_c + 0.1, -50.0 if draws.seldom() else -10.0)
-        coldest_c = min(self.start_c - 1, self.high_c - 10)
+        self.noise_k = tidy(self.step_k) if draws.seldom() else 0.0
+        coldest_c = min(self.start_c - 1 - self.step_k - 6 * self.noise_k, self.high_c - 10)
         self.minimum_c = draws.number(lowest_c, max(coldest_c, lowest_c), -10, 0.1)
         low_c = draws.number(self.minimum_c + 0.2, self.high_c - 5, self.start_c - 0.5, 0.1)
         first_c = draws.number(low_c, self.high_c, low_c, 0.1)
@@ -312,7 +313,8 @@ class LoopDraw:
             rules["maximum_adjustable"] = True
         rules["minimum"] = text(self.minimum_c, "°C")
         falls = self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1
-        rate = max(self.rate_k_per_s * 1.2, falls) + self.step_k / self.period_s
+        blur_k = self.step_k + 6 * 2**0.5 * self.noise_k
+        rate = max(self.rate_k_per_s * 1.2, falls) + blur_k / self.period_s
         rate = max(1.05 * rate * draws.one(1.5, 1.0, 10.0), 1e-3)
         rules["rise_rate"] = text(tidy(rate, 4), "K/s")
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
@@ -364,6 +366,9 @@ class LoopDraw:
         self.above_k: float = draws.number(least_k, least_k + 50, 10, 0.1)
         rule = {"above": text(self.above_k, "K")}
         if draws.some():
+            waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
+            late_s = 0.0 if self.kind == "pid" else self.late_s + waits_s + 2 * self.period_s
+            least_k += math.ceil(3 * late_s * self.rate_k_per_s / self.strength)
             below_k = draws.number(least_k, least_k + 50, 10, 0.1)
             rule["below"] = text(below_k, "K")
             self.above_k = min(self.above_k, below_k)
@@ -401,8 +406,7 @@ class LoopDraw:
         sense: Part = {"node": name}
         sense |= {"lag": text(self.lag_s, "s")} if self.lag_s else {}
         sense |= {"delay": text(self.delay_s, "s")} if self.delay_s else {}
-        if draws.seldom():
-            sense["noise"] = text(tidy(self.step_k), "K")
+        sense |= {"noise": text(self.noise_k, "K")} if self.noise_k else {}
         self.sense[f"{name}_felt"] = sense
         self.heat = heated
 
