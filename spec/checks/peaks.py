@@ -73,7 +73,7 @@ def lying_sensors_are_borne(
         return  # and that is told: what nodes bear follows from a maximum that is right
     name = str(machine.path[1])
     top_c = heated.highest_c if commanded(controller, name) else loop.setpoint.initial_c
-    stand = _Stand(loop, heated, min(top_c, heated.highest_c) - BELOW_K)
+    stand = _Stand(loop, heated, min(top_c, heated.highest_c))
     found = stand.worst(_times(loop), SHARE)
     if found is None:
         return
@@ -81,18 +81,20 @@ def lying_sensors_are_borne(
 
 
 class _Stand:
-    """A loop whose sensor is to lie, at rest at a temperature."""
+    """A loop whose sensor is to lie, at rest below a setpoint, but not below its surroundings."""
 
-    def __init__(self, loop: Loop, heated: HeatedLoop, from_c: float) -> None:
+    def __init__(self, loop: Loop, heated: HeatedLoop, setpoint_c: float) -> None:
         self.loop, self.heated = loop, heated
-        self._start = heated.plant.rest(max(from_c - heated.ambient_c, 0.0))
-        self._fallen_k = max(from_c - heated.ambient_c, 0.0)
+        self._below_k = max(0.0, min(BELOW_K, setpoint_c - heated.ambient_c))
+        self._fallen_k = max(0.0, setpoint_c - self._below_k - heated.ambient_c)
+        self._start = heated.plant.rest(self._fallen_k)
         self._borne_k = heated.borne_k()
         self._cases = list(self._lies())
 
     def _lies(self) -> Iterator[_Case]:
         algorithm = self.loop.algorithm
-        yield _Case("whose reading stands still", still(algorithm, 0.0))
+        if self._below_k > 0:
+            yield _Case("whose reading stands still", still(algorithm, 0.0, self._below_k))
         lag_s, period_s = self.heated.plant.lag_s, self.loop.period_s
         protection = self.loop.protection
         fastest_k = self._fallen_k * (1 - math.exp(-period_s / lag_s)) if lag_s else math.inf
@@ -104,7 +106,7 @@ class _Stand:
             return
         falls_s = lag_s * math.log(self._fallen_k / self.heated.step_k)
         else_s = math.inf
-        if protection.runaway is not None and (protection.runaway.below_k or 0.0) >= BELOW_K:
+        if protection.runaway is not None and (protection.runaway.below_k or 0.0) >= self._below_k:
             else_s = falls_s + protection.runaway.for_s
         yield _Case("that has fallen out", fallen(algorithm), falls_s, else_s)
 
