@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from heatwright.sim.plants import Temperatures, full_power, nodes_of, plant_of, profile_c
-from heatwright.spec import Controller, ThermalNetwork
+from heatwright.spec import Controller, Loop, ThermalNetwork
 
 LONGEST_S = 24 * 3600.0
 SPARE = 0.1
@@ -17,6 +16,7 @@ WARM_DAY_C = 35.0
 """A workshop in summer."""
 REST_K = 1.0
 """So far from its limits a machine rests, and a step of its sensor."""
+SIGMAS = 6.0
 LEVEL_K = 0.001
 """So little in a minute is no rise any more."""
 
@@ -50,12 +50,24 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 def room_c(controller: Controller, wished_c: float) -> float:
     """Return the temperature nearest to a wished one at which no loop is at fault at rest, °C."""
-    coldest_c, hottest_c = -math.inf, math.inf
-    for loop in controller.loops.values():
-        away_k = REST_K + controller.thermometers[loop.sensor].step_k
-        coldest_c = max(coldest_c, loop.protection.minimum_c + away_k)
-        hottest_c = min(hottest_c, loop.protection.maximum_c - away_k)
-    return max(coldest_c, min(hottest_c, wished_c))
+    least_c = max(coldest_c(controller, name) for name in controller.loops)
+    most_c = min(
+        loop.protection.maximum_c - _away_k(controller, loop) for loop in controller.loops.values()
+    )
+    return max(least_c, min(most_c, wished_c))
+
+
+def coldest_c(controller: Controller, name: str) -> float:
+    """Return from where on a loop that rests is not at fault, °C."""
+    loop = controller.loops[name]
+    return loop.protection.minimum_c + _away_k(controller, loop)
+
+
+def _away_k(controller: Controller, loop: Loop) -> float:
+    """Return how far from its limits a machine rests: a step of its sensor, and its noise."""
+    sense = controller.simulation.plant.sense[loop.sensor] if controller.simulation else None
+    noise_k = SIGMAS * sense.noise_k if sense else 0.0
+    return REST_K + controller.thermometers[loop.sensor].step_k + noise_k
 
 
 def _derived_at_c(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import PwmOutput
@@ -63,7 +64,8 @@ def first_steps(world: World) -> None:
 def heating(site: Site) -> World:
     """Begin below the highest usable setpoint, with the heater on at this moment."""
     target_c = highest_c(site)
-    world = World(site, Weather(target_c - BELOW_K, ambient_c(site)))
+    start_c = max(target_c - BELOW_K, coldest_c(site.controller, site.loop_name))
+    world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
     world.until(heater_is_on, LONGEST_S)

@@ -21,6 +21,8 @@ from heatwright.spec import CurrentSensor
 from heatwright.spec.rules import RULES
 from heatwright.spec.timers import TICK_S
 
+SATURATE = {"ds18b20"}
+"""Kinds that say the end of their range where it is hotter or colder, and not that it is."""
 COUNTS = {
     "guard.heating_steps": "heating_failed",
     "guard.frozen_steps": "sensor_frozen",
@@ -72,12 +74,16 @@ def _untrue(world: World, name: str) -> Iterator[str]:
     good = log[(log["reading_status"] == 0) & (log["has_reading"] == 1)]
     read_c = good["reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"]
     times_s, tips_c = world.tips_c(site.loop.sensor)
-    conversion_s = site.controller.thermometers[site.loop.sensor].conversion_s
+    thermometer = site.controller.thermometers[site.loop.sensor]
+    conversion_s = thermometer.conversion_s
     age_s = conversion_s + site.loop.period_s + world.step_s
+    ends_c = thermometer.range_c if thermometer.kind in SATURATE else None
     first = np.searchsorted(times_s, good["time_s"] - age_s)
     last = np.searchsorted(times_s, good["time_s"] + world.step_s)
     for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
         felt_c, found_c = tips_c[max(0, begin - 1) : end + 1], float(read_c[row])
+        if ends_c is not None:
+            felt_c = np.clip(felt_c, *ends_c)
         off_k = sensor_step_k(site) + blur_k(site, found_c)
         if not felt_c.min() - off_k <= found_c <= felt_c.max() + off_k:
             yield (

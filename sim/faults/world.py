@@ -72,7 +72,9 @@ class World:
         self.hand = hand_of(site)
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
-        self.step_s = TICK_S if sums_noise(site.controller, site.loop.sensor) else STEP_S
+        sensors = (loop.sensor for loop in site.controller.loops.values())
+        sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
+        self.step_s = TICK_S if sums else STEP_S
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._plant = self._machine(weather)

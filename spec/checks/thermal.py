@@ -19,6 +19,7 @@ from heatwright.spec.checks.coasting import (
 )
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.firing import ramps_can_be_followed
+from heatwright.spec.checks.jumps import readings_do_not_jump
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
 from heatwright.spec.checks.power import (
@@ -59,6 +60,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             falling_stays_above_below,
             dead_band_holds,
             window_is_smoothed,
+            readings_do_not_jump,
         ):
             yield from check(machine)
         if machine.course:

@@ -1,0 +1,68 @@
+"""What makes a healthy reading jump, beside the heat that is asked for: noise, and pulses of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import islice, pairwise
+
+from heatwright.spec.algorithms import Pid
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.machine import MOST_POINTS, Machine
+from heatwright.spec.outputs import TimeProportionalOutput
+from heatwright.spec.quantity import about, rounded_up
+
+SIGMAS = 6.0
+"""Of noise: beyond is once in years of readings."""
+
+
+def readings_do_not_jump(machine: Machine) -> Findings:
+    """Find a rule `rise_rate` that noise breaks in health, or a window's pulse at full power."""
+    period_s = machine.loop.period_s
+    noise_k = SIGMAS * math.sqrt(2) * machine.noise_k
+    pulse_k = _pulse_k(machine)
+    if not machine.course or not noise_k + pulse_k:
+        return
+    # Where a step ends and what noise adds have nothing to do with each other.
+    jump_k = math.hypot(machine.step_k(machine.target_k), noise_k) + pulse_k
+    needed = _steepest(machine.course) + jump_k / period_s
+    if needed > machine.loop.protection.rise_rate_k_per_s:
+        yield Finding(
+            (*machine.path, "protection", "rise_rate"),
+            f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "
+            f"a period, with {about(noise_k)} K of noise and {about(pulse_k)} K of a pulse in the "
+            "heater's window",
+            f"Use at least {rounded_up(needed)} K/s",
+            machine.because_of,
+        )
+
+
+def _pulse_k(machine: Machine) -> float:
+    """Rise in a period, beyond that of the mean power, while a pulse in the window lasts, K."""
+    output, algorithm = machine.output, machine.loop.algorithm
+    if not isinstance(output, TimeProportionalOutput) or not isinstance(algorithm, Pid):
+        return 0.0
+    beyond_w = machine.power_w - machine.full_power_w
+    if beyond_w <= 0:
+        return 0.0
+    share = algorithm.output.maximum_percent / 100
+    on_s = output.resolution_s if output.distribution == "spread" else share * output.window_s
+    quick_s = min(machine.plant.fastest_s(), on_s) / 4
+    course = machine.plant.course(machine.plant.start(0.0), beyond_w, quick_s, 64 * quick_s)
+    points = []
+    for time_s, state in islice(course, MOST_POINTS):
+        points.append((time_s, machine.plant.sensed_k(state)))
+        if time_s >= on_s:
+            break
+    return _steepest(points) * min(on_s, machine.loop.period_s)
+
+
+def _steepest(course: Iterable[tuple[float, float]]) -> float:
+    """Return the quickest rise of a course, K/s."""
+    return max(
+        (
+            (after_k - before_k) / (after_s - before_s)
+            for (before_s, before_k), (after_s, after_k) in pairwise(course)
+        ),
+        default=0.0,
+    )
