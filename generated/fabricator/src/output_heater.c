@@ -36,7 +36,9 @@ static void apply(uint16_t counts)
 
 void output_heater_set(float duty_percent)
 {
-    const uint16_t counts = (uint16_t)(duty_percent * OUTPUT_HEATER_COUNTS_PER_PERCENT + 0.5f);
+    /* Volatile: else the compiler may move the arithmetic to where interrupts are off. */
+    const volatile uint16_t counts
+        = (uint16_t)(duty_percent * OUTPUT_HEATER_COUNTS_PER_PERCENT + 0.5f);
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {

@@ -14,7 +14,8 @@ static bool running;         /* the first duty has been set */
 
 void output_element_set(float duty_percent)
 {
-    uint16_t steps = (uint16_t)(duty_percent * OUTPUT_ELEMENT_STEPS_PER_PERCENT + 0.5f);
+    /* Volatile: else the compiler may move the arithmetic to where interrupts are off. */
+    volatile uint16_t steps = (uint16_t)(duty_percent * OUTPUT_ELEMENT_STEPS_PER_PERCENT + 0.5f);
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
