@@ -112,12 +112,15 @@ class Player:
             self.latched.append(Latched(number, time_s, code, own=True))
         if not code or tripped:
             return values
-        later = self._latched_after(values, row)
-        if later is not None:
-            self.latched.append(Latched(number, time_s, code, own=False))
-            return later
+        restored = self._begun_with(code, row)
+        if not self._is_equal(restored, row):
+            later = self._latched_after(self._begun_with(0, row), row)
+            if later is not None:
+                self.latched.append(Latched(number, time_s, code, own=False))
+                return later
+            restored = self._begun_with(code, row)
         self.restored.append(Restored(number, time_s, code))
-        return self._begun_with(code, row)
+        return restored
 
     def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
