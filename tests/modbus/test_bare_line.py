@@ -43,6 +43,7 @@ CALM = {
     "dryer": (
         ("{rise: 2 K, within: 2 min}", "off"),
         ("{above: 8 K, for: 1 min}", "off\n      frozen: off\n      rising_while_off: off"),
+        ("    heat: {", "    bears: {air: 200 °C, walls: 200 °C}\n    heat: {"),
     ),
 }
 """The rules that judge the machine off: its temperature stands still, for nobody simulates it."""

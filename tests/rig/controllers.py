@@ -403,6 +403,8 @@ class _Controller:
         }  # fmt: skip
         if self.draws.seldom():
             plant["initial"] = text(self.draws.one(AMBIENT_C, 24), "°C")
+        if self.draws.one(True, True, True, False):  # else what full power makes of it
+            plant["bears"] = joined(loops, "bears")
         if "feed" in self.outputs or self.draws.seldom():
             plant["filament"] = {"node": loops[0].name, "heat": "0.0056 J/K/mm"}
         return {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}

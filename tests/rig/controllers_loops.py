@@ -395,6 +395,8 @@ class LoopDraw:
             self._link(name, outer, 0.2 * ohm)
             ohm *= 0.8
         self._link(outer, "ambient", ohm * self.fan_factor)
+        most_c = math.ceil(min(AMBIENT_C + 2 * self.power_w * ohm * self.fan_factor, 5000))
+        self.bears = {node: text(most_c, "°C") for node in self.nodes}
         for role, factor in (("fan", self.fan_factor), ("cooler", self.cools)):
             if f"{name}_{role}" in self.outputs and (factor > 1 or role == "cooler"):
                 self.fans[f"{name}_{role}"] = {"link": [outer, "ambient"], "factor": factor}
