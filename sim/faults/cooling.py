@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.world import World
 from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
 from heatwright.spec import DigitalOutput
@@ -16,8 +15,8 @@ def complaint(world: World) -> str:
     cooler = world.site.loop.cooler
     if cooler is None or world.until(_is_right, _held_s(world, cooler)):
         return ""
-    runs = world.device.outputs[cooler].on
-    return f"{cooler} is {'on' if runs else 'off'} at {world.tip_c:.1f} °C"
+    runs = "on" if world.device.outputs[cooler].on else "off"
+    return f"{cooler} is {runs} at a reading of {world.loop('temperature_c'):.1f} °C"
 
 
 def _held_s(world: World, cooler: str) -> float:
@@ -32,9 +31,5 @@ def _is_right(world: World) -> bool:
 
 
 def _has_to(world: World) -> bool:
-    """Whether the cooler must run; near the limit what it does is right."""
-    if world.loop("reading_status"):
-        return True
-    if abs(world.tip_c - COOLED_ABOVE_C) <= blur_k(world.site, COOLED_ABOVE_C):
-        return world.device.outputs[world.site.loop.cooler or ""].on
-    return world.tip_c > COOLED_ABOVE_C
+    """Whether the cooler must run, by what was read: that readings are true is judged apart."""
+    return bool(world.loop("reading_status")) or world.loop("temperature_c") >= COOLED_ABOVE_C
