@@ -39,6 +39,7 @@ CALM = {
         (", current: {sensor: current, limit: 3 A}", ""),
         ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
         (", current: {of: heater}", ""),
+        ("    heat: {", "    bears: {block: 700 °C}\n    heat: {"),
     ),
     "dryer": (
         ("{rise: 2 K, within: 2 min}", "off"),
