@@ -165,6 +165,7 @@ def site() -> Site:
          f"{TRIPPED}, pin: D3, power: 240 W, supply: 24 V"),
         (PID, "algorithm: {kind: on_off, hysteresis: 1 K}"),
         ("within: 60 s", "within: 300 s"),  # Stage swings it about one temperature
+        ("bears: {plate: 100 °C}", "bears: {plate: 280 °C}"),
         ("lag: 4 s}", "lag: 4 s}, amps: {of: heater, lag: 20 ms}"),
     )  # fmt: skip
     return Site(spec_of(text).controller, whole(text), "bed")
