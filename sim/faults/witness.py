@@ -21,7 +21,7 @@ from heatwright.spec import CurrentSensor
 from heatwright.spec.rules import RULES
 from heatwright.spec.timers import TICK_S
 
-SATURATE = {"ds18b20"}
+SATURATE = {"ds18b20", "max6675"}
 """Kinds that say the end of their range where it is hotter or colder, and not that it is."""
 COUNTS = {
     "guard.heating_steps": "heating_failed",
