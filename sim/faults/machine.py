@@ -92,11 +92,13 @@ def _travel_s(site: Site) -> float:
 
 
 def rise_k(site: Site, after_s: float) -> float:
-    """Return how far full power raises the loop's sensor in a time, from rest, K."""
+    """Return how far full power raises the loop's sensor in a time, or a day, from rest, K."""
+    most_k = 0.0
     for time_s, risen_k in course(site, site.network, ambient_c=0.0):
+        most_k = risen_k
         if time_s >= after_s:
-            return risen_k
-    return 0.0
+            break
+    return most_k
 
 
 def course(
