@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.heated_loop import HALVINGS, LEAST_TIMES, TIMES, HeatedLoop, heated_loop
+from heatwright.spec.heated_loop import LEAST_TIMES, TIMES, HeatedLoop, heated_loop, most_borne
 from heatwright.spec.loops import (
     Frozen,
     Heating,
@@ -344,11 +344,7 @@ class _Rules:
         """Return the longest time that is borne, by halving; at most `most_s`, 0 for none."""
         if bears(most_s):
             return most_s
-        low_s, high_s = 0.0, most_s
-        for _ in range(HALVINGS):
-            middle_s = (low_s + high_s) / 2
-            low_s, high_s = (middle_s, high_s) if bears(middle_s) else (low_s, middle_s)
-        return low_s
+        return most_borne(bears, 0.0, most_s)
 
 
 def _rounded_up_k(kelvins: float) -> float:

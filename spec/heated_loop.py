@@ -91,6 +91,16 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
     return _KNOWN[key]
 
 
+def most_borne(
+    bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
+) -> float:
+    """Return the most that is borne, between what is borne and what is not, by halving."""
+    for _ in range(halvings):
+        middle = (low + high) / 2
+        low, high = (middle, high) if bears(middle) else (low, middle)
+    return low
+
+
 class HeatedLoop:
     """One loop with its part of a plant, as the rules' numbers need it.
 
@@ -208,11 +218,7 @@ class HeatedLoop:
 
         if borne(self.full_w):
             return math.inf
-        low_w, high_w = 0.0, self.full_w
-        for _ in range(BORNE_HALVINGS):
-            middle_w = (low_w + high_w) / 2
-            low_w, high_w = (middle_w, high_w) if borne(middle_w) else (low_w, middle_w)
-        return low_w
+        return most_borne(borne, 0.0, self.full_w, BORNE_HALVINGS)
 
     @cached_property
     def _cold(self) -> list[tuple[float, Vector]]:

@@ -13,7 +13,8 @@ from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, LcdKeypad, Stepper, modbus_of, nextion_of
+from heatwright.spec import Controller, Stepper, modbus_of, nextion_of
+from heatwright.spec.commands import keypad_of
 from heatwright.spec.program_orders import Order
 
 
@@ -33,8 +34,7 @@ class ReferenceDevice:
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
         self._master = self._master_of(controller)
         self._display = self._display_of(controller)
-        keypads = [each for each in controller.interfaces if isinstance(each, LcdKeypad)]
-        self._keypad = keypads[0] if keypads else None
+        self._keypad = keypad_of(controller)
         self._key: str | None = None
 
     def _master_of(self, controller: Controller) -> Master | None:

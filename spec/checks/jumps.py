@@ -8,18 +8,16 @@ from itertools import islice, pairwise
 
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.machine import MOST_POINTS, Machine
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, rounded_up
-
-SIGMAS = 6.0
-"""Of noise: beyond is once in years of readings."""
 
 
 def readings_do_not_jump(machine: Machine) -> Findings:
     """Find a rule `rise_rate` that noise breaks in health, or a window's pulse at full power."""
     period_s = machine.loop.period_s
-    noise_k = SIGMAS * math.sqrt(2) * machine.noise_k
+    noise_k = PEAK * math.sqrt(2) * machine.noise_k
     pulse_k = _pulse_k(machine)
     if not machine.course or not noise_k + pulse_k:
         return

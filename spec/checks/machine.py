@@ -123,14 +123,19 @@ class Machine:
             if self.plant.sensed_k(state) >= self.target_k:
                 return
 
+    @property
+    def _seen_late_s(self) -> float:
+        """How long after the tip a step acts: dead time, half the averaged readings, a period."""
+        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
+        return self.plant.delay_s + behind_s + self.loop.period_s
+
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.
 
         It goes off late: the reading is one dead time old, the mean of the last readings is half of
         them behind, the step up to a period away, and the heater may have to stay on a while.
         """
-        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
-        late_s = self.plant.delay_s + behind_s + self.loop.period_s + self.held_on_s
+        late_s = self._seen_late_s + self.held_on_s
         state: Vector = self.plant.advance(self._hot, self.full_power_w, late_s)
         highest_k = self.plant.sensed_k(state)
         quick_s = self.plant.fastest_s() / 4
@@ -160,8 +165,7 @@ class Machine:
         see `coasting`, and the heater may have to wait. It begins where it has just warmed up: the
         rest of the machine is cold still, and takes the heat away.
         """
-        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
-        late_s = self.plant.delay_s + behind_s + self.loop.period_s + self.held_off_s - lead_s
+        late_s = self._seen_late_s + self.held_off_s - lead_s
         quick_s = self.plant.fastest_s() / 4
         since_s, state, asked_s = 0.0, self._hot, math.inf
         for time_s, later in islice(self.plant.course(state, 0.0, quick_s, quick_s), MOST_POINTS):

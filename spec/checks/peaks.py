@@ -14,7 +14,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
-from heatwright.spec.heated_loop import HALVINGS, HeatedLoop
+from heatwright.spec.heated_loop import HeatedLoop, most_borne
 from heatwright.spec.loops import Loop
 from heatwright.spec.matrices import Vector
 from heatwright.spec.problems import Path
@@ -186,15 +186,9 @@ def _longest(
     now_s: float,
     times: Callable[[float], Times],
 ) -> Iterator[tuple[tuple[str, str], Times, float]]:
-    low_s, high_s = needs_s, now_s
-    if low_s >= high_s or stand.worst(times(low_s)) is not None:
+    if needs_s >= now_s or stand.worst(times(needs_s)) is not None:
         return
-    for _ in range(HALVINGS):
-        middle_s = (low_s + high_s) / 2
-        if stand.worst(times(middle_s)) is None:
-            low_s = middle_s
-        else:
-            high_s = middle_s
+    low_s = most_borne(lambda each_s: stand.worst(times(each_s)) is None, needs_s, now_s)
     unit = 10.0 ** (math.floor(math.log10(low_s)) - 2)
     rounded_s = math.floor(low_s / unit) * unit
     if rounded_s > needs_s:
