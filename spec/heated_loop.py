@@ -175,7 +175,8 @@ class HeatedLoop:
         """Give the plant in some surroundings, and what each of its nodes bears above them.
 
         As `bears` says; else what full power makes of it from cold until the sensor reads
-        `protection.maximum`, or a long time at that, and a tenth of the rise more.
+        `protection.maximum` and that rule has switched it off, or a long time at that, and a tenth
+        of the rise more.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c
@@ -187,6 +188,7 @@ class HeatedLoop:
                 peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
                 if power_w and plant.sensed_k(state) >= most_k:
                     break
+            state = plant.advance(state, power_w, 2 * self.period_s)  # until it is off
         given = [self.given_c.get(node) for node in self.nodes]
         return plant, [
             (1 + SPARE) * peak_k if bears_c is None else bears_c - ambient_c

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
+from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.plants import Temperatures, full_power, nodes_of, plant_of, profile_c
 from heatwright.spec import Controller, Loop, ThermalNetwork
 
@@ -29,9 +31,10 @@ def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float
     """Return what every node bears, °C: `bears` of the plant, or what full power makes of it.
 
     A machine must bear what its own protection lets happen: full power from cold until the
-    loop's sensor reads `protection.maximum`, and the heat that spreads after that; or a long time
-    just below that maximum. On top comes a tenth of the rise. A loop counts for the nodes that are
-    nearer to it than to others, and for those between loops.
+    loop's sensor reads `protection.maximum`, and on until that rule has to have switched it off,
+    and the heat that spreads after that; or a long time just below that maximum. On top comes a
+    tenth of the rise. A loop counts for the nodes that are nearer to it than to others, and for
+    those between loops.
 
     The surroundings are those of the specification, or of a warm day: whichever is worse.
     """
@@ -89,18 +92,20 @@ def _derived_at_c(
 def _peaks_c(
     controller: Controller, network: ThermalNetwork, name: str, ambient_c: float
 ) -> Temperatures:
-    """Heat at full power until the sensor reads the maximum, or until nothing rises any more."""
+    """Heat at full power until the maximum has switched it off, or until nothing rises any more."""
     loop = controller.loops[name]
     cold = network.model_copy(update={"initial_c": ambient_c})
     plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)
     peaks, heat = plant.temperatures_c.copy(), 1.0
+    left = math.ceil(reading_s(loop) / loop.period_s)
     minute = max(1, round(60.0 / loop.period_s))
     before = peaks.copy()
     for row in range(1, round(LONGEST_S / loop.period_s)):
         plant.step(full_power(controller, name, heat))
         np.maximum(peaks, plant.temperatures_c, out=peaks)
-        if heat and plant.sensed_c()[loop.sensor] >= loop.protection.maximum_c:
-            heat = 0.0
+        if plant.sensed_c()[loop.sensor] >= loop.protection.maximum_c:
+            left = max(0, left - 1)
+            heat = float(left > 0)
         if row % minute == 0:
             if np.all(peaks - before < LEVEL_K):
                 break

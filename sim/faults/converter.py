@@ -17,7 +17,7 @@ from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
-"""In bursts so many answers are sound for each that is not: the machine holds its setpoint."""
+"""In bursts so many answers are sound for each that is not."""
 
 
 def cut(world: World) -> None:
@@ -106,6 +106,11 @@ def _bursts(world: World) -> None:
     world.wiring.feel[loop.sensor] = feel
 
 
+def _bursts_end(world: World) -> None:
+    _leave_alone(world)
+    chip_of(world).faults.corrupt_next = 0
+
+
 def _leave_alone(world: World) -> None:
     world.wiring.feel.pop(world.site.loop.sensor)
 
@@ -124,8 +129,8 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
-    """What happens beside a heater's wires, and must not stop a machine."""
-    yield bursts(site, _bursts, WATCH_S)
+    """What happens beside a heater's wires, and must not stop a sensor."""
+    yield bursts(site, _bursts, _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),

@@ -131,11 +131,10 @@ class _Trial:
         self.first = self._wait(self.cause_s, "")
         self.counting = witness.counting(self.world)
         self._judge_heater()
+        self._judge_peaks()  # a switch that conducts for ever heats on, which no rule can help
         if self.first is None:
-            self._judge_peaks()
             return
         self._holds(self.first, "after the trip")
-        self._judge_peaks()
         latched: Change | None = self.first
         if self.fault.again and self.world.site.has_operator:
             latched = self._again()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, reading_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.world import Site
+from heatwright.sim.faults.world import Site, World
 from heatwright.spec.rules import RULES
 
 SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
@@ -38,12 +38,23 @@ def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
     )
 
 
-def bursts(site: Site, act: Act, watch_s: float) -> Fault:
-    """Damage answers in bursts, which must not stop a machine."""
+def bursts(site: Site, act: Act, cure: Act, watch_s: float) -> Fault:
+    """Damage answers in bursts, which no rule of the sensor may take for its end.
+
+    Each costs heat: until the next reading, or the next window. What comes of that is for the rules
+    that judge heat.
+    """
     return Fault(
         "answers_damaged_in_bursts",
         lambda: starts.heating(site),
         act,
-        calm=True,
+        cure,
         watch_s=watch_s,
+        judge=_sensor_is_believed,
     )
+
+
+def _sensor_is_believed(world: World) -> str:
+    """See that no rule told that there is no reading."""
+    found = {RULES[trip.code].id for trip in world.trips.since(0.0)} & set(SENSOR_RULES)
+    return f"{' and '.join(sorted(found))} tripped for no reason" if found else ""

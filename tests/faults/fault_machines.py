@@ -79,6 +79,14 @@ MACHINES = {
     "chamber": Machine("chamber", healthy=True),
     # Its sensor cools too slowly to jump: the fall is seen at the band's lower end.
     "pid": Machine(PID, healthy=True, otherwise={"fallen_out": "runaway_below"}),
+    # In such a window a burst costs up to 10 s of heat: full power does not do any more.
+    "windowed": Machine(
+        crucible("max6675").replace(
+            "pwm, pin: D9, frequency: 122 Hz", "time_proportional, pin: D9, window: 10 s"
+        ),
+        otherwise={"answers_damaged_in_bursts": "heating_failed"},
+        only=("answers_damaged_in_bursts",),
+    ),
     # In half a second it falls too little to jump. The heavy one that loses much is too weak.
     "bare": Machine(
         BARE, otherwise={"fallen_out": "heating_failed"}, absent=("healthy_1.3C_0.7R_10degC",)

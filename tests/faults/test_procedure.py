@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from fault_machines import faults_of, site_of
+from rig.analog_specs import KEYS, bed
 
 from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
+from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
-from heatwright.sim.faults.world import World
+from heatwright.sim.faults.world import STEP_S, World
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -93,6 +95,10 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
         tripping, rules=("over_temperature",)
     ),
     "sensor_no_answer tripped for no reason": partial(replace, trip=None, calm=True, watch_s=10.0),
+    "^sensor_crc tripped for no reason": lambda _: replace(
+        faults_of("chamber")["damaged_answers"],
+        judge=faults_of("chamber")["answers_damaged_in_bursts"].judge,
+    ),
     "^nothing tripped; heater off after .*, not within": partial(replace, cause=lambda _: None),
     "its condition was not met within 1 s": lambda fault: replace(
         tripping(fault, due=lambda _: False, due_within_s=1.0), cause=lambda _: None
@@ -142,6 +148,27 @@ def test_a_heater_that_is_on_after_the_trip_is_found() -> None:
         world.device.avr.pins.drive("PD3", None)
 
     assert "a heater was on 0." in found(partial(replace, cause=cause)).detail
+
+
+def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
+    """No rule can end its heat; and the machine bears what the rule takes to trip."""
+    text = bed("hotend", interface=KEYS)
+    for old, new in (
+        ("    bears: {plate: 100 °C}\n", ""), ("power: 120 W", "power: 3000 W"),
+        ("period: 200 ms", "period: 1 s"), ("stale_after: 1 s", "stale_after: 5 s"),
+        ("{node: plate, lag: 4 s}", "{node: plate}"),
+    ):  # fmt: skip
+        assert old in text
+        text = text.replace(old, new)
+    worlds: list[World] = []
+    result = try_fault(making(faults_of(text)["switch_shorted_when_hot"], worlds.append))
+    assert result.detail == ""
+    times_s, tips_c = worlds[0].tips_c("bed")
+    trip_s = worlds[0].trips.since(0.0)[0].time_s
+    seen_c = tips_c[times_s <= trip_s + SHOWN_S + 2 * STEP_S]
+    assert result.peak_c <= seen_c.max()
+    late_k = np.diff(seen_c).max() / STEP_S * reading_s(worlds[0].site.loop)
+    assert worlds[0].bears_c["plate"] > 85.0 + late_k
 
 
 def test_json() -> None:

@@ -97,6 +97,11 @@ def _bursts(world: World) -> None:
     _every(world, most + 2, damage)
 
 
+def _bursts_end(world: World) -> None:
+    world.wiring.feel.pop(world.site.loop.sensor)
+    _chip(world).faults.corrupt_next = 0
+
+
 def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
     """Do something to the chip once in so many periods."""
     every_s = periods * world.site.loop.period_s
@@ -141,8 +146,8 @@ def _never_converts(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
-    """What happens on a long cable, and must not stop a machine."""
-    yield bursts(site, _bursts, WATCH_S)
+    """What happens on a long cable, and must not stop a sensor."""
+    yield bursts(site, _bursts, _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),
