@@ -84,18 +84,18 @@ class HeatFlows:
 
     def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
         """On the diagonal all conductances of a node, beside it minus those between two nodes."""
-        factors = {
-            frozenset(effect.link): effect.factor
-            for fan, effect in network.fans.items()
-            if fan in running
-        }
+        factors: dict[frozenset[str], float] = {}
+        for fan, effect in network.fans.items():
+            if fan in running:
+                ends = frozenset(effect.link)
+                factors[ends] = factors.get(ends, 1.0) * effect.factor
         matrix = [[0.0] * len(self._index) for _ in self._index]
         for link in network.links:
             conductance = factors.get(frozenset(link.between), 1.0) / link.resistance_k_per_w
-            ends = [self._index[end] for end in link.between if end != AMBIENT]
-            for i in ends:
+            nodes = [self._index[end] for end in link.between if end != AMBIENT]
+            for i in nodes:
                 matrix[i][i] += conductance
-            if len(ends) == 2:
-                matrix[ends[0]][ends[1]] -= conductance
-                matrix[ends[1]][ends[0]] -= conductance
+            if len(nodes) == 2:
+                matrix[nodes[0]][nodes[1]] -= conductance
+                matrix[nodes[1]][nodes[0]] -= conductance
         return matrix

@@ -14,7 +14,12 @@ from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.matrices import Vector
 from heatwright.spec.neighbours import Neighbour, warmed_k
 from heatwright.spec.network import Heated
-from heatwright.spec.outputs import DigitalOutput, Switch, TimeProportionalOutput
+from heatwright.spec.outputs import (
+    DigitalOutput,
+    Switch,
+    TimeProportionalOutput,
+    always_running,
+)
 from heatwright.spec.simulation import AMBIENT, Simulation
 
 if TYPE_CHECKING:
@@ -74,11 +79,12 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
     full_w = _full_w(loop, heater) if isinstance(heater, Switch) else None
     others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
     setpoint, maximum_c = loop.setpoint, loop.protection.maximum_c
+    running = always_running(controller.outputs)
     if len(others) == 1:
         others = []  # the initial setpoint of a loop alone changes nothing
     key = repr(
         (
-            (simulation.plant, simulation.ambient_c, controller.board.mcu, _running(controller)),
+            (simulation.plant, simulation.ambient_c, controller.board.mcu, running),
             (loop.sensor, controller.sensors, loop.period_s, maximum_c),
             (setpoint.minimum_c, setpoint.maximum_c, loop.heater, heater, full_w, cooler, others),
         )
@@ -118,7 +124,7 @@ class HeatedLoop:
         self._maximum_c = loop.protection.maximum_c
         self.nodes, self.given_c = tuple(network.nodes), network.bears_c
         self._heater, self.power_w = heater, heater.power_w
-        self._always = _running(controller)
+        self._always = always_running(controller.outputs)
         sensor = controller.thermometers[loop.sensor]
         self._behind_s = (sensor.moving_average - 1) / 2 * loop.period_s
         cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
@@ -398,14 +404,6 @@ def _full_w(loop: Loop, heater: Switch) -> float:
 def full_percent(algorithm: Algorithm) -> float:
     """Return the most that an algorithm asks for, %."""
     return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
-
-
-def _running(controller: Controller) -> list[str]:
-    return [
-        name
-        for name, output in controller.outputs.items()
-        if isinstance(output, DigitalOutput) and output.runs == "always"
-    ]
 
 
 def _some(found: list[Vector]) -> list[Vector]:

@@ -1,5 +1,6 @@
 """Outputs: what switches heaters and fans."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -143,6 +144,15 @@ Switch = DigitalOutput | PwmOutput | TimeProportionalOutput
 Output = Annotated[
     DigitalOutput | PwmOutput | Stepper | TimeProportionalOutput, Field(discriminator="kind")
 ]
+
+
+def always_running(outputs: Mapping[str, Output]) -> list[str]:
+    """Name the outputs that run as long as there is power."""
+    return [
+        name
+        for name, output in outputs.items()
+        if isinstance(output, DigitalOutput) and output.runs == "always"
+    ]
 
 
 def full_a(output: Switch) -> float | None:

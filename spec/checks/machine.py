@@ -10,7 +10,12 @@ from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
 from heatwright.spec.matrices import Vector
 from heatwright.spec.network import Heated
-from heatwright.spec.outputs import DigitalOutput, Switch, TimeProportionalOutput
+from heatwright.spec.outputs import (
+    DigitalOutput,
+    Switch,
+    TimeProportionalOutput,
+    always_running,
+)
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
 
@@ -32,11 +37,7 @@ class Machine:
         self.output = heater
         self._sensor, self._mcu = controller.thermometers[self.loop.sensor], controller.board.mcu
         self.ambient_c = simulation.ambient_c
-        running = [
-            fan
-            for fan, output in controller.outputs.items()
-            if isinstance(output, DigitalOutput) and output.runs == "always"
-        ]
+        running = always_running(controller.outputs)
         parts = self.loop.heater, self.loop.sensor
         self.plant = Heated(simulation.plant, *parts, self.ambient_c, running)
         self.cooler = controller.outputs.get(self.loop.cooler) if self.loop.cooler else None

@@ -31,9 +31,11 @@ from heatwright.spec.checks.power import (
 )
 from heatwright.spec.checks.warm import frozen_rule_holds, heating_rule_holds_warm
 from heatwright.spec.controller import Controller
+from heatwright.spec.feeds import fastest_feed_mm_per_s, fed, longest_feed_s
 from heatwright.spec.heated_loop import heated_loop
-from heatwright.spec.outputs import TimeProportionalOutput
+from heatwright.spec.outputs import Switch, TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+from heatwright.spec.simulation import Simulation
 
 
 def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
@@ -49,8 +51,9 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
         if heater.power_w is None or name not in readable:
             continue
         machine = Machine(controller, name, heater, plant)
+        found = [*_heating_holds(controller, machine, plant)]
+        yield from found or _fed_holds(controller, name, heater, plant)
         for check in (
-            heater_suffices,
             least_duty_cools,
             autotune_has_time,
             rise_rate_holds,
@@ -65,18 +68,45 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             yield from check(machine)
         if machine.course:
             heated = heated_loop(controller, name, plant)
-            counts = [*frozen_rule_holds(machine, heated)]
-            counts += [*heating_rule_holds(machine)] or [*heating_rule_holds_warm(machine, heated)]
-            yield from counts
-            unborne = [*nodes_bear_the_maximum(machine, heated)]
-            yield from unborne
-            if any_setpoint and not counts and not unborne:
+            broken = [*frozen_rule_holds(machine, heated)]
+            broken += nodes_bear_the_maximum(machine, heated)
+            yield from broken
+            if any_setpoint and not found and not broken:
                 yield from lying_sensors_are_borne(controller, machine, heated)
         if any_setpoint:
             yield from integral_suffices(machine)
             yield from integral_cools(machine)
             if controller.programs is not None and controller.programs.loop == name:
                 yield from ramps_can_be_followed(machine, controller.programs)
+
+
+def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) -> Findings:
+    """Hold the heater's power and the rules that count it to what the machine needs."""
+    yield from heater_suffices(machine)
+    if machine.course:
+        heated = heated_loop(controller, str(machine.path[1]), plant)
+        warm = heating_rule_holds_warm(machine, heated)
+        yield from [*heating_rule_holds(machine)] or warm
+
+
+def _fed_holds(
+    controller: Controller, name: str, heater: Switch, simulation: Simulation
+) -> Findings:
+    """Do the same while the scenario feeds filament, which takes heat away.
+
+    For less time than `heating` has it may take more than there is. `frozen` is as narrow as
+    without: at more duty a reading that stands still would be too much heat once feeding ends.
+    """
+    heating = controller.loops[name].protection.heating
+    mm_per_s = fastest_feed_mm_per_s(simulation)
+    if longest_feed_s(simulation) <= (heating.within_s if heating is not None else 0.0):
+        return
+    cooled = fed(controller, simulation)
+    for finding in _heating_holds(controller, Machine(controller, name, heater, cooled), cooled):
+        yield finding._replace(
+            reason=f"{finding.reason}, with {number(mm_per_s)} mm/s of filament",
+            remedy=f"{finding.remedy}, or feed less",
+        )
 
 
 def heating_rule_holds(machine: Machine) -> Findings:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import yaml
 from hypothesis import assume
 from hypothesis import strategies as st
-from rig.controllers_loops import AMBIENT_C, LoopDraw, Served, joined
+from rig.controllers_loops import AMBIENT_C, FEED_MM_PER_S, LoopDraw, Served, joined
 from rig.controllers_parts import Draws, Part, Resources, Sensors, Unsuited, text
 from suite import SEED
 
@@ -406,12 +406,12 @@ class _Controller:
         if self.draws.one(True, True, True, False):  # else what full power makes of it
             plant["bears"] = joined(loops, "bears")
         if "feed" in self.outputs or self.draws.seldom():
-            plant["filament"] = {"node": loops[0].name, "heat": "0.0056 J/K/mm"}
+            plant["filament"] = {"node": loops[0].name, "heat": loops[0].fed}
         return {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}
 
     def _scenario(self, plant: Part) -> list[Part]:
         draws = self.draws
-        able = self._orders() + [{"extrude": "5 mm/s"}] * ("filament" in plant)
+        able = self._orders() + [{"extrude": text(FEED_MM_PER_S, "mm/s")}] * ("filament" in plant)
         count = int(draws.number(0, 6, 2)) if able else 0
         times = sorted(draws.number(0.5, LENGTH_S - 1, 5, 0.01) for _ in range(count))
         events = [{"at": text(at_s, "s"), **draws.one(*able)} for at_s in times]

@@ -16,6 +16,7 @@ SIGMA = 5.670374e-8
 """Of Stefan and Boltzmann, W/m²/K⁴."""
 AMBIENT_C = 20.0
 FASTEST_K_PER_S = 500.0
+FEED_MM_PER_S = 5.0
 
 
 class Served(NamedTuple):
@@ -395,6 +396,8 @@ class LoopDraw:
             self._link(name, outer, 0.2 * ohm)
             ohm *= 0.8
         self._link(outer, "ambient", ohm * self.fan_factor)
+        spare_w = 0.1 * self.full_w * (1 - 1 / self.strength)
+        self.fed = text(tidy(min(0.0056, spare_w / target_k / FEED_MM_PER_S)), "J/K/mm")
         most_c = math.ceil(min(AMBIENT_C + 2 * self.power_w * ohm * self.fan_factor, 5000))
         self.bears = {node: text(most_c, "°C") for node in self.nodes}
         for role, factor in (("fan", self.fan_factor), ("cooler", self.cools)):

@@ -44,6 +44,13 @@ def test_a_fan_multiplies_the_conductance() -> None:
     assert still.steady_k(100) == pytest.approx(4 * moved.steady_k(100), rel=4 * EPSILON)
 
 
+def test_fans_of_one_link_multiply_what_the_others_leave() -> None:
+    """A cooler on the link that a fan blows on always."""
+    fans = {name: {"link": ("ambient", "body"), "factor": 4} for name in ("fan", "cooler")}
+    still, moved = heated(fans=fans), heated("fan", "cooler", fans=fans)
+    assert still.steady_k(100) == pytest.approx(16 * moved.steady_k(100), rel=4 * EPSILON)
+
+
 def test_a_ramp_warms_all_and_makes_up_for_losses() -> None:
     """A sensor that lags by 10 s is behind by rate · 10 s."""
     assert heated().ramp_power_w(300.0, 0.2) == pytest.approx(100 * 0.2 + (300 + 2) / 0.5)
