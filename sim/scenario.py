@@ -1,12 +1,19 @@
 """What operator, host, display, master and the machine's other parts do: a scenario's events."""
 
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from heatwright.spec import Event, ProgramOrder, Write
+from heatwright.spec import Controller, Event, ProgramOrder, Simulation, Write
+from heatwright.spec.rules import RULES
 
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
+
+LEAST_S = 1800.0
+"""A shorter scenario is drawn out to this length: counters that wrap or drift show late."""
+STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
+"""A host's line that stops all, which is a fault that is latched."""
 
 DISTURBING = {"G0", "G1", "M106", "M107"}
 """Commands that change what heat the machine loses."""
@@ -43,6 +50,35 @@ class Action(NamedTuple):
         if self.program is not None:
             return f"{self.program.order} {self.program.number or ''}".rstrip()
         return self.line or self.key
+
+
+def long_enough(controller: Controller) -> Controller:
+    """Draw a short scenario out."""
+    simulation = controller.simulation
+    assert simulation is not None  # noqa: S101 - looked at before
+    scenario = tuple(
+        event.model_copy(update={"for_s": LEAST_S}) if _is_short(event) else event
+        for event in simulation.scenario
+    )
+    longer = simulation.model_copy(update={"scenario": scenario})
+    return controller.model_copy(update={"simulation": longer})
+
+
+def _is_short(event: Event) -> bool:
+    return event.for_s is not None and event.for_s < LEAST_S
+
+
+def stops(simulation: Simulation) -> bool:
+    """Tell whether a scenario sends a stop."""
+    return any(STOP.match(event.send) for event in simulation.scenario if event.send is not None)
+
+
+def unasked(
+    simulation: Simulation, tripped: Iterable[tuple[float, int]]
+) -> list[tuple[float, int]]:
+    """Return those of some faults, each time (s) and code, that a scenario does not ask for."""
+    asked = stops(simulation)
+    return [each for each in tripped if not (asked and RULES[each[1]].id == "emergency_stop")]
 
 
 def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:

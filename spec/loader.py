@@ -74,7 +74,7 @@ def _load(data: bytes, file: str) -> Spec:
     controller = _validated(tree, problems) if () not in problems else None
     checked = check(controller) if controller is not None else ()
     sound = (finding for finding in checked if not _rests_on(finding, problems))
-    found = [_problem(tree, finding) for finding in agreed(sound)]
+    found = [problem_of(tree, finding) for finding in agreed(sound)]
     if controller is None or problems or found:
         raise SpecError(_sorted([*problems.values(), *found]))
     return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
@@ -92,7 +92,8 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
     return controller
 
 
-def _problem(tree: Tree, finding: Finding) -> Problem:
+def problem_of(tree: Tree, finding: Finding) -> Problem:
+    """Say where a finding stands in the file, and whether its value is written there."""
     default = "" if finding.path in tree.positions else "by default, "
     return tree.problem(finding.path, default + finding.reason, finding.remedy)
 

@@ -18,22 +18,31 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=Command,
-    examples=("heatwright check chamber.yaml kiln.yaml",),
+    examples=(
+        "heatwright check chamber.yaml kiln.yaml",
+        "heatwright check --quick chamber.yaml",
+    ),
 )
 @click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
+@click.option("--quick", is_flag=True, help="Only read: do not run the machine.")
 @json_option
-def command(specs: tuple[Path, ...], as_json: bool) -> int:
+def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     """Find all that is wrong with specs.
 
-    Each problem is one line: file, line, column, what is wrong, and what to do about it. A firmware
-    that certainly does not fit its board is warned of.
+    Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
+    spec has a machine, the reference model runs it as `verify` would run it when all is well: no
+    protection may trip. A firmware that certainly does not fit its board is warned of.
     """
+    from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
+
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []
     for path in specs:
         spec, found = _look(path)
         problems += found
-        if spec is not None:
+        trips = rehearsed(spec) if spec is not None and not quick else ()
+        problems += trips
+        if spec is not None and not trips:
             good.append((path, spec))
     if as_json:
         print_json(

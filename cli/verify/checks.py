@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -11,11 +10,8 @@ from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.chain import CHAIN_BOUND_STEPS, TABLE_BOUND_STEPS, ChainError
 from heatwright.sim.metrics import Metrics
 from heatwright.sim.plot_data import fault_label
+from heatwright.sim.scenario import stops, unasked
 from heatwright.spec import Expect, Simulation
-from heatwright.spec.rules import RULES
-
-STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
-"""A host's line that stops all, which is a fault that is latched."""
 
 NOT_COMPARED = ("fault.time_s",)
 """Variables that are no outcome of a step: the clock's."""
@@ -75,16 +71,12 @@ def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
 
 def run_checks(loops: ClosedLoop, simulation: Simulation) -> Iterator[Check]:
     """Hold the closed loop to what the spec expects, and to what is expected of any."""
-    sent = [event.send for event in simulation.scenario if event.send is not None]
-    stops = any(STOP.match(line) for line in sent)
     expect = simulation.expect
     for loop, tripped in loops.run.faults.items():
         found = ", ".join(f"{fault_label(code)} at {time_s:.1f} s" for time_s, code in tripped)
-        unasked = [
-            code for _, code in tripped if not (stops and RULES[code].id == "emergency_stop")
-        ]
-        limit = "none but the stop that the scenario sends" if stops else "none"
-        yield Check(f"{loop}: no protection trips", limit, found or "none", not unasked)
+        limit = "none but the stop that the scenario sends" if stops(simulation) else "none"
+        passed = not unasked(simulation, tripped)
+        yield Check(f"{loop}: no protection trips", limit, found or "none", passed)
     wrong = loops.run.complaints
     yield Check("chips keep to their data sheets", "none", "; ".join(wrong) or "none", not wrong)
     if expect is not None:

@@ -35,7 +35,7 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """
     found: list[Fault] = []
     for number, name in enumerate(controller.loops):
-        site = Site(controller, program, name)
+        site = Site(controller, name, program)
         prefix = f"{name}." if len(controller.loops) > 1 else ""
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
         if number == 0:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple, Protocol
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bears import WARM_DAY_C, room_c
@@ -16,7 +17,8 @@ from heatwright.sim.faults.machine import (
     sensor_step_k,
     usable_c,
 )
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.site import Place, Site
+from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
 SPREAD = 0.3
@@ -29,16 +31,90 @@ LONGEST_S = 3600.0
 SIGMAS = 6.0
 
 
+class Healthy(NamedTuple):
+    """A machine that is well, where it begins, and the setpoints that it is taken through, °C.
+
+    what -- how it differs from the plant, for messages.
+    """
+
+    name: str
+    what: str
+    network: ThermalNetwork
+    start_c: float
+    ambient_c: float
+    setpoints_c: tuple[float, ...]
+
+
+class Operated(Protocol):
+    """A controller on its machine, with somebody who asks for setpoints."""
+
+    step_s: float
+
+    @property
+    def site(self) -> Place:
+        """The controller, and the loop in question."""
+
+    def set_setpoint(self, setpoint_c: float) -> None:
+        """Ask for a setpoint, °C, and switch on."""
+
+    def run(self, seconds: float) -> None:
+        """Go on for a time."""
+
+    def step(self) -> None:
+        """Go on by one step of time."""
+
+    def loop(self, member: str) -> float:
+        """Return a number of the loop's state."""
+
+
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield machines at the corners of the spread, each taken through its range of setpoints."""
+    """Yield the machines that are well: nothing may trip on them."""
+    for each in machines(site):
+        yield healthy(site, each)
+
+
+def machines(site: Place) -> Iterator[Healthy]:
+    """Yield machines at the corners of the spread, each taken through its range of setpoints.
+
+    Up to the highest setpoint it can hold, down to the lowest, and up again. A machine that can
+    hold none is too weak for its controller, and left out.
+    """
     rooms_c = dict.fromkeys(room_c(site.controller, each) for each in AMBIENTS_C)
     for capacity, resistance, ambient_c in itertools.product(
         (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), rooms_c
     ):
         network = scaled(site.network, capacity, resistance)
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:.3g}degC"
-        yield from healthy(site, name, network, ambient_c)
-    yield from healthy(site, "healthy_noisy", noisy(site), starts.ambient_c(site))
+        what = (
+            f"{capacity:g} times the heat capacities of the plant, {resistance:g} times its "
+            f"resistances, {ambient_c:.3g} °C around"
+        )
+        yield from _held(site, name, what, network, ambient_c)
+    what = "the most noise at its sensor that its rules bear"
+    yield from _held(site, "healthy_noisy", what, noisy(site), starts.ambient_c(site))
+
+
+def _held(
+    site: Place, name: str, what: str, network: ThermalNetwork, ambient_c: float
+) -> Iterator[Healthy]:
+    most_c = usable_c(site, network, ambient_c=ambient_c)
+    setpoints_c = [each for each in starts.setpoints_c(site) if each <= most_c]
+    if setpoints_c:
+        target_c = max(setpoints_c)
+        start_c = max(ambient_c, target_c - WARM_K)
+        yield Healthy(name, what, network, start_c, ambient_c, (target_c, setpoints_c[0], target_c))
+
+
+def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
+    """Ask for one setpoint after the other, each held a while."""
+    for setpoint_c in setpoints_c:
+        world.set_setpoint(setpoint_c)
+        world.run(starts.FIRST_STEPS * world.site.loop.period_s)
+        for _ in range(round(LONGEST_S / world.step_s)):
+            if world.loop("duty_percent") < full_percent(world.site.loop):
+                break  # it has enough
+            world.step()
+        world.run(HOLD_S)
 
 
 def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
@@ -51,7 +127,7 @@ def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> Therm
     return network.model_copy(update={"nodes": nodes, "links": links})
 
 
-def noisy(site: Site) -> ThermalNetwork:
+def noisy(site: Place) -> ThermalNetwork:
     """Return a machine with the most noise that `rise_rate` lets pass: six sigma of a difference.
 
     The difference of two readings has √2 times the noise of one, and can be a step more: where
@@ -68,33 +144,15 @@ def noisy(site: Site) -> ThermalNetwork:
     return site.network.model_copy(update={"sense": sense})
 
 
-def healthy(site: Site, name: str, network: ThermalNetwork, ambient_c: float) -> Iterator[Fault]:
-    """Take a machine up to the highest setpoint it can hold, down to the lowest, and up again.
-
-    A machine that can hold none is too weak for its controller, and left out.
-    """
-    most_c = usable_c(site, network, ambient_c=ambient_c)
-    setpoints_c = [each for each in starts.setpoints_c(site) if each <= most_c]
-    if not setpoints_c:
-        return
-    target_c = max(setpoints_c)
+def healthy(site: Site, machine: Healthy) -> Fault:
+    """Try a machine that is well."""
 
     def make() -> World:
-        start_c = max(ambient_c, target_c - WARM_K)
-        world = World(site, Weather(start_c, ambient_c, network))
+        world = World(site, Weather(machine.start_c, machine.ambient_c, machine.network))
         starts.first_steps(world)
         return world
 
     def cause(world: World) -> None:
-        for setpoint_c in (target_c, setpoints_c[0], target_c):
-            world.set_setpoint(setpoint_c)
-            starts.first_steps(world)
-            world.until(_has_enough, LONGEST_S)
-            world.run(HOLD_S)
+        take_through(world, machine.setpoints_c)
 
-    yield Fault(name, make, cause, calm=True)
-
-
-def _has_enough(world: World) -> bool:
-    """Whether the controller no longer asks for full power."""
-    return world.loop("duty_percent") < full_percent(world.site.loop)
+    return Fault(machine.name, make, cause, calm=True)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 
-from heatwright.sim.faults.world import Site
+from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
-from heatwright.spec import Heating, Loop, OnOff, Pid, ThermalNetwork
+from heatwright.spec import Heating, Loop, OnOff, Pid, PwmOutput, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
@@ -22,7 +22,7 @@ NEAR_K = 0.5
 """So near its highest setpoint is looked for."""
 
 
-def steady_c(site: Site, share: float, *, ambient_c: float, cooled: bool = False) -> float:
+def steady_c(site: Place, share: float, *, ambient_c: float, cooled: bool = False) -> float:
     """Return where the loop's sensor settles with its heater at a share (0..1) of its power, °C.
 
     cooled -- whether its cooler runs, as above the band, and while a fault is latched.
@@ -32,13 +32,13 @@ def steady_c(site: Site, share: float, *, ambient_c: float, cooled: bool = False
     return plant.sensed_c()[site.loop.sensor]
 
 
-def share_for(site: Site, hold_c: float, *, ambient_c: float, cooled: bool = False) -> float:
+def share_for(site: Place, hold_c: float, *, ambient_c: float, cooled: bool = False) -> float:
     """Return the share of the heater's power that would hold a temperature, °C; it may exceed 1."""
     full_c = steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled)
     return (hold_c - ambient_c) / (full_c - ambient_c)
 
 
-def room_k(site: Site) -> float:
+def room_k(site: Place) -> float:
     """Return by how much a reading may be wrong for long without breaking a rule of limits, K.
 
     Half of what is left from where a machine that is well may be to each limit: the control's own
@@ -62,8 +62,18 @@ def full_percent(loop: Loop) -> float:
     return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
 
 
+def asked_share(site: Place, percent: float) -> float:
+    """Return for which share of the time the heater conducts at a duty, %.
+
+    All of it is less than always where the supply gives more than the heater is rated for.
+    """
+    heater = site.controller.outputs[site.loop.heater]
+    full_share = heater.full_share if isinstance(heater, PwmOutput) else 1.0
+    return percent / 100 * full_share
+
+
 @lru_cache(maxsize=16)
-def watch_s(site: Site) -> float:
+def watch_s(site: Place) -> float:
     """Return for how long a broken machine is watched: no rule that sees it comes later, s.
 
     Full power takes it to its maximum, or to where it levels out; and then every rule has had all
@@ -80,10 +90,11 @@ def watch_s(site: Site) -> float:
     return min(MOST_WATCHED_S, _travel_s(site) + 2 * sum(lasting_s))
 
 
-def _travel_s(site: Site) -> float:
+def _travel_s(site: Place) -> float:
     """Return how long full power takes to the maximum, or to all but a twentieth of its way, s."""
     network, ambient_c = site.network, site.ambient_c
-    most_c = min(site.loop.protection.maximum_c, steady_c(site, 1.0, ambient_c=ambient_c))
+    full_share = asked_share(site, full_percent(site.loop))
+    most_c = min(site.loop.protection.maximum_c, steady_c(site, full_share, ambient_c=ambient_c))
     goal_c = ambient_c + TRAVELLED * (most_c - ambient_c)
     for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
         if sensed_c >= goal_c:
@@ -91,7 +102,7 @@ def _travel_s(site: Site) -> float:
     return LONGEST_S
 
 
-def rise_k(site: Site, after_s: float) -> float:
+def rise_k(site: Place, after_s: float) -> float:
     """Return how far full power raises the loop's sensor in a time, or a day, from rest, K."""
     most_k = 0.0
     for time_s, risen_k in course(site, site.network, ambient_c=0.0):
@@ -102,7 +113,7 @@ def rise_k(site: Site, after_s: float) -> float:
 
 
 def course(
-    site: Site,
+    site: Place,
     network: ThermalNetwork,
     *,
     ambient_c: float,
@@ -114,13 +125,13 @@ def course(
     plant = plant_of(
         site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
     )
-    asked = _powered(site, full_percent(site.loop) / 100)
+    asked = _powered(site, asked_share(site, full_percent(site.loop)))
     for row in range(round(LONGEST_S / step_s)):
         yield row * step_s, plant.sensed_c()[site.loop.sensor]
         plant.step(asked)
 
 
-def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
+def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float:
     """Return the highest setpoint this machine can be asked for without cause for a fault, °C.
 
     A machine at full power that is too weak to go on rising near its setpoint breaks the rules
@@ -131,11 +142,11 @@ def usable_c(site: Site, network: ThermalNetwork, *, ambient_c: float) -> float:
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(
         site.loop.setpoint.maximum_c + _beyond_k(site.loop),
-        steady_c(site, 1.0, ambient_c=ambient_c),
+        steady_c(site, asked_share(site, full_percent(site.loop)), ambient_c=ambient_c),
     )
     if isinstance(site.loop.algorithm, Pid) and frozen is not None and frozen.holding_percent > 0:
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
-        held.step(_powered(site, frozen.holding_percent / 100))
+        held.step(_powered(site, asked_share(site, frozen.holding_percent)))
         highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])
     cold_c = [
         _rising_until(course(site, network, ambient_c=ambient_c), highest_c, *each)
@@ -159,7 +170,7 @@ def _beyond_k(loop: Loop) -> float:
 
 
 def _comes_warm(
-    site: Site,
+    site: Place,
     network: ThermalNetwork,
     ambient_c: float,
     target_c: float,
@@ -180,7 +191,7 @@ def _comes_warm(
     )
 
 
-def _needed_rises(site: Site) -> Iterator[tuple[float, float]]:
+def _needed_rises(site: Place) -> Iterator[tuple[float, float]]:
     """Yield what each rule asks of full power, K within s; a reading may be one step short."""
     step_k, protection = sensor_step_k(site), site.loop.protection
     if protection.heating:
@@ -203,12 +214,12 @@ def _rising_until(
     return from_c
 
 
-def sensor_step_k(site: Site) -> float:
+def sensor_step_k(site: Place) -> float:
     """Return one step of the loop's sensor, K."""
     return float(site.controller.thermometers[site.loop.sensor].step_k)
 
 
-def blur_k(site: Site, temperature_c: float) -> float:
+def blur_k(site: Place, temperature_c: float) -> float:
     """Return how far from the tip an analog chain may read, K; 0 for a chip of its own."""
     sensor = site.controller.thermometers[site.loop.sensor]
     if not isinstance(sensor, AnalogSensor):
@@ -216,7 +227,7 @@ def blur_k(site: Site, temperature_c: float) -> float:
     return float(sensor.step_at_k(temperature_c, site.controller.board.mcu))
 
 
-def _powered(site: Site, share: float, *, cooled: bool = False) -> dict[str, float]:
+def _powered(site: Place, share: float, *, cooled: bool = False) -> dict[str, float]:
     """Everything on but coolers and other loops' heaters."""
     asked = full_power(site.controller, site.loop_name, share)
     return asked | ({site.loop.cooler: 1.0} if cooled and site.loop.cooler else {})

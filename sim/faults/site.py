@@ -1,4 +1,4 @@
-"""Where faults are tried."""
+"""Where machines are tried, well or broken."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ from heatwright.spec import (
 
 
 @dataclass(frozen=True)
-class Site:
-    """Where faults are tried: a controller, its binary, and the loop in question."""
+class Place:
+    """A controller on its machine, and the loop in question."""
 
     controller: Controller
-    program: Elf
     loop_name: str
 
     @property
@@ -95,3 +94,10 @@ class Site:
         """By how much UP and DOWN move the setpoint, K."""
         steps = [each.step_k for each in self.controller.interfaces if each.kind == "lcd_keypad"]
         return steps[0] if steps else 0.0
+
+
+@dataclass(frozen=True)
+class Site(Place):
+    """Where faults are tried: the binary is there, too."""
+
+    program: Elf

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
+from heatwright.sim.faults.site import Place
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import PwmOutput
 
@@ -19,12 +20,12 @@ SINGLE_K = 0.001
 """More than single precision rounds in a few steps of keys, and less than anybody can ask for."""
 
 
-def ambient_c(site: Site) -> float:
+def ambient_c(site: Place) -> float:
     """Return the temperature of the surroundings as specified, °C."""
     return site.ambient_c
 
 
-def setpoints_c(site: Site) -> tuple[float, ...]:
+def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints the operator can ask for, ascending; without one the initial one alone.
 
     A host can ask for any; here for every tenth degree from the surroundings' up.
@@ -42,7 +43,7 @@ def setpoints_c(site: Site) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=16)
-def highest_c(site: Site) -> float:
+def highest_c(site: Place) -> float:
     """Return the highest setpoint the keys reach and the machine can hold, °C."""
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
     reached = [each for each in setpoints_c(site) if each <= most_c]

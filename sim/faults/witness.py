@@ -69,7 +69,7 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
 
 def _untrue(world: World, name: str) -> Iterator[str]:
     """Compare each good reading with what the tip felt from a period and a conversion before on."""
-    site = Site(world.site.controller, world.site.program, name)
+    site = Site(world.site.controller, name, world.site.program)
     log = world.device.steps(name)
     good = log[(log["reading_status"] == 0) & (log["has_reading"] == 1)]
     read_c = good["reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"]

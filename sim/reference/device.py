@@ -1,5 +1,7 @@
 """The reference model as a device: it can take the binary's place on the bench."""
 
+from collections.abc import Mapping
+
 from heatwright.sim.reference.countdown import CountdownKeys
 from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.driven import Driven
@@ -26,9 +28,17 @@ class ReferenceDevice:
     and orders to a program act at once. A fault of one loop switches all heaters off at once.
     """
 
-    def __init__(self, controller: Controller) -> None:
-        """Power up."""
-        self._loops = {name: ModelledLoop(controller, name) for name in controller.loops}
+    def __init__(self, controller: Controller, noise_k: Mapping[str, float] | None = None) -> None:
+        """Power up.
+
+        noise_k -- by sensor: what each look at it adds to what it feels, K, where the machine makes
+        no noise of its own.
+        """
+        noise_k = noise_k or {}
+        self._loops = {
+            name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0))
+            for name, loop in controller.loops.items()
+        }
         self._latch = Latch(self._loops)
         self._driven, self._feeds = _outputs(controller)
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
@@ -36,6 +46,8 @@ class ReferenceDevice:
         self._display = self._display_of(controller)
         self._keypad = keypad_of(controller)
         self._key: str | None = None
+        self.fault_loop = ""
+        """The loop in whose step the first fault was found."""
 
     def _master_of(self, controller: Controller) -> Master | None:
         if modbus_of(controller) is None:
@@ -67,6 +79,33 @@ class ReferenceDevice:
 
         """
         return self._loops[loop].operator.is_off
+
+    @property
+    def fault(self) -> int:
+        """The latched fault, 0 for none."""
+        return self._latch.code
+
+    def ask(self, loop: str, setpoint_c: float) -> None:
+        """Ask a loop for a temperature, °C, and switch it on, whoever may do so.
+
+        Raises:
+            KeyError: there is no such loop.
+
+        """
+        operator = self._loops[loop].operator
+        operator.set(setpoint_c)
+        if isinstance(operator, SwitchedOperator):
+            operator.switch(on=True)
+
+    def last(self, loop: str, member: str) -> float:
+        """Return a number of a loop's last step.
+
+        Raises:
+            KeyError: there is no such loop.
+            ValueError: its steps have no such number, or none was done.
+
+        """
+        return self._loops[loop].last(member)
 
     def gains(self, loop: str) -> Gains | None:
         """Return the gains of a loop now, if they can be changed.
@@ -184,6 +223,8 @@ class ReferenceDevice:
         self._driven[loop.spec.heater].take(loop.reference.output.counts)
         if loop.spec.cooler is not None:
             self._driven[loop.spec.cooler].set(FULL if loop.reference.cooling else ZERO)
+        if loop.reference.fault_code and not self.fault_loop:
+            self.fault_loop = loop.name
         self._latch.take(loop)
         self._mind_fault()
         waited_for = [each for each in self._loops.values() if each.spec.ready_within_k]

@@ -1,5 +1,7 @@
 """One loop of the reference device: its sensor, its operator, its model and its steps."""
 
+from typing import cast
+
 import numpy as np
 
 from heatwright.sim.reference.copies import Cell, cell_of, column_of
@@ -25,15 +27,16 @@ class ModelledLoop:
     The sensor is sampled when the firmware starts its conversion.
     """
 
-    def __init__(self, controller: Controller, name: str) -> None:
-        """Power up."""
+    def __init__(self, controller: Controller, name: str, noise_k: float = 0.0) -> None:
+        """Power up; noise_k -- what each look at the sensor adds, K."""
+        self.name = name
         self.spec = controller.loops[name]
         self.reference = Reference(controller, name)
         self.operator = _operator(controller, name, self.reference)
         self.countdown = _countdown(controller, name, self.operator)
         self.is_ready = False
         """Whether the last step found the temperature near enough to the setpoint."""
-        self._sampler = Sampler(controller, self.spec)
+        self._sampler = Sampler(controller, self.spec, noise_k)
         self._felt_c = 0.0
         self._ammeter = _ammeter(controller, self.spec.heater)
         self._amperes = 0.0
@@ -100,6 +103,13 @@ class ModelledLoop:
         """Return a row for every control step so far."""
         dtype = [("time_s", "f8"), *self.reference.members, *column_of(self._points)]
         return np.array(self._rows, dtype=dtype)
+
+    def last(self, member: str) -> float:
+        """Return a number of the last step; raises ValueError if there is none."""
+        names = ["time_s", *dict(self.reference.members)]
+        if not self._rows:
+            raise ValueError(f"no step has told {member}")
+        return cast("float", self._rows[-1][names.index(member)])
 
     def _is_warm(self, record: Record) -> bool:
         """Tell whether a loop that is on was within its band about the setpoint in a step."""

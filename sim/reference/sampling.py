@@ -1,6 +1,7 @@
 """When an ideal sensor is read before a control step, and what comes of it."""
 
 from importlib import import_module
+from random import Random
 from typing import Any
 
 from heatwright.sim.coupling import sums_noise
@@ -17,8 +18,11 @@ class Sampler:
     for their sum is less noisy than one of them.
     """
 
-    def __init__(self, controller: Controller, loop: Loop) -> None:
-        """Find out when to look."""
+    def __init__(self, controller: Controller, loop: Loop, noise_k: float = 0.0) -> None:
+        """Find out when to look.
+
+        noise_k -- standard deviation of what each look adds to what is felt, K.
+        """
         sensor = controller.sensors[loop.sensor]
         kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
         self._sensor: Any = kind.IdealSensor(sensor, controller.board)
@@ -28,6 +32,8 @@ class Sampler:
         if self._each:
             self._early_us = [turn * TICK_US for turn in range(self._sensor.oversample, 0, -1)]
         self._felt_c: list[float] = []
+        self._noise_k = noise_k
+        self._random = Random(0)  # noqa: S311 - no secret
 
     def due_us(self, step_us: int) -> int:
         """Return when to look next; the time of the step itself if all is seen."""
@@ -41,6 +47,8 @@ class Sampler:
 
     def look(self, temperature_c: float) -> None:
         """Take in what the sensor feels now, °C."""
+        if self._noise_k:
+            temperature_c += self._random.gauss(0.0, self._noise_k)
         self._felt_c.append(temperature_c)
 
     def take(self) -> tuple[int, int]:

@@ -100,6 +100,7 @@ def _summary(found: Sequence[Found]) -> Found:
         "drawn": len(found),
         **Counter(each["end"] for each in found),
         "told_by_check": sum(len(each["refused"]) for each in found),
+        "mended_as_told": sum(bool(each["told"]) for each in found),
         "causes": dict(causes.most_common()),
         "machines": sorted(found, key=lambda each: each["number"]),
     }
@@ -115,7 +116,7 @@ def _print(found: Sequence[Found]) -> None:
     for each in summary["machines"]:
         for name, detail in each["red"]:
             print(f"{each['number']:>5}  {name}: {detail}")
-    for what in ("drawn", "verified", "red", "does not fit", "told_by_check"):
+    for what in ("drawn", "verified", "red", "does not fit", "told_by_check", "mended_as_told"):
         print(f"{what.replace('_', ' '):<14}{summary.get(what, 0):>6}")
     for cause, times in summary["causes"].items():
         print(f"  red by {cause:<24}{times:>6}")

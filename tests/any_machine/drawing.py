@@ -1,25 +1,36 @@
 """Drawn machines by number: each is the same one at any time, on any computer."""
 
+import re
 import time
+from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
 
+import yaml
 from rig.controllers import Drawn, attempt
-from rig.verified import verified
+from rig.verified import rehearsed, verified
 from suite import SEED
 
-from heatwright.spec import Spec, SpecError
+from heatwright.spec import Spec, SpecError, load_text
+from heatwright.spec.checks.finding import Finding
+from heatwright.spec.loader import problem_of
+
+REMEDY = re.compile(r"Write \w+: (.*)")
+MOST_MENDED = 6
+"""Times that a machine takes what `check` proposes; then another one is drawn."""
 
 
 class Machine(NamedTuple):
     """A drawn spec with a machine to try it on; refused -- what `check` told of others before it.
 
+    told -- what `check` told of this one when it ran it, and what was written then as it proposed.
     Those that have no machine are passed over: there is nothing to verify.
     """
 
     text: str
     spec: Spec
     refused: tuple[str, ...]
+    told: tuple[str, ...]
 
 
 def machine(number: int) -> Machine:
@@ -31,20 +42,51 @@ def machine(number: int) -> Machine:
         if isinstance(found, SpecError):
             refused.append(found.problems[0].reason)
         elif isinstance(found, Drawn) and found.spec.controller.simulation is not None:
-            return Machine(found.text, found.spec, tuple(refused))
+            told: list[str] = []
+            good = _good(found.text, found.spec, told)
+            if good is not None:
+                return Machine(*good, tuple(refused), tuple(told))
+            refused += told
+
+
+def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
+    """Write what `check` proposes until it calls a spec good; None: it has no proposal."""
+    for _ in range(MOST_MENDED):
+        findings = rehearsed(spec)
+        if not findings:
+            return text, spec
+        told += [str(problem_of(spec.tree, finding)) for finding in findings]
+        try:
+            text = _mended(text, findings)
+            spec = load_text(text, "drawn.yaml")
+        except (LookupError, SpecError):
+            return None
+    return None
+
+
+def _mended(text: str, findings: Sequence[Finding]) -> str:
+    """Write the numbers that are proposed; raises LookupError if one proposes none."""
+    data = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - makes text, dicts and lists alone
+    for finding in findings:
+        value = REMEDY.fullmatch(finding.remedy)
+        if value is None:
+            raise LookupError(finding.remedy)
+        part, *path, key = finding.path
+        entry = data[part]
+        for each in path:
+            entry = entry.setdefault(each, {})
+        entry[key] = value[1]
+    return yaml.dump(data, allow_unicode=True, sort_keys=False)
 
 
 def verify(piece: tuple[int, int | None]) -> dict[str, Any]:
     """Draw one and verify it; what it raises is found, too: any of them would end a user's run."""
     number, faults = piece
     began_s = time.process_time()
-    drawn = machine(number)
-    found: dict[str, Any] = {
-        "number": number,
-        "refused": drawn.refused,
-        "digest": drawn.spec.digest,
-    }
+    found: dict[str, Any] = {"number": number, "refused": (), "told": ()}
     try:
+        drawn = machine(number)
+        found |= {"refused": drawn.refused, "told": drawn.told, "digest": drawn.spec.digest}
         verdict = verified(drawn.spec, faults)
     except Exception as error:
         found |= {"end": "red", "red": [("raised", f"{type(error).__name__}: {error}")]}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from any_machine.drawing import machine
-from rig.verified import Verdict, verified
+from rig.verified import Verdict, rehearsed, verified
 from suite import amount
 
 from heatwright.spec import SpecError, load_text
@@ -24,8 +24,7 @@ def expected(text: str) -> list[str]:
 def test_it_is_good_or_told_why_not(name: str) -> None:
     text = MACHINES[name]
     try:
-        load_text(text, name)
-        said = []
+        said = [f"{each.reason}. {each.remedy}" for each in rehearsed(load_text(text, name))]
     except SpecError as error:
         said = str(error).replace(f"{name}:", "").splitlines()
     assert said == expected(text)

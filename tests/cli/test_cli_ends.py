@@ -223,7 +223,7 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
     [
         *((f"{command} --help", HEAVY | LANGUAGE)
           for command in ("", "generate", "verify", "identify", "tune")),
-        ("check CHAMBER", HEAVY | {"jinja2", "difflib"}),
+        ("check --quick CHAMBER", HEAVY | {"jinja2", "difflib"}),
         ("generate CHAMBER -o out", HEAVY),
         ("generate CHAMBER -o out --check", HEAVY),
         ("init new.yaml", HEAVY),

@@ -20,12 +20,12 @@ from heatwright.sim.plot_data import LOOPS
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
-    done = heatwright("check chamber.yaml oven.yaml")
+    done = heatwright("check --quick chamber.yaml oven.yaml")
     assert (done.out, done.err) == ("chamber.yaml: good\noven.yaml: good\n", "")
     text = Path("chamber.yaml").read_text(encoding="utf-8")
     Path("one.yaml").write_text(text.replace("period: 1 s", "period: 1"), encoding="utf-8")
     Path("two.yaml").write_text(text.replace("maximum: 85 °C", "maximm: 85 °C"), encoding="utf-8")
-    told = heatwright("check one.yaml chamber.yaml none.yaml . two.yaml", status=2).out
+    told = heatwright("check --quick one.yaml chamber.yaml none.yaml . two.yaml", status=2).out
     for expected in (
         "chamber.yaml: good\n", "none.yaml:1:1: the file cannot be read: no such file",
         ".:1:1: the file cannot be read: is a directory",
@@ -37,7 +37,7 @@ def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
 
 def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) -> None:
     Path("bad.yaml").write_text("heatwright: 2\n", encoding="utf-8")
-    found = heatwright("check chamber.yaml bad.yaml --json", status=2).json
+    found = heatwright("check --quick chamber.yaml bad.yaml --json", status=2).json
     assert [each["file"] for each in found["good"]] == ["chamber.yaml"]
     first = found["problems"][0]
     assert (first["file"], first["line"], first["column"]) == ("bad.yaml", 1, 1)
@@ -48,6 +48,20 @@ def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) ->
         assert (done.out, done.err) == ("", reported)
         failed = heatwright(f"{command} bad.yaml --json", status=2).json
         assert failed == {"status": 2, "error": reported.strip(), "problems": found["problems"]}
+
+
+def test_what_trips_on_a_machine_that_is_well_is_told_with_a_number_that_does(
+    heatwright: Heatwright,
+) -> None:
+    name = changed("hotplate", ", lead: 6 s, lead_filter: 2 s", "")
+    assert heatwright(f"check {name} --quick").out == f"{name}: good\n"
+    (found,) = heatwright(f"check {name} --json", status=2).json["problems"]
+    assert found["path"] == "loops.plate.protection.heating.within"
+    weak = Path(name).read_text(encoding="utf-8")
+    mended = weak.replace("within: 40 s", found["remedy"].removeprefix("Write "))
+    Path(name).write_text(mended, encoding="utf-8")
+    done = heatwright(f"check {name}")
+    assert done == (f"{name}: good\n", "Running the scenario …\nRunning plate …\n")
 
 
 def test_a_started_spec_runs_in_the_model_as_it_expects(heatwright: Heatwright) -> None:

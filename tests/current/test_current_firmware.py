@@ -168,7 +168,7 @@ def site() -> Site:
         ("bears: {plate: 100 °C}", "bears: {plate: 280 °C}"),
         ("lag: 4 s}", "lag: 4 s}, amps: {of: heater, lag: 20 ms}"),
     )  # fmt: skip
-    return Site(spec_of(text).controller, whole(text), "bed")
+    return Site(spec_of(text).controller, "bed", whole(text))
 
 
 RULES = {

@@ -137,7 +137,7 @@ def site_of(name: str) -> Site:
     """Return a machine of the table, or one of a spec's text."""
     spec = MACHINES[name].spec if name in MACHINES else name
     (loop,) = controller_of(spec).loops
-    return Site(controller_of(spec), whole(spec), loop)
+    return Site(controller_of(spec), loop, whole(spec))
 
 
 @cache

@@ -100,7 +100,7 @@ def test_a_setpoint_in_tenths_stays() -> None:
 
 
 def test_a_fault_that_no_loop_accounts_for_is_a_mismatch() -> None:
-    world = World(Site(controller_of(TWO), whole(TWO), "lid"), Weather(20.0, 20.0))
+    world = World(Site(controller_of(TWO), "lid", whole(TWO)), Weather(20.0, 20.0))
     world.run(2.0)
     cut_line(world)
     assert world.until(lambda now: now.fault != 0, 10.0)

@@ -12,7 +12,9 @@ from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.sim.chain import chain_errors
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import catalogue, try_fault
+from heatwright.sim.rehearsal import parts, rehearse, together
 from heatwright.spec import Spec
+from heatwright.spec.checks.finding import Finding
 
 
 class Verdict(NamedTuple):
@@ -38,6 +40,12 @@ class Silent:
 
     def end(self, text: str = "") -> None:
         pass
+
+
+def rehearsed(spec: Spec) -> tuple[Finding, ...]:
+    """Return what `heatwright check` finds when it runs the machine."""
+    found = [rehearse(spec.controller, part, Silent()) for part in parts(spec.controller)]
+    return together(found)
 
 
 def verified(

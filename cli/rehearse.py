@@ -1,0 +1,43 @@
+"""The machine of a spec, run by the reference model: no protection may trip when all is well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from heatwright.cli.pool import spread
+from heatwright.cli.talk import Job, talk
+from heatwright.spec import Problem, Spec
+from heatwright.spec.loader import problem_of
+
+if TYPE_CHECKING:
+    from heatwright.spec import Controller
+    from heatwright.spec.checks.finding import Finding
+
+
+@dataclass(frozen=True)
+class _Piece:
+    controller: Controller
+    part: str | None
+
+
+def rehearsed(spec: Spec) -> tuple[Problem, ...]:
+    """Return what trips, in the order of the file; nothing where there is no machine."""
+    from heatwright.sim.rehearsal import parts, together  # noqa: PLC0415 - it brings numpy
+
+    pieces = [_Piece(spec.controller, part) for part in parts(spec.controller)]
+    if not pieces:
+        return ()
+    with talk() as shown:
+        jobs = [
+            shown.begin(f"Running {each.part or 'the scenario'}", waits=True) for each in pieces
+        ]
+        found = spread(_rehearse, pieces, jobs)
+    problems = [problem_of(spec.tree, each) for each in together(found)]
+    return tuple(sorted(problems, key=lambda problem: (problem.line, problem.column)))
+
+
+def _rehearse(piece: _Piece, job: Job) -> tuple[Finding, ...]:
+    from heatwright.sim.rehearsal import rehearse  # noqa: PLC0415
+
+    return rehearse(piece.controller, piece.part, job)

@@ -1,0 +1,254 @@
+"""A machine that is well, run by the reference model before there is a binary: no rule may trip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
+from heatwright.sim.coupling import Coupling, sums_noise
+from heatwright.sim.faults.healthy import Healthy, machines, take_through
+from heatwright.sim.faults.site import Place
+from heatwright.sim.plants import plant_of, profile_c
+from heatwright.sim.plot_data import fault_label, faults
+from heatwright.sim.scenario import long_enough, unasked
+from heatwright.spec import Controller, ThermalNetwork
+from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.checks import check
+from heatwright.spec.checks.finding import Finding
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration, rounded_up
+from heatwright.spec.rules import RULES
+
+Progress = Callable[[float, float], None]
+
+FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
+"""By which a rule's number is raised, until a machine that is well no longer breaks it."""
+
+
+class Number(NamedTuple):
+    """A number of a rule that can be raised.
+
+    part -- the part of `protection` that holds it, "" for itself; field, key -- its name in the
+    model, and in the language.
+    """
+
+    part: str
+    field: str
+    key: str
+    unit: str
+
+    def path(self, loop: str) -> Path:
+        """Return where it stands in a spec."""
+        part = (self.part,) if self.part else ()
+        return ("loops", loop, "protection", *part, self.key)
+
+
+_FOR = Number("runaway", "for_s", "for", "s")
+NUMBERS = {
+    "rise_rate": (Number("", "rise_rate_k_per_s", "rise_rate", "K/s"),),
+    "sensor_frozen": (Number("frozen", "for_s", "for", "s"),),
+    "heating_failed": (Number("heating", "within_s", "within", "s"),),
+    "runaway_above": (Number("runaway", "above_k", "above", "K"), _FOR),
+    "runaway_below": (Number("runaway", "below_k", "below", "K"), _FOR),
+    "rising_while_off": (
+        Number("rising_while_off", "rise_k", "rise", "K"),
+        Number("rising_while_off", "settle_s", "settle", "s"),
+    ),
+}
+"""By the id of the rule; those of the others are facts of machine and sensor."""
+
+
+class Tripped(NamedTuple):
+    """A rule that tripped although the machine is well.
+
+    loop, rule -- whose, and its id; machine -- which one; time_s -- when; reading_c, setpoint_c --
+    of the loop then.
+    """
+
+    loop: str
+    rule: str
+    machine: Healthy
+    time_s: float
+    reading_c: float
+    setpoint_c: float
+
+
+class _TrippedError(Exception):
+    """Ends a course: what follows a trip is of no interest."""
+
+
+def parts(controller: Controller) -> tuple[str | None, ...]:
+    """Return what there is to rehearse: the scenario (None) and each loop; without machine none."""
+    return () if controller.simulation is None else (None, *controller.loops)
+
+
+def rehearse(controller: Controller, part: str | None, progress: Progress) -> tuple[Finding, ...]:
+    """Rehearse one part, and return what trips."""
+    if part is None:
+        return tuple(_of_scenario(controller, progress))
+    return tuple(_of_loop(controller, part, progress))
+
+
+def together(found: Sequence[tuple[Finding, ...]]) -> tuple[Finding, ...]:
+    """Return what was found in all parts, each key once.
+
+    What trips in the scenario mostly has the same cause as what trips in a loop: once is enough.
+    """
+    in_scenario, *loops = found or ((),)
+    in_loops = {finding.path: finding for each in loops for finding in each}
+    return tuple(in_loops.values()) or in_scenario
+
+
+def _of_loop(controller: Controller, name: str, progress: Progress) -> Iterator[Finding]:
+    """Take a loop through what `verify` takes it, for each machine that is well."""
+    place = Place(controller, name)
+    tried = list(machines(place))
+    tripped: dict[tuple[str, str], list[Tripped]] = {}
+    for number, machine in enumerate(tried):
+        found = _rehearsed(place, machine)
+        if found is not None:
+            tripped.setdefault(found[:2], []).append(found)
+        progress(number + 1, len(tried))
+    for each in tripped.values():
+        yield _finding(place, each)
+
+
+def _of_scenario(controller: Controller, progress: Progress) -> Iterator[Finding]:
+    """Play the scenario as `verify` plays it."""
+    assert controller.simulation is not None  # noqa: S101 - looked at before
+    longer = long_enough(controller)
+    trace = bench(longer, ReferenceDevice(longer), progress=progress)
+    for log in trace.steps.values():
+        for time_s, code in unasked(controller.simulation, faults(log)):
+            yield Finding(
+                ("simulation", "scenario"),
+                f"{fault_label(code)} trips in it {duration(round(time_s, 1))} after its start, "
+                "although nothing is broken",
+                "Look at it with `heatwright simulate --model --plot run.png`, and give the rule "
+                "more room or the loop other gains",
+            )
+            return
+
+
+def _rehearsed(place: Place, machine: Healthy) -> Tripped | None:
+    world = _World(place, machine)
+    try:
+        take_through(world, machine.setpoints_c)
+    except _TrippedError:
+        return world.tripped()
+    return None
+
+
+def _finding(place: Place, tripped: Sequence[Tripped]) -> Finding:
+    first = tripped[0]
+    rule = first.rule
+    numbers = NUMBERS.get(rule, ())
+    path = numbers[0].path(first.loop) if numbers else ("loops", first.loop)
+    reason = (
+        f"{rule} trips on a machine that is well ({first.machine.what}): "
+        f"{duration(round(first.time_s, 1))} after its start, at {first.reading_c:.1f} °C with a "
+        f"setpoint of {first.setpoint_c:.1f} °C"
+    )
+    for number in numbers:
+        value = _enough(place, number, tripped)
+        if value:
+            return Finding(number.path(first.loop), reason, f"Write {number.key}: {value}")
+    remedy = "Use other gains (`heatwright tune` finds some), a lower setpoint or less power"
+    return Finding(path, reason, remedy)
+
+
+def _enough(place: Place, number: Number, tripped: Sequence[Tripped]) -> str:
+    """Return the least of some larger numbers that is enough, with its unit; "" for none."""
+    for factor in FACTORS:
+        value, other = _raised(place, tripped[0].loop, number, factor)
+        path = number.path(tripped[0].loop)
+        if any(finding.path[: len(path)] == path for finding in check(other.controller)):
+            return ""
+        later = (_rehearsed(other, each.machine) for each in tripped)
+        if all(found is None or found[:2] != tripped[0][:2] for found in later):
+            return f"{value} {number.unit}"
+    return ""
+
+
+def _raised(place: Place, name: str, number: Number, factor: float) -> tuple[str, Place]:
+    """Raise a number: what it is then, as a spec says it, and the controller that has it."""
+    loop = place.controller.loops[name]
+    protection = loop.protection
+    holder = getattr(protection, number.part) if number.part else protection
+    value = rounded_up(factor * getattr(holder, number.field))
+    changed = holder.model_copy(update={number.field: float(value)})
+    if number.part:
+        changed = protection.model_copy(update={number.part: changed})
+    loop = loop.model_copy(update={"protection": changed})
+    loops = ReadOnlyDict({**place.controller.loops, name: loop})
+    return value, Place(place.controller.model_copy(update={"loops": loops}), place.loop_name)
+
+
+def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, float]:
+    """Return the noise of sensors whose readings the ADC sums up, K: each reading has its own."""
+    return {
+        name: each.noise_k for name, each in network.sense.items() if sums_noise(controller, name)
+    }
+
+
+class _World:
+    """The reference model on a machine, and somebody who asks for setpoints."""
+
+    def __init__(self, place: Place, machine: Healthy) -> None:
+        controller = place.controller
+        self.site = place
+        self.step_s = min(STEP_S, *(loop.period_s for loop in controller.loops.values()))
+        self._machine = machine
+        noise_k = _summed_k(controller, machine.network)
+        sense = {
+            name: each.model_copy(update={"noise_k": 0.0}) if name in noise_k else each
+            for name, each in machine.network.sense.items()
+        }
+        self._device = ReferenceDevice(controller, noise_k)
+        self._coupling = Coupling(controller, self._device, self.step_s)
+        self._plant = plant_of(
+            controller,
+            machine.network.model_copy(update={"initial_c": machine.ambient_c, "sense": sense}),
+            ambient_c=machine.ambient_c,
+            step_s=self.step_s,
+            starts_c=profile_c(
+                controller, machine.network, place.loop_name, machine.start_c,
+                ambient_c=machine.ambient_c,
+            ),
+        )  # fmt: skip
+        self._row = 0
+
+    def step(self) -> None:
+        """Go on by one step of time; raises _TrippedError when a fault is latched."""
+        for sensor, felt in {**self._plant.sensed_c(), **self._plant.currents_a()}.items():
+            self._device.sense(sensor, felt)
+        self._row += 1
+        self._device.advance(self._row * self.step_s)
+        given = self._coupling.supplied(self._coupling.active())
+        self._plant.step(given, self._coupling.feed_mm_per_s())
+        if self._device.fault:
+            raise _TrippedError
+
+    def run(self, seconds: float) -> None:
+        """Go on for a time, in whole steps."""
+        for _ in range(round(seconds / self.step_s)):
+            self.step()
+
+    def set_setpoint(self, setpoint_c: float) -> None:
+        """Ask for a setpoint."""
+        self._device.ask(self.site.loop_name, setpoint_c)
+
+    def loop(self, member: str) -> float:
+        """Return a number of the loop's last step."""
+        return self._device.last(self.site.loop_name, member)
+
+    def tripped(self) -> Tripped:
+        """Tell what tripped."""
+        device = self._device
+        time_s, reading_c, setpoint_c = (
+            device.last(device.fault_loop, member)
+            for member in ("time_s", "temperature_c", "setpoint_c")
+        )
+        rule = RULES[device.fault].id
+        return Tripped(device.fault_loop, rule, self._machine, time_s, reading_c, setpoint_c)
