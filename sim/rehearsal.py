@@ -26,6 +26,10 @@ FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
 """By which a rule's number is raised, until a machine that is well no longer breaks it."""
 
 
+AFTER_S = 1e-6
+"""What is due is done so long after its time."""
+
+
 class Number(NamedTuple):
     """A number of a rule that can be raised.
 
@@ -218,13 +222,23 @@ class _World:
             ),
         )  # fmt: skip
         self._row = 0
+        self._felt = self._plant.sensed_c() | self._plant.currents_a()
 
     def step(self) -> None:
-        """Go on by one step of time; raises _TrippedError when a fault is latched."""
-        for sensor, felt in {**self._plant.sensed_c(), **self._plant.currents_a()}.items():
-            self._device.sense(sensor, felt)
+        """Go on by one step of time; raises _TrippedError when a fault is latched.
+
+        Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
+        """
+        device, began_s = self._device, self._row * self.step_s
+        before, felt = self._felt, self._plant.sensed_c() | self._plant.currents_a()
         self._row += 1
-        self._device.advance(self._row * self.step_s)
+        while (due_s := device.due_s) < self._row * self.step_s:
+            share = (due_s - began_s) / self.step_s
+            for sensor, value in felt.items():
+                device.sense(sensor, before[sensor] + share * (value - before[sensor]))
+            device.advance(due_s + AFTER_S)
+        device.advance(self._row * self.step_s)
+        self._felt = felt
         given = self._coupling.supplied(self._coupling.active())
         self._plant.step(given, self._coupling.feed_mm_per_s())
         if self._device.fault:

@@ -89,14 +89,15 @@ def machines(site: Place) -> Iterator[Healthy]:
             f"{capacity:g} times the heat capacities of the plant, {resistance:g} times its "
             f"resistances, {ambient_c:.3g} °C around"
         )
-        yield from _held(site, name, what, network, ambient_c)
+        yield from reachable(site, name, what, network, ambient_c)
     what = "the most noise at its sensor that its rules bear"
-    yield from _held(site, "healthy_noisy", what, noisy(site), starts.ambient_c(site))
+    yield from reachable(site, "healthy_noisy", what, noisy(site), starts.ambient_c(site))
 
 
-def _held(
+def reachable(
     site: Place, name: str, what: str, network: ThermalNetwork, ambient_c: float
 ) -> Iterator[Healthy]:
+    """Yield a machine with the setpoints that it can hold; nothing if there are none."""
     most_c = usable_c(site, network, ambient_c=ambient_c)
     setpoints_c = [each for each in starts.setpoints_c(site) if each <= most_c]
     if setpoints_c:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -23,7 +24,8 @@ from heatwright.spec.timers import TICK_S
 __all__ = ["STEP_S", "Condition", "Site", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
-"""Usual time step of the machine; a tenth of the usual control period."""
+"""Longest time step of the machine; a tenth of the usual control period."""
+ROUNDING = 1e-6
 ANSWER_S = 1.0
 """Within this long a host has had its answer, if the line works."""
 
@@ -74,7 +76,8 @@ class World:
         self.ambient_c = weather.ambient_c
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
-        self.step_s = TICK_S if sums else STEP_S
+        period_s = site.loop.period_s  # whole steps, or readings would seem to jump
+        self.step_s = TICK_S if sums else period_s / math.ceil(period_s / STEP_S - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._plant = self._machine(weather)

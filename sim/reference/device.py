@@ -81,6 +81,11 @@ class ReferenceDevice:
         return self._loops[loop].operator.is_off
 
     @property
+    def due_s(self) -> float:
+        """When there is something to do next, a look at a sensor or a step, s since power-up."""
+        return min(loop.due_us for loop in self._loops.values()) / SECOND_US
+
+    @property
     def fault(self) -> int:
         """The latched fault, 0 for none."""
         return self._latch.code

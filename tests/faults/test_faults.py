@@ -8,7 +8,7 @@ from rig.avr import whole
 from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import catalogue, try_fault
-from heatwright.sim.faults.healthy import SPREAD, healthy
+from heatwright.sim.faults.healthy import SPREAD, healthy, reachable
 from heatwright.sim.faults.memory import cut_line
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.replay import replay_all
@@ -125,5 +125,5 @@ def test_machines_at_random_do_not_trip(seed: int) -> None:
         for link in site.network.links
     )
     network = site.network.model_copy(update={"nodes": nodes, "links": links})
-    for fault in healthy(site, f"machine {seed}", network, chance.uniform(10.0, 35.0)):
-        assert try_fault(fault).detail == ""
+    for machine in reachable(site, f"machine {seed}", "", network, chance.uniform(10.0, 35.0)):
+        assert try_fault(healthy(site, machine)).detail == ""
