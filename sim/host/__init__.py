@@ -1,4 +1,4 @@
-"""The host build: the generated C of a loop, compiled unchanged by gcc and called from Python.
+"""The host build: the generated C of all loops, compiled unchanged by gcc and called from Python.
 
 The third executable beside the reference model and the AVR binary. Where the reference differs
 from it, the algorithm is wrong; where the binary does, the C means something else on the AVR.

@@ -10,7 +10,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from heatwright.sim.host.parts import Parts, control_files, names_for_world, parts_of, program_files
+from heatwright.sim.host.parts import (
+    Parts,
+    control_files,
+    names_for_loop,
+    names_for_world,
+    parts_of,
+    program_files,
+)
 from heatwright.spec import Controller
 
 HERE = Path(__file__).parent
@@ -38,10 +45,15 @@ class HostBuild:
     library: Path
     project: Path
     controller: Controller
-    parts: Parts
+    loops: tuple[Parts, ...]
     sanitized: bool
     objects: Mapping[str, Path] = field(repr=False)
     """Object file by the name of its source."""
+
+    @property
+    def parts(self) -> Parts:
+        """Those of the first loop."""
+        return self.loops[0]
 
     def with_changed(self, name: str, text: str, folder: Path) -> HostBuild:
         """Compile one source anew, with another text, and link it with the others as they are.
@@ -53,18 +65,18 @@ class HostBuild:
         folder.mkdir(parents=True, exist_ok=True)
         changed = folder / name
         changed.write_text(text, encoding="utf-8")
-        compiled = _compile(self, changed, folder, strict=False)
+        compiled = _compile(self, changed, changed.with_suffix(".o"), strict=False)
         objects = {**self.objects, name: compiled}
         library = _link(objects.values(), folder / "host.so", sanitized=self.sanitized)
         return HostBuild(
-            library, self.project, self.controller, self.parts, self.sanitized, objects
+            library, self.project, self.controller, self.loops, self.sanitized, objects
         )
 
 
 def build_host(
     project: Path, controller: Controller, folder: Path, *, sanitized: bool = True
 ) -> HostBuild:
-    """Compile what decides in a generated project of one loop.
+    """Compile what decides in a generated project.
 
     Args:
         project: the generated project, with its `src/`.
@@ -74,21 +86,25 @@ def build_host(
 
     Raises:
         HostBuildFailed: it does not compile, or there is no compiler.
-        ValueError: the controller has more than one loop.
 
     """
-    parts = parts_of(controller)
+    loops = parts_of(controller)
     folder.mkdir(parents=True, exist_ok=True)
-    build = HostBuild(folder / "host.so", project, controller, parts, sanitized, {})
-    sources = [HERE / "world.c", *(project / "src" / name for name in _names(parts))]
-    text = project / "src" / "text.c"
-    if text.exists():  # only what shows numbers has it
-        sources.append(text)
+    build = HostBuild(folder / "host.so", project, controller, loops, sanitized, {})
+    names = dict.fromkeys(name for parts in loops for name in _names(parts))
+    if (project / "src" / "text.c").exists():  # only what shows numbers has it
+        names["text.c"] = None
+    jobs = [(HERE / "world.c", folder / "world.o", names_for_world(controller, loops))]
+    jobs += [
+        (HERE / "loop.c", folder / f"world_{each.loop}.o", names_for_loop(controller, each))
+        for each in loops
+    ]
+    jobs += [(project / "src" / name, (folder / name).with_suffix(".o"), []) for name in names]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        compiled = list(pool.map(lambda source: _compile(build, source, folder), sources))
-    objects = {source.name: made for source, made in zip(sources, compiled, strict=True)}
+        compiled = list(pool.map(lambda job: _compile(build, *job), jobs))
+    objects = {f"{made.stem}.c": made for made in compiled}
     _link(objects.values(), build.library, sanitized=sanitized)
-    return HostBuild(build.library, project, controller, parts, sanitized, objects)
+    return HostBuild(build.library, project, controller, loops, sanitized, objects)
 
 
 def _names(parts: Parts) -> list[str]:
@@ -111,15 +127,16 @@ def _compiler() -> str:
     return found
 
 
-def _compile(build: HostBuild, source: Path, folder: Path, *, strict: bool = True) -> Path:
-    made = folder / f"{source.stem}.o"
+def _compile(
+    build: HostBuild, source: Path, made: Path, names: Iterable[str] = (), *, strict: bool = True
+) -> Path:
     _run(
         _compiler(),
         *FLAGS,
         *(STRICT if strict else ("-w", "-O0")),
         *(SANITIZE if build.sanitized else ("-O1",) * strict),
         *_board(build.controller),
-        *(names_for_world(build.controller, build.parts) if source.name == "world.c" else ()),
+        *names,
         *(f"-I{folder}" for folder in (build.project / "src", HERE / "include", HERE)),
         "-c",
         str(source),
@@ -132,7 +149,8 @@ def _compile(build: HostBuild, source: Path, folder: Path, *, strict: bool = Tru
 def _link(objects: Iterable[Path], library: Path, *, sanitized: bool) -> Path:
     # -Bsymbolic: nothing of another library, or of Python, in place of the firmware's own names.
     flags = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs", *(SANITIZE if sanitized else ()))
-    _run(_compiler(), *flags, *map(str, objects), "-o", str(library))
+    in_order = sorted(objects, key=lambda made: made.name != "world.o")  # see world.c
+    _run(_compiler(), *flags, *map(str, in_order), "-o", str(library))
     return library
 
 

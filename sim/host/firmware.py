@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -63,14 +64,15 @@ class Run(NamedTuple):
 
 
 class Host:
-    """The host build of one loop's firmware."""
+    """The host build of a firmware. What names no loop is about the first, mostly the only one."""
 
     def __init__(self, build: HostBuild) -> None:
         """Load the library and power up with an empty EEPROM."""
         self.build = build
-        self._ffi = declarations(build.project, build.parts)
+        self._ffi = declarations(build.project, *build.loops)
         self.library = self._ffi.dlopen(str(build.library))
-        self.type = state_type(self._ffi, build.parts)
+        self.types = {each.loop: state_type(self._ffi, each) for each in build.loops}
+        self.type = self.types[build.parts.loop]
         self.world: Any = self.library.host_world()
         self.world.eeprom_bytes = build.controller.board.eeprom_bytes
         self._input = np.zeros(1, INPUT)
@@ -140,18 +142,32 @@ class Host:
             HostHangs: a step does not come.
 
         """
-        states = np.zeros(len(inputs), self.type)
-        counts = np.zeros(len(inputs), np.uint32)
-        done = self.library.host_run(
-            self._ffi.from_buffer("struct host_input[]", np.ascontiguousarray(inputs, INPUT)),
-            len(inputs),
-            self._ffi.from_buffer("uint8_t[]", states),
-            self._ffi.from_buffer("uint32_t[]", counts),
-        )
-        if done != len(inputs):
-            message = f"Step {done + 1} did not come"
-            raise HostHangs(message)
-        return Run(states, counts)
+        loop = self.build.parts.loop
+        return self.run_all({loop: inputs})[loop]
+
+    def run_all(self, inputs: Mapping[str, NDArray[Any]]) -> dict[str, Run]:
+        """Do a control step of each loop with each of its inputs, all loops in the same time.
+
+        Raises:
+            HostHangs: a step does not come.
+
+        """
+        found, kept = {}, []
+        courses = self._ffi.new("struct host_course[]", len(self.types))
+        for course, (loop, kind) in zip(courses, self.types.items(), strict=True):
+            rows = np.ascontiguousarray(inputs.get(loop, ()), INPUT)
+            found[loop] = run = Run(np.zeros(len(rows), kind), np.zeros(len(rows), np.uint32))
+            course.steps = len(rows)
+            course.inputs = self._ffi.from_buffer("struct host_input[]", rows)
+            course.states = self._ffi.from_buffer("uint8_t[]", run.states)
+            course.counts = self._ffi.from_buffer("uint32_t[]", run.heater_counts)
+            kept.append(rows)  # for as long as the course points to them
+        self.library.host_run(courses)
+        for course, loop in zip(courses, found, strict=True):
+            if course.done != course.steps:
+                message = f"Step {course.done + 1} of {loop} did not come"
+                raise HostHangs(message)
+        return found
 
     def number(self, value: float, decimals: int) -> str:
         """Return what `text_number` makes of a value.

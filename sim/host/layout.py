@@ -20,19 +20,20 @@ _NUMPY = {"float": "f4", "_Bool": "u1", "bool": "u1"}
 
 
 @cache
-def declarations(project: Path, parts: Parts) -> Any:
+def declarations(project: Path, *loops: Parts) -> Any:
     """Read the headers of the files under test; structures are packed."""
     source = project / "src"
     names = ["fault", "settings", "gate", "reset"]
-    names += ["mode"] * parts.tunable
-    names += [f"{kind}_{parts.loop}" for kind in control_files(parts)]
-    names += [f"output_{name}" for name in (parts.heater, parts.cooler) if name]
-    names += [f"current_{parts.heater}"] * (parts.current is not None)
-    names += ["state"] * parts.switched
-    names += program_files(parts)
+    for parts in loops:
+        names += ["mode"] * parts.tunable
+        names += [f"{kind}_{parts.loop}" for kind in control_files(parts)]
+        names += [f"output_{name}" for name in (parts.heater, parts.cooler) if name]
+        names += [f"current_{parts.heater}"] * (parts.current is not None)
+        names += ["state"] * parts.switched
+        names += program_files(parts)
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
-    for header in (*(source / f"{name}.h" for name in names), HERE / "world.h"):
+    for header in (*(source / f"{name}.h" for name in dict.fromkeys(names)), HERE / "world.h"):
         ffi.cdef(_bare(header), packed=header.name != "text.h")
     return ffi
 

@@ -1,4 +1,4 @@
-"""What the host build is made of: the one loop, its parts, and their names for world.c."""
+"""What the host build is made of: loops, their parts, and the names for world.c and loop.c."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PORTS = "ABCDEFGHJKL"
 
 
 class Parts(NamedTuple):
-    """Names of the one loop and of what belongs to it."""
+    """Names of a loop and of what belongs to it."""
 
     loop: str
     sensor: str
@@ -42,17 +42,12 @@ class Parts(NamedTuple):
     """People may set a time after which the loop goes off."""
 
 
-def parts_of(controller: Controller) -> Parts:
-    """Find the one loop of a controller and what belongs to it.
+def parts_of(controller: Controller) -> tuple[Parts, ...]:
+    """Find the loops of a controller, in their order, and what belongs to each."""
+    return tuple(_parts(controller, name, loop) for name, loop in controller.loops.items())
 
-    Raises:
-        ValueError: the controller has more than one loop.
 
-    """
-    if len(controller.loops) != 1:
-        message = "The host build has one loop"
-        raise ValueError(message)
-    ((name, loop),) = controller.loops.items()
+def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
     by_gain = tunable(controller, name)
     current = getattr(controller.outputs[loop.heater], "current", None)
     steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
@@ -92,20 +87,39 @@ def program_files(parts: Parts) -> list[str]:
     return ["programs", "progress", "program"] * parts.programmed
 
 
-def names_for_world(controller: Controller, parts: Parts) -> list[str]:
-    """Tell world.c, on gcc's command line, what the loop and its parts are called."""
+def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[str]:
+    """Tell world.c, on gcc's command line, what the loops are called, and what they share."""
+    first = loops[0]
+    flags = ["-DLOOPS=" + "".join(f"LOOP({parts.loop})" for parts in loops)]
+    headers = ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
+    for parts in loops:
+        flags += ["-DPROGRAMMED"] * parts.programmed
+        headers += [f"{name}.h" for name in program_files(parts)]
+    if first.stepper:
+        flags.append(f"-DSTEPPER={first.stepper}")
+        headers.append(f"output_{first.stepper}.h")
+    if first.relay:
+        flags += _line_flags(controller, "RELAY", first.relay)
+        headers.append("relay.h")
+    if controller.safety.relay_feedback:
+        contact = controller.board.pins[controller.safety.relay_feedback]
+        flags += [f"-DCONTACT_PORT={PORTS.index(contact.port)}"]
+        flags += [f"-DCONTACT_MASK=(1u<<{contact.bit})"]
+    return [*flags, *_included(headers)]
+
+
+def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
+    """Tell loop.c what the loop and its parts are called."""
     control: Loop = controller.loops[parts.loop]
     flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.sensors[parts.sensor])}")
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
-    flags += [f"-DSTEPPER={parts.stepper}"] * (parts.stepper is not None)
     flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable
     flags += ["-DPROGRAMMED"] * parts.programmed
     headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
     headers += [f"{name}.h" for name in program_files(parts)]
-    headers += [f"output_{parts.stepper}.h"] * (parts.stepper is not None)
     if parts.cooler:
         flags.append(f"-DCOOLER={parts.cooler}")
         headers.append(f"output_{parts.cooler}.h")
@@ -114,21 +128,17 @@ def names_for_world(controller: Controller, parts: Parts) -> list[str]:
         headers += [f"sensor_{parts.current}.h", f"current_{parts.heater}.h"]
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
-    pins = controller.board.pins
     if parts.fan:
         flags += _line_flags(controller, "FAN", parts.fan)
         headers.append(f"output_{parts.fan}.h")
-    if parts.relay:
-        flags += _line_flags(controller, "RELAY", parts.relay)
-        headers.append("relay.h")
-    if controller.safety.relay_feedback:
-        contact = pins[controller.safety.relay_feedback]
-        flags += [f"-DCONTACT_PORT={PORTS.index(contact.port)}"]
-        flags += [f"-DCONTACT_MASK=(1u<<{contact.bit})"]
     if parts.has_output_state:
         flags.append("-DHAS_STATE")
     flags += _pwm_flags(controller, parts.heater)
-    return [*flags, *(part for header in headers for part in ("-include", header))]
+    return [*flags, *_included(headers)]
+
+
+def _included(headers: list[str]) -> list[str]:
+    return [part for header in headers for part in ("-include", header)]
 
 
 def _line_flags(controller: Controller, what: str, name: str) -> list[str]:

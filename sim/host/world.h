@@ -2,9 +2,13 @@
 #ifndef HOST_WORLD_H
 #define HOST_WORLD_H
 
-#include <stdint.h> /* uint8_t, int16_t, int32_t, uint32_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t, int16_t, int32_t, uint32_t */
 
-/* What is done before one control step, and what the sensor says in it. */
+#define JOINED(a, b, c) a##b##c
+#define JOIN(a, b, c) JOINED(a, b, c)
+
+/* What is done before one control step of a loop, and what the sensor says in it. */
 struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
@@ -39,7 +43,36 @@ enum {
     HOST_MAXIMUM = 14 /* a critical temperature of `value` */
 };
 
-/* Survives a reset of the firmware. */
+/* One loop, as world.c sees it; all of it is as at power-up after a reset. */
+struct host_loop {
+    void (*off)(void);   /* its pins */
+    void (*start)(void); /* its part of what main.c does to start */
+    void (*tick)(void);
+    bool (*command)(const struct host_input *asked); /* false if the firmware refuses it */
+    uint32_t (*heater)(void); /* what drives it now: 1 if its pin is on; the counts of each period
+                               * where a timer may */
+    bool (*cools)(void);
+    uint32_t (*state)(uint8_t *to);
+    const uint16_t *steps; /* control steps so far */
+    uint32_t period_ticks;
+    uint8_t fan_port;
+    uint8_t fan_mask;
+    uint8_t fan_off;
+    struct host_input input;
+    uint32_t heater_counts; /* by which the heater was on, over all ticks */
+};
+
+/* What one loop is to do, and what it did. */
+struct host_course {
+    const struct host_input *inputs;
+    uint32_t steps;
+    uint8_t *states;       /* takes the state after each step */
+    uint32_t *counts;      /* takes the heater's counts so far */
+    uint32_t done;         /* steps; 0 before */
+    uint32_t waited_ticks; /* for the next one; 0 before */
+};
+
+/* Survives a reset of the firmware. Ticks and counts are sums over all loops. */
 struct host_world {
     uint8_t main_hangs;       /* only the timer interrupt still comes */
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
@@ -67,19 +100,17 @@ void host_power_up(void);
 /* One timer interrupt, then one turn of the main loop. */
 void host_tick(void);
 
-/* What drives the heater now: 1 if its pin is on; the counts of each period where a timer may. */
-uint32_t host_heater(void);
+/* Put the inputs at the disposal of a loop's next step; loops count from 0. */
+void host_set(uint8_t loop, const struct host_input *input);
 
-/* Put the inputs at the next step's disposal. */
-void host_set(const struct host_input *input);
-
-/* The state structures, one behind the other: loop, guard, algorithm, fault, output, autotune,
+/* A loop's state structures, one behind the other: loop, guard, algorithm, fault, output, autotune,
  * current, program; of a commanded loop whether it is ready, or its state, too. */
-uint32_t host_state(uint8_t *to);
+uint32_t host_state(uint8_t loop, uint8_t *to);
 
-/* Run to the end of as many steps; `states` takes the state after each, `counts` the heater's
- * counts so far. Returns the number of steps that were done. */
-uint32_t host_run(const struct host_input *inputs, uint32_t steps, uint8_t *states, uint32_t *counts);
+/* Run the courses, one for each loop. Each input is given when the loop's last step is done, and with
+ * it the tick. A loop whose course is done goes on with its last input. It ends early if a step does
+ * not come. */
+void host_run(struct host_course *courses);
 
 /* Save at once: as many ticks as the firmware takes to have written everything, 2000 at most. */
 void host_settle(void);

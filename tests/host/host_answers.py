@@ -93,7 +93,7 @@ def _problem(host: Host, name: str, number: int) -> str:
         if members:
             state = host.run(row).states[0]
         else:
-            library.host_set(ffi.from_buffer("struct host_input[]", row))
+            library.host_set(0, ffi.from_buffer("struct host_input[]", row))
         found = (may, not world.refused, not world.order_refused, told if told is None else tells())
         wrong = [key for key, wanted in members.items() if state[key] != wanted]
         if wrong or found != (taken[0], *taken, told):

@@ -31,6 +31,8 @@ _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {
 
 
 _ORDERS = {code: name for name, code in ORDERS.items()}
+SHARED = (Command.KEEP, Command.RELOAD, Command.DEFAULTS)
+"""Commands that are about the gains of all loops."""
 CLOSING = ("stop", "pause")
 NUMBERED = ("start", "jump")
 
@@ -124,6 +126,18 @@ class Commands:
             case Command.DEFAULTS:
                 operator.gains = self._defaults
         return None
+
+    def share(self, row: Any) -> None:
+        """Do what a command to another loop does to all."""
+        if row["command"] in SHARED and self.is_tunable:
+            self._tuned(Command(row["command"]), 0.0, [])
+
+    @property
+    def is_tunable(self) -> bool:
+        return self._operator.gains is not None
+
+    def see_fault(self) -> None:
+        self._operator.see_fault()
 
     @property
     def has_closed(self) -> bool:

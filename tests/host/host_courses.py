@@ -3,8 +3,9 @@
 from random import Random
 from typing import Any
 
-from host_reference import Way
-from host_stretches import Stretch, Walk
+import numpy as np
+from host_reference import Way, alone, fill_currents, ways_of
+from host_stretches import LONGEST, Stretch, Walk
 from host_stretches_commanded import CommandedWalk, current_of
 from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ ADJUSTING_KINDS = ("critical",)
 """Where the operator may move the critical temperature, besides."""
 CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
+OTHER_CODES = ("over", "leak")
+"""Those of them whose codes are those of the current sensor of `host_specs`."""
 
 LONG_SILENCE = [
     Stretch("setpoint", 1, 3),
@@ -81,11 +84,39 @@ def _begun(random: Random, kind: str) -> Stretch:
 
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
+    inputs = _walked(controller, course)
+    if current_of(controller):
+        fill_currents({"": Way(controller)}, {"": inputs})
+    return inputs
+
+
+def _walked(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     ((name, _),) = controller.loops.items()
     walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else CommandedWalk
-    inputs = walk(controller).inputs(course)
-    if current_of(controller):
-        Way(controller).fill_currents(inputs)
+    return walk(controller).inputs(course)
+
+
+def random_inputs(
+    controller: Controller, random: Random, stretches: int
+) -> dict[str, NDArray[Any]]:
+    """Random courses of all loops in the same time; what is over sooner begins again."""
+    courses = {}
+    for name in controller.loops:
+        sees = alone(controller, name)
+        kinds = tuple(kind for kind in kinds_of(sees) if kind not in OTHER_CODES)
+        courses[name] = _walked(sees, random_course(random, stretches, kinds))
+    ticks = {name: round(100 * loop.period_s) for name, loop in controller.loops.items()}
+    wanted = max(len(rows) * ticks[name] for name, rows in courses.items())
+    most = min(max(len(rows), LONGEST) * ticks[name] for name, rows in courses.items())
+    hasty = random.choice((0.0, 0.02, 0.5))
+    inputs = {}
+    for name, rows in courses.items():
+        inputs[name] = again = np.resize(rows, min(wanted, most) // ticks[name])
+        again["acknowledge"] |= [random.random() < hasty for _ in again]
+        taken = 0
+        for row in again:
+            taken = row["reading_raw"] = taken if row["reading_status"] else row["reading_raw"]
+    fill_currents(ways_of(controller), inputs)
     return inputs
 
 

@@ -1,6 +1,6 @@
-"""The reference model's way through a course, and how the host's way is compared with it."""
+"""The reference models' way through courses, and how the host's way is compared with it."""
 
-from collections.abc import Container
+from collections.abc import Container, Iterator, Mapping
 from math import nan
 from typing import Any, NamedTuple
 
@@ -43,11 +43,18 @@ class Expected(NamedTuple):
     heater_counts: NDArray[np.float64]
     """Not numbers where the output decides by itself: nothing is expected then."""
     ticks: int
-    cooler_ticks: int
+    cooler_ticks: float
+    """Not a number where it decides by itself, either."""
+
+
+def alone(controller: Controller, name: str) -> Controller:
+    """A controller as one of its loops sees it: as if there were no other."""
+    only = type(controller.loops)({name: controller.loops[name]})
+    return controller.model_copy(update={"loops": only})
 
 
 class Way:
-    """A reference model that does what the rows of a course say, one after the other."""
+    """The reference model of one loop, which does what the rows of a course say."""
 
     def __init__(self, controller: Controller, restored: Restored | None = None) -> None:
         ((name, self._loop),) = controller.loops.items()
@@ -57,18 +64,22 @@ class Way:
         output = controller.outputs[self._loop.heater]
         pwm = output.kind == "pwm"
         self._whole = pwm_period(controller, self._loop.heater).counts if pwm else 1
-        self._period_us = round(self._loop.period_s * 1e6)
+        self.period_us = round(self._loop.period_s * 1e6)
         self._time_s = 0
         self._record: Record | None = None
-        self._takes_turn = False
+        self._takes_turn = self._closed = False
+        self.now_us, self.on_counts, self.cooled_us = 0, 0.0, 0.0
         self._holds = isinstance(output, DigitalOutput) and has_minimum(output)
         self._holds = self._holds or controller.safety.relay is not None
+        cooler = controller.outputs[self._loop.cooler] if self._loop.cooler else None
+        self._cooler_holds = isinstance(cooler, DigitalOutput) and has_minimum(cooler)
+        self._holds = self._holds or self._cooler_holds  # the heater waits for it
         lost_s = self._loop.protection.master_lost_after_s
         self._silence_ticks = None if lost_s is None else round(lost_s * 100)
         self._current = getattr(output, "current", None)
         if self._current is not None:
             sensor = controller.sensors[self._current.sensor]
-            self._sensor = IdealSensor(sensor, controller.board)
+            self._sensor, self._taken = IdealSensor(sensor, controller.board), 0
             self._due_a = output.power_w / output.supply_v / 100
         if restored is not None:
             self._reference.restore(restored.fault_code, restored.fault_c)
@@ -80,71 +91,85 @@ class Way:
         self.give(number, row)
         return dict(zip(self.members, self.step(number, row), strict=True))
 
-    def fill_currents(self, inputs: NDArray[Any]) -> None:
-        """Make currents of what the rows say: per cent of what is due, or -1 - codes."""
-        taken = 0
-        for number, row in enumerate(inputs):
-            self.give(number, row)
-            share = int(row["current_raw"])
-            amperes = float(self._reference.duty_percent) * self._due_a * share / 100
-            raw = -1 - share if share < 0 else self._sensor.read(amperes)[1]
-            taken = row["current_raw"] = taken if row["current_status"] else raw
-            self.step(number, row)
+    def fill_current(self, row: Any) -> None:
+        """See `fill_currents`."""
+        if self._current is None:
+            return
+        share = int(row["current_raw"])
+        amperes = float(self._reference.duty_percent) * self._due_a * share / 100
+        raw = -1 - share if share < 0 else self._sensor.read(amperes)[1]
+        self._taken = row["current_raw"] = self._taken if row["current_status"] else raw
 
     def expected(
         self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
     ) -> Expected:
-        """What `Host.run` should give: the state after each step, the heater's counts before it.
+        """What `Host.run` should give; see `expected`."""
+        return expected({"": self}, {"": inputs}, {"": kind}, tripped)[""]
 
-        `tripped`: the steps before which a fault is latched and acknowledged at once.
-        """
-        rows: list[tuple[Any, ...]] = []
-        counts, total = [], 0.0
-        for number, row in enumerate(inputs):
-            if number in tripped:
-                self._trip_and_acknowledge(number)
-            self.give(number, row)
-            if self._takes_turn:  # from the cooler: whatever is due, the first tick is off
-                self._course.advance((number - 1) * self._period_us + TICK_US)
-            on_us = self._course.advance(number * self._period_us)
-            total += nan if self._holds else on_us * self._whole / TICK_US
-            counts.append(total)
-            rows.append(self.step(number, row))
-        states = np.zeros(len(rows), kind)
-        for member, column in zip(self.members, zip(*rows, strict=True), strict=True):
-            states[member] = column
-        period_ticks = self._period_us // TICK_US
-        cooled = int(states["cooling"][:-1].sum()) if self._loop.cooler else 0
-        return Expected(states, np.array(counts), len(inputs) * period_ticks, cooled * period_ticks)
+    def advance(self, to_us: int) -> None:
+        """Let heater and cooler go on as they are."""
+        if self._takes_turn:  # from the cooler: whatever is due, the first tick is off
+            self._course.advance(self.now_us + TICK_US)
+            self._takes_turn = False
+        on_us = self._course.advance(to_us)
+        if not self._closed:
+            self.on_counts += nan if self._holds else on_us * self._whole / TICK_US
+        cooled_us = (to_us - self.now_us) * self._reference.cooling
+        self.cooled_us += nan if self._cooler_holds else cooled_us
+        self.now_us = to_us
 
     @property
     def members(self) -> list[str]:
         told = [STATE if self._commands.switched else READY] * self._commands.commanded
         return [*(name for name, _ in self._reference.members), "fault.time_s", *told]
 
-    def _trip_and_acknowledge(self, number: int) -> None:
+    def trip_and_acknowledge(self) -> None:
         """Between two steps, faster than either sees it."""
         if not self._reference.fault_code:
-            self._reference.restore(TRIPPED_BY, Single(TRIPPED_C))
-            self._time_s = number * self._period_us // 1_000_000
-        self._commands.acknowledge()
-        if self._commands.commanded:
-            self._course.apply(0)
+            self._latch(TRIPPED_BY, Single(TRIPPED_C))
+        self.acknowledge()
 
-    def give(self, number: int, row: Any) -> tuple[bool, bool]:
+    def acknowledge(self) -> None:
+        """A loop that people or hosts command keeps its gate closed until its next step."""
+        self._commands.acknowledge()
+        self._closed = self._closed and self._commands.commanded
+
+    def tell(self, ways: Mapping[str, "Way"]) -> None:
+        """Let all loops know of the fault, if there is one."""
+        code, celsius = self._reference.fault_code, self._reference.fault_temperature_c
+        for way in ways.values() if code else ():
+            if not way._reference.fault_code:
+                way._latch(code, celsius)
+
+    def _latch(self, code: int, celsius: Single) -> None:
+        self._reference.restore(code, celsius)
+        self._commands.see_fault()
+        self._note_fault()
+
+    def _note_fault(self) -> None:
+        self._time_s, self._closed = self.now_us // 1_000_000, True
+
+    def give(
+        self, number: int, row: Any, ways: Mapping[str, "Way"] | None = None
+    ) -> tuple[bool, bool]:
         """Acknowledge and command, at once after the last step; a stop does not wait for one.
 
-        Return whether the command and the order are taken.
+        `ways`: of all loops, where there are others, too. Return whether the command and the order
+        are taken.
         """
-        if row["acknowledge"]:
-            self._commands.acknowledge()
+        self.now_us = number * self.period_us
+        ways = ways or {"": self}
+        for way in ways.values() if row["acknowledge"] else ():
+            way.acknowledge()
         code = self._reference.fault_code
         taken = self._commands.give(row)
+        for way in ways.values() if self._commands.is_tunable else ():
+            if way is not self:
+                way._commands.share(row)
         if self._reference.fault_code != code:
-            self._time_s = number * self._period_us // 1_000_000
-            self._course.apply(0)
-        if self._commands.has_closed:
-            self._course.apply(0)
+            self._note_fault()
+            self.tell(ways)
+        self._closed = self._closed or self._commands.has_closed
         return taken
 
     def tells(self) -> bool | None:
@@ -152,6 +177,7 @@ class Way:
         return self._commands.tells(self._record)
 
     def step(self, number: int, row: Any) -> tuple[Any, ...]:
+        self.now_us = (number + 1) * self.period_us
         reference, commands = self._reference, self._commands
         code, cooled = reference.fault_code, reference.cooling
         reading = int(row["reading_status"]), int(row["reading_raw"])
@@ -160,8 +186,9 @@ class Way:
         self._takes_turn = bool(cooled and not reference.cooling)
         commands.after_step()
         self._course.apply(reference.output.counts)
+        self._closed = bool(record["fault.code"])
         if record["fault.code"] != code:
-            self._time_s = (number + 1) * self._period_us // 1_000_000
+            self._note_fault()
         return (*record.values(), self._time_s, *self._told(record))
 
     def _orders(self, row: Any) -> Orders:
@@ -176,6 +203,72 @@ class Way:
             return []
         tell = self._commands.state if self._commands.switched else self._commands.is_ready
         return [tell(record)]
+
+
+def ways_of(controller: Controller) -> dict[str, Way]:
+    return {name: Way(alone(controller, name)) for name in controller.loops}
+
+
+def _steps(
+    ways: Mapping[str, Way], inputs: Mapping[str, NDArray[Any]], tripped: Container[int] = ()
+) -> Iterator[tuple[str, Way, int]]:
+    """Go through the courses of all loops at once; whoever is told of a step does it.
+
+    Steps of one time come in the order of the loops, and then what their next rows say.
+    """
+    times_us = {0}
+    for name, way in ways.items():
+        times_us |= {way.period_us * (number + 1) for number in range(len(inputs[name]))}
+    for time_us in sorted(times_us):
+        due = [
+            (name, way, time_us // way.period_us)
+            for name, way in ways.items()
+            if time_us % way.period_us == 0 and time_us // way.period_us <= len(inputs[name])
+        ]
+        for way in ways.values():
+            way.advance(time_us)
+        for name, way, number in due:
+            if number:
+                yield name, way, number - 1
+                way.tell(ways)
+        for name, way, number in due:
+            if number < len(inputs[name]):
+                for each in ways.values() if number in tripped else ():
+                    each.trip_and_acknowledge()
+                way.give(number, inputs[name][number], ways)
+
+
+def fill_currents(ways: Mapping[str, Way], inputs: Mapping[str, NDArray[Any]]) -> None:
+    """Make currents of what the rows say: per cent of what is due, or -1 - codes."""
+    for name, way, number in _steps(ways, inputs):
+        way.fill_current(inputs[name][number])
+        way.step(number, inputs[name][number])
+
+
+def expected(
+    ways: Mapping[str, Way],
+    inputs: Mapping[str, NDArray[Any]],
+    kinds: Mapping[str, np.dtype[Any]],
+    tripped: Container[int] = (),
+) -> dict[str, Expected]:
+    """What `Host.run_all` should give: the state after each step, the heater's counts before it.
+
+    `tripped`: the steps before which a fault is latched and acknowledged at once.
+    """
+    rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in ways}
+    counts: dict[str, list[float]] = {name: [] for name in ways}
+    for name, way, number in _steps(ways, inputs, tripped):
+        counts[name].append(way.on_counts % 2**32)
+        rows[name].append(way.step(number, inputs[name][number]))
+    found = {}
+    for name, way in ways.items():
+        states = np.zeros(len(rows[name]), kinds[name])
+        columns = zip(*rows[name], strict=True) if rows[name] else [()] * len(way.members)
+        for member, column in zip(way.members, columns, strict=True):
+            states[member] = column
+        ticks = way.now_us // TICK_US, way.cooled_us / TICK_US
+        found[name] = Expected(states, np.array(counts[name]), *ticks)
+    return found
 
 
 def first_difference(found: Run, wanted: Expected) -> str:

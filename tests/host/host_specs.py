@@ -57,6 +57,14 @@ _SWITCHED, _PROGRAMMED = _family("switched"), _family("programmed")
 _PLAIN = _family("plain")
 TEXTS = _PLAIN | _COMMANDED | _SWITCHED | _PROGRAMMED
 NAMES = tuple(TEXTS)
+SEVERAL = {
+    "printer": _example("printer"),
+    "both heaters on one timer": _example("printer")
+    .replace("pin: D10, frequency: 30 Hz", "pin: D22, frequency: 30 Hz")
+    .replace("pin: D8, frequency: 30 Hz", "pin: D23, frequency: 20 Hz"),
+    "barrel": _example("barrel"),
+}
+"""Of two loops."""
 HOSTED = (*_COMMANDED, "held_by_host")
 PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in text)
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)
@@ -64,6 +72,12 @@ BY_KEYS = tuple(name for name, text in _PLAIN.items() if "lcd_keypad" in text)
 SWITCHED = (*BY_MASTER, *BY_KEYS, *_PROGRAMMED)
 COMMANDED = (*HOSTED, *SWITCHED)
 SWITCHING = tuple(_SWITCHED)
+
+
+def in_other_order(text: str) -> str:
+    """The same specification with its loops the other way round."""
+    spec = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - everything is text
+    return _text({**spec, "loops": dict(reversed(spec["loops"].items()))})
 
 
 @cache

@@ -125,11 +125,11 @@ void year(const struct year_machine *machine, float setpoint_c, uint64_t steps, 
         if (i < kept) {
             inputs[i] = input;
         }
-        machine->set(&input);
+        machine->set(0, &input);
         for (uint32_t tick = 0; tick < machine->period_ticks; tick++) {
             machine->tick();
         }
-        machine->state(state);
+        machine->state(0, state);
         told->steps = i + 1u;
         told->fault = state[machine->fault_at];
         if (told->fault != 0) {

@@ -5,9 +5,9 @@
 enum { YEAR_STATES = 6, YEAR_INPUTS = 8 };
 
 struct year_machine {
-    void (*set)(const struct host_input *input);
+    void (*set)(uint8_t loop, const struct host_input *input);
     void (*tick)(void); /* of the loop alone: the outputs give what they are told to */
-    uint32_t (*state)(uint8_t *to);
+    uint32_t (*state)(uint8_t loop, uint8_t *to);
     uint32_t period_ticks;
     double step[2][YEAR_STATES][YEAR_INPUTS]; /* of the plant, by cooler off and on: states, W, °C */
     uint32_t states;
