@@ -27,6 +27,8 @@ AMBIENTS_C = (10.0, WARM_DAY_C)
 """A workshop in winter and in summer; not beyond where a loop is at fault at rest."""
 HOLD_S = 200.0
 """Longer than the rules' times but for `frozen`, which begins anew at every switching."""
+HOLD_PERIODS = 1000
+"""Or so many periods, and the longest of those times twice, where that is less."""
 LONGEST_S = 3600.0
 SIGMAS = 6.0
 
@@ -115,7 +117,7 @@ def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
             if world.loop("duty_percent") < full_percent(world.site.loop):
                 break  # it has enough
             world.step()
-        world.run(HOLD_S)
+        world.run(_hold_s(world.site))
 
 
 def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
@@ -143,6 +145,16 @@ def noisy(site: Place) -> ThermalNetwork:
     sense = dict(site.network.sense)
     sense[loop.sensor] = sense[loop.sensor].model_copy(update={"noise_k": noise_k})
     return site.network.model_copy(update={"sense": sense})
+
+
+def _hold_s(site: Place) -> float:
+    protection = site.loop.protection
+    times_s = [
+        protection.heating.within_s if protection.heating else 0.0,
+        protection.runaway.for_s if protection.runaway else 0.0,
+        protection.rising_while_off.settle_s if protection.rising_while_off else 0.0,
+    ]
+    return min(HOLD_S, max(2 * max(times_s), HOLD_PERIODS * site.loop.period_s))
 
 
 def healthy(site: Site, machine: Healthy) -> Fault:
