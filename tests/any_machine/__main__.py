@@ -107,6 +107,9 @@ def _summary(found: Sequence[Found]) -> Found:
 
 
 def _progress(found: Sequence[Found], count: int) -> None:
+    """Tell how far it is, and what is red as it comes."""
+    for name, detail in found[-1]["red"]:
+        print(f"\r{found[-1]['number']:>5}  {name}: {detail}", file=sys.stderr)
     reds = sum(each["end"] == "red" for each in found)
     print(f"\r{len(found)} of {count}, {reds} red", end="", file=sys.stderr, flush=True)
 
