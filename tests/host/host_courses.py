@@ -112,9 +112,9 @@ def random_inputs(
     inputs = {}
     for name, rows in courses.items():
         inputs[name] = again = np.resize(rows, min(wanted, most) // ticks[name])
-        again["acknowledge"] |= [random.random() < hasty for _ in again]
         taken = 0
         for row in again:
+            row["acknowledge"] |= random.random() < hasty
             taken = row["reading_raw"] = taken if row["reading_status"] else row["reading_raw"]
     fill_currents(ways_of(controller), inputs)
     return inputs
