@@ -9,7 +9,7 @@ from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
 from heatwright.sim.reference.inputs import Gains, Orders
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, RELAY_FAULTS
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
 from heatwright.sim.reference.resumed import resumed
 from heatwright.spec import Controller
@@ -59,7 +59,7 @@ class Player:
         """Return what the reference makes of a row, member by member."""
         if self._last is None or self._is_reset(row, self._last):
             return self._first_of_segment(number, row)
-        self._acknowledge(_counted(ACKNOWLEDGEMENTS, row, self._last))
+        self._acknowledge(_counted(ACKNOWLEDGEMENTS, row, self._last), self._passed_c(row))
         starts = _counted(STARTS, row, self._last)
         self._last = row
         lost = bool(row["fault.code"] == MASTER_LOST)
@@ -134,9 +134,18 @@ class Player:
             self._load(row)
         return self._fed(row, _counted(STARTS, row), lost=False)
 
-    def _acknowledge(self, times: int) -> None:
+    def _passed_c(self, row: np.void) -> Single:
+        """Return the temperature of a fault that came and went since the step before.
+
+        A stop has none. Another loop's is what the row says, if no fault has come since.
+        """
+        seen = self._has_others and not row["fault.code"]
+        return Single(row["fault.temperature_c"]) if seen else ZERO
+
+    def _acknowledge(self, times: int, passed_c: Single = ZERO) -> None:
         for _ in range(times):
-            self._reference.stop()  # unless there is a fault already, it came since the last step
+            if not self._reference.fault_code:  # it came since the last step
+                self._reference.restore(EMERGENCY_STOP, passed_c)
             self._reference.acknowledge()
 
     def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:

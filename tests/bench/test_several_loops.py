@@ -18,6 +18,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.plot import run_figure
 from heatwright.sim.plot_data import all_faults
 from heatwright.sim.replay import replay_all
+from heatwright.spec.base import ReadOnlyDict
 
 TOOLS = (Path(__file__).parent / "several_loops.yaml").read_text("utf-8")
 SPECS = {"barrel": "barrel", "tools": TOOLS}
@@ -91,6 +92,25 @@ def test_a_fault_of_one_stops_all_and_each_goes_on_by_itself():
     assert course(near, "setpoint_c", "fault.code")[-4:] == [(0, 0), (40, 0), (40, 19), (0, 0)]
     assert course(middle, "setpoint_c", "mode") == [(0, 0), (60, 0), (50, 0), (50, 1), (0, 0)]
     assert set(far["setpoint_c"]) == {0, 45}
+
+
+def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop():
+    controller = controller_of("barrel")
+    slow = controller.loops["die"].model_copy(update={"period_s": 20.0})
+    loops = ReadOnlyDict({**controller.loops, "die": slow})
+    controller = controller.model_copy(update={"loops": loops})
+    device = ReferenceDevice(controller)
+    for sensor in controller.thermometers:
+        device.sense(sensor, 20.0)
+    device.advance(24.3)
+    device.sense("barrel", 60.0)  # a jump
+    device.advance(28.3)
+    device.write("acknowledge", True)
+    device.advance(50.3)
+    logs = {loop: device.steps(loop) for loop in loops}
+    assert set(logs["die"]["fault.code"]) == {0}
+    assert logs["die"]["fault.temperature_c"][-1] > 0
+    assert [each.first for each in replay_all(controller, logs).values()] == [(), ()]
 
 
 @pytest.mark.parametrize("number", range(amount("drawn_models")))
