@@ -58,7 +58,7 @@ class Place:
     def has_keys_alone(self) -> bool:
         """Whether UP and DOWN are all that sets the setpoint, step by step."""
         others = modbus_of(self.controller) or nextion_of(self.controller)
-        return self.is_switched and not others and not self.has_menu
+        return self.is_switched and not others
 
     @property
     def is_commanded(self) -> bool:

@@ -28,9 +28,12 @@ def ambient_c(site: Place) -> float:
 def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints the operator can ask for, ascending; without one the initial one alone.
 
-    A host can ask for any; here for every tenth degree from the surroundings' up.
+    A host can ask for any; here for every tenth degree from the surroundings' up. Keys go in their
+    own steps from the initial one, and held down in a menu several at once.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
+    if site.has_menu:
+        step_k *= max(1, round(COMMANDED_STEP_K / step_k))
     if site.is_commanded and not site.has_keys_alone:
         lowest_c = max(setpoint.minimum_c, ambient_c(site))
         count = int((setpoint.maximum_c - lowest_c) / COMMANDED_STEP_K)

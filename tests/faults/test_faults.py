@@ -7,7 +7,7 @@ from fault_machines import MACHINES, expected, faults_of, site_of, tried
 from rig.avr import whole
 from rig.specs import changed, controller_of
 
-from heatwright.sim.faults import catalogue, try_fault
+from heatwright.sim.faults import catalogue, starts, try_fault
 from heatwright.sim.faults.healthy import SPREAD, healthy, reachable
 from heatwright.sim.faults.memory import cut_line
 from heatwright.sim.faults.world import Site, Weather, World
@@ -97,6 +97,12 @@ def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
 def test_a_setpoint_in_tenths_stays() -> None:
     faults = {each.id: each for each in catalogue(controller_of(TENTHS), whole(TENTHS))}
     assert try_fault(faults["bus_of_other_format"]).detail == ""
+
+
+def test_the_keys_of_a_menu_reach_what_is_asked_of_them() -> None:
+    """In steps of their own, that lead from the initial setpoint to no tenth degree."""
+    site = site_of(changed("kiln_uno", ("step: 1 K", "step: 7 K")))
+    assert starts.setpoint_moved(starts.heating(site), starts.highest_c(site)) == ""
 
 
 def test_a_fault_that_no_loop_accounts_for_is_a_mismatch() -> None:
