@@ -17,6 +17,7 @@ from heatwright.spec import (
     programmed,
     switched,
 )
+from heatwright.spec.commands import keypad_of
 
 
 @dataclass(frozen=True)
@@ -91,9 +92,9 @@ class Place:
 
     @property
     def key_step_k(self) -> float:
-        """By how much UP and DOWN move the setpoint, K."""
-        steps = [each.step_k for each in self.controller.interfaces if each.kind == "lcd_keypad"]
-        return steps[0] if steps else 0.0
+        """By how much UP and DOWN move the loop's setpoint, K; 0 where they do not."""
+        keypad = keypad_of(self.controller)
+        return keypad.step_k if keypad is not None and keypad.loop == self.loop_name else 0.0
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from heatwright.spec.checks.power import (
     least_duty_cools,
 )
 from heatwright.spec.checks.warm import frozen_rule_holds, heating_rule_holds_warm
+from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
 from heatwright.spec.feeds import fastest_feed_mm_per_s, fed, longest_feed_s
 from heatwright.spec.heated_loop import heated_loop
@@ -74,6 +75,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             if any_setpoint and not found and not broken:
                 yield from lying_sensors_are_borne(controller, machine, heated)
         if any_setpoint:
+            yield from _heats_at_all(controller, machine, plant.ambient_c)
             yield from integral_suffices(machine)
             yield from integral_cools(machine)
             if controller.programs is not None and controller.programs.loop == name:
@@ -87,6 +89,19 @@ def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) 
         heated = heated_loop(controller, str(machine.path[1]), plant)
         warm = heating_rule_holds_warm(machine, heated)
         yield from [*heating_rule_holds(machine)] or warm
+
+
+def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) -> Findings:
+    """Find loops that are warm enough where they stand, with nobody to ask for more."""
+    initial_c = machine.loop.setpoint.initial_c
+    if initial_c <= ambient_c and not commanded(controller, str(machine.path[1])):
+        yield Finding(
+            (*machine.path, "setpoint", "initial"),
+            f"{celsius(initial_c)} is not above the ambient temperature of {celsius(ambient_c)}, "
+            "and no interface can set another: it never heats",
+            "Write the temperature that it is to hold, or add an interface that serves the loop",
+            (("interfaces",), ("simulation", "ambient")),
+        )
 
 
 def _fed_holds(
