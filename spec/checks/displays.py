@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.programs import has_an_operator
-from heatwright.spec.commands import gcode_of, nextion_of, switched
+from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Nextion, SerialLog
 from heatwright.spec.max31856 import Max31856
@@ -80,22 +80,3 @@ def types_have_an_operator(controller: Controller) -> Findings:
                 "Delete it",
                 (("interfaces",), ("programs",), ("loops",)),
             )
-
-
-def types_change_in_the_cold(controller: Controller) -> Findings:
-    """Find types that could be changed under a loop that nobody can switch off."""
-    for name, sensor in controller.sensors.items():
-        if not isinstance(sensor, Max31856) or not sensor.selectable:
-            continue
-        used_by = [loop for loop, each in controller.loops.items() if each.sensor == name]
-        if not any(has_an_operator(controller, loop) for loop in used_by):
-            continue
-        for loop_name in used_by:
-            if not switched(controller, loop_name):
-                yield Finding(
-                    ("sensors", name, "selectable"),
-                    f"the loop {loop_name} goes by this sensor too, and is always on: its "
-                    "temperature would jump",
-                    "Delete it, or give that loop a sensor of its own",
-                    (("interfaces",), ("programs",), ("loops",)),
-                )

@@ -73,17 +73,22 @@ def loops_go_by_thermometers(controller: Controller) -> Findings:
             )
 
 
-def one_loop_per_output(controller: Controller) -> Findings:
-    """Find outputs that two loops would switch against each other."""
-    heated_by: dict[str, str] = {}
-    for name, loop in controller.loops.items():
-        first = heated_by.setdefault(loop.heater, name)
-        if first != name:
-            yield Finding(
-                ("loops", name, "heater"),
-                f"the loop {first} already switches {loop.heater}",
-                "Give each loop a heater of its own",
-            )
+def loops_share_no_part(controller: Controller) -> Findings:
+    """Find outputs that two loops would switch against each other, and sensors that two would read.
+
+    The loop that takes a reading leaves the other without one.
+    """
+    for key, does in (("heater", "switches"), ("sensor", "reads")):
+        used_by: dict[str, str] = {}
+        for name, loop in controller.loops.items():
+            part = getattr(loop, key)
+            first = used_by.setdefault(part, name)
+            if first != name:
+                yield Finding(
+                    ("loops", name, key),
+                    f"the loop {first} already {does} {part}",
+                    f"Give each loop a {key} of its own",
+                )
 
 
 def fans_run(controller: Controller) -> Findings:
