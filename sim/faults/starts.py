@@ -1,4 +1,7 @@
-"""States in which faults meet a machine, reached soon: it begins near where it has to be."""
+"""States in which faults meet a machine, reached soon: it begins near where it has to be.
+
+But no colder than its surroundings, however low its setpoint: there no machine stays.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +71,7 @@ def first_steps(world: World) -> None:
 def heating(site: Site) -> World:
     """Begin below the highest usable setpoint, with the heater on at this moment."""
     target_c = highest_c(site)
-    start_c = max(target_c - BELOW_K, coldest_c(site.controller, site.loop_name))
+    start_c = max(target_c - BELOW_K, coldest_c(site.controller, site.loop_name), ambient_c(site))
     world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
@@ -90,7 +93,7 @@ def heater_is_on(world: World) -> bool:
 def at_rest(site: Site, *, above_k: float) -> World:
     """Begin with a machine so far above the lowest setpoint, which is asked for: heater off."""
     lowest_c = setpoints_c(site)[0]
-    world = resting(site, lowest_c + above_k)
+    world = resting(site, max(lowest_c, ambient_c(site)) + above_k)
     world.set_setpoint(lowest_c)
     first_steps(world)
     return world
@@ -133,7 +136,7 @@ def held(site: Site) -> World:
     A heater under pulse width does so all the time: there it is until less than all is asked for.
     """
     target_c = highest_c(site)
-    world = World(site, Weather(target_c, ambient_c(site)))
+    world = World(site, Weather(max(target_c, ambient_c(site)), ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
     world.until(heater_is_on, LONGEST_S)

@@ -4,6 +4,7 @@ import random
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, site_of, tried
+from rig.analog_specs import KEYS, bed
 from rig.avr import whole
 from rig.specs import changed, controller_of
 
@@ -103,6 +104,16 @@ def test_the_keys_of_a_menu_reach_what_is_asked_of_them() -> None:
     """In steps of their own, that lead from the initial setpoint to no tenth degree."""
     site = site_of(changed("kiln_uno", ("step: 1 K", "step: 7 K")))
     assert starts.setpoint_moved(starts.heating(site), starts.highest_c(site)) == ""
+
+
+def test_no_machine_begins_colder_than_its_surroundings() -> None:
+    """It would warm up by itself, which rules take for a runaway."""
+    text = bed("hotend", interface=KEYS).replace("minimum: 10 °C", "minimum: 2 °C")
+    text = text.replace("initial: 50 °C, minimum: 45 °C", "initial: 5 °C, minimum: 5 °C")
+    world = starts.at_rest(site_of(text), above_k=0.0)
+    assert world.setpoint_c == 5.0
+    world.run(300.0)
+    assert (world.fault, world.sensed_c) == (0, pytest.approx(20.0))
 
 
 def test_a_fault_that_no_loop_accounts_for_is_a_mismatch() -> None:
