@@ -1,5 +1,7 @@
 """An output that stays on, and off, for a while at least (docs/control.md, "Output")."""
 
+import math
+
 from heatwright.spec import DigitalOutput
 
 TICK_US = 10_000
@@ -31,6 +33,17 @@ class Held:
         self._switch(on=wanted and permitted)
         return self.on
 
+    def ticks(self, count: int) -> None:
+        """Do some ticks, of which only the last may change anything: see `changes_in`."""
+        if count:
+            self._stays = max(0, self._stays - (count - 1))
+            self.tick()
+
+    @property
+    def changes_in(self) -> float:
+        """The number of ticks until it changes, as it is asked now."""
+        return math.inf if self._asked == self.on else max(1, self._stays)
+
     def _switch(self, *, on: bool) -> None:
         if on != self.on:
             self.on = on
@@ -53,12 +66,11 @@ class HeldCourse:
         """Go on to a time and return for how many microseconds it was on."""
         on_us = 0
         while self._now_us < to_us:
-            tick_us = (self._now_us // TICK_US + 1) * TICK_US
-            end_us = min(to_us, tick_us)
+            done = self._now_us // TICK_US
+            end_us = round(min(to_us, (done + self._held.changes_in) * TICK_US))
             on_us += (end_us - self._now_us) * self._held.on
             self._now_us = end_us
-            if end_us == tick_us:
-                self._held.tick()
+            self._held.ticks(end_us // TICK_US - done)
         return float(on_us)
 
 
