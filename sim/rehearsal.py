@@ -30,6 +30,10 @@ AFTER_S = 1e-6
 """What is due is done so long after its time."""
 
 
+FAN_SHARES = 20
+"""So finely a fan's share of a step is told."""
+
+
 class Number(NamedTuple):
     """A number of a rule that can be raised.
 
@@ -239,7 +243,9 @@ class _World:
             device.advance(due_s + AFTER_S)
         device.advance(self._row * self.step_s)
         self._felt = felt
-        given = self._coupling.supplied(self._coupling.active())
+        given = dict(self._coupling.supplied(self._coupling.active()))
+        for fan in self._machine.network.fans:  # each share of a fan is another machine
+            given[fan] = round(given[fan] * FAN_SHARES) / FAN_SHARES
         self._plant.step(given, self._coupling.feed_mm_per_s())
         if self._device.fault:
             raise _TrippedError
