@@ -38,11 +38,10 @@ def main(words: Sequence[str] | None = None) -> int:
         for each in _all(range(asked.first, asked.first + asked.count), asked.faults, asked.jobs):
             found.append(each)
             _progress(found, asked.count)
+            _write(found, asked.json)
     except KeyboardInterrupt:
         status = INTERRUPTED
     print(file=sys.stderr)
-    if asked.json:
-        asked.json.write_text(json.dumps(_summary(found), indent=1, ensure_ascii=False), "utf-8")
     _print(found)
     return status or int(any(each["end"] == "red" for each in found))
 
@@ -104,6 +103,12 @@ def _summary(found: Sequence[Found]) -> Found:
         "causes": dict(causes.most_common()),
         "machines": sorted(found, key=lambda each: each["number"]),
     }
+
+
+def _write(found: Sequence[Found], path: Path | None) -> None:
+    """Keep what was found so far, whatever ends the run."""
+    if path is not None:
+        path.write_text(json.dumps(_summary(found), indent=1, ensure_ascii=False), "utf-8")
 
 
 def _progress(found: Sequence[Found], count: int) -> None:
