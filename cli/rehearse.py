@@ -11,8 +11,8 @@ from heatwright.spec import Problem, Spec
 from heatwright.spec.loader import problem_of
 
 if TYPE_CHECKING:
+    from heatwright.sim.rehearsal import Tripped
     from heatwright.spec import Controller
-    from heatwright.spec.checks.finding import Finding
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class _Piece:
 
 def rehearsed(spec: Spec) -> tuple[Problem, ...]:
     """Return what trips, in the order of the file; nothing where there is no machine."""
-    from heatwright.sim.rehearsal import parts, together  # noqa: PLC0415 - it brings numpy
+    from heatwright.sim.rehearsal import findings, parts  # noqa: PLC0415 - it brings numpy
 
     pieces = [_Piece(spec.controller, part) for part in parts(spec.controller)]
     if not pieces:
@@ -32,12 +32,14 @@ def rehearsed(spec: Spec) -> tuple[Problem, ...]:
         jobs = [
             shown.begin(f"Running {each.part or 'the scenario'}", waits=True) for each in pieces
         ]
-        found = spread(_rehearse, pieces, jobs)
-    problems = [problem_of(spec.tree, each) for each in together(found)]
+        tripped = [each for found in spread(_rehearse, pieces, jobs) for each in found]
+        if tripped:
+            shown.begin("Looking for numbers that would do")
+        problems = [problem_of(spec.tree, each) for each in findings(spec.controller, tripped)]
     return tuple(sorted(problems, key=lambda problem: (problem.line, problem.column)))
 
 
-def _rehearse(piece: _Piece, job: Job) -> tuple[Finding, ...]:
+def _rehearse(piece: _Piece, job: Job) -> tuple[Tripped, ...]:
     from heatwright.sim.rehearsal import rehearse  # noqa: PLC0415
 
     return rehearse(piece.controller, piece.part, job)

@@ -28,6 +28,7 @@ from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest
+from heatwright.spec.commands import for_display
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.program_orders import Order, ProgramOrder
 
@@ -143,10 +144,10 @@ class AvrDevice:
 
         A touch display sends it as it is, at once: "#8 1;".
         """
-        for display in self._parts(Nextion):
-            display.send(line)
-            return
-        self.host.send(line)
+        if for_display(self._controller, line):
+            self._parts(Nextion)[0].send(line)
+        else:
+            self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
         """Have the operator order the program about; number -- of a program, or a segment.

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
 from heatwright.sim.coupling import Coupling, sums_noise
 from heatwright.sim.faults.healthy import Healthy, machines, take_through
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import plant_of, profile_c
-from heatwright.sim.plot_data import fault_label, faults
+from heatwright.sim.plot_data import faults
 from heatwright.sim.scenario import long_enough, unasked
 from heatwright.spec import Controller, ThermalNetwork
 from heatwright.spec.base import ReadOnlyDict
@@ -27,7 +29,9 @@ FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
 
 
 AFTER_S = 1e-6
-"""What is due is done so long after its time."""
+"""Added to the time at which something is due, so that it is done."""
+TOLD = ("time_s", "temperature_c", "setpoint_c")
+"""Of the step in which a rule trips."""
 
 
 FAN_SHARES = 20
@@ -70,13 +74,15 @@ NUMBERS = {
 class Tripped(NamedTuple):
     """A rule that tripped although the machine is well.
 
-    loop, rule -- whose, and its id; machine -- which one; time_s -- when; reading_c, setpoint_c --
-    of the loop then.
+    loop, rule -- whose, and its id; part -- the loop that was taken through its setpoints, or None:
+    the scenario was played; machine -- on which one, None: on the plant as it is; time_s -- when;
+    reading_c, setpoint_c -- of the loop then.
     """
 
     loop: str
     rule: str
-    machine: Healthy
+    part: str | None
+    machine: Healthy | None
     time_s: float
     reading_c: float
     setpoint_c: float
@@ -91,55 +97,45 @@ def parts(controller: Controller) -> tuple[str | None, ...]:
     return () if controller.simulation is None else (None, *controller.loops)
 
 
-def rehearse(controller: Controller, part: str | None, progress: Progress) -> tuple[Finding, ...]:
-    """Rehearse one part, and return what trips."""
-    if part is None:
-        return tuple(_of_scenario(controller, progress))
-    return tuple(_of_loop(controller, part, progress))
+def rehearse(controller: Controller, part: str | None, progress: Progress) -> tuple[Tripped, ...]:
+    """Rehearse one part, and return what trips; a loop is taken through its setpoints.
 
-
-def together(found: Sequence[tuple[Finding, ...]]) -> tuple[Finding, ...]:
-    """Return what was found in all parts, each key once.
-
-    What trips in the scenario mostly has the same cause as what trips in a loop: once is enough.
+    Each machine that is well is tried, as `verify` tries it.
     """
-    in_scenario, *loops = found or ((),)
-    in_loops = {finding.path: finding for each in loops for finding in each}
-    return tuple(in_loops.values()) or in_scenario
-
-
-def _of_loop(controller: Controller, name: str, progress: Progress) -> Iterator[Finding]:
-    """Take a loop through what `verify` takes it, for each machine that is well."""
-    place = Place(controller, name)
+    if part is None:
+        found = _of_scenario(controller, progress)
+        return () if found is None else (found,)
+    place = Place(controller, part)
     tried = list(machines(place))
-    tripped: dict[tuple[str, str], list[Tripped]] = {}
+    tripped = []
     for number, machine in enumerate(tried):
-        found = _rehearsed(place, machine)
-        if found is not None:
-            tripped.setdefault(found[:2], []).append(found)
+        tripped.append(_of_machine(place, machine))
         progress(number + 1, len(tried))
-    for each in tripped.values():
-        yield _finding(place, each)
+    return tuple(each for each in tripped if each is not None)
 
 
-def _of_scenario(controller: Controller, progress: Progress) -> Iterator[Finding]:
-    """Play the scenario as `verify` plays it."""
-    assert controller.simulation is not None  # noqa: S101 - looked at before
-    longer = long_enough(controller)
-    trace = bench(longer, ReferenceDevice(longer), progress=progress)
-    for log in trace.steps.values():
-        for time_s, code in unasked(controller.simulation, faults(log)):
-            yield Finding(
-                ("simulation", "scenario"),
-                f"{fault_label(code)} trips in it {duration(round(time_s, 1))} after its start, "
-                "although nothing is broken",
-                "Look at it with `heatwright simulate --model --plot run.png`, and give the rule "
-                "more room or the loop other gains",
-            )
-            return
+def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Finding, ...]:
+    """Say each rule that trips once, with the number that does for all that was rehearsed."""
+    rules: dict[tuple[str, str], list[Tripped]] = {}
+    for each in tripped:
+        rules.setdefault(each[:2], []).append(each)
+    return tuple(_finding(controller, each) for each in rules.values())
 
 
-def _rehearsed(place: Place, machine: Healthy) -> Tripped | None:
+def _of_scenario(controller: Controller, progress: Progress) -> Tripped | None:
+    longer, device = long_enough(controller), ReferenceDevice(controller)
+    assert longer.simulation is not None  # noqa: S101 - looked at before
+    trace = bench(longer, device, progress=progress)
+    for loop, log in trace.steps.items():
+        for time_s, code in unasked(longer.simulation, faults(log)):
+            if loop == device.fault_loop:
+                row = log[np.searchsorted(log["time_s"], time_s)]
+                told = (float(row[name]) for name in TOLD)
+                return Tripped(loop, RULES[code].id, None, None, *told)
+    return None
+
+
+def _of_machine(place: Place, machine: Healthy) -> Tripped | None:
     world = _World(place, machine)
     try:
         take_through(world, machine.setpoints_c)
@@ -148,40 +144,63 @@ def _rehearsed(place: Place, machine: Healthy) -> Tripped | None:
     return None
 
 
-def _finding(place: Place, tripped: Sequence[Tripped]) -> Finding:
+def _finding(controller: Controller, tripped: Sequence[Tripped]) -> Finding:
     first = tripped[0]
-    rule = first.rule
-    numbers = NUMBERS.get(rule, ())
-    path = numbers[0].path(first.loop) if numbers else ("loops", first.loop)
+    numbers = NUMBERS.get(first.rule, ())
+    path = numbers[0].path(first.loop) if numbers else _path(first)
+    where = "in the scenario, although nothing is broken"
+    if first.machine is not None:
+        where = f"on a machine that is well ({first.machine.what})"
+    if first.part not in {first.loop, None}:
+        where += f", while {first.part} is taken through its setpoints"
     reason = (
-        f"{rule} trips on a machine that is well ({first.machine.what}): "
-        f"{duration(round(first.time_s, 1))} after its start, at {first.reading_c:.1f} °C with a "
-        f"setpoint of {first.setpoint_c:.1f} °C"
+        f"{first.rule} trips {where}: {duration(round(first.time_s, 1))} after the start, at "
+        f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"
     )
     for number in numbers:
-        value = _enough(place, number, tripped)
+        value = _enough(controller, number, tripped)
         if value:
             return Finding(number.path(first.loop), reason, f"Write {number.key}: {value}")
-    remedy = "Use other gains (`heatwright tune` finds some), a lower setpoint or less power"
+    remedy = (
+        "Use other gains (`heatwright tune` finds some), a lower setpoint.maximum or less power"
+    )
     return Finding(path, reason, remedy)
 
 
-def _enough(place: Place, number: Number, tripped: Sequence[Tripped]) -> str:
+def _path(tripped: Tripped) -> Path:
+    key = {"over_temperature": "maximum", "under_temperature": "minimum"}.get(tripped.rule)
+    loop = ("loops", tripped.loop)
+    return (*loop, "protection", key) if key else loop
+
+
+def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> str:
     """Return the least of some larger numbers that is enough, with its unit; "" for none."""
     for factor in FACTORS:
-        value, other = _raised(place, tripped[0].loop, number, factor)
-        path = number.path(tripped[0].loop)
-        if any(finding.path[: len(path)] == path for finding in check(other.controller)):
-            return ""
-        later = (_rehearsed(other, each.machine) for each in tripped)
-        if all(found is None or found[:2] != tripped[0][:2] for found in later):
+        value, other = _raised(controller, tripped[0].loop, number, factor)
+        if check(other):
+            return ""  # another rule, or what the machine bears, is against it
+        if not any(_trips_again(other, each) for each in tripped):
             return f"{value} {number.unit}"
     return ""
 
 
-def _raised(place: Place, name: str, number: Number, factor: float) -> tuple[str, Place]:
+def _quiet(done: float, total: float) -> None:
+    """Tell nobody how far it is."""
+
+
+def _trips_again(controller: Controller, tripped: Tripped) -> bool:
+    if tripped.part is None or tripped.machine is None:
+        found = _of_scenario(controller, _quiet)
+    else:
+        found = _of_machine(Place(controller, tripped.part), tripped.machine)
+    return found is not None and found[:2] == tripped[:2]
+
+
+def _raised(
+    controller: Controller, name: str, number: Number, factor: float
+) -> tuple[str, Controller]:
     """Raise a number: what it is then, as a spec says it, and the controller that has it."""
-    loop = place.controller.loops[name]
+    loop = controller.loops[name]
     protection = loop.protection
     holder = getattr(protection, number.part) if number.part else protection
     value = rounded_up(factor * getattr(holder, number.field))
@@ -189,8 +208,8 @@ def _raised(place: Place, name: str, number: Number, factor: float) -> tuple[str
     if number.part:
         changed = protection.model_copy(update={number.part: changed})
     loop = loop.model_copy(update={"protection": changed})
-    loops = ReadOnlyDict({**place.controller.loops, name: loop})
-    return value, Place(place.controller.model_copy(update={"loops": loops}), place.loop_name)
+    loops = ReadOnlyDict({**controller.loops, name: loop})
+    return value, controller.model_copy(update={"loops": loops})
 
 
 def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, float]:
@@ -266,9 +285,6 @@ class _World:
     def tripped(self) -> Tripped:
         """Tell what tripped."""
         device = self._device
-        time_s, reading_c, setpoint_c = (
-            device.last(device.fault_loop, member)
-            for member in ("time_s", "temperature_c", "setpoint_c")
-        )
+        told = (device.last(device.fault_loop, name) for name in TOLD)
         rule = RULES[device.fault].id
-        return Tripped(device.fault_loop, rule, self._machine, time_s, reading_c, setpoint_c)
+        return Tripped(device.fault_loop, rule, self.site.loop_name, self._machine, *told)

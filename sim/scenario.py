@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 from heatwright.spec import Controller, Event, ProgramOrder, Simulation, Write
 from heatwright.spec.rules import RULES
+from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
 
-LEAST_S = 1800.0
-"""A shorter scenario is drawn out to this length: counters that wrap or drift show late."""
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 """A host's line that stops all, which is a fault that is latched."""
 
@@ -57,7 +56,7 @@ def long_enough(controller: Controller) -> Controller:
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     scenario = tuple(
-        event.model_copy(update={"for_s": LEAST_S}) if _is_short(event) else event
+        event.model_copy(update={"for_s": LEAST_VERIFIED_S}) if _is_short(event) else event
         for event in simulation.scenario
     )
     longer = simulation.model_copy(update={"scenario": scenario})
@@ -65,7 +64,7 @@ def long_enough(controller: Controller) -> Controller:
 
 
 def _is_short(event: Event) -> bool:
-    return event.for_s is not None and event.for_s < LEAST_S
+    return event.for_s is not None and event.for_s < LEAST_VERIFIED_S
 
 
 def stops(simulation: Simulation) -> bool:

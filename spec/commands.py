@@ -24,6 +24,13 @@ def nextion_of(controller: Controller) -> Nextion | None:
     return next(found, None)
 
 
+def for_display(controller: Controller, line: str) -> bool:
+    """Tell whether a line is sent to the touch display: beside a host, if it begins with #."""
+    if nextion_of(controller) is None:
+        return False
+    return gcode_of(controller) is None or line.startswith("#")
+
+
 def keypad_of(controller: Controller) -> LcdKeypad | None:
     """Find the keypad of a controller, if it has one."""
     found = (each for each in controller.interfaces if isinstance(each, LcdKeypad))

@@ -2,42 +2,58 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from heatwright.spec.outputs import always_running
-from heatwright.spec.simulation import AMBIENT, Link, Simulation
+from heatwright.spec.simulation import AMBIENT, LEAST_VERIFIED_S, Event, Link, Simulation
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 
-def fastest_feed_mm_per_s(simulation: Simulation) -> float:
-    """Return how fast the scenario feeds filament that takes heat, at most, mm/s; 0 for none."""
+def lasting_feed_mm_per_s(simulation: Simulation, least_s: float) -> float:
+    """Return how fast the scenario feeds filament for longer than this, at least, mm/s.
+
+    Slower stretches end a faster one. `verify` draws a short scenario out, and its last feed. 0 for
+    none, or for filament that takes no heat.
+    """
     filament = simulation.plant.filament
     if filament is None or filament.heat_j_per_k_mm == 0:
         return 0.0
-    return max((event.extrude_mm_per_s or 0.0 for event in simulation.scenario), default=0.0)
+    stretches = [*_stretches(simulation)]
+    speeds = sorted({speed for speed, _ in stretches}, reverse=True)
+    return next((speed for speed in speeds if _longest_s(stretches, speed) > least_s), 0.0)
 
 
-def longest_feed_s(simulation: Simulation) -> float:
-    """Return for how long the scenario feeds filament without a pause, at most, s."""
-    longest_s, since_s = 0.0, math.inf
-    for event in simulation.scenario:
-        at_s = event.for_s if event.at_s is None else event.at_s
-        longest_s = max(longest_s, (at_s or 0.0) - since_s)
-        if event.extrude_mm_per_s is not None:
-            since_s = min(since_s, at_s or 0.0) if event.extrude_mm_per_s else math.inf
+def _stretches(simulation: Simulation) -> Iterator[tuple[float, float]]:
+    """Yield the speeds of the feed, mm/s, and for how long each is kept, s."""
+    since_s = speed = 0.0
+    for event in sorted(simulation.scenario, key=_time_s):
+        if event.extrude_mm_per_s is not None or event.for_s is not None:
+            yield speed, _time_s(event) - since_s
+            since_s, speed = _time_s(event), event.extrude_mm_per_s or 0.0
+
+
+def _time_s(event: Event) -> float:
+    return event.at_s or 0.0 if event.for_s is None else max(event.for_s, LEAST_VERIFIED_S)
+
+
+def _longest_s(stretches: Iterable[tuple[float, float]], least_mm_per_s: float) -> float:
+    longest_s = lasts_s = 0.0
+    for speed, length_s in stretches:
+        lasts_s = lasts_s + length_s if speed >= least_mm_per_s else 0.0
+        longest_s = max(longest_s, lasts_s)
     return longest_s
 
 
-def fed(controller: Controller, simulation: Simulation) -> Simulation:
-    """Return the machine at the fastest feed: it cools its node as a link to `ambient` does.
+def fed(controller: Controller, simulation: Simulation, mm_per_s: float) -> Simulation:
+    """Return the machine at a feed: it cools its node as a link to `ambient` does.
 
     The same one where nothing is fed. A fan that always runs would act on that link, too: it is
     made so much weaker.
     """
-    plant, mm_per_s = simulation.plant, fastest_feed_mm_per_s(simulation)
+    plant = simulation.plant
     if plant.filament is None or mm_per_s == 0:
         return simulation
     between = (plant.filament.node, AMBIENT)

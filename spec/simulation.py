@@ -177,6 +177,10 @@ _Line = Annotated[
 ]
 
 
+LEAST_VERIFIED_S = 1800.0
+"""`verify` draws a shorter scenario out to this length: counters that wrap or drift show late."""
+
+
 class Event(Model):
     """One line of a scenario: `at` and what happens then, or `for`, which ends it."""
 

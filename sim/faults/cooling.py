@@ -20,10 +20,10 @@ def complaint(world: World) -> str:
 
 
 def _held_s(world: World, cooler: str) -> float:
-    """Return how long its minimum times may keep it from what it is asked."""
+    """Return how long its minimum times, and a wait for the loop's next step, may keep it."""
     output = world.site.controller.outputs[cooler]
     assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other cooler
-    return max(output.minimum_on_s, output.minimum_off_s)
+    return world.site.loop.period_s + max(output.minimum_on_s, output.minimum_off_s)
 
 
 def _is_right(world: World) -> bool:

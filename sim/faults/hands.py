@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from heatwright.spec import modbus_of, nextion_of
+from heatwright.spec import modbus_of
+from heatwright.spec.commands import touched
 
 if TYPE_CHECKING:
     from heatwright.sim.faults.site import Site
@@ -41,7 +42,7 @@ def hand_of(site: Site) -> Hand:
     if site.is_switched:
         if modbus_of(site.controller) is not None:
             return _Master()
-        if nextion_of(site.controller) is not None:
+        if touched(site.controller, site.loop_name):
             return _AtDisplay()
         return _AtMenu() if site.has_menu else _AtPanel()
     return _Host() if site.is_commanded else _AtKeys()

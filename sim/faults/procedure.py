@@ -24,7 +24,7 @@ from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.peaks import SPREADING_S
-from heatwright.sim.faults.readings import SENSOR_RULES
+from heatwright.sim.faults.readings import LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import World
@@ -210,11 +210,17 @@ class _Trial:
         return max(began_s, world.now_s - world.step_s) if since_s is None else since_s
 
     def _judge_trip(self, trip: Trip, found: Change, since_s: float, when: str) -> None:
-        if trip.rules and RULES[found.code].id not in trip.rules:
+        if trip.rules and RULES[found.code].id not in (*trip.rules, *self._may_come_first()):
             self._wrong(f"{_name(found.code)} tripped, not {' or '.join(trip.rules)}{when}")
         after_s = found.time_s - since_s
         if after_s > trip.allowed_s:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
+
+    def _may_come_first(self) -> tuple[str, ...]:
+        """Return what may tell sooner that no reading comes: without one there is no heat."""
+        log = self.world.device.steps(self.world.site.loop_name)
+        read = len(log) and log[-1]["has_reading"] and not log[-1]["reading_status"]
+        return () if read else LACKS_HEAT
 
     def _judge_heater(self) -> None:
         """See how soon the heater was off, and let the heat spread that is under way."""

@@ -13,11 +13,10 @@ from heatwright.spec import (
     commanded,
     gcode_of,
     modbus_of,
-    nextion_of,
     programmed,
     switched,
 )
-from heatwright.spec.commands import keypad_of
+from heatwright.spec.commands import keyed, keypad_of, touched
 
 
 @dataclass(frozen=True)
@@ -53,12 +52,14 @@ class Place:
     @property
     def has_menu(self) -> bool:
         """Whether the keys lead through a menu, as they do where programs run."""
-        return self.has_keys and programmed(self.controller, self.loop_name)
+        return keyed(self.controller, self.loop_name) and programmed(
+            self.controller, self.loop_name
+        )
 
     @property
     def has_keys_alone(self) -> bool:
         """Whether UP and DOWN are all that sets the setpoint, step by step."""
-        others = modbus_of(self.controller) or nextion_of(self.controller)
+        others = modbus_of(self.controller) or touched(self.controller, self.loop_name)
         return self.is_switched and not others
 
     @property

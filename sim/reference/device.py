@@ -16,7 +16,7 @@ from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, Stepper, modbus_of, nextion_of
-from heatwright.spec.commands import keypad_of
+from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
 
 
@@ -39,6 +39,7 @@ class ReferenceDevice:
             name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0))
             for name, loop in controller.loops.items()
         }
+        self._controller = controller
         self._latch = Latch(self._loops)
         self._driven, self._feeds = _outputs(controller)
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
@@ -151,7 +152,7 @@ class ReferenceDevice:
             ValueError: the controller has neither host nor display, or the line no command.
 
         """
-        if self._display is not None:
+        if self._display is not None and for_display(self._controller, line):
             self._display.send(line)
         else:
             self._host.send(line)

@@ -32,11 +32,14 @@ from heatwright.spec.checks.power import (
 from heatwright.spec.checks.warm import frozen_rule_holds, heating_rule_holds_warm
 from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
-from heatwright.spec.feeds import fastest_feed_mm_per_s, fed, longest_feed_s
+from heatwright.spec.feeds import fed, lasting_feed_mm_per_s
 from heatwright.spec.heated_loop import heated_loop
 from heatwright.spec.outputs import Switch, TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 from heatwright.spec.simulation import Simulation
+
+BRIEF_S = 60.0
+"""For so long a feed may take more heat than there is, where no rule gives a time."""
 
 
 def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
@@ -94,12 +97,15 @@ def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) 
 def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) -> Findings:
     """Find loops that are warm enough where they stand, with nobody to ask for more."""
     initial_c = machine.loop.setpoint.initial_c
-    if initial_c <= ambient_c and not commanded(controller, str(machine.path[1])):
+    if machine.loop.cooler is not None or commanded(controller, str(machine.path[1])):
+        return
+    if initial_c <= ambient_c:
         yield Finding(
             (*machine.path, "setpoint", "initial"),
             f"{celsius(initial_c)} is not above the ambient temperature of {celsius(ambient_c)}, "
             "and no interface can set another: it never heats",
-            "Write the temperature that it is to hold, or add an interface that serves the loop",
+            "Write the temperature that it is to hold, an ambient in which it has to heat, or an "
+            "interface that serves the loop",
             (("interfaces",), ("simulation", "ambient")),
         )
 
@@ -107,16 +113,17 @@ def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) ->
 def _fed_holds(
     controller: Controller, name: str, heater: Switch, simulation: Simulation
 ) -> Findings:
-    """Do the same while the scenario feeds filament, which takes heat away.
+    """Hold them to that while the scenario feeds filament, which takes heat away.
 
-    For less time than `heating` has it may take more than there is. `frozen` is as narrow as
-    without: at more duty a reading that stands still would be too much heat once feeding ends.
+    For less time than `heating` has, or a minute, it may take more than there is. `frozen` is as
+    narrow as without: at more duty a reading that stands still would be too much heat once feeding
+    ends.
     """
     heating = controller.loops[name].protection.heating
-    mm_per_s = fastest_feed_mm_per_s(simulation)
-    if longest_feed_s(simulation) <= (heating.within_s if heating is not None else 0.0):
+    mm_per_s = lasting_feed_mm_per_s(simulation, heating.within_s if heating else BRIEF_S)
+    if mm_per_s == 0:
         return
-    cooled = fed(controller, simulation)
+    cooled = fed(controller, simulation, mm_per_s)
     for finding in _heating_holds(controller, Machine(controller, name, heater, cooled), cooled):
         yield finding._replace(
             reason=f"{finding.reason}, with {number(mm_per_s)} mm/s of filament",

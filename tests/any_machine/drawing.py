@@ -50,23 +50,26 @@ def machine(number: int) -> Machine:
 
 
 def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
-    """Write what `check` proposes until it calls a spec good; None: it has no proposal."""
+    """Write what `check` proposes until it calls a spec good; None: it has no proposal.
+
+    Raises SpecError or AssertionError where a proposal is refused, or does not do.
+    """
     for _ in range(MOST_MENDED):
         findings = rehearsed(spec)
         if not findings:
             return text, spec
         told += [str(problem_of(spec.tree, finding)) for finding in findings]
         try:
-            text = _mended(text, findings)
-            spec = load_text(text, "drawn.yaml")
-        except (LookupError, SpecError):
+            text = _mended(spec, findings)
+        except LookupError:
             return None
-    return None
+        spec = load_text(text, "drawn.yaml")
+    raise AssertionError(f"check proposes numbers that do not do: {told}")
 
 
-def _mended(text: str, findings: Sequence[Finding]) -> str:
+def _mended(spec: Spec, findings: Sequence[Finding]) -> str:
     """Write the numbers that are proposed; raises LookupError if one proposes none."""
-    data = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - makes text, dicts and lists alone
+    data = _plain(spec.tree.data)
     for finding in findings:
         value = REMEDY.fullmatch(finding.remedy)
         if value is None:
@@ -77,6 +80,12 @@ def _mended(text: str, findings: Sequence[Finding]) -> str:
             entry = entry.setdefault(each, {})
         entry[key] = value[1]
     return yaml.dump(data, allow_unicode=True, sort_keys=False)
+
+
+def _plain(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _plain(value) for key, value in data.items()}
+    return [_plain(each) for each in data] if isinstance(data, tuple) else data
 
 
 def verify(piece: tuple[int, int | None]) -> dict[str, Any]:

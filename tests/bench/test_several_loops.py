@@ -10,7 +10,7 @@ from machines import at, course, events
 from matplotlib.colors import to_hex
 from rig.avr import whole
 from rig.controllers import LENGTH_S, drawings
-from rig.specs import controller_of
+from rig.specs import EXAMPLES, controller_of
 from suite import SEED, amount
 
 from heatwright.sim.bench import ReferenceDevice, bench
@@ -92,6 +92,35 @@ def test_a_fault_of_one_stops_all_and_each_goes_on_by_itself():
     assert course(near, "setpoint_c", "fault.code")[-4:] == [(0, 0), (40, 0), (40, 19), (0, 0)]
     assert course(middle, "setpoint_c", "mode") == [(0, 0), (60, 0), (50, 0), (50, 1), (0, 0)]
     assert set(far["setpoint_c"]) == {0, 45}
+
+
+def test_a_line_goes_to_the_host_beside_a_display_and_an_order_to_the_display():
+    text = (EXAMPLES / "printer.yaml").read_text("utf-8")
+    text = text[: text.index("simulation:")]
+    for old, new in (
+        (", B: bed", ""),
+        ("interfaces:\n", "interfaces:\n  - {kind: nextion, loop: bed, baud: 9600, port: 1}\n"),
+        (
+            "initial: 0 °C, minimum: 0 °C, maximum: 110 °C",
+            "initial: 40 °C, minimum: 40 °C, maximum: 110 °C",
+        ),
+        (
+            "    autotune: {cycles: 5, swing: 100 %}\n    protection:\n      maximum: 125",
+            "    protection:\n      maximum: 125",
+        ),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    controller = controller_of(text)
+    for device in (ReferenceDevice(controller), AvrDevice(controller, whole(text))):
+        for sensor in controller.thermometers:
+            device.sense(sensor, 25.0)
+        device.advance(1.23)
+        for line in ("M104 S200", "#3 60;", "#2 1;"):
+            device.send(line)
+        device.advance(4.0)
+        told = {loop: device.steps(loop)[-1]["setpoint_c"] for loop in controller.loops}
+        assert told == {"hotend": 200.0, "bed": 60.0}
 
 
 def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop():

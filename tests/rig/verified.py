@@ -12,7 +12,7 @@ from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.sim.chain import chain_errors
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import catalogue, try_fault
-from heatwright.sim.rehearsal import parts, rehearse, together
+from heatwright.sim.rehearsal import findings, parts, rehearse
 from heatwright.spec import Spec
 from heatwright.spec.checks.finding import Finding
 
@@ -45,7 +45,7 @@ class Silent:
 def rehearsed(spec: Spec) -> tuple[Finding, ...]:
     """Return what `heatwright check` finds when it runs the machine."""
     found = [rehearse(spec.controller, part, Silent()) for part in parts(spec.controller)]
-    return together(found)
+    return findings(spec.controller, [each for tripped in found for each in tripped])
 
 
 def verified(
