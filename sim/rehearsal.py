@@ -15,7 +15,6 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plot_data import faults
 from heatwright.sim.scenario import long_enough, unasked
 from heatwright.spec import Controller, ThermalNetwork
-from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.checks import check
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.problems import Path
@@ -208,8 +207,7 @@ def _raised(
     if number.part:
         changed = protection.model_copy(update={number.part: changed})
     loop = loop.model_copy(update={"protection": changed})
-    loops = ReadOnlyDict({**controller.loops, name: loop})
-    return value, controller.model_copy(update={"loops": loops})
+    return value, controller.with_loop(name, loop)
 
 
 def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, float]:

@@ -13,6 +13,7 @@ from heatwright.spec.base import (
     Model,
     Name,
     PinName,
+    ReadOnlyDict,
     Reference,
     Temperature,
     Title,
@@ -134,6 +135,10 @@ class Controller(Model):
     @model_validator(mode="after")
     def _derive(self) -> "Controller":
         return with_derived(self)
+
+    def with_loop(self, name: str, loop: Loop) -> "Controller":
+        """Return the same controller with another loop of a name; nothing is derived anew."""
+        return self.model_copy(update={"loops": ReadOnlyDict({**self.loops, name: loop})})
 
     @property
     def board(self) -> Board:

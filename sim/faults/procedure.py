@@ -30,7 +30,6 @@ from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
-from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.checks import check
 from heatwright.spec.rules import RULES
 
@@ -288,8 +287,7 @@ class _Trial:
         loop = site.loop.model_copy(
             update={"protection": protection.model_copy(update={rule: changed})}
         )
-        loops = ReadOnlyDict({**site.controller.loops, site.loop_name: loop})
-        other = replace(site, controller=site.controller.model_copy(update={"loops": loops}))
+        other = replace(site, controller=site.controller.with_loop(site.loop_name, loop))
         refused = ("loops", site.loop_name, "protection", rule)
         if any(finding.path[:4] == refused for finding in check(other.controller)):
             return False

@@ -9,7 +9,6 @@ from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import heat
 from heatwright.spec import Controller, Event, Pid
-from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.commands import must_release, zero_is_off
 
 Progress = Callable[[float, float], None]
@@ -26,8 +25,7 @@ def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
     }
     whole = spec.algorithm if isinstance(spec.algorithm, Pid) else blank_pid()
     changed = spec.model_copy(update={"algorithm": whole.model_copy(update=changes)})
-    loops = ReadOnlyDict({**controller.loops, loop: changed})
-    return controller.model_copy(update={"loops": loops, "comparison": ()})
+    return controller.with_loop(loop, changed).model_copy(update={"comparison": ()})
 
 
 def blank_pid() -> Pid:
@@ -57,9 +55,7 @@ def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controlle
         return controller
     setpoint = spec.setpoint.model_copy(update={"initial_c": target_c, "stored": False})
     changed = spec.model_copy(update={"setpoint": setpoint, "starts": "enabled"})
-    return controller.model_copy(
-        update={"loops": ReadOnlyDict({**controller.loops, loop: changed})}
-    )
+    return controller.with_loop(loop, changed)
 
 
 def ending(length_s: float) -> Event:

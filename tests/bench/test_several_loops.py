@@ -18,7 +18,6 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.plot import run_figure
 from heatwright.sim.plot_data import all_faults
 from heatwright.sim.replay import replay_all
-from heatwright.spec.base import ReadOnlyDict
 
 TOOLS = (Path(__file__).parent / "several_loops.yaml").read_text("utf-8")
 SPECS = {"barrel": "barrel", "tools": TOOLS}
@@ -126,8 +125,7 @@ def test_a_line_goes_to_the_host_beside_a_display_and_an_order_to_the_display():
 def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop():
     controller = controller_of("barrel")
     slow = controller.loops["die"].model_copy(update={"period_s": 20.0})
-    loops = ReadOnlyDict({**controller.loops, "die": slow})
-    controller = controller.model_copy(update={"loops": loops})
+    controller = controller.with_loop("die", slow)
     device = ReferenceDevice(controller)
     for sensor in controller.thermometers:
         device.sense(sensor, 20.0)
@@ -136,7 +134,7 @@ def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop():
     device.advance(28.3)
     device.write("acknowledge", True)
     device.advance(50.3)
-    logs = {loop: device.steps(loop) for loop in loops}
+    logs = {loop: device.steps(loop) for loop in controller.loops}
     assert set(logs["die"]["fault.code"]) == {0}
     assert logs["die"]["fault.temperature_c"][-1] > 0
     assert [each.first for each in replay_all(controller, logs).values()] == [(), ()]
