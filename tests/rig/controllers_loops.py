@@ -269,7 +269,10 @@ class LoopDraw:
         coldest_c = min(self.start_c - 1 - self.step_k - 6 * self.noise_k, self.high_c - 10)
         self.minimum_c = draws.number(lowest_c, max(coldest_c, lowest_c), -10, 0.1)
         low_c = draws.number(self.minimum_c + 0.2, self.high_c - 5, self.start_c - 0.5, 0.1)
-        first_c = draws.number(low_c, self.high_c, low_c, 0.1)
+        least_c = low_c
+        if not (served.by_host or served.by_master or served.switched):
+            least_c = max(low_c, min(AMBIENT_C + 1, self.high_c))  # nobody asks for more
+        first_c = draws.number(least_c, self.high_c, least_c, 0.1)
         if served.zero_is_off and draws.some():
             low_c = first_c = 0.0
         self.low_c = low_c
