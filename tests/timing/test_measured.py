@@ -117,7 +117,8 @@ def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> 
 
 
 def test_a_controller_without_keys() -> None:
-    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""))
+    warm = ("initial: 20 °C", "initial: 50 °C")
+    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""), warm)
     controller = spec_of(text).controller
     assert not any(part.kind == "lcd_keypad" for part in controller.interfaces)
     timing = measure(controller, whole(text))
