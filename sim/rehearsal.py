@@ -121,7 +121,7 @@ def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Findin
     return tuple(_finding(controller, each) for each in rules.values())
 
 
-def _of_scenario(controller: Controller, progress: Progress) -> Tripped | None:
+def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tripped | None:
     longer, device = long_enough(controller), ReferenceDevice(controller)
     assert longer.simulation is not None  # noqa: S101 - looked at before
     trace = bench(longer, device, progress=progress)
@@ -183,13 +183,9 @@ def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) 
     return ""
 
 
-def _quiet(done: float, total: float) -> None:
-    """Tell nobody how far it is."""
-
-
 def _trips_again(controller: Controller, tripped: Tripped) -> bool:
     if tripped.part is None or tripped.machine is None:
-        found = _of_scenario(controller, _quiet)
+        found = _of_scenario(controller)
     else:
         found = _of_machine(Place(controller, tripped.part), tripped.machine)
     return found is not None and found[:2] == tripped[:2]

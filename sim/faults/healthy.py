@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bears import WARM_DAY_C, room_c
+from heatwright.sim.faults.bears import SIGMAS, WARM_DAY_C, room_c
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import (
     WARM_K,
@@ -17,7 +17,7 @@ from heatwright.sim.faults.machine import (
     sensor_step_k,
     usable_c,
 )
-from heatwright.sim.faults.site import Place, Site
+from heatwright.sim.faults.site import Operated, Place, Site
 from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
@@ -30,7 +30,6 @@ HOLD_S = 200.0
 HOLD_PERIODS = 1000
 """Or so many periods, and the longest of those times twice, where that is less."""
 LONGEST_S = 3600.0
-SIGMAS = 6.0
 
 
 class Healthy(NamedTuple):
@@ -45,28 +44,6 @@ class Healthy(NamedTuple):
     start_c: float
     ambient_c: float
     setpoints_c: tuple[float, ...]
-
-
-class Operated(Protocol):
-    """A controller on its machine, with somebody who asks for setpoints."""
-
-    step_s: float
-
-    @property
-    def site(self) -> Place:
-        """The controller, and the loop in question."""
-
-    def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for a setpoint, °C, and switch on."""
-
-    def run(self, seconds: float) -> None:
-        """Go on for a time."""
-
-    def step(self) -> None:
-        """Go on by one step of time."""
-
-    def loop(self, member: str) -> float:
-        """Return a number of the loop's state."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -112,7 +89,7 @@ def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
     """Ask for one setpoint after the other, each held a while."""
     for setpoint_c in setpoints_c:
         world.set_setpoint(setpoint_c)
-        world.run(starts.FIRST_STEPS * world.site.loop.period_s)
+        starts.first_steps(world)
         for _ in range(round(LONGEST_S / world.step_s)):
             if world.loop("duty_percent") < full_percent(world.site.loop):
                 break  # it has enough

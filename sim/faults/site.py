@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces.gcode import heats
@@ -103,3 +104,25 @@ class Site(Place):
     """Where faults are tried: the binary is there, too."""
 
     program: Elf
+
+
+class Operated(Protocol):
+    """A controller on its machine, with somebody who asks for setpoints."""
+
+    step_s: float
+
+    @property
+    def site(self) -> Place:
+        """The controller, and the loop in question."""
+
+    def set_setpoint(self, setpoint_c: float) -> None:
+        """Ask for a setpoint, °C, and switch on."""
+
+    def run(self, seconds: float) -> None:
+        """Go on for a time."""
+
+    def step(self) -> None:
+        """Go on by one step of time."""
+
+    def loop(self, member: str) -> float:
+        """Return a number of the loop's state."""

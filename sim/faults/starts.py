@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
-from heatwright.sim.faults.site import Place
+from heatwright.sim.faults.site import Operated, Place
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import PwmOutput
 
@@ -63,7 +63,7 @@ def setpoint_moved(world: World, expected_c: float) -> str:
     return "" if exact else f"the setpoint went to {found_c:g} °C"
 
 
-def first_steps(world: World) -> None:
+def first_steps(world: Operated) -> None:
     """Let the controller start."""
     world.run(FIRST_STEPS * world.site.loop.period_s)
 

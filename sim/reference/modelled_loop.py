@@ -32,6 +32,7 @@ class ModelledLoop:
         self.name = name
         self.spec = controller.loops[name]
         self.reference = Reference(controller, name)
+        self._names = ["time_s", *dict(self.reference.members)]
         self.operator = _operator(controller, name, self.reference)
         self.countdown = _countdown(controller, name, self.operator)
         self.is_ready = False
@@ -88,10 +89,9 @@ class ModelledLoop:
         self.reference.restore(code, temperature_c)
         self.operator.see_fault()
         if self._rows and self._rows[-1][0] == with_step_s:
-            names = ["time_s", *dict(self.reference.members)]
             said = {"fault.code": code, "fault.temperature_c": temperature_c}
             row = self._rows[-1]
-            at = {names.index(name): value for name, value in said.items()}
+            at = {self._names.index(name): value for name, value in said.items()}
             self._rows[-1] = tuple(at.get(place, value) for place, value in enumerate(row))
 
     @property
@@ -106,10 +106,9 @@ class ModelledLoop:
 
     def last(self, member: str) -> float:
         """Return a number of the last step; raises ValueError if there is none."""
-        names = ["time_s", *dict(self.reference.members)]
         if not self._rows:
             raise ValueError(f"no step has told {member}")
-        return cast("float", self._rows[-1][names.index(member)])
+        return cast("float", self._rows[-1][self._names.index(member)])
 
     def _is_warm(self, record: Record) -> bool:
         """Tell whether a loop that is on was within its band about the setpoint in a step."""
