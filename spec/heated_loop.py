@@ -25,7 +25,7 @@ from heatwright.spec.simulation import AMBIENT, Simulation
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
-WINTER_C, SUMMER_C = 10.0, 35.0
+WINTER_C, SUMMER_C = 5.0, 35.0
 """A workshop in winter and in summer."""
 
 SPARE = 0.1

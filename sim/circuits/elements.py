@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,8 +29,7 @@ def thermistor_ohm(sensor: Thermistor, celsius: Array) -> Array:
     if isinstance(curve, BetaCurve):
         return beta_ohm(kelvin, curve.resistance_ohm, curve.at_c + ZERO_C, curve.beta_k)
     if isinstance(curve, PointsCurve):
-        temperatures, ohms = np.array(curve.points).T
-        return interpolated_ohm(kelvin, temperatures + ZERO_C, ohms)
+        return interpolated_ohm(kelvin, curve.points)
     return steinhart_hart_ohm(kelvin, curve.a, curve.b, curve.c)
 
 
@@ -51,14 +52,25 @@ def steinhart_hart_ohm(kelvin: Array, a: float, b: float, c: float) -> Array:
     return np.asarray(np.exp(-2 * np.sqrt(p / 3) * np.sinh(angle)))
 
 
-def interpolated_ohm(kelvin: Array, at_k: Array, ohms: Array) -> Array:
-    """Return ln R interpolated linearly in 1/T; the outermost pieces go on beyond the ends."""
-    order = np.argsort(1 / at_k)
-    inverse, logs = 1 / at_k[order], np.log(ohms[order])
+def interpolated_ohm(kelvin: Array, points: tuple[tuple[float, float], ...]) -> Array:
+    """Return ln R interpolated linearly in 1/T; the outermost pieces go on beyond the ends.
+
+    points -- pairs of temperature, °C, and resistance, Ω.
+    """
+    inverse, logs, slope = _pieces(points)
     wanted = 1 / kelvin
-    piece = np.clip(np.searchsorted(inverse, wanted) - 1, 0, len(inverse) - 2)
-    slope = np.diff(logs) / np.diff(inverse)
+    piece = inverse[1:-1].searchsorted(wanted)
     return np.exp(logs[piece] + slope[piece] * (wanted - inverse[piece]))
+
+
+@lru_cache(maxsize=16)
+def _pieces(points: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
+    """Return 1/T and ln R where each straight piece begins and the last ends, and its slope."""
+    at_c, ohms = np.array(points).T
+    inverse = 1 / (at_c + ZERO_C)
+    order = np.argsort(inverse)
+    inverse, logs = inverse[order], np.log(ohms[order])
+    return inverse, logs, np.diff(logs) / np.diff(inverse)
 
 
 def platinum_ohm(sensor: Rtd, celsius: Array) -> Array:

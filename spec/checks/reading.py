@@ -1,4 +1,4 @@
-"""Sensors in time: a period holds a conversion and its reading, and the first one is soon."""
+"""Sensors in time: a period holds a conversion and its reading, a time-out a sensor's start."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 
 from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.checks.timing import periods_s
 from heatwright.spec.controller import Controller
 from heatwright.spec.max31856 import Max31856
 from heatwright.spec.quantity import duration
@@ -60,14 +61,18 @@ def _or_less(sensor: Thermometer, period_s: float) -> str:
 
 
 def first_reading_in_time(controller: Controller) -> Findings:
-    """Hold `stale_after` to the time that a sensor needs after the power-up."""
+    """Hold `stale_after` to a supply that fails once: the sensor starts, and steps wait for it.
+
+    One step finds the reading lost; each that comes before the first new one finds none.
+    """
     for name, loop, sensor in loop_sensors(controller):
-        needed_s = round(sensor.first_s + loop.period_s, 2)
+        needed_s = periods_s(1 + math.ceil(round(sensor.first_s / loop.period_s, 6)), loop)
         if sensor.first_s and loop.protection.stale_after_s < needed_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
-                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} has its "
-                f"first reading, {duration(sensor.first_s)} after the power-up, and a step sees it",
+                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} reads "
+                f"again when its supply failed once: a step finds it, and from there it needs "
+                f"{duration(sensor.first_s)}",
                 f"Use at least {duration(needed_s)}",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

@@ -214,8 +214,7 @@ RISING = ((0.0, 815.0), (25.0, 1000.0), (100.0, 1696.0), (150.0, 2260.0))
 def test_points_both_ways(celsius: float, points: tuple[tuple[float, float], ...]) -> None:
     curve = Points(points)
     ohm = curve.ohm(celsius)
-    at_c, ohms = np.array(points).T
-    other = interpolated_ohm(np.array(celsius + ZERO_C), at_c + ZERO_C, ohms)
+    other = interpolated_ohm(np.array(celsius + ZERO_C), points)
     assert ohm == pytest.approx(float(other), rel=1e-11)
     assert curve.celsius(ohm) == pytest.approx(celsius, abs=1e-9)
     for point_c, point_ohm in points:

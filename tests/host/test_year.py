@@ -41,6 +41,8 @@ from heatwright.spec import Analog, Controller, Event, Rtd, Spec, Thermistor
 HERE, HOST = Path(__file__).parent, Path(heatwright.sim.host.__file__).parent
 AMBIENT_C, DAY_K, SEASON_K = 20.0, 5.0, 8.0
 SUPPLY = 0.1
+COLDEST = 0.75
+"""Of the year, counted from spring."""
 FAR_K_PER_W = 0.5
 """From the load to the room."""
 LOWEST_C = 40.0
@@ -221,6 +223,7 @@ class World:
         machine.full_w, machine.period_s = powers_of(controller)[loop.heater], loop.period_s
         machine.period_ticks = round(loop.period_s * 100)
         plant = Plant(network, powers_of(controller), ambient_c=AMBIENT_C, step_s=loop.period_s)
+        self._highest_c = loop.setpoint.maximum_c
         machine.states = len(network.nodes) + 1
         for cools in (0, 1):
             rates = plant.rates((float(cools),) * len(network.fans))
@@ -245,7 +248,7 @@ class World:
         machine.fault_at, machine.cooling_at = places["fault.code"], places.get("cooling", 0)
 
     def hold(self, setpoint_c: float, steps: int, seed: str, inputs: NDArray[Any] = NONE) -> Any:
-        """Hold a setpoint from cold, from any day of the year on.
+        """Hold a setpoint from cold: the highest in the coldest days, else from any day on.
 
         What goes into the first steps is written to `inputs`.
         """
@@ -253,7 +256,11 @@ class World:
         random = Random(f"year {SEED} {seed}")  # noqa: S311 - no secret
         self.host.erase()
         self.host.power_up()
-        self._machine.start_s = random.random() * YEAR_S
+        coldest = setpoint_c == self._highest_c
+        lasting_s = steps * self._machine.period_s
+        self._machine.start_s = (
+            COLDEST * YEAR_S - lasting_s / 2 if coldest else random.random() * YEAR_S
+        )
         told = ffi.new("struct year_told *")
         kept = ffi.cast("struct host_input *", inputs.ctypes.data)
         settled = round(steps * SETTLED)

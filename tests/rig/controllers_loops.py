@@ -339,7 +339,8 @@ class LoopDraw:
         self._rule(rules, "rising_while_off", settles)
         least_s = max(2 * self.period_s, 0.03 if draws.seldom() else 0.3)
         stale_s = draws.number(least_s, MOST_MISSING * self.period_s, 5, TICK_S)
-        self.stale_s = max(stale_s, math.ceil(100 * (self.sensor.first_s + self.period_s)) / 100)
+        starting = 1 + math.ceil(round(self.sensor.first_s / self.period_s, 6))
+        self.stale_s = max(stale_s, round(starting * self.period_s, 2))
         rules["stale_after"] = text(self.stale_s, "s")
         if self.served.by_master and draws.some():
             rules["master_lost_after"] = text(draws.number(10, 600, 20), "s")

@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x9bdbe87d
+DIGEST = 0x5d1ef8bb
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 
