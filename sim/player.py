@@ -123,12 +123,15 @@ class Player:
         return restored
 
     def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
-        """Do the first step of a segment after a fault; 0 is an acknowledged one, or none."""
+        """Do the first step of a segment after a fault; 0 is an acknowledged one, or none.
+
+        What was acknowledged before it has gone, whichever it was.
+        """
         self._reference = Reference(self._controller, self._loop)
-        acknowledged = _counted(ACKNOWLEDGEMENTS, row)
-        restored = code or (EMERGENCY_STOP if acknowledged else 0)  # whichever it was: it has gone
-        self._reference.restore(restored, Single(row["fault.temperature_c"]))
-        self._acknowledge(acknowledged)
+        acknowledged, told_c = _counted(ACKNOWLEDGEMENTS, row), Single(row["fault.temperature_c"])
+        self._acknowledge(acknowledged, told_c)
+        if code or not acknowledged:
+            self._reference.restore(code, told_c)
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)

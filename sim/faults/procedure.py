@@ -316,9 +316,14 @@ class _Trial:
     # -- acknowledgements ----------------------------------------------------------------------
 
     def _again(self) -> Change | None:
-        """Acknowledge while the cause goes on; None: no rule is broken any more."""
+        """Acknowledge while the cause goes on; None: no rule is broken any more.
+
+        Who presses SELECT once more, to switch the loop on, may just acknowledge the next trip: the
+        trip after that counts.
+        """
         began_s = self.world.now_s
         self.world.acknowledge()
+        began_s = max(began_s, self.world.trips.acknowledged_s())
         latched = self._wait(began_s, " when acknowledged")
         if latched is not None:
             self._holds(latched, "after it tripped again")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -64,6 +66,11 @@ class TripLog:
     def since(self, time_s: float) -> list[Change]:
         """Return the trips (not the acknowledgements) from a time on."""
         return [each for each in self.changes if each.time_s >= time_s and each.code]
+
+    def acknowledged_s(self) -> float:
+        """Return when a fault was last acknowledged; minus infinity before the first time."""
+        ends = (after.time_s for before, after in pairwise(self.changes) if before.code)
+        return max(ends, default=-math.inf)
 
 
 @dataclass(frozen=True)

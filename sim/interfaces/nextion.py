@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.interfaces.nextion_codes import Code
+from heatwright.sim.interfaces.nextion_codes import END, Code
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_line import Line
 from heatwright.sim.interfaces.nextion_screen import png
@@ -58,6 +58,7 @@ class Nextion:
         self._begins_s: float | None = None
         self._seen_s = avr.time_s
         self._plugged = True
+        self._heard = b""
         self._starts_s = avr.time_s + START_S
         self._look_cycles = round(LOOK_S * avr.clock_hz)
 
@@ -142,6 +143,7 @@ class Nextion:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
         data, cycles = self.line.hear(sent)
+        self._heard = (self._heard + data)[-len(END) :]
         if not self._plugged or not self._has_started():
             return
         now_s = self._avr.time_s
@@ -159,7 +161,7 @@ class Nextion:
 
     def _has_started(self) -> bool:
         if not self.display.is_on and self._avr.time_s >= self._starts_s:
-            self.display.start()
+            self.display.start(midway=self._heard not in (b"", END))
             self._seen_s = self._avr.time_s
             self._answer()
             return False  # what has come up to now met a display that was starting

@@ -50,13 +50,16 @@ class Display:
         self._since_ms: dict[str, float] = {}
         self._instructions = Instructions(self.memory, self._send, self.show, self._event)
         self.errors: list[tuple[str, Code]] = []
-        self.is_on = False
+        self.is_on = self._midway = False
         self.out = bytearray()
         self.held: Part | None = None
 
-    def start(self) -> None:
-        """Power it: it shows its first page."""
-        self.is_on = True
+    def start(self, *, midway: bool = False) -> None:
+        """Power it: it shows its first page.
+
+        midway -- whether an instruction was on its way: its rest is none, and nobody's error.
+        """
+        self.is_on, self._midway = True, midway
         self.out.clear()
         self.held = None
         self._waiting.clear()
@@ -101,6 +104,7 @@ class Display:
         done = [each.decode("latin-1") for each in ended]
         for instruction in done:
             self._follow(instruction)
+            self._midway = False
         return done
 
     def _follow(self, instruction: str) -> None:
@@ -113,7 +117,8 @@ class Display:
                 self._send(Code.DONE.answer())
 
     def _refuse(self, instruction: str, code: Code) -> None:
-        self.errors.append((instruction, code))
+        if not self._midway:
+            self.errors.append((instruction, code))
         if code is Code.BUFFER_OVERFLOW or self.memory.variables["bkcmd"] in {2, 3}:
             self._send(code.answer())
 

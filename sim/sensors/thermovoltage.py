@@ -21,7 +21,7 @@ def _wire(letter: Type) -> Thermocouple:
 def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
     """Return what a thermocouple gives between its tip and its cold junction, mV.
 
-    Where NIST's function has an end it stays there.
+    Where NIST's function has an end it goes on straight: what is beyond must not look like the end.
     """
     return _emf(letter, tip_c) - _emf(letter, junction_c)
 
@@ -29,16 +29,27 @@ def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
 def celsius(letter: Type, measured_mv: float, junction_c: float) -> float:
     """Return the tip's temperature that a voltage stands for, °C.
 
-    Where that type cannot give such a voltage (type B below 250 °C gives none that is its own) it
-    is the nearest that it can.
+    Beyond the voltages that stand for one temperature alone (type B gives them from 250 °C on) it
+    goes on straight.
     """
     wire = _wire(letter)
-    least_mv, most_mv = wire.invertible_emf_range
     emf_mv = measured_mv + _emf(letter, junction_c)
-    return wire.temperature(min(max(emf_mv, least_mv), most_mv))
+    near_mv = min(max(emf_mv, wire.invertible_emf_range[0]), wire.invertible_emf_range[1])
+    near_c = wire.temperature(near_mv)
+    beyond_mv = emf_mv - near_mv
+    return near_c + (beyond_mv / _slope(letter, near_c) if beyond_mv else 0.0)
 
 
 def _emf(letter: Type, temperature_c: float) -> float:
     wire = _wire(letter)
-    least_c, most_c = wire.range
-    return wire.emf(min(max(temperature_c, least_c), most_c))
+    near_c = min(max(temperature_c, wire.range[0]), wire.range[1])
+    beyond_k = temperature_c - near_c
+    return wire.emf(near_c) + (beyond_k * _slope(letter, near_c) if beyond_k else 0.0)
+
+
+@cache
+def _slope(letter: Type, temperature_c: float) -> float:
+    """Return by how much more it gives for a kelvin more, mV/K, within NIST's function."""
+    wire = _wire(letter)
+    low_c, high_c = max(temperature_c - 1, wire.range[0]), min(temperature_c + 1, wire.range[1])
+    return (wire.emf(high_c) - wire.emf(low_c)) / (high_c - low_c)

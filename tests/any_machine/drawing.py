@@ -95,7 +95,7 @@ def verify(piece: tuple[int, int | None]) -> dict[str, Any]:
     found: dict[str, Any] = {"number": number, "refused": (), "told": ()}
     try:
         drawn = machine(number)
-        found |= {"refused": drawn.refused, "told": drawn.told, "digest": drawn.spec.digest}
+        found |= {"refused": drawn.refused, "told": drawn.told, "spec": drawn.text}
         verdict = verified(drawn.spec, faults)
     except Exception as error:
         found |= {"end": "red", "red": [("raised", f"{type(error).__name__}: {error}")]}

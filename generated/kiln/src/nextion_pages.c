@@ -87,8 +87,10 @@ void pages_note(uint8_t page)
     pages_shown = page;
     chart_show(page);
     show_anew();
-    if (page == wanted || !is_of_fault(wanted)) {
-        wanted = NO_PAGE; /* it is there, or somebody has gone elsewhere meanwhile */
+    /* It is there, or somebody has gone elsewhere meanwhile. Nobody goes to the page of a fault: that
+     * one comes late, from the order before. */
+    if (page == wanted || (!is_of_fault(wanted) && !is_of_fault(page))) {
+        wanted = NO_PAGE;
     }
 }
 
