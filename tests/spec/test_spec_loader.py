@@ -62,7 +62,7 @@ def test_the_digest_is_of_what_shapes_the_firmware(chamber: Spec) -> None:
     assert other("# Air heater", "# Heater") == chamber.digest
     assert other("maximum: 85 °C", "maximum: 185 °F") == chamber.digest
     assert other("minimum: -10 °C\n", "\n") == chamber.digest  # the default
-    assert other("ambient: 20 °C", "ambient: 21 °C") == chamber.digest
+    assert other("for: 30 min", "for: 31 min") == chamber.digest
     assert other("maximum: 85 °C", "maximum: 86 °C") != chamber.digest
     assert other("pin: D3", "pin: D2") != chamber.digest
     assert other("title: Air", "title: The air") != chamber.digest
