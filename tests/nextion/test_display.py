@@ -218,6 +218,13 @@ def test_a_button_runs_its_code() -> None:
     assert tell(display(), "click b0,1", "click b0,0") == b"006"
 
 
+def test_the_rest_of_an_instruction_that_began_before_it_started_is_no_error() -> None:
+    shown = Display(PAGES)
+    shown.start(midway=True)
+    tell(shown, "6", "6")
+    assert shown.errors == [("6", Code.INVALID_INSTRUCTION)]
+
+
 def test_a_button_of_two_states() -> None:
     shown = display()
     for state in (1, 0):

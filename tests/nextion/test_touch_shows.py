@@ -101,6 +101,8 @@ SHOWN: dict[str, dict[str, str | int]] = {
     f"3 s; {SEEN}; order 16; 1 s; page main; 2 s": {"page main": 1, ERROR: "0", ALARM: ""},
     f"3 s; {SEEN}; page main; 3 s; order 16; 1 s": {"page main": 1},
     f"3 s; {SEEN}; page faults; 3 s; order 16; 1 s": {"page main": 0},
+    # On a slow line the fault's page answers only when the main page has been ordered.
+    "3 s; fault 6; 9 ticks; order 16; 9 ticks; page fault06; 9 ticks": {'t.txt="20.0"': 0},
 }  # fmt: skip
 """What happens after two seconds, and what is shown then, or how often something was told."""
 
