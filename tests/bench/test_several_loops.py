@@ -122,8 +122,8 @@ def test_a_line_goes_to_the_host_beside_a_display_and_an_order_to_the_display():
         assert told == {"hotend": 200.0, "bed": 60.0}
 
 
-@pytest.mark.parametrize(("power_up_s", "latched"), [(20.0, 0), (0.0, 0), (0.0, 8)])
-def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop(power_up_s, latched):
+@pytest.mark.parametrize(("jumps_after_s", "latched"), [(20.0, 0), (0.0, 0), (0.0, 8)])
+def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop(jumps_after_s, latched):
     """Or before its first one; and whether one has come anew by then."""
     controller = controller_of("barrel")
     slow = controller.loops["die"].model_copy(update={"period_s": 20.0})
@@ -131,15 +131,47 @@ def test_a_fault_that_comes_and_goes_between_two_steps_of_another_loop(power_up_
     device = ReferenceDevice(controller)
     for sensor in controller.thermometers:
         device.sense(sensor, 20.0)
-    device.advance(power_up_s + 4.3)
+    device.advance(jumps_after_s + 4.3)
     device.sense("barrel", 60.0)  # a jump
-    device.advance(power_up_s + 8.3)
+    device.advance(jumps_after_s + 8.3)
     device.write("acknowledge", True)
-    device.advance(power_up_s + 12.3)
+    device.advance(jumps_after_s + 12.3)
     if latched:
         device.sense("barrel", 20.0)
-    device.advance(power_up_s + 30.3)
+    device.advance(jumps_after_s + 30.3)
     logs = {loop: device.steps(loop) for loop in controller.loops}
     assert set(logs["die"]["fault.code"]) == {latched}
     assert logs["die"]["fault.temperature_c"][-1] > 0
     assert [each.first for each in replay_all(controller, logs).values()] == [(), ()]
+
+
+@pytest.mark.parametrize("number", range(amount("drawn_models")))
+def test_any_number_of_loops_is_modelled(number):
+    """The faults of each stop the others, as the replay of a binary has it."""
+    random = Random(f"models {SEED} {number}")  # noqa: S311 - no secret
+    drawn = next(each for each in drawings(random, (2, 3)) if each.spec.controller.simulation)
+    controller = drawn.spec.controller
+    logs = bench(controller, ReferenceDevice(controller)).steps
+    for name, log in logs.items():
+        assert abs(len(log) - LENGTH_S / controller.loops[name].period_s) <= 1, drawn
+    found = replay_all(controller, {name: log for name, log in logs.items() if len(log)})
+    assert [each.first for each in found.values() if each.mismatches or each.restored] == [], drawn
+
+
+def test_a_picture_has_a_colour_for_each_loop_one_legend_and_a_fault_once():
+    controller = controller_of(TOOLS)
+    device = ReferenceDevice(controller)
+    told = at({1: "M104 S60", 2: "M104 T1 S40", 3: "M104 T2 S30", 13.3: "M112"})
+    trace = bench(controller, device, events(*told, {"for": "20 s"}))
+    assert [code for _, code in all_faults(trace)] == [19]
+    panels = run_figure(trace, controller).axes
+    assert [panel.get_legend() is not None for panel in panels] == [True] + 6 * [False]
+    colours = {}
+    for loop, closer, duty in zip(controller.loops, panels[1::2], panels[2::2], strict=True):
+        lines = [line for line in closer.lines if len(line.get_xdata()) > 2]  # not the fault's
+        (colours[loop],) = {line.get_color() for line in lines}
+        assert {line.get_linestyle() for line in lines} == {"-", "--"}
+        assert to_hex(duty.collections[0].get_facecolor()[0]) == colours[loop]
+    assert len({*colours.values()}) == 3
+    texts = {text.get_text() for text in panels[0].get_legend().get_texts()}
+    assert {"near reading", "near setpoint", "far setpoint", "frame"} <= texts
