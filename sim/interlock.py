@@ -38,7 +38,8 @@ class Interlock:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records)."""
         del sent
-        mine = pins[np.isin(pins["pin"], self._pins)]
+        heater, cooler = self._pins
+        mine = pins[(pins["pin"] == heater) | (pins["pin"] == cooler)]
         if not len(mine):
             return
         cycles = np.concatenate(([self._since], mine["cycle"].astype(np.int64)))

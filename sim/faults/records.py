@@ -103,6 +103,8 @@ class HeaterLog:
         start_s = self._device.time_s - self._device.avr.time_s
         for pin, active in self._active.items():
             mine = pins[pins["pin"] == pin]
+            if not len(mine):
+                continue
             edges = np.empty(len(mine), HEATER_EDGE)
             edges["pin"] = pin
             edges["time_s"] = start_s + mine["cycle"] / self._device.avr.clock_hz
@@ -137,6 +139,7 @@ class HeaterLog:
         return float(ends[-1]) if len(ends) else -np.inf
 
     def _all(self) -> NDArray[Any]:
-        self._edges = np.concatenate([self._edges, *self._fresh])
-        self._fresh = []
+        if self._fresh:
+            self._edges = np.concatenate([self._edges, *self._fresh])
+            self._fresh = []
         return self._edges
