@@ -73,11 +73,14 @@ def _freeze(*, on: bool) -> Act:
     return _on_chip(act)
 
 
-def _idle(*, on: bool) -> Act:
-    def act(chip: Ds18b20) -> None:
-        chip.faults.idle = on
+def _never_converting(chip: Ds18b20) -> None:
+    """Let it be as after its power-up: it may have converted before anybody could stop it."""
+    chip.faults.idle = True
+    chip.brown_out()
 
-    return _on_chip(act)
+
+def _converting(chip: Ds18b20) -> None:
+    chip.faults.idle = False
 
 
 def _weak(*, on: bool) -> Act:
@@ -136,8 +139,8 @@ def _never_converts(site: Site) -> Iterator[Fault]:
     yield Fault(
         "never_converts",
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
-        _idle(on=True),
-        _idle(on=False),
+        _on_chip(_never_converting),
+        _on_chip(_converting),
         trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         sensor_lies=True,
         again=True,
