@@ -44,6 +44,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     context = {
         "where": source.where,
         "loop_name": name,
+        "other_loops": len(controller.loops) > 1,
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules(controller),

@@ -24,7 +24,7 @@ from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.peaks import SPREADING_S
-from heatwright.sim.faults.readings import LACKS_HEAT, SENSOR_RULES
+from heatwright.sim.faults.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import World
@@ -216,10 +216,15 @@ class _Trial:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
 
     def _may_come_first(self) -> tuple[str, ...]:
-        """Return what may tell sooner that no reading comes: without one there is no heat."""
+        """Return what may tell sooner that no reading comes: without one there is no heat.
+
+        A current that is not read either goes on after the heat has ended.
+        """
+        silent = self.fault.sensor_lies and self.fault.current_lies
+        lies = CURRENT_RULES if silent else ()
         log = self.world.device.steps(self.world.site.loop_name)
         read = len(log) and log[-1]["has_reading"] and not log[-1]["reading_status"]
-        return () if read else LACKS_HEAT
+        return lies if read else (*lies, *LACKS_HEAT)
 
     def _judge_heater(self) -> None:
         """See how soon the heater was off, and let the heat spread that is under way."""

@@ -41,6 +41,9 @@ def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
 LACKS_HEAT = ("heating_failed", "runaway_below")
 """What may tell that no readings come: without them there is no heat."""
 
+CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
+"""What may tell of a current that is not measured any more."""
+
 
 def bursts(site: Site, act: Act, cure: Act, watch_s: float) -> Fault:
     """Damage answers in bursts, which no rule of the sensor may take for its end.

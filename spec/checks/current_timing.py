@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -26,7 +27,9 @@ def currents_in_time(controller: Controller) -> Findings:
         for name, loop in _loops_of(controller, each.name):
             path: Path = ("loops", name, "period")
             because_of: tuple[Path, ...] = (("sensors", each.current.sensor), each.path)
-            needed_s = round(each.sensor.oversample * TICK_S, 2)
+            readings = each.sensor.oversample
+            needed_s = round(readings * TICK_S, 2)
+            settled_s = 2 * needed_s if each.current.limit_a and readings > 1 else needed_s
             if loop.period_s > LONGEST_PERIOD_S:
                 yield Finding(
                     path,
@@ -38,11 +41,21 @@ def currents_in_time(controller: Controller) -> Findings:
             elif loop.period_s < needed_s:
                 yield Finding(
                     path,
-                    f"{duration(loop.period_s)} is shorter than the {each.sensor.oversample} "
+                    f"{duration(loop.period_s)} is shorter than the {readings} "
                     f"readings of {each.current.sensor}, one each 10 ms, which take "
                     f"{duration(needed_s)}",
-                    f"Use at least {duration(needed_s)}, or a smaller oversample there",
+                    f"Use at least {duration(settled_s)}, or a smaller oversample there",
                     because_of,
+                )
+            elif round(loop.period_s, 6) < settled_s:
+                yield Finding(
+                    ("sensors", each.current.sensor, "oversample"),
+                    f"the limit goes by the current of the present duty, and of {readings} "
+                    f"readings in {duration(needed_s)} some come before it has settled, in the "
+                    f"first half of a period of {duration(loop.period_s)}",
+                    f"Use at most {max(1, math.floor(round(loop.period_s / TICK_S / 2, 6)))}, or a "
+                    f"period of at least {duration(settled_s)}",
+                    ((*each.path, "limit"), path),
                 )
 
 

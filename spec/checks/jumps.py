@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from itertools import islice, pairwise
 
-from heatwright.spec.algorithms import Pid
+from heatwright.spec.algorithms import OnOff, Pid, ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.machine import MOST_POINTS, Machine
@@ -33,6 +33,49 @@ def readings_do_not_jump(machine: Machine) -> Findings:
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )
+
+
+def doses_do_not_run_away(machine: Machine) -> Findings:
+    """Find a rule `runaway.above` narrower than what one step of the reading asks for.
+
+    A reading that falls by one step is a steep slope for as long as a period. What an algorithm
+    gives for it comes while the temperature may be at the setpoint, or above.
+    """
+    rule, jump_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
+    jump_k = math.hypot(jump_k, PEAK * math.sqrt(2) * machine.noise_k)
+    dose_k = _dose_k(machine, jump_k)
+    if rule is not None and rule.above_k is not None and dose_k and dose_k + jump_k >= rule.above_k:
+        yield Finding(
+            (*machine.path, "protection", "runaway", "above"),
+            f"for a fall of the reading by {about(jump_k)} K in a period the algorithm asks for "
+            f"heat that warms the plant, healthy, by {about(dose_k)} K",
+            f"Use more than {rounded_up(dose_k + jump_k)} K",
+            machine.because_of,
+        )
+
+
+def _dose_k(machine: Machine, jump_k: float) -> float:
+    """Rise of the reading after the heat for a fall of the reading by a jump in one period, K."""
+    algorithm, output, period_s = machine.loop.algorithm, machine.output, machine.loop.period_s
+    if isinstance(algorithm, Pid):
+        slope = jump_k / (algorithm.derivative_filter_s + period_s)
+        share = min(algorithm.kd * slope, algorithm.output.maximum_percent) / 100
+    elif isinstance(algorithm, OnOff | ThreePosition):
+        share = float(algorithm.lead_s > 0)
+    if not share:
+        return 0.0
+    on_s, power_w = period_s + machine.held_on_s, share * machine.full_power_w
+    if isinstance(output, TimeProportionalOutput):
+        on_s, power_w = min(share * output.window_s, period_s), machine.power_w
+    warm = machine.plant.advance(machine.plant.start(0.0), power_w, on_s)
+    quick_s = machine.plant.fastest_s() / 4
+    cooling = machine.plant.course(warm, 0.0, quick_s, 64 * quick_s)
+    highest_k = machine.plant.sensed_k(warm)
+    for _, state in islice(cooling, MOST_POINTS):
+        if machine.plant.sensed_k(state) < highest_k:
+            break
+        highest_k = machine.plant.sensed_k(state)
+    return highest_k
 
 
 def _pulse_k(machine: Machine) -> float:

@@ -19,7 +19,7 @@ from heatwright.spec.checks.coasting import (
 )
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.firing import ramps_can_be_followed
-from heatwright.spec.checks.jumps import readings_do_not_jump
+from heatwright.spec.checks.jumps import doses_do_not_run_away, readings_do_not_jump
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.checks.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
 from heatwright.spec.checks.power import (
@@ -68,6 +68,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             dead_band_holds,
             window_is_smoothed,
             readings_do_not_jump,
+            doses_do_not_run_away,
+            rest_is_not_below,
         ):
             yield from check(machine)
         if machine.course:
@@ -156,6 +158,38 @@ def heating_rule_holds(machine: Machine) -> Findings:
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
             machine.because_of,
         )
+
+
+def rest_is_not_below(machine: Machine) -> Findings:
+    """Find a rule `runaway.below` narrower than where a loop without an integral comes to rest."""
+    algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
+    if not isinstance(algorithm, Pid) or algorithm.ki or rule is None or rule.below_k is None:
+        return
+    if not machine.reaches:
+        return
+
+    def is_held(below_k: float) -> bool:
+        asked = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
+        asked = max(asked, algorithm.output.minimum_percent)
+        if algorithm.band_k is not None and below_k >= algorithm.band_k:
+            asked = 100.0
+        power_w = min(machine.power_w * asked / 100, machine.full_power_w)
+        return machine.plant.steady_k(power_w) >= machine.target_k - below_k
+
+    step_k = machine.step_k(machine.target_k)
+    if is_held(rule.below_k - step_k):
+        return
+    least_k, most_k = rule.below_k - step_k, machine.target_k
+    while most_k - least_k > least_k / 1000:
+        middle_k = (least_k + most_k) / 2
+        least_k, most_k = (least_k, middle_k) if is_held(middle_k) else (middle_k, most_k)
+    yield Finding(
+        (*machine.path, "protection", "runaway", "below"),
+        f"without ki this loop comes to rest {about(most_k)} K below its highest setpoint of "
+        f"{celsius(machine.loop.setpoint.maximum_c)}",
+        f"Use more than {rounded_up(most_k + step_k)} K, or a larger kp, or ki",
+        machine.because_of,
+    )
 
 
 def rise_rate_holds(machine: Machine) -> Findings:

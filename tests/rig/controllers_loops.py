@@ -199,7 +199,9 @@ class LoopDraw:
         part["scale"] = f"{text(tidy(0.85 * full_v / over_a))} V/A"
         if draws.some():
             part["offset"] = text(tidy(0.05 * full_v), "V")
-        oversample = draws.number(1, min(32, round(self.period_s / TICK_S)), 4)
+        most = round(self.period_s / TICK_S)
+        most = max(1, most // 2) if "limit" in held else most
+        oversample = draws.number(1, min(32, most), 4)
         part |= {"oversample": int(oversample)}
         part |= {"reference": self.reference} if self.reference != "supply" else {}
         self.sensors[f"{self.name}_amps"] = part

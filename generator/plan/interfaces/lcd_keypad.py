@@ -105,6 +105,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     panel = {
         "where": source.where,
         "loop_name": interface.loop,
+        "other_loops": len(controller.loops) > 1,
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
