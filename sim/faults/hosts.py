@@ -57,9 +57,9 @@ def _flooded(site: Site) -> World:
 
 def _stop(world: World) -> None:
     """Send M112, behind nothing but what the firmware has received already."""
-    device = world.device
-    device.avr.uarts[0].unsend()
-    device.host.send_bytes(STOP)
+    host = world.device.host
+    host.unsend()
+    host.send_bytes(STOP)
 
 
 def _ask_too_much(world: World) -> None:

@@ -152,7 +152,8 @@ def _shows_again(world: World) -> str:
 def _flood(world: World) -> None:
     """Send bytes without end to the serial port."""
     noise = random.Random(SEED)  # noqa: S311 - as above
-    world.device.avr.uarts[0].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
+    device = world.device
+    device.avr.uarts[device.uart].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
 
 
 def keeps_time(world: World) -> str:

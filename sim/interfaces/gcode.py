@@ -98,6 +98,10 @@ class GcodeHost:
             data = self.noise.to_board(data)
         self._uart.send(data, self.baud)
 
+    def unsend(self) -> None:
+        """Forget the bytes that have not begun."""
+        self._uart.unsend()
+
     @property
     def is_busy(self) -> bool:
         """Whether it still has lines to send, or waits for an answer."""

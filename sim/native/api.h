@@ -72,6 +72,7 @@ typedef struct {
 void hw_uart_send(hw *h, int uart, const hw_uart_character *characters, size_t count);
 size_t hw_uart_unsent(hw *h, int uart);
 void hw_uart_unsend(hw *h, int uart);
+int hw_uart_exists(hw *h, int uart);
 double hw_uart_frame_cycles(hw *h, int uart);
 uint64_t hw_uart_overruns(hw *h, int uart);
 

@@ -182,6 +182,10 @@ size_t hw_uart_unsent(hw *h, int uart) {
     return line_waiting(&h->uarts[uart].line, (double)h->avr->cycle);
 }
 
+int hw_uart_exists(hw *h, int uart) {
+    return uart >= 0 && uart < (int)(sizeof h->uarts / sizeof h->uarts[0]) && h->uarts[uart].io;
+}
+
 void hw_uart_unsend(hw *h, int uart) {
     struct uart *u = &h->uarts[uart];
     if (!u->io)

@@ -76,6 +76,10 @@ class Uarts:
         self.log = Log(hw, hw.lib.HW_UART_LOG, UART_BYTE)
 
     def __getitem__(self, number: int) -> Uart:
+        """Return one; IndexError if the processor has none of that number."""
+        if not self._hw.lib.hw_uart_exists(self._hw.pointer, number):
+            message = f"This processor has no UART {number}"
+            raise IndexError(message)
         return Uart(self._hw, number)
 
     def take(self) -> NDArray[Any]:

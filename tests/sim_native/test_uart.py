@@ -327,3 +327,12 @@ def test_a_reset_ends_what_is_received() -> None:
     uart.avr.reset()
     uart.avr.run(0.01)
     assert uart.heard()[-1:] == b"c"
+
+
+@every_part
+def test_one_that_is_not_there_is_an_error(mcu: str) -> None:
+    """What is sent to it would be heard by nobody, and seem to have changed nothing."""
+    uarts = Uart("int main(void) { for (;;) {} }", mcu=mcu).avr.uarts
+    for number in (4, *((0,) if mcu == "atmega32u4" else ())):
+        with pytest.raises(IndexError, match=f"no UART {number}"):
+            uarts[number]
