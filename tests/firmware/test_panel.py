@@ -184,7 +184,8 @@ LONG = changed(
 )
 SLOW = changed(
     "chamber", STARTS, time_of("longest: 6 min, step: 2 min, counts: at once"),
-    (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 70 s"), ("for: 60 s}", "for: 70 s}"),
+    (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 70 s"),
+    ("above: 10 K, for: 60 s}", "above: 15 K, for: 70 s}"),
     ("stale_after: 5 s", "stale_after: 140 s"), ("within: 120 s", "within: 1 h"),
 )  # fmt: skip
 
