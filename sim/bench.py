@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from heatwright.sim.coupling import Coupling, sums_noise
+from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
@@ -67,7 +67,7 @@ def step_of(controller: Controller) -> float:
     if any(sums_noise(controller, name) for name in controller.thermometers):
         return TICK_S  # the ADC reads once a tick, and each reading has its own noise
     quickest_s = min(loop.period_s for loop in controller.loops.values())
-    return min(STEP_S, quickest_s / STEPS_PER_PERIOD)
+    return min(STEP_S, quickest_s / STEPS_PER_PERIOD, metered_step_s(controller))
 
 
 def bench(  # noqa: PLR0913 – all but two have defaults and names

@@ -1,9 +1,13 @@
 """What goes from a device to its machine: heat, moving air, fed material."""
 
+import math
 from collections.abc import Mapping, Set
 from typing import Protocol
 
 from heatwright.spec import Controller, Stepper
+
+METERED_PARTS = 10
+"""Of a control period: a limiter goes by the current of the present duty."""
 
 
 class Driver(Protocol):
@@ -25,6 +29,19 @@ def sums_noise(controller: Controller, sensor: str) -> bool:
         return False
     sense = controller.simulation.plant.sense.get(sensor)
     return sense is not None and sense.noise_k > 0
+
+
+def metered_step_s(controller: Controller) -> float:
+    """Return the longest time step in which a meter follows its current soon enough, s.
+
+    It shows the mean over the step before. Infinite where no current is measured.
+    """
+    periods_s = (
+        loop.period_s
+        for loop in controller.loops.values()
+        if getattr(controller.outputs[loop.heater], "current", None)
+    )
+    return min(periods_s, default=math.inf) / METERED_PARTS
 
 
 class Coupling:

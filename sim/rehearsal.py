@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
-from heatwright.sim.coupling import Coupling, sums_noise
+from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.faults.healthy import Healthy, machines, take_through
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import plant_of, profile_c
@@ -219,7 +219,8 @@ class _World:
     def __init__(self, place: Place, machine: Healthy) -> None:
         controller = place.controller
         self.site = place
-        self.step_s = min(STEP_S, *(loop.period_s for loop in controller.loops.values()))
+        periods_s = (loop.period_s for loop in controller.loops.values())
+        self.step_s = min(STEP_S, metered_step_s(controller), *periods_s)
         self._machine = machine
         noise_k = _summed_k(controller, machine.network)
         sense = {

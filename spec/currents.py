@@ -16,6 +16,9 @@ TRIP_FACTOR = 1.25
 """Over-current, in limits, where the spec does not say it: the limiter settles within a few
 percent, and a wire that heats up changes its resistance by less."""
 
+FILTER_PULSES = 5
+"""Periods of the PWM in the time constant of the filter that makes their mean."""
+
 _Ampere = Annotated[float, Quantity(CURRENT, least=0.001)]
 
 

@@ -11,7 +11,7 @@ from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import told_elsewhere, tunable
 from heatwright.spec.loops import Loop
 from heatwright.spec.max31856 import TYPE_CODES, selectable_of
 
@@ -44,7 +44,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     context = {
         "where": source.where,
         "loop_name": name,
-        "other_loops": len(controller.loops) > 1,
+        "told_elsewhere": told_elsewhere(controller),
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules(controller),

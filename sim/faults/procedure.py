@@ -218,7 +218,7 @@ class _Trial:
     def _may_come_first(self) -> tuple[str, ...]:
         """Return what may tell sooner that no reading comes: without one there is no heat.
 
-        A current that is not read either goes on after the heat has ended.
+        A current that is not read any more seems to flow on after the heat has ended.
         """
         silent = self.fault.sensor_lies and self.fault.current_lies
         lies = CURRENT_RULES if silent else ()

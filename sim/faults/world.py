@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.coupling import Coupling, sums_noise
+from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.hands import hand_of
@@ -77,7 +77,8 @@ class World:
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
         period_s = site.loop.period_s  # whole steps, or readings would seem to jump
-        self.step_s = TICK_S if sums else period_s / math.ceil(period_s / STEP_S - ROUNDING)
+        most_s = min(STEP_S, metered_step_s(site.controller))
+        self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._plant = self._machine(weather)

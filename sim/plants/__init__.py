@@ -12,7 +12,8 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.spec import Controller, Stepper, ThermalNetwork, full_a
+from heatwright.spec import Controller, PwmOutput, Sense, Stepper, ThermalNetwork, full_a
+from heatwright.spec.currents import FILTER_PULSES
 
 Temperatures = NDArray[np.float64]
 FOREVER_S = 1e7
@@ -149,7 +150,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
     return cast(
         "Plant",
         module.Plant(
-            plant,
+            plant.model_copy(update={"sense": _filtered(controller, plant)}),
             powers_w,
             ambient_c=ambient_c,
             step_s=step_s,
@@ -158,6 +159,17 @@ def plant_of(  # noqa: PLR0913 - all but two are named
             starts_c=starts_c,
         ),
     )
+
+
+def _filtered(controller: Controller, plant: ThermalNetwork) -> dict[str, Sense]:
+    """Return what is sensed, the mean of a current's pulses behind the quickest filter at least."""
+    found = dict(plant.sense)
+    for name, sense in plant.sense.items():
+        output = controller.outputs.get(sense.of or "")
+        if isinstance(output, PwmOutput) and not sense.lag_s:
+            lag_s = FILTER_PULSES / output.frequency_hz
+            found[name] = sense.model_copy(update={"lag_s": lag_s})
+    return found
 
 
 def _currents_of(controller: Controller) -> dict[str, float]:

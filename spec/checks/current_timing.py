@@ -9,6 +9,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.measured import measured
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import TICK_S
+from heatwright.spec.currents import FILTER_PULSES
 from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import PwmOutput
 from heatwright.spec.problems import Path
@@ -17,8 +18,8 @@ from heatwright.spec.quantity import duration, hertz, rounded_up
 LONGEST_PERIOD_S = 1.0
 """The current is looked at once a period, and so long a short circuit may burn."""
 
-FILTER_PULSES = 5
-"""Periods of the PWM in the time constant of the filter that makes their mean."""
+LIMITED_PARTS = 3
+"""Of a period, in which the filter is as slow at most where a limit goes by what it shows."""
 
 
 def currents_in_time(controller: Controller) -> Findings:
@@ -60,20 +61,35 @@ def currents_in_time(controller: Controller) -> Findings:
 
 
 def currents_can_be_smoothed(controller: Controller) -> Findings:
-    """Find pulses so slow that no filter makes their mean within a control period."""
+    """Find pulses so slow, and filters so slow, that no mean is made in the time there is."""
+    simulation = controller.simulation
     for each in measured(controller):
         if not isinstance(each.output, PwmOutput):
             continue
         for name, loop in _loops_of(controller, each.name):
-            needed_hz = FILTER_PULSES / loop.period_s
+            parts, within = (LIMITED_PARTS, "a third of ") if each.current.limit_a else (1, "")
+            longest_s = loop.period_s / parts
+            because_of: tuple[Path, ...] = (("loops", name, "period"), each.path)
+            needed_hz = FILTER_PULSES / longest_s
             if each.output.frequency_hz < needed_hz:
                 yield Finding(
                     ("outputs", each.name, "frequency"),
                     f"the current is measured as the mean of the pulses, by a filter as slow as "
-                    f"{FILTER_PULSES} of them, and in a period of {duration(loop.period_s)} there "
-                    f"are fewer of {hertz(each.output.frequency_hz)}",
+                    f"{FILTER_PULSES} of them, and in {within}a period of "
+                    f"{duration(loop.period_s)} there are fewer of "
+                    f"{hertz(each.output.frequency_hz)}",
                     f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
-                    (("loops", name, "period"), each.path),
+                    because_of,
+                )
+            sense = simulation.plant.sense.get(each.current.sensor) if simulation else None
+            whole_s = math.floor(1000 * longest_s) / 1000
+            if sense is not None and sense.lag_s > longest_s:
+                yield Finding(
+                    ("simulation", "plant", "sense", each.current.sensor, "lag"),
+                    f"a filter of {duration(sense.lag_s)} does not follow the current within "
+                    f"{within}a period of {duration(loop.period_s)}",
+                    f"Use at most {duration(whole_s)}, or a longer period",
+                    because_of,
                 )
 
 

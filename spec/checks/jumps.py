@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import islice, pairwise
 
 from heatwright.spec.algorithms import OnOff, Pid, ThreePosition
@@ -11,7 +11,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.machine import MOST_POINTS, Machine
 from heatwright.spec.outputs import TimeProportionalOutput
-from heatwright.spec.quantity import about, rounded_up
+from heatwright.spec.quantity import about, duration, rounded_up
 
 
 def readings_do_not_jump(machine: Machine) -> Findings:
@@ -36,46 +36,55 @@ def readings_do_not_jump(machine: Machine) -> Findings:
 
 
 def doses_do_not_run_away(machine: Machine) -> Findings:
-    """Find a rule `runaway.above` narrower than what one step of the reading asks for.
+    """Find a rule `runaway` that trips on what one step of the reading asks for.
 
     A reading that falls by one step is a steep slope for as long as a period. What an algorithm
     gives for it comes while the temperature may be at the setpoint, or above.
     """
-    rule, jump_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
-    jump_k = math.hypot(jump_k, PEAK * math.sqrt(2) * machine.noise_k)
-    dose_k = _dose_k(machine, jump_k)
-    if rule is not None and rule.above_k is not None and dose_k and dose_k + jump_k >= rule.above_k:
-        yield Finding(
-            (*machine.path, "protection", "runaway", "above"),
-            f"for a fall of the reading by {about(jump_k)} K in a period the algorithm asks for "
-            f"heat that warms the plant, healthy, by {about(dose_k)} K",
-            f"Use more than {rounded_up(dose_k + jump_k)} K",
-            machine.because_of,
-        )
-
-
-def _dose_k(machine: Machine, jump_k: float) -> float:
-    """Rise of the reading after the heat for a fall of the reading by a jump in one period, K."""
-    algorithm, output, period_s = machine.loop.algorithm, machine.output, machine.loop.period_s
-    if isinstance(algorithm, Pid):
-        slope = jump_k / (algorithm.derivative_filter_s + period_s)
-        share = min(algorithm.kd * slope, algorithm.output.maximum_percent) / 100
-    elif isinstance(algorithm, OnOff | ThreePosition):
-        share = float(algorithm.lead_s > 0)
-    if not share:
-        return 0.0
-    on_s, power_w = period_s + machine.held_on_s, share * machine.full_power_w
-    if isinstance(output, TimeProportionalOutput):
-        on_s, power_w = min(share * output.window_s, period_s), machine.power_w
-    warm = machine.plant.advance(machine.plant.start(0.0), power_w, on_s)
-    quick_s = machine.plant.fastest_s() / 4
-    cooling = machine.plant.course(warm, 0.0, quick_s, 64 * quick_s)
-    highest_k = machine.plant.sensed_k(warm)
-    for _, state in islice(cooling, MOST_POINTS):
-        if machine.plant.sensed_k(state) < highest_k:
+    rule, step_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
+    if rule is None or rule.above_k is None:
+        return
+    highest_k, since_s = 0.0, math.inf
+    for time_s, rise_k in islice(_dose(machine, step_k), MOST_POINTS):
+        highest_k = max(highest_k, rise_k)
+        if rise_k + step_k >= rule.above_k:
+            since_s = min(since_s, time_s)
+        elif since_s < math.inf or rise_k < highest_k:
             break
-        highest_k = machine.plant.sensed_k(state)
-    return highest_k
+        if time_s - since_s >= rule.for_s:
+            yield Finding(
+                (*machine.path, "protection", "runaway", "above"),
+                f"for a fall of the reading by {about(step_k)} K in a period the algorithm asks "
+                f"for heat that warms this plant, healthy, by {about(highest_k)} K for longer than "
+                f"{duration(rule.for_s)}",
+                f"Use more than {rounded_up(highest_k + step_k)} K",
+                machine.because_of,
+            )
+            return
+
+
+def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
+    """Yield times, s, and what the heat for a fall of the reading by one step adds to it, K."""
+    algorithm, output = machine.loop.algorithm, machine.output
+    # The slope is of the mean of some readings, and fades away with the filter.
+    on_s, share = machine.readings * machine.loop.period_s, 0.0
+    if isinstance(algorithm, Pid):
+        on_s += algorithm.derivative_filter_s
+        share = min(algorithm.kd * step_k / on_s, algorithm.output.maximum_percent) / 100
+    elif isinstance(algorithm, OnOff | ThreePosition) and algorithm.lead_s:
+        on_s, share = on_s + machine.held_on_s, 1.0
+    if not share:
+        return
+    power_w = min(share * machine.power_w, machine.full_power_w)
+    if isinstance(output, TimeProportionalOutput) and output.window_s > on_s:
+        on_s, power_w = min(share * output.window_s, on_s), machine.power_w
+    plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
+    held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
+    # What an integral asks for goes on beside it.
+    held_w = plant.power_w(held_k) if isinstance(algorithm, Pid) and algorithm.ki else 0.0
+    warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
+    for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):
+        yield time_s, plant.sensed_k(state) - held_k
 
 
 def _pulse_k(machine: Machine) -> float:

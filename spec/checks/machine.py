@@ -46,8 +46,9 @@ class Machine:
         start_c = simulation.plant.initial_c
         self.start_k = 0.0 if start_c is None else start_c - self.ambient_c
         # A sum of readings has the noise of their mean.
-        readings = int(getattr(self._sensor, "oversample", 1))
-        self.noise_k = simulation.plant.sense[self.loop.sensor].noise_k / math.sqrt(readings)
+        summed = int(getattr(self._sensor, "oversample", 1))
+        self.noise_k = simulation.plant.sense[self.loop.sensor].noise_k / math.sqrt(summed)
+        self.readings = self._sensor.moving_average
         self.power_w = self.output.power_w or 0.0
         self.target_k = self.loop.setpoint.maximum_c - self.ambient_c
         self.because_of: tuple[Path, ...] = (

@@ -38,6 +38,7 @@ from heatwright.spec.outputs import Switch, TimeProportionalOutput
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 from heatwright.spec.simulation import Simulation
 
+HALVINGS = 40
 BRIEF_S = 60.0
 """For so long a feed may take more heat than there is, where no rule gives a time."""
 
@@ -163,33 +164,42 @@ def heating_rule_holds(machine: Machine) -> Findings:
 def rest_is_not_below(machine: Machine) -> Findings:
     """Find a rule `runaway.below` narrower than where a loop without an integral comes to rest."""
     algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
-    if not isinstance(algorithm, Pid) or algorithm.ki or rule is None or rule.below_k is None:
+    if not isinstance(algorithm, Pid) or algorithm.ki or not algorithm.kp or not machine.reaches:
         return
-    if not machine.reaches:
+    if rule is None or rule.below_k is None:
         return
-
-    def is_held(below_k: float) -> bool:
-        asked = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
-        asked = max(asked, algorithm.output.minimum_percent)
-        if algorithm.band_k is not None and below_k >= algorithm.band_k:
-            asked = 100.0
-        power_w = min(machine.power_w * asked / 100, machine.full_power_w)
-        return machine.plant.steady_k(power_w) >= machine.target_k - below_k
-
+    lowest_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
+    targets_k = {machine.target_k, min(lowest_k, machine.target_k)}
     step_k = machine.step_k(machine.target_k)
-    if is_held(rule.below_k - step_k):
+    held_k = max(rule.below_k - step_k, 0.0)
+    if all(_is_held(machine, algorithm, target_k, held_k) for target_k in targets_k):
         return
-    least_k, most_k = rule.below_k - step_k, machine.target_k
-    while most_k - least_k > least_k / 1000:
-        middle_k = (least_k + most_k) / 2
-        least_k, most_k = (least_k, middle_k) if is_held(middle_k) else (middle_k, most_k)
+    deepest_k = machine.target_k
+    for _ in range(HALVINGS):
+        middle_k = (held_k + deepest_k) / 2
+        if all(_is_held(machine, algorithm, target_k, middle_k) for target_k in targets_k):
+            deepest_k = middle_k
+        else:
+            held_k = middle_k
     yield Finding(
         (*machine.path, "protection", "runaway", "below"),
-        f"without ki this loop comes to rest {about(most_k)} K below its highest setpoint of "
-        f"{celsius(machine.loop.setpoint.maximum_c)}",
-        f"Use more than {rounded_up(most_k + step_k)} K, or a larger kp, or ki",
+        f"without ki this loop comes to rest up to {about(deepest_k)} K below its setpoint",
+        f"Use more than {rounded_up(deepest_k + step_k)} K, or write ki",
         machine.because_of,
     )
+
+
+def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
+    """Tell whether what is asked for so far below a setpoint holds it there, or nearer."""
+    percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
+    if algorithm.band_k is not None and below_k >= algorithm.band_k:
+        percent = algorithm.output.maximum_percent
+    percent = max(percent, algorithm.output.minimum_percent)
+    output = machine.output
+    if isinstance(output, TimeProportionalOutput):
+        percent *= percent / 100 * output.window_s >= output.minimum_on_s
+    power_w = min(machine.power_w * percent / 100, machine.full_power_w)
+    return machine.plant.steady_k(power_w) >= target_k - below_k
 
 
 def rise_rate_holds(machine: Machine) -> Findings:

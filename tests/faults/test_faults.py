@@ -63,6 +63,14 @@ SLOW_KEYS = changed(
     ("lag: 5 s}}", "lag: 5 s}, lid: {node: lid}}"),
 )  # fmt: skip
 """The menu is of a loop that makes a step in 70 s; the other loop's fault is told at once."""
+STOPPED = changed(
+    "chamber", ("kind: serial_plotter, loop: air, baud: 9600", "kind: gcode, loops: {C: air}"),
+    ("    starts: enabled  ", "    #"),
+    ("initial: 20 °C, minimum: 10 °C", "initial: 0 °C, minimum: 0 °C"),
+    ("period: 1 s", "period: 20 s"), ("stale_after: 5 s", "stale_after: 60 s"),
+    ("within: 120 s", "within: 1 h"), ("above: 10 K", "above: 30 K"),
+)  # fmt: skip
+"""A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
@@ -97,7 +105,7 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
         *((TWO, f"lid.{fault}") for fault in ("unplugged", "switch_shorted_when_hot")),
         (TWO, "air.adc_stuck"), ("printer", "bed.adc_hangs"), ("printer", "hotend.adc_hangs"),
         (WARM_TWO, "lid.unplugged"), (GENTLE, "heater_shorted"), (SLOW, "relay_contact_shorted"),
-        (SLOW_KEYS, "lid.unplugged"),
+        (SLOW_KEYS, "lid.unplugged"), (STOPPED, "host_stop"),
         (changed("fabricator", ("stale_after: 1 s", "stale_after: 5 s")), "adc_hangs"),
     ],
 )  # fmt: skip

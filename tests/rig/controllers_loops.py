@@ -90,7 +90,7 @@ class LoopDraw:
         measured = kind != "time_proportional" and self.period_s <= 1 and draws.some()
         self.measured = measured and self.left.has_analog()
         self.amps_pin = self.left.analog() if self.measured else ""
-        slowest_hz = 5 / self.period_s if self.measured else 1.0
+        slowest_hz = 15 / self.period_s if self.measured else 1.0
         pulses = self.left.pwm(slowest_hz, heats=True) if kind == "pwm" else None
         if kind == "pwm" and pulses is None:
             kind, self.measured = "time_proportional", False

@@ -11,7 +11,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
-from heatwright.spec.commands import must_release, programmed, switched
+from heatwright.spec.commands import must_release, programmed, switched, told_elsewhere
 from heatwright.spec.interfaces import Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
@@ -105,7 +105,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     panel = {
         "where": source.where,
         "loop_name": interface.loop,
-        "other_loops": len(controller.loops) > 1,
+        "told_elsewhere": told_elsewhere(controller),
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
