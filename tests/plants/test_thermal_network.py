@@ -273,7 +273,7 @@ def test_full_current_is_ohms_law():
 
 def test_each_of_the_readings_that_are_summed_up_has_its_own_noise():
     for changes in ((QUIET, SINGLE), (SINGLE,), (QUIET,)):
-        assert step_of(fabricator(*changes)) == 0.1
+        assert step_of(fabricator(*changes)) == 0.02  # a tenth of the period of its current
     noisy = fabricator()
     assert step_of(noisy) == 0.01
     assert sums_noise(noisy, "nozzle")
