@@ -77,7 +77,7 @@ class Display:
     @property
     def ground(self) -> int:
         """The colour of the page that is shown."""
-        return self._pages[self.memory.page].bco
+        return int(self.memory.parts[self.memory.page][self.page].values["bco"])
 
     def value(self, attribute: str) -> Value:
         """Return an attribute as it is now: b0.txt of the page that is shown, or main.b0.txt.

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 from heatwright.sim.interfaces.nextion_codes import Code, Refused
 from heatwright.sim.interfaces.nextion_syntax import Expression, Name, Value, whole
 from heatwright.sim.interfaces.nextion_waveform import Waveform
+from heatwright.spec.nextion import Component
 
 if TYPE_CHECKING:
-    from heatwright.spec.nextion import Component, Page
+    from heatwright.spec.nextion import Page
 
 VARIABLES = {"bkcmd": 2, "dim": 100, "dp": 0, "sys0": 0, "sys1": 0, "sys2": 0}
 """The display's own variables that are simulated, and their values at power-up."""
@@ -26,6 +27,7 @@ DEFAULTS: dict[str, dict[str, Value]] = {
     "dual_state": {"txt": "", "txt_maxl": 10, "val": 0},
     "number": {"val": 0},
     "variable": {},
+    "page": {},
     "timer": {"tim": 400, "en": 1},
     "waveform": {"ch": 1, "gdc": 1024, "gdw": 40, "gdh": 40},
 }
@@ -91,7 +93,7 @@ class Memory:
         """Begin anew, as at power-up; no page is shown yet."""
         self.variables = dict(VARIABLES)
         self.parts: tuple[dict[str, Part], ...] = tuple(
-            {component.name: Part(component) for component in page.components}
+            {component.name: Part(component) for component in (_ground(page), *page.components)}
             for page in self._pages
         )
         self.page = 0
@@ -170,6 +172,11 @@ class Memory:
         if part is None or (number != self.page and not part.component.shared):
             raise Refused(Code.INVALID_VARIABLE)
         return part
+
+
+def _ground(page: Page) -> Component:
+    """Return the page itself, its component 0: it is behind all others."""
+    return Component("page", page.name, 0, attributes={"bco": page.bco})
 
 
 def _joined(operator: str, left: Value, right: Value) -> Value:

@@ -6,9 +6,10 @@ minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from heatwright.spec.nextion.parts import (
     AMBER,
-    FIELD,
     GRID,
     GROUND,
     HUGE,
@@ -29,19 +30,6 @@ LONGEST_STATE = 30
 LONGEST_ENERGY = 12
 """Such as `1234.56 kWh`."""
 
-FLASHING = (
-    "if(flash.val==0)",
-    "{",
-    "flash.val=1",
-    f"alarm.bco={RED}",
-    "}else",
-    "{",
-    "flash.val=0",
-    f"alarm.bco={FIELD}",
-    "}",
-)
-"""What the timer ERROR does: it has `alarm` flash."""
-
 
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:
     """Lay the main page out. top_c -- the temperature at the chart's upper edge, °C."""
@@ -56,7 +44,8 @@ def main_page(number: int, top_c: int, *, programs: bool) -> Page:
     sheet.number("duty", (150, 420, 70, 40), SMALL)
     sheet.add("waveform", "chart", (70, 200, *CHART_PX), waveform_attributes())
     _labels(sheet, top_c, programs=programs)
-    return sheet.page()
+    _flash(sheet)
+    return sheet.page(preinitialize=("ERROR.en=0",))
 
 
 def stop_page(number: int) -> Page:
@@ -94,7 +83,7 @@ def _state(sheet: Sheet, *, programs: bool) -> None:
     command, text = ("#9", "run") if programs else ("#2", "on")
     code = switched(switch, command)
     sheet.switch(switch, _column(0), text, code, longest=4, shared=True)
-    sheet.add("timer", "ERROR", attributes={"tim": 500, "en": 0}, timer=FLASHING, shared=True)
+    sheet.add("timer", "ERROR", attributes={"tim": 500, "en": 0}, shared=True)
     sheet.text("alarm", (10, 150, 395, 38), LONGEST_STATE, release=('print "#12;"',))
     sheet.variable("flash")
 
@@ -132,6 +121,22 @@ def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
         sheet.label("lclock2", (638, 146, 48, 36), "dhm")
         sheet.label("lprog", (420, 8, 24, 38), "P")
         sheet.label("lpoint", (420, 102, 24, 38), "S")
+
+
+def _flash(sheet: Sheet) -> None:
+    """Have the timer ERROR flash the whole page: its ground, and that of whatever shows it.
+
+    The page is the last: with its ground the display draws all of it anew. Whenever the page
+    begins the timer stands, until the board says again that there is a fault.
+    """
+    on_ground = [each.name for each in sheet.components if each.attributes.get("bco") == GROUND]
+    code = (
+        f"if(main.bco=={GROUND})", "{", f"flash.val={RED}", "}else", "{", f"flash.val={GROUND}",
+        "}", *(f"{name}.bco=flash.val" for name in (*on_ground, sheet.name)),
+    )  # fmt: skip
+    sheet.components = [
+        replace(each, timer=code) if each.name == "ERROR" else each for each in sheet.components
+    ]
 
 
 def _column(place: int) -> tuple[int, int, int, int]:

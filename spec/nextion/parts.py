@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
-Kind = Literal["text", "number", "button", "dual_state", "waveform", "timer", "variable"]
+Kind = Literal["page", "text", "number", "button", "dual_state", "waveform", "timer", "variable"]
 Code = tuple[str, ...]
 """The lines of an event, as they are typed into the editor."""
 Attribute = int | str

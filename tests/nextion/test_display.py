@@ -356,6 +356,13 @@ def test_colours_of_sixteen_bits_and_dark_without_power() -> None:
     assert not pixels(Display(PAGES)).any()
 
 
+def test_the_ground_is_the_pages_own_and_begins_anew_with_it() -> None:
+    shown = display(page_of(bco=BLUE))
+    for instruction, colour in (("only.bco=63488", RED), ("page only", BLUE)):
+        tell(shown, instruction)
+        assert len(inked(shown, colour)) == 800 * 480
+
+
 def test_a_component_is_where_the_editor_put_it() -> None:
     text = Component("text", "t0", 1, 30, 40, 100, 50, {"txt": "", "bco": RED, "font": 0})
     found = inked(display(page_of(text, bco=BLUE)), RED)

@@ -7,6 +7,7 @@ other speeds and ports.
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 from hosted_kiln import SPEC
 from rig.avr import whole
@@ -14,7 +15,10 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.nextion import Nextion
+from heatwright.sim.interfaces.nextion_colours import rgb
+from heatwright.sim.interfaces.nextion_screen import draw
 from heatwright.spec.boards import BOARDS
+from heatwright.spec.nextion.parts import GROUND, RED
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
 """States of a program."""
@@ -88,7 +92,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: IDLE}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
         ("mend; wait 3; ack", {"fault.code": 0}),
-        ("back", {"page": "main", "ERROR.en": 0})],
+        ("back", {"page": "main", "ERROR.en": 0, "main.bco": GROUND})],
 }  # fmt: skip
 """What is done with the display, and what is seen then."""
 
@@ -169,6 +173,26 @@ def test_touched(desk: KilnDesk, name: str) -> None:
         desk.do(deeds)
         assert {each: desk.look(each) for each in seen} == seen, deeds
     assert desk.display.errors == []
+
+
+def reds(desk: KilnDesk) -> list[float]:
+    """How much of the page is red, at eight moments of two seconds."""
+    found = []
+    for _ in range(8):
+        desk.run(0.25)
+        found.append(float((np.asarray(draw(desk.display.display)) == rgb(RED)).all(axis=2).mean()))
+    return found
+
+
+def test_a_fault_has_the_whole_main_page_flash(desk: KilnDesk) -> None:
+    """More than half of its pixels, in time with the timer; and nothing once it is acknowledged."""
+    calm = reds(desk)[0]
+    desk.do("break; wait 8; back")
+    flashing = reds(desk)
+    assert max(calm, *flashing) < 1.0
+    assert sum(red > 0.5 + calm for red in flashing) == sum(red == calm for red in flashing) == 4
+    desk.do("mend; wait 3; order 16; wait 1")
+    assert set(reds(desk)) == {calm}
 
 
 PLAIN = re.sub(r"programs:\n.*?interfaces:", "interfaces:", SPEC, flags=re.DOTALL)
