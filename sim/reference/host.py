@@ -98,10 +98,14 @@ class Host:
         """Return what the host calls the loop: a tool is named as T or as E, or the active one."""
         if line.command in OWN:
             return OWN[line.command]
+        tunes = line.command == "M303"
+        if tunes and "H" in line.words:
+            heater = line.number("H")
+            return "" if heater is None else f"T{int(heater) - 1}" if heater else "B"
         number = line.number("E") if line.number("T") is None else line.number("T")
         if number is None:
-            return self._active
-        meant = TUNED.get(int(number)) if line.command == "M303" else None
+            return "" if tunes and "P" in line.words else self._active
+        meant = TUNED.get(int(number)) if tunes else None
         return meant or f"T{int(number)}"
 
 

@@ -253,6 +253,23 @@ ORDERS = {"T0": ("M104", "M109", "M303"), "B": ("M140", "M190", "M303 E-1"),
           "C": ("M141", "M191", "M303 E-2")}  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("called", "heater"),
+    [("T0", "H1"), ("T0", "T0 P1"), ("T0", "E0"), ("B", "H0"), ("B", "T-1"), ("C", "T-2")],
+)
+def test_a_tuning_is_of_the_heater_that_hosts_name_in_their_ways(called, heater):
+    """What names none, or another, tunes none."""
+    text = changed("extruder", ("{T0: nozzle}", f"{{{called}: nozzle}}"))
+    others = {"P1", "H7", "H", "T-3", "E4", "H0", "H1", "E0"} - {heater}
+    others -= {"E0", "H1"} if called == "T0" else {"H0"} if called == "B" else set()
+    lines = [*(f"M303 S150 {each}" for each in sorted(others)), f"M303 S199 {heater}"]
+    run = modelled(
+        controller_of(text), *at({1 + place: line for place, line in enumerate(lines)}),
+        {"for": "12 s"},
+    )  # fmt: skip
+    assert course(run.log, "setpoint_c", "mode") == [(0, AUTOMATIC), (199, TUNING)]
+
+
 @pytest.mark.parametrize("called", ORDERS)
 def test_what_a_host_calls_bed_and_chamber_has_commands_of_its_own(called):
     text = changed("extruder", ("{T0: nozzle}", f"{{{called}: nozzle}}"))

@@ -50,6 +50,7 @@ def whole_degrees(answers: list[str]) -> list[str]:
 
 
 UNABLE = "refused: this loop has no such control"
+NAMELESS = "refused: name the heater by E, T or H"
 NO_NUMBER = "needs a number; nothing was changed"
 BEYOND = "is outside its limits; nothing was changed"
 GAINS = "P1.00000 I2.00000 D3.00000"
@@ -69,6 +70,8 @@ ANSWERS = {
         ("M140 S20", ""),
         ("M303 S99 E-2", f"echo:M303 {UNABLE}"), ("M303 E-3 S99", f"echo:M303 {NO_NUMBER}"),
         *((f"{line} S20", f"echo:{line} Invalid extruder 0") for line in ("M104", "M109", "M303")),
+        *((f"M303 S99 H{n}", f"echo:M303 Invalid extruder {n}") for n in (1, 11, 12)),
+        ("M303 H-1 S99", f"echo:M303 {NO_NUMBER}"), ("M303 H S99", f"echo:M303 {NO_NUMBER}"),
         ("M104 T10 S20", "echo:M104 Invalid extruder 10"), ("T0", 'echo:Unknown command: "T0"'),
     ],
     "tools and chamber": [
@@ -82,7 +85,9 @@ ANSWERS = {
         ("M190 S300", "echo:M190 refused: there is no heated bed"),
         ("M304 P1", 'echo:Unknown command: "M304"'), ("M301 P1", f"echo:M301 {UNABLE}"),
         ("M309 P1 I2 D3", f"echo:  M301 E1 P4.00000 I5.00000 D6.00000|echo:  M309 {GAINS}"),
-        ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("T11", 'echo:Unknown command: "T11"'),
+        ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("M303 P1 S99", f"echo:M303 {NAMELESS}"),
+        *((f"M303 S99 {spare}", f"echo:M303 {UNABLE}") for spare in ("T1", "E1", "H2", "H2 P1")),
+        ("M303 S99 H0", "echo:M303 Invalid extruder 0"), ("T11", 'echo:Unknown command: "T11"'),
         ("M104 T11 S1", "echo:M104 Invalid extruder 11"), ("M104 S0", ""),
     ],
     "tool and bed": [
@@ -93,14 +98,19 @@ ANSWERS = {
         ("M309 P1", 'echo:Unknown command: "M309"'), ("M304 P1", f"echo:M304 {UNABLE}"),
         ("M301 P1 I2 D3", f"echo:  M301 E1 {GAINS}"), ("M503", f"echo:  M301 E1 {GAINS}"),
         ("M140 D9", f"echo:M140 {UNABLE}"),
-        ("M303 E-1 S99", f"echo:M303 {UNABLE}"),
+        *((f"M303 {bed} S99", f"echo:M303 {UNABLE}") for bed in ("E-1", "T-1", "H0")),
     ],
 }  # fmt: skip
 OF_ALL = [
     ("M500", "echo:Settings Stored"), ("M501", "echo:Stored settings retrieved"),
     ("M502", "echo:Hardcoded Default Settings Loaded"), ("M155 S0", ""), ("M999", ""),
 ]  # fmt: skip
-TUNED = {"bed and chamber": "E-1", "tools and chamber": "E-2", "tool and bed": "E1"}
+TUNED = {
+    "bed and chamber": ("E-1", "T-1", "H0"),
+    "tools and chamber": ("E-2", "T-2"),
+    "tool and bed": ("E1", "T1 P0", "H2", ""),
+}
+"""What can be tuned, the first by the test's own relay."""
 
 
 def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -> None:
@@ -108,7 +118,7 @@ def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -
         ends = [] if answer.startswith("ok") else ["ok"]
         said = board.told(line, 0.9)  # with a step of the loop
         assert whole_degrees(said) == [*filter(None, answer.split("|")), *ends], line
-    assert board.told(f"M303 {TUNED[called]} S99") == ["PID Autotune start"]
+    assert board.told(f"M303 {TUNED[called][0]} S99") == ["PID Autotune start"]
     if isinstance(board, HostBoard):
         for count in range(1, 3):
             board.play(switched(count))
@@ -116,6 +126,9 @@ def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -
         assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
         assert board.said().state["tuning"] == "5"
     assert board.told("M108", 0.2)[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
+    for heater in TUNED[called][1:]:
+        assert board.told(f"M303 {heater} S99") == ["PID Autotune start"], heater
+        assert board.told("M108", 0.2)[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
 
 
 WAITS = {

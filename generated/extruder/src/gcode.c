@@ -211,13 +211,47 @@ static void set_gains(void)
     report_add(REPORT_GAINS);
 }
 
+/* H of M303: 0 is the bed, and behind it come the tools, as RepRapFirmware counts heaters. */
+static bool take_heater(void)
+{
+    uint8_t heater;
+
+    if (!words_count('H', 0, &heater)) {
+        refuse(REFUSED_NUMBER);
+        return false;
+    }
+    if (heater == 0 || !tool_exists((uint8_t)(heater - 1u))) {
+        report_detail = heater;
+        report_add(REPORT_NOT_THERE);
+        return false;
+    }
+    report_tool = (uint8_t)(heater - 1u);
+    return true;
+}
+
+/* The heater that M303 means: H, or a tool as in any command. */
+static bool take_tuned(void)
+{
+    float named = 0.0f;
+
+    if (words_find('H', &named) != WORD_NONE) {
+        return take_heater();
+    }
+    if (words_find('T', &named) == WORD_NONE && words_find('E', &named) == WORD_NONE
+        && words_find('P', &named) != WORD_NONE) {
+        refuse(REFUSED_HEATER); /* a heater to some hosts, a power to others */
+        return false;
+    }
+    return take_tool();
+}
+
 /* M303: find the gains; the answer comes when they are found. */
 static bool tune(void)
 {
     float target_c;
     uint8_t cycles;
 
-    if (!take_tool() || !take_number('S', &target_c)) {
+    if (!take_tuned() || !take_number('S', &target_c)) {
         return false;
     }
     if (tool_cycles(report_tool) == 0) {

@@ -224,6 +224,8 @@ static const char *reason(void)
         return PSTR(" refused: M112 came after it\n");
     case REFUSED_UNABLE:
         return PSTR(" refused: this loop has no such control\n");
+    case REFUSED_HEATER:
+        return PSTR(" refused: name the heater by E, T or H\n");
     default:
         return PSTR(" refused: the heater is off\n");
     }

@@ -39,6 +39,7 @@ enum {
     REFUSED_FAULT,
     REFUSED_STOP,   /* no acknowledgement by a line from before the stop */
     REFUSED_UNABLE, /* this loop cannot do it */
+    REFUSED_HEATER, /* none is named in a way that all hosts agree on */
     REFUSED_OFF     /* no feed while the heater is off */
 };
 
