@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from heatwright.spec.curves import Beta, Curve, Platinum, Points, SteinhartHart
+from heatwright.spec.curves import Beta, Curve, LinearPlatinum, Platinum, Points, SteinhartHart
 
 SUPPLY_V = 5.0
 """Of the boards, and of the ADC when the reference is the supply."""
@@ -91,7 +91,7 @@ class Amplified:
     saturates there, and at ground. An open element drives it up.
     """
 
-    curve: Platinum
+    curve: Platinum | LinearPlatinum
     per_ohm: float
     """Share of the reference for each ohm above R₀."""
     saturation: float
@@ -152,7 +152,7 @@ def circuit(sensor: Any, mcu: str) -> Circuit:
         return Linear(zero, per_k, sensor.open_reads == "high")
     if sensor.kind == "thermistor":
         return _divider(_thermistor(sensor.curve), sensor.divider, full_v)
-    platinum = Platinum(ZERO_OHM[sensor.element])
+    platinum = _platinum(sensor)
     if sensor.divider is not None:
         return _divider(platinum, sensor.divider, full_v)
     amplifier = sensor.amplifier
@@ -165,6 +165,14 @@ def _divider(curve: Curve, divider: Any, full_v: float) -> Divider:
     resistor_ohm = divider.pull_up_ohm if pulled_up else divider.pull_down_ohm
     supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
     return Divider(curve, resistor_ohm, pulled_up, supply_v / full_v)
+
+
+def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
+    """Take the standard's curve, or the line that the sensor's coefficient gives."""
+    zero_ohm = ZERO_OHM[sensor.element]
+    if sensor.alpha_ppm_per_k is None:
+        return Platinum(zero_ohm)
+    return LinearPlatinum(zero_ohm, sensor.alpha_ppm_per_k * 1e-6)
 
 
 def _thermistor(curve: Any) -> Curve:

@@ -136,3 +136,19 @@ class Platinum:
             if abs(error) <= 1e-15:
                 break
         return celsius
+
+
+@dataclass(frozen=True)
+class LinearPlatinum:
+    """R = R₀ · (1 + α · t): a platinum element as one number describes it, α in 1/K."""
+
+    zero_ohm: float
+    per_k: float
+
+    def ohm(self, celsius: float) -> float:
+        """Resistance at a temperature."""
+        return self.zero_ohm * (1 + self.per_k * celsius)
+
+    def celsius(self, ohm: float) -> float:
+        """Temperature at a resistance."""
+        return (ohm / self.zero_ohm - 1) / self.per_k

@@ -19,7 +19,7 @@ from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.thermocouples import Max6675, Max31855
-from heatwright.spec.units import BITS
+from heatwright.spec.units import BITS, COEFFICIENT
 
 
 class Ds18b20(Averaged):
@@ -83,10 +83,17 @@ class Thermistor(AnalogSensor):
 
 
 class Rtd(AnalogSensor):
-    """A platinum element after IEC 60751, in a divider or behind a differential amplifier."""
+    """A platinum element after IEC 60751 or on a line, in a divider or behind an amplifier."""
 
     kind: Literal["rtd"]
     element: Literal["pt100", "pt1000"] = Field(description="100 Ω or 1000 Ω at 0 °C.")
+    alpha_ppm_per_k: Annotated[float, Quantity(COEFFICIENT, least=3500.0, most=4000.0)] | None = (
+        Field(
+            None,
+            alias="alpha",
+            description="R = R0 · (1 + alpha · t) in the place of IEC 60751.",
+        )
+    )
     divider: Divider | None = Field(None, description="The resistor beside the element.")
     amplifier: Amplifier | None = Field(
         None, description="In the place of a divider: a bridge and an amplifier."

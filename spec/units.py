@@ -98,6 +98,14 @@ AREA = Dimension(
 FILM = Dimension(
     "heat transfer coefficient", "W/m²K", "8.7 W/m²K", "W/m²K", 1e6, _prefixed("W/m2K")
 )
+COEFFICIENT = Dimension(
+    "temperature coefficient",
+    "ppm/K",
+    "3925 ppm/K",
+    "ppm/K or %/K",
+    1e6,
+    {"ppm/K": Unit(Decimal(1)), "%/K": Unit(Decimal(10_000))},
+)
 BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
 VOLTAGE_PER_KELVIN = Dimension(
     "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m")

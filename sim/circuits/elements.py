@@ -74,7 +74,9 @@ def _pieces(points: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Arra
 
 
 def platinum_ohm(sensor: Rtd, celsius: Array) -> Array:
-    """Return a platinum sensor's resistance by the Callendar–Van Dusen equation (IEC 60751)."""
+    """Return a platinum sensor's resistance: on its line, or by Callendar–Van Dusen."""
     zero_ohm = {"pt100": 100.0, "pt1000": 1000.0}[sensor.element]
+    if sensor.alpha_ppm_per_k is not None:
+        return zero_ohm + zero_ohm * sensor.alpha_ppm_per_k / 1e6 * celsius
     cubic = -4.183e-12 * (celsius - 100) * np.minimum(celsius, 0.0)
     return zero_ohm * (1 + celsius * (3.9083e-3 + celsius * (-5.775e-7 + cubic)))

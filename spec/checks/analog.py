@@ -60,6 +60,8 @@ def _beyond(sensor: AnalogSensor) -> bool:
 def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str]:
     """Give the ends of an element's curve, and whose they are."""
     if isinstance(sensor, Rtd):
+        if sensor.alpha_ppm_per_k is not None:
+            return PLATINUM_C, "platinum is used as a thermometer"
         return PLATINUM_C, "IEC 60751 gives the resistance of platinum"
     if isinstance(sensor, Thermistor) and isinstance(sensor.curve, PointsCurve):
         temperatures_c = [point[0] for point in sensor.curve.points]

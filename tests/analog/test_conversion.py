@@ -4,6 +4,7 @@ sensing elements: the standard's own numbers, and two ways to compute each agree
 import math
 import random
 from itertools import combinations, pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,10 +19,11 @@ from heatwright.sim.reference.adc import converter
 from heatwright.spec import BOARDS
 from heatwright.spec.circuits import circuit
 from heatwright.spec.conversion import CODES, conversion, limits
-from heatwright.spec.curves import Beta, Platinum, Points, SteinhartHart
+from heatwright.spec.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
 from heatwright.spec.fewest import Tube, fewest_points
 
 UNO = BOARDS["uno"]
+DOCS = Path(__file__).parents[2] / "docs"
 
 every_circuit = pytest.mark.parametrize("name", CIRCUITS)
 
@@ -177,6 +179,28 @@ def test_platinum_is_that_of_the_standard(celsius: int) -> None:
 def test_platinum_and_back(celsius: float) -> None:
     curve = Platinum(100.0)
     assert curve.celsius(curve.ohm(celsius)) == pytest.approx(celsius, abs=1e-9)
+
+
+@pytest.mark.parametrize("code", range(341, 700))
+def test_a_line_in_a_divider_of_twice_its_zero_is_its_authors_formula(code: int) -> None:
+    """T = (3·adc − 1024) · 10⁶ / 3925 / (1024 − adc), as the fabricator's author has it."""
+    chain = circuit(sensor("linear"), UNO.mcu)
+    author_c = (3 * code - 1024) * 1e6 / 3925 / (1024 - code)
+    assert chain.celsius(code / 1024) == pytest.approx(author_c, abs=1e-9)
+    assert 1024 * shares(sensor("linear"), UNO, author_c) == pytest.approx(code, abs=1e-9)
+
+
+ON_THE_LINE = {50: 49.4, 100: 98.1, 200: 193.3, 250: 239.7, 300: 285.5, 400: 374.8}
+"""What 3925 ppm/K make of an element of IEC 60751, °C: the table in docs/language.md."""
+
+
+def test_how_far_a_line_is_off_the_standard() -> None:
+    line, curve = LinearPlatinum(1000.0, 3925e-6), Platinum(1000.0)
+    shown = {at_c: round(line.celsius(curve.ohm(at_c)), 1) for at_c in ON_THE_LINE}
+    assert shown == ON_THE_LINE
+    assert round(curve.celsius(line.ohm(300.0)), 1) == 316.0
+    row = " | ".join(str(each) for each in ON_THE_LINE.values())
+    assert f"| shown, °C | {row} |" in (DOCS / "language.md").read_text("utf-8")
 
 
 @given(hot_c, st.floats(1, 1e6), st.floats(2000, 6000))

@@ -39,6 +39,11 @@ CIRCUITS = {
     "range: -150 °C .. 150 °C, oversample: 4",
     "pt100_down": "kind: rtd, pin: A1, element: pt100, divider: {pull_down: 100 Ω}, "
     "range: 0 °C .. 600 °C, oversample: 8",
+    "linear": "kind: rtd, pin: A1, element: pt1000, alpha: 3925 ppm/K, divider: {pull_up: 2 kΩ}, "
+    "range: -10 °C .. 400 °C, oversample: 16",
+    "linear_amplified": "kind: rtd, pin: A1, element: pt100, alpha: 3850 ppm/K, reference: 3.3 V, "
+    "amplifier: {gain: 33.33, excitation: 3.3 V, series: 3.3 kΩ}, "
+    "range: 2 °C .. 250 °C, oversample: 16",
     "lm35": "kind: analog, pin: A1, scale: 10 mV/K, reference: internal, "
     "range: 2 °C .. 100 °C, oversample: 8",
     "tmp36": "kind: analog, pin: A1, scale: 10 mV/K, offset: 500 mV, reference: 3.3 V, "

@@ -241,7 +241,8 @@ class Sensors:
             series = {"pt1000": "10 kΩ", "pt100": "1 kΩ"}[element]
             excitation = text(self._full_v(), "V")
             part = {"amplifier": {"gain": 10, "excitation": excitation, "series": series}}
-        return self._ranged("rtd", {"element": element} | part, -190.0, 840.0)
+        part = {"element": element} | self.draws.maybe({"alpha": "3925 ppm/K"}) | part
+        return self._ranged("rtd", part, -190.0, 840.0)
 
     def _divider(self, *resistors: str) -> Part:
         divider = {self.draws.one("pull_up", "pull_down"): self.draws.one(*resistors)}

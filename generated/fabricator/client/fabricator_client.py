@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x5d1ef8bb
+DIGEST = 0x612d4267
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

@@ -7,8 +7,8 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
-    ADC_SENSOR_NOZZLE, /* ADC0: fabricator.yaml:11 sensors.nozzle.pin */
-    ADC_SENSOR_CURRENT, /* ADC1: fabricator.yaml:12 sensors.current.pin */
+    ADC_SENSOR_NOZZLE, /* ADC0: fabricator.yaml:12 sensors.nozzle.pin */
+    ADC_SENSOR_CURRENT, /* ADC1: fabricator.yaml:13 sensors.current.pin */
     ADC_CHANNELS
 };
 

@@ -49,7 +49,7 @@ void gate_tick(void)
         }
     }
 
-    /* fabricator.yaml:21 loops.nozzle.heater */
+    /* fabricator.yaml:22 loops.nozzle.heater */
     bool nozzle_permitted = healthy;
     if (!spend(&nozzle_ticks)) {
         nozzle_permitted = false;
@@ -57,7 +57,7 @@ void gate_tick(void)
     if (!spend(&nozzle_sensor_ticks)) {
         nozzle_permitted = false;
     }
-    /* fabricator.yaml:22 loops.nozzle.cooler: the one that is on keeps the other off. The cooler needs no
+    /* fabricator.yaml:23 loops.nozzle.cooler: the one that is on keeps the other off. The cooler needs no
      * permit: with the main loop hanging it stays as it was asked last. */
     output_heater_tick(nozzle_permitted && !output_cooler_is_on());
     output_cooler_tick(!output_heater_is_on());

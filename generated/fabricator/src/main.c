@@ -18,7 +18,7 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_1S); /* fabricator.yaml:37 safety.watchdog */
+    wdt_enable(WDTO_1S); /* fabricator.yaml:38 safety.watchdog */
     settings_start();
     reset_report();
     output_heater_start();

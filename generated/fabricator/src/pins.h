@@ -6,7 +6,7 @@
 #include <avr/io.h>  /* PORT, DDR and PIN registers */
 #include <stdbool.h> /* bool */
 
-/* PD5: output heater, active high (fabricator.yaml:15 outputs.heater.pin) */
+/* PD5: output heater, active high (fabricator.yaml:16 outputs.heater.pin) */
 static inline void pin_output_heater_on(void)
 {
     PORTD |= (1u << 5);
@@ -27,7 +27,7 @@ static inline bool pin_output_heater_is_on(void)
     return (PIND & (1u << 5)) != 0;
 }
 
-/* PD6: output cooler, active high (fabricator.yaml:16 outputs.cooler.pin) */
+/* PD6: output cooler, active high (fabricator.yaml:17 outputs.cooler.pin) */
 static inline void pin_output_cooler_on(void)
 {
     PORTD |= (1u << 6);
@@ -48,13 +48,13 @@ static inline bool pin_output_cooler_is_on(void)
     return (PIND & (1u << 6)) != 0;
 }
 
-/* PD0: from the master (fabricator.yaml:40 interfaces[0]) */
+/* PD0: from the master (fabricator.yaml:41 interfaces[0]) */
 static inline void pin_modbus_rx_pull_up(void)
 {
     PORTD |= (1u << 0);
 }
 
-/* PB0: LED `enabled`, active high (fabricator.yaml:41 interfaces[1].leds) */
+/* PB0: LED `enabled`, active high (fabricator.yaml:42 interfaces[1].leds) */
 static inline void pin_led_nozzle_enabled_on(void)
 {
     PORTB |= (1u << 0);
@@ -75,7 +75,7 @@ static inline bool pin_led_nozzle_enabled_is_on(void)
     return (PINB & (1u << 0)) != 0;
 }
 
-/* PB1: LED `heating`, active high (fabricator.yaml:41 interfaces[1].leds) */
+/* PB1: LED `heating`, active high (fabricator.yaml:42 interfaces[1].leds) */
 static inline void pin_led_nozzle_heating_on(void)
 {
     PORTB |= (1u << 1);
@@ -96,7 +96,7 @@ static inline bool pin_led_nozzle_heating_is_on(void)
     return (PINB & (1u << 1)) != 0;
 }
 
-/* PB2: LED `cooling`, active high (fabricator.yaml:41 interfaces[1].leds) */
+/* PB2: LED `cooling`, active high (fabricator.yaml:42 interfaces[1].leds) */
 static inline void pin_led_nozzle_cooling_on(void)
 {
     PORTB |= (1u << 2);
@@ -117,7 +117,7 @@ static inline bool pin_led_nozzle_cooling_is_on(void)
     return (PINB & (1u << 2)) != 0;
 }
 
-/* PB3: LED `communicating`, active high (fabricator.yaml:41 interfaces[1].leds) */
+/* PB3: LED `communicating`, active high (fabricator.yaml:42 interfaces[1].leds) */
 static inline void pin_led_nozzle_communicating_on(void)
 {
     PORTB |= (1u << 3);

@@ -16,6 +16,8 @@ def plan(source: Source, name: str, sensor: Rtd, use: UseOfSensor) -> Part:
 
 def _circuit(sensor: Rtd) -> str:
     element = sensor.element.title()
+    if sensor.alpha_ppm_per_k is not None:
+        element += f" of {sensor.alpha_ppm_per_k:g} ppm/K"
     if sensor.amplifier is None:
         return divider_words(element, sensor.divider)
     amplifier = sensor.amplifier
