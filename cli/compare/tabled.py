@@ -7,6 +7,7 @@ from typing import Any
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.figures import as_json, build_json, replay_json, rounded
+from heatwright.sim.metrics import Metrics
 from heatwright.sim.plot_data import closer
 from heatwright.sim.replay import ReplayResult
 from heatwright.spec import Published
@@ -25,7 +26,7 @@ ROOM = 1.15
 
 
 def lines(outcome: Outcome) -> list[tuple[str, ...]]:
-    """Return a row's figures in the order of COLUMNS; below them what was published."""
+    """Return a row's figures in the order of COLUMNS; below them published ones and residuals."""
     row, figures = outcome.row, outcome.figures
     ours = _figures(
         row.setpoint_c, figures.maximum_c, figures.steady_minimum_c, figures.steady_maximum_c
@@ -35,7 +36,19 @@ def lines(outcome: Outcome) -> list[tuple[str, ...]]:
     if row.published is not None:
         given = _figures(row.setpoint_c, row.published.maximum_c, *row.published.steady_c)
         found.append(("  published", *given, ""))
+        maximum_k, low_k, high_k = _residuals(figures, row.published)
+        steady = f"{low_k:+.2f} … {high_k:+.2f}"
+        found.append(("  residual", f"{maximum_k:+.2f}", "", steady, "", ""))
     return found
+
+
+def _residuals(figures: Metrics, published: Published) -> tuple[float, float, float]:
+    """Return by what our maximum, lowest and highest temperature, K, are above the published."""
+    return (
+        figures.maximum_c - published.maximum_c,
+        figures.steady_minimum_c - published.steady_minimum_c,
+        figures.steady_maximum_c - published.steady_maximum_c,
+    )
 
 
 def _figures(setpoint_c: float, maximum_c: float, low_c: float, high_c: float) -> tuple[str, ...]:
@@ -77,6 +90,7 @@ def rows_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
             "steady_error": rounded(outcome.figures.steady_error_k),
             "audible": outcome.figures.audible,
             "published": _published_json(outcome.row.published),
+            "residual": _residual_json(outcome.figures, outcome.row.published),
             "build": None if outcome.built is None else build_json(outcome.built),
             "replay": replay_json(outcome.replays.values()) if outcome.replays else None,
         }
@@ -92,6 +106,13 @@ def _published_json(published: Published | None) -> dict[str, float] | None:
         "steady_min": published.steady_minimum_c,
         "steady_max": published.steady_maximum_c,
     }
+
+
+def _residual_json(figures: Metrics, published: Published | None) -> dict[str, Any] | None:
+    if published is None:
+        return None
+    found = map(rounded, _residuals(figures, published))
+    return dict(zip(("maximum", "steady_min", "steady_max"), found, strict=True))
 
 
 def replays(outcomes: Sequence[Outcome]) -> Iterator[ReplayResult]:

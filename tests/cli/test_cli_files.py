@@ -192,9 +192,10 @@ def test_a_touch_display_is_drawn_and_a_plain_shield_is_not(heatwright: Heatwrig
 
 def test_a_comparison_stands_beside_the_published_figures(heatwright: Heatwright) -> None:
     told = heatwright("compare oven.yaml --model --algorithm relay").out
-    ours, published = [line for line in told.splitlines() if "50 °C" in line or "publ" in line]
+    ours, published, residual = told.rstrip().splitlines()[-3:]
     assert ours.split()[:4] == ["relay,", "50", "°C", "52.31"]
     assert published.split()[:3] == ["published", "52.20", "+2.20"]
+    assert residual.split() == ["residual", "+0.11", "-0.12", "…", "+0.10"]
 
 
 def test_a_comparison_as_json_and_as_a_page(heatwright: Heatwright) -> None:
@@ -202,6 +203,9 @@ def test_a_comparison_as_json_and_as_a_page(heatwright: Heatwright) -> None:
     assert {"proportional", "PID"} <= {row["name"] for row in found["rows"]}
     row = found["rows"][0]
     assert row["published"] == {"maximum": 50.5, "steady_min": 48.7, "steady_max": 49.2}
+    assert row["residual"] == pytest.approx(
+        {"maximum": 0.0, "steady_min": 0.425, "steady_max": -0.0125}, abs=1e-3
+    )
     assert (row["build"], row["replay"], row["audible"]) == (None, None, True)
     assert "figure class=" in Path("c.html").read_text(encoding="utf-8")
 
