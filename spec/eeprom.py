@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.max31856 import selectable_of
@@ -47,8 +47,8 @@ FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
 """So that the lowest byte of a slot's sequence number is another one in the next turn."""
 
-LOG_ENTRY_BYTES = 8
-"""Of a log: an entry with what tells whether it is whole."""
+LOG_FRAME_BYTES = 2 + 1 + 1
+"""What tells whether an entry of a log is whole: turn, digest, turn again."""
 
 
 class Area(NamedTuple):
@@ -88,6 +88,11 @@ def log_in_eeprom(controller: Controller) -> SerialLog | None:
     return next((each for each in logs if each.keep == "eeprom"), None)
 
 
+def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
+    """Count the bytes of an entry: temperature, setpoint, duty; where in which program."""
+    return 2 + 2 + 1 + programmed(controller, log.loop)
+
+
 def settings_bytes(controller: Controller) -> int:
     """Count the bytes of a record of settings: setpoints, maxima, gains, types."""
     kept = sum(
@@ -108,7 +113,8 @@ def layout(controller: Controller) -> Layout:
     programs_bytes, places = _programs(controller)
     log = log_in_eeprom(controller)
     entries = log.entries if log else 0
-    room -= places * programs_bytes + entries * LOG_ENTRY_BYTES
+    entry_bytes = LOG_FRAME_BYTES + log_entry_bytes(controller, log) if log else 0
+    room -= places * programs_bytes + entries * entry_bytes
     lasting = max(FEWEST_PROGRESS_SLOTS, _slots_for(LEAST_YEARS, _save_every_s(controller)))
     wanted = lasting * PROGRESS_BYTES if places else 0
     most = room // slot_bytes
@@ -119,7 +125,7 @@ def layout(controller: Controller) -> Layout:
     slots = min(MOST_PROGRESS_SLOTS, max(FEWEST_PROGRESS_SLOTS, left)) if places else 0
     programs = Area(settings.end, programs_bytes, places)
     progress = Area(programs.end, PROGRESS_BYTES, slots)
-    return Layout(settings, programs, progress, Area(progress.end, LOG_ENTRY_BYTES, entries))
+    return Layout(settings, programs, progress, Area(progress.end, entry_bytes, entries))
 
 
 def start_s(controller: Controller) -> float:

@@ -10,9 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board
-from heatwright.spec.checks.memory import ENTRY_BYTES, least_bytes
+from heatwright.spec.checks.memory import least_bytes
 from heatwright.spec.commands import tunable
 from heatwright.spec.controller import Controller
+from heatwright.spec.eeprom import log_entry_bytes
 from heatwright.spec.interfaces import LcdKeypad, SerialLog
 
 
@@ -86,7 +87,7 @@ def least(controller: Controller) -> Least:
 def _rings(controller: Controller) -> int:
     """Count the RAM of a log's entries."""
     logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
-    return sum(each.entries * ENTRY_BYTES for each in logs if each.keep == "ram")
+    return sum(each.entries * log_entry_bytes(controller, each) for each in logs if each.keep == "ram")
 
 
 def rooms(board: Board) -> Least:

@@ -15,8 +15,8 @@ from heatwright.generator.toolchain.taken import NONE, Bytes
 from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
 from heatwright.spec.checks import check
 from heatwright.spec.checks.eeprom import on_board
-from heatwright.spec.checks.memory import ENTRY_BYTES, POINT_BYTES
-from heatwright.spec.eeprom import layout
+from heatwright.spec.checks.memory import POINT_BYTES
+from heatwright.spec.eeprom import layout, log_entry_bytes
 from heatwright.spec.problems import Path, dotted
 
 LEAVE_OUT = "leave it out"
@@ -88,7 +88,8 @@ def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
     for index, each in enumerate(controller.interfaces):
         if isinstance(each, SerialLog) and each.keep == "ram":
             key = f"interfaces[{index}].entries"
-            yield from _at_most(key, each.entries, 1, ENTRY_BYTES, built)
+            bytes_each = log_entry_bytes(controller, each)
+            yield from _at_most(key, each.entries, 1, bytes_each, built)
     if controller.programs is not None:
         stored = max((len(each.segments) for each in controller.programs.stored), default=1)
         points = controller.programs.points

@@ -12,7 +12,9 @@ from heatwright.spec import Board
 from heatwright.spec import SerialLog as Spec
 from heatwright.spec.uses import uart_of
 
-HEADING = "time_s,temperature_c,setpoint_c"
+HEADING = "time_s,temperature_c,setpoint_c,duty_percent"
+PROGRAMMED = f"{HEADING},program,segment"
+"""The columns of a loop that programs move."""
 MISMATCH = 0.045
 """Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten, less
 the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
@@ -24,12 +26,16 @@ MOST_WAITING = 10_000
 class LogRow:
     """An entry of the log.
 
-    time_s -- since the log began; temperature_c -- None where no reading came.
+    time_s -- since the log began; temperature_c -- None where no reading came; program, segment --
+    None where none was under way.
     """
 
     time_s: int
     temperature_c: float | None
     setpoint_c: float
+    duty_percent: int
+    program: int | None = None
+    segment: int | None = None
 
 
 class SerialLog:
@@ -75,7 +81,7 @@ class SerialLog:
         Raises ValueError where it is none.
         """
         heading, *rows = self.texts[:-1] if self.is_complete else self.texts
-        if heading != HEADING:
+        if heading not in {HEADING, PROGRAMMED}:
             raise ValueError(f"A log does not begin with {heading!r}.")
         return [_row(text) for text in rows]
 
@@ -100,8 +106,11 @@ class SerialLog:
 
 
 def _row(text: str) -> LogRow:
-    time_s, temperature_c, setpoint_c = text.split(",")
-    return LogRow(int(time_s), float(temperature_c) if temperature_c else None, float(setpoint_c))
+    time_s, temperature_c, setpoint_c, duty, *place = text.split(",")
+    return LogRow(
+        int(time_s), float(temperature_c) if temperature_c else None, float(setpoint_c), int(duty),
+        *(int(each) if each else None for each in place),
+    )  # fmt: skip
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> SerialLog:

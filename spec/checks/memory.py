@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import nextion_of
 from heatwright.spec.controller import Controller
+from heatwright.spec.eeprom import log_entry_bytes
 from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
@@ -19,8 +20,6 @@ POINT_SHOWN_BYTES = 36
 """Of a nextion, for each point of a program."""
 MENU_BYTES = 150
 LOG_BYTES = 60
-ENTRY_BYTES = 4
-"""Temperature and setpoint in tenths of a degree, 16 bits each."""
 
 
 def least_bytes(controller: Controller) -> int:
@@ -38,11 +37,13 @@ def least_bytes(controller: Controller) -> int:
 def ram_suffices(controller: Controller) -> Findings:
     """Find logs, displays and programs that the chip has no RAM for."""
     board, least = controller.board, least_bytes(controller)
-    rings = {
-        index: each.entries * ENTRY_BYTES
+    logs = {
+        index: each
         for index, each in enumerate(controller.interfaces)
         if isinstance(each, SerialLog) and each.keep == "ram"
     }
+    entry_bytes = {index: log_entry_bytes(controller, each) for index, each in logs.items()}
+    rings = {index: each.entries * entry_bytes[index] for index, each in logs.items()}
     because_of: tuple[Path, ...] = (("controller", "board"), ("programs",), ("interfaces",))
     has = f"and the {board.mcu} has {board.ram_bytes}"
     display = nextion_of(controller)
@@ -57,7 +58,7 @@ def ram_suffices(controller: Controller) -> Findings:
         )
     elif rings and least + max(rings.values()) > board.ram_bytes:
         index = max(rings, key=rings.__getitem__)
-        most = (board.ram_bytes - least) // ENTRY_BYTES
+        most = (board.ram_bytes - least) // entry_bytes[index]
         yield Finding(
             ("interfaces", index, "entries"),
             f"they take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "

@@ -354,14 +354,14 @@ class _Controller:
         part |= self._port("serial_log")
         least_s = max(1.0, loop.period_s)
         if not self.programs and draws.some():
-            most = self._eeprom_left() // eeprom.LOG_ENTRY_BYTES - 2
+            most = self._eeprom_left() // (eeprom.LOG_FRAME_BYTES + 5) - 2
             entries = int(draws.number(1, min(most, 1000), 20))
             least_s = max(least_s, _worn_after_s(entries))
             part |= {"keep": "eeprom"} if least_s <= 3600 else {}
         if "keep" not in part:
             touched = "nextion" in self.on_port
             taken = 560 + NEXTION_BYTES * touched + 63 * self.programs.get("points", 0)
-            most = (self.board.ram_bytes - taken) // 4
+            most = (self.board.ram_bytes - taken) // 6
             entries = int(draws.number(1, min(max(most, 1), 1000), 20))
             least_s = max(1.0, loop.period_s)
         every_s = draws.number(least_s, 3600, 60)

@@ -14,6 +14,7 @@ from test_serial_log import shown_c
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.serial_log import PROGRAMMED
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, Event, SerialLog
 
@@ -24,9 +25,11 @@ SPEED = 60
 """Times real time: an entry a minute comes every second."""
 
 
-def fired(controller: Controller, device: AvrDevice, duration: str) -> StepLog:
+def fired(
+    controller: Controller, device: AvrDevice, duration: str, *stops: dict[str, str]
+) -> StepLog:
     """Start the first program, and let it go on for a time."""
-    events = [{"at": "5 s", "program": "start 1"}, {"for": duration}]
+    events = [{"at": "5 s", "program": "start 1"}, *stops, {"for": duration}]
     trace = bench(controller, device, [Event.model_validate(event) for event in events])
     return trace.steps["chamber"]
 
@@ -48,7 +51,7 @@ def times_told(device: AvrDevice) -> list[int]:
 def test_it_tells_what_the_loop_did(name: str) -> None:
     controller = example(name).controller
     device = AvrDevice(controller, whole(name))
-    steps = fired(controller, device, "40 min")
+    steps = fired(controller, device, "40 min", {"at": "39 min", "program": "stop"})
     (log,) = (each for each in controller.interfaces if isinstance(each, SerialLog))
     every_s = round(log.every_s)
     assert times_told(device) == list(range(every_s, 40 * 60 + 1, every_s))
@@ -57,11 +60,16 @@ def test_it_tells_what_the_loop_did(name: str) -> None:
         (step,) = steps[steps["steps"] == row.time_s]  # of the same tick: its period is a second
         assert row.temperature_c == shown_c(float(step["temperature_c"]))
         assert row.setpoint_c == shown_c(float(step["setpoint_c"]))
-    assert device.log_reader.rows[-1].setpoint_c > 200
+        assert row.duty_percent == int(float(step["duty_percent"]) + 0.5)
+        place = (step["program.number"], step["program.segment"])
+        assert (row.program, row.segment) == (place if step["program.state"] else (None, None))
+    assert {row.program for row in device.log_reader.rows} == {1, None}
+    assert len({row.duty_percent for row in device.log_reader.rows}) > 3
+    assert max(row.setpoint_c for row in device.log_reader.rows) > 150
     assert controller.programs is not None
     saves = told(device, "saves")
     assert saves == [str(device.read("progress.c:newest.sequence"))]
-    assert int(saves[0]) >= 40 * 60 // controller.programs.save_every_s
+    assert int(saves[0]) >= 39 * 60 // controller.programs.save_every_s
     assert told(device, "save") == ["unknown: write log, clear, saves or help"]
 
 
@@ -111,5 +119,5 @@ def test_the_page_s_example_reads_it() -> None:
             if len(names["rows"]) > 2:
                 break
     rows = names["rows"]
-    assert rows[0] == "time_s,temperature_c,setpoint_c"
-    assert all(re.fullmatch(r"\d+,\d+\.\d,\d+\.\d", row) for row in rows[1:])
+    assert rows[0] == PROGRAMMED
+    assert all(re.fullmatch(r"\d+,\d+\.\d,\d+\.\d,\d+,\d*,\d*", row) for row in rows[1:])

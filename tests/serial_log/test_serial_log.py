@@ -83,9 +83,14 @@ EEPROM = "every: 64 s, entries: 50, keep: eeprom"
 HOURLY = "every: 1 h, entries: 50, keep: eeprom"  # its times have all places
 UNKNOWN = ["unknown: write log, clear or help"]
 HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"]
-OTHERS = 50.0, 60.0  # what the loop reads and shall where nothing is noted
+OTHERS = 50.0, 60.0, 70.0  # what the loop reads, shall and does where nothing is noted
+DUTIES = ((0.0, 0), (37.49, 37), (37.5, 38), (99.6, 100), (150.0, 100), (-3.0, 0), (0.4, 0))
+"""What a step asks of the heater, %, and what is noted of it."""
+ENTRY = "<HhhBBB"
+"""A slot: lap, temperature, setpoint, duty, digest, the lap's low byte."""
+SLOT = struct.calcsize(ENTRY)
 WRITTEN_S = 0.15
-"""Behind an entry's time it is in its memory: eight bytes, one a tick."""
+"""Behind an entry's time it is in its memory: nine bytes, one a tick."""
 LONGEST_WAIT_S = 100e-6
 GUARDED = 256  # bytes behind the last variable, far from the stack
 SOON_S = 0.6  # within it 50 lines of the log have come
@@ -129,13 +134,16 @@ class LogBoard(Board):
         """Power on the same program with this in the EEPROM."""
         return LogBoard(self._program, self.elf, contents)
 
-    def reads(self, temperature_c: float | None, setpoint_c: float = 20.0) -> None:
+    def reads(
+        self, temperature_c: float | None, setpoint_c: float = 20.0, duty_percent: float = 0.0
+    ) -> None:
         """Let the loop read this from now on; None: nothing; infinity: nothing yet."""
         self.put("loop_air.has_reading", int(temperature_c != inf))
         self.put("loop_air.missing", int(temperature_c is None))
         if temperature_c is not None:
             self.put("loop_air.temperature_c", temperature_c)
         self.put("loop_air.setpoint_c", setpoint_c)
+        self.put("loop_air.duty_percent", duty_percent)
 
     def run(self, seconds: float) -> None:
         """Go on, and let the computer hear."""
@@ -173,14 +181,15 @@ class Notes:
         """Go on until the next entry is noted: what the loop reads in that tick."""
         self.bench.reads(*OTHERS)
         self.bench.run(self.every_s - WRITTEN_S - TICK_S - self._spent_s)
-        self.bench.reads(temperature_c, setpoint_c)
+        asked, percent = DUTIES[len(self.rows) % len(DUTIES)]
+        self.bench.reads(temperature_c, setpoint_c, asked)
         self.bench.run(TICK_S)
         self.bench.reads(*OTHERS)
         self.bench.run(WRITTEN_S)
         self._spent_s = 0.0
         shown = None if temperature_c in {None, inf} else shown_c(temperature_c or 0.0)
         time_s = self.rows[-1].time_s if self.rows else 0
-        self.rows.append(LogRow(time_s + self.every_s, shown, shown_c(setpoint_c)))
+        self.rows.append(LogRow(time_s + self.every_s, shown, shown_c(setpoint_c), percent))
 
     def ask(self, command: str) -> list[str]:
         """Send a command and return the lines that came, within the time of an entry."""
@@ -228,7 +237,7 @@ def commands(bench: LogBoard) -> None:
     """What is sent, whole, damaged, or more than is taken in a tick, and what is answered."""
     notes, computer = Notes(bench), bench.computer
     notes.go(5.0)
-    row = [HEADING, f"{notes.every_s},5.0,20.0", ""]
+    row = [HEADING, f"{notes.every_s},5.0,20.0,0", ""]
     bench.avr.pins.watch("PD0")
     assert bench.avr.pins.level("PD0"), "nothing plugged in is silence"
     divisor = round(bench.avr.clock_hz / 8 / computer.baud)
@@ -288,24 +297,24 @@ LAPS = 0xFFFF
 
 
 class Image:
-    """An EEPROM with a log: slots of lap, temperature, setpoint, digest and the lap's low byte."""
+    """An EEPROM with a log."""
 
     def __init__(self, board: LogBoard) -> None:
         self.start, self._size = layout(board.controller).history.start, board.interface.entries
         self.contents = bytearray(board.avr.eeprom.contents)
         self._digest = int(sources_of(board.text)["config.h"].partition("DIGEST 0x")[2][6:8], 16)
 
-    def put(self, lap: int, place: int, tenths: tuple[int, int]) -> None:
+    def put(self, lap: int, place: int, values: tuple[int, int, int]) -> None:
         """Write an entry; the place behind the last is of nobody."""
-        begins, lap = self.start + 8 * place, lap % LAPS
-        slot = struct.pack("<HhhBB", lap, *tenths, self._digest, lap & 0xFF)
-        self.contents[begins : begins + 8] = slot
+        begins, lap = self.start + SLOT * place, lap % LAPS
+        slot = struct.pack(ENTRY, lap, *values, self._digest, lap & 0xFF)
+        self.contents[begins : begins + SLOT] = slot
 
-    def whole(self) -> dict[int, tuple[int, int, int]]:
+    def whole(self) -> dict[int, tuple[int, int, int, int]]:
         """Return lap and values of each slot that holds an entry, by its place."""
-        slots = struct.iter_unpack("<HhhBB", self.contents[self.start :][: 8 * self._size])
+        slots = struct.iter_unpack(ENTRY, self.contents[self.start :][: SLOT * self._size])
         return {
-            place: (lap, *tenths) for place, (lap, *tenths, digest, again) in enumerate(slots)
+            place: (lap, *values) for place, (lap, *values, digest, again) in enumerate(slots)
             if lap != LAPS and (digest, again) == (self._digest, lap & 0xFF)
         }  # fmt: skip
 
@@ -322,10 +331,10 @@ class Image:
         lap, place = self.end()
         end, size, found = lap % LAPS * self._size + place, self._size, []
         for number in range(end - size if end >= size else 0, end):
-            lap, celsius, shall = self.whole().get(number % size, (-1, 0, 0))
+            lap, celsius, shall, does = self.whole().get(number % size, (-1, 0, 0, 0))
             if lap == number // size:
                 shown = None if celsius == -0x8000 else celsius / 10
-                found.append(LogRow(3600 * (number + 1) % 2**32, shown, shall / 10))
+                found.append(LogRow(3600 * (number + 1) % 2**32, shown, shall / 10, does))
         return found
 
 
@@ -338,50 +347,52 @@ def images(bench: LogBoard, count: int = 60) -> None:
     for lap, last in newest:
         image = Image(bench)
         for place in range(size):
-            of = lap - (place > last) - (chance.random() < 0.2) * chance.randrange(1, 0x7000)
-            image.put(of, place, struct.unpack("<hh", chance.randbytes(4)))
-            begins = image.start + 8 * place
+            # Laps in which it was passed over: 256 would leave their low byte as the next one's.
+            passed = chance.randrange(0x70) * 0x100 + chance.randrange(1, 0xFF)
+            of = lap - (place > last) - (chance.random() < 0.2) * passed
+            image.put(of, place, struct.unpack("<hhB", chance.randbytes(5)))
+            begins = image.start + SLOT * place
             if chance.random() < 0.2:  # cut short, of another spec or of none
-                image.contents[begins + chance.choice((0, 6, 7))] ^= 1 << chance.randrange(8)
+                image.contents[begins + chance.choice((0, SLOT - 2, SLOT - 1))] ^= 0x55  # no step to the next lap
             if chance.random() < 0.2:
-                for each in (0, 1, 7):
+                for each in (0, 1, SLOT - 1):
                     image.contents[begins + each] = 0xFF
-        image.put(lap + 1, size, (7, 7))
+        image.put(lap + 1, size, (7, 7, 7))
         _goes_through(bench.with_eeprom(bytes(image.contents)), image, chance)
 
 
 def _goes_through(board: LogBoard, image: Image, chance: random.Random) -> None:
     """Read it; add entries, and cut the power meanwhile; add one while another is written, and
     clear it in the same way."""
-    board.reads(1.5, 2.5)
+    board.reads(1.5, 2.5, 3.5)
     for _ in range(2):
         before = image.rows()
         assert f"{board.rows()}" == f"{before}"
-        image.put(*image.end(), (15, 25))
+        image.put(*image.end(), (15, 25, 4))
         ticks = chance.randrange(20) / 2
         board.adds(ticks)
         after = board.with_eeprom(board.avr.eeprom.after_power_cut(chance.randrange(256)))
         # The oldest is given up when the newest begins to be written in its place.
         assert after.rows() in (before, before[1:], image.rows())
         found = Image(after)
-        found.put(*found.end(), (35, 45))
-        after.reads(3.5, 4.5)
-        after.adds(9)
+        found.put(*found.end(), (35, 45, 6))
+        after.reads(3.5, 4.5, 5.5)
+        after.adds(10)
         assert after.rows() == found.rows()
         assert not after.avr.eeprom.violations, "the EEPROM was touched while it wrote"
-        board.run((10 - ticks) * TICK_S)
+        board.run((11 - ticks) * TICK_S)
         assert board.avr.eeprom.contents == image.contents
     lap, place = image.end()
     board.adds(4)
     image.contents[:] = board.avr.eeprom.contents
-    board.adds(9)
+    board.adds(10)
     place += 1
-    image.put(lap + place // board.interface.entries, place % board.interface.entries, (15, 25))
+    image.put(lap + place // board.interface.entries, place % board.interface.entries, (15, 25, 4))
     assert board.avr.eeprom.contents == image.contents, "an entry while another one is written"
     board.adds(4)
     image.contents[:] = board.avr.eeprom.contents
     for place in image.whole():
-        image.contents[image.start + 8 * place + 7] ^= 0xFF
+        image.contents[image.start + SLOT * (place + 1) - 1] ^= 0xFF
     board.ask("clear", 3 * TICK_S)
     board.adds(80)
     assert board.avr.eeprom.contents == image.contents, "cleared"
@@ -392,7 +403,7 @@ def busy(bench: LogBoard) -> None:
     """The log does not wait for the EEPROM when ticks follow each other without a pause."""
     image = Image(bench)
     for place in range(bench.interface.entries):
-        image.put(0, place, (place, place))
+        image.put(0, place, (place, place, place))
     bench = bench.with_eeprom(bytes(image.contents))
     profile = bench.avr.profile(bench.elf)
     bench.ask("log", SOON_S)

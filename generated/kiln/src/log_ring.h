@@ -4,13 +4,21 @@
 #define LOG_RING_H
 
 #include <stdbool.h> /* bool */
-#include <stdint.h>  /* int16_t, uint32_t */
+#include <stdint.h>  /* int16_t, uint8_t, uint32_t */
+
+#include "programs.h" /* PROGRAM_PLACES, PROGRAM_POINTS */
 
 enum { LOG_NO_READING = INT16_MIN };
+
+/* Numbers of segments, 0 among them, which is that of no program. */
+enum { LOG_SEGMENTS = PROGRAM_POINTS + 1 };
+_Static_assert(PROGRAM_PLACES * LOG_SEGMENTS + PROGRAM_POINTS <= UINT8_MAX, "a place is a byte");
 
 struct log_entry {
     int16_t temperature_dc; /* 0.1 degC, or LOG_NO_READING */
     int16_t setpoint_dc;
+    uint8_t duty_percent;
+    uint8_t place; /* program * LOG_SEGMENTS + segment; 0: none */
 };
 
 /* Entries are numbered from 0, when the log began: the first that may be there, and the one behind

@@ -20,6 +20,7 @@ enum {
     COMMAND_SIZE = 8,  /* the longest and more */
     SECONDS_SIZE = 10, /* or any count of 32 bits */
     TENTHS_SIZE = 7,   /* "-3276.7" */
+    PERCENT_SIZE = 3,
     PLACES = 10,
     TENTHS = 1         /* digits behind the point */
 };
@@ -27,7 +28,7 @@ enum {
 static const uint32_t POWERS[PLACES] PROGMEM
     = { 1UL, 10UL, 100UL, 1000UL, 10000UL, 100000UL, 1000000UL, 10000000UL, 100000000UL, 1000000000UL };
 
-static const char HEADING[] PROGMEM = "time_s,temperature_c,setpoint_c\r\n";
+static const char HEADING[] PROGMEM = "time_s,temperature_c,setpoint_c,duty_percent,program,segment\r\n";
 static const char CLEARED[] PROGMEM = "cleared\r\n";
 static const char UNKNOWN[] PROGMEM
     = "unknown: write log, clear, saves or help\r\n";
@@ -80,7 +81,7 @@ static uint8_t put_tenths(char *text, int16_t tenths)
 
 static void send_entry(const struct log_entry *entry)
 {
-    char text[SECONDS_SIZE + 1 + TENTHS_SIZE + 1 + TENTHS_SIZE + 2];
+    char text[SECONDS_SIZE + 1 + TENTHS_SIZE + 1 + TENTHS_SIZE + 1 + PERCENT_SIZE + 1 + 1 + 1 + 2 + 2];
     uint8_t size = put_number(text, (next + 1u) * LOG_EVERY_S, 0);
 
     text[size++] = ',';
@@ -89,6 +90,16 @@ static void send_entry(const struct log_entry *entry)
     }
     text[size++] = ',';
     size = (uint8_t)(size + put_tenths(text + size, entry->setpoint_dc));
+    text[size++] = ',';
+    size = (uint8_t)(size + put_number(text + size, entry->duty_percent, 0));
+    text[size++] = ',';
+    if (entry->place != 0) {
+        size = (uint8_t)(size + put_number(text + size, entry->place / LOG_SEGMENTS, 0));
+    }
+    text[size++] = ',';
+    if (entry->place != 0) {
+        size = (uint8_t)(size + put_number(text + size, entry->place % LOG_SEGMENTS, 0));
+    }
     text[size++] = '\r';
     text[size++] = '\n';
     log_port_send(text, size);

@@ -1,4 +1,4 @@
-"""Temperature and setpoint in a ring, read out over a serial port."""
+"""What a loop does, in a ring, read out over a serial port."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import SerialLog
 from heatwright.spec.boards import Board
+from heatwright.spec.commands import programmed
 from heatwright.spec.eeprom import layout
 from heatwright.spec.uart import baud_setting
 
@@ -22,11 +23,12 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "keep_where": source.at("keep").where,
         "loop_name": interface.loop,
         "programs": source.controller.programs is not None,
+        "programmed": programmed(source.controller, interface.loop),
         **_registers(board, interface.port),
     }
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
     tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
-    ring = [File("src/log_ring.h", "interfaces/log_ring.h")]
+    ring = [File("src/log_ring.h", "interfaces/log_ring.h.j2", context)]
     if kept:
         start.append(Call(Stage.RESTORE, "log_ring_eeprom.h", "log_ring_start();"))
         tick.append(Call(Stage.STORE, "log_ring_eeprom.h", "log_ring_tick();"))
