@@ -87,7 +87,8 @@ def least(controller: Controller) -> Least:
 def _rings(controller: Controller) -> int:
     """Count the RAM of a log's entries."""
     logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
-    return sum(each.entries * log_entry_bytes(controller, each) for each in logs if each.keep == "ram")
+    kept = (each for each in logs if each.keep == "ram")
+    return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
 
 
 def rooms(board: Board) -> Least:

@@ -18,7 +18,7 @@ from heatwright.spec.least import EVERY, Least, least
 
 
 def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
-    told = heatwright(f"build {changed('kiln_uno', 'entries: 96', 'entries: 250')} --json", 2)
+    told = heatwright(f"build {changed('kiln_uno', 'entries: 96', 'entries: 166')} --json", 2)
     build, found = told.json["build"], told.json["too_large"]
     assert found["ram"] == build["ram"] + build["stack"] - build["ram_limit"] > found["flash"] == 0
     assert f"of 2,048 B: {found['ram']} B too many" in told.err

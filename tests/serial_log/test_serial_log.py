@@ -352,11 +352,10 @@ def images(bench: LogBoard, count: int = 60) -> None:
             of = lap - (place > last) - (chance.random() < 0.2) * passed
             image.put(of, place, struct.unpack("<hhB", chance.randbytes(5)))
             begins = image.start + SLOT * place
-            if chance.random() < 0.2:  # cut short, of another spec or of none
-                image.contents[begins + chance.choice((0, SLOT - 2, SLOT - 1))] ^= 0x55  # no step to the next lap
+            if chance.random() < 0.2:  # cut short, or of another spec; no step to the next lap
+                image.contents[begins + chance.choice((SLOT - 2, SLOT - 1))] ^= 0x55
             if chance.random() < 0.2:
-                for each in (0, 1, SLOT - 1):
-                    image.contents[begins + each] = 0xFF
+                image.contents[begins : begins + SLOT] = SLOT * b"\xff"  # erased
         image.put(lap + 1, size, (7, 7, 7))
         _goes_through(bench.with_eeprom(bytes(image.contents)), image, chance)
 
