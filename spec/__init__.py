@@ -13,6 +13,7 @@ from heatwright.spec.analog_sensors import (
     AnalogSensor,
     BetaCurve,
     Divider,
+    CodesCurve,
     PointsCurve,
     SteinhartHartCurve,
 )
@@ -137,6 +138,7 @@ __all__ = [
     "Pid",
     "Pin",
     "Plant",
+    "CodesCurve",
     "PointsCurve",
     "Problem",
     "Program",

@@ -169,6 +169,50 @@ class PointsCurve(Model):
     )
 
 
+_Sum = Annotated[int, WholeNumber("a code", 0, 65535, 368)]
+_Pair = tuple[_Sum, _OfCurve]
+
+
+def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
+    """Hold a table of codes to a curve: each code once, and temperatures that go one way."""
+    if len(pairs) < 2:
+        raise refuse("a table needs two pairs at least", "Write [[368, 300 °C], …]")
+    ordered = sorted(pairs)
+    if any(low[0] == high[0] for low, high in pairwise(ordered)):
+        raise refuse("a code stands twice in this table", "Delete one of its pairs")
+    if not _one_way(at_c for _, at_c in ordered):
+        raise refuse("the temperature does not go one way with the code", "Correct the pairs")
+    return pairs
+
+
+class CodesCurve(Model):
+    """A thermistor by a table of what the ADC reads; between pairs it is straight."""
+
+    codes: Annotated[tuple[_Pair, ...], AfterValidator(_rising)] = Field(
+        description="Pairs of the ADC's code and the temperature."
+    )
+    readings: Annotated[int, WholeNumber("a number of readings", 1, 64, 16)] = Field(
+        1, description="Readings of 10 bit that are summed up to one of these codes."
+    )
+
+    @model_validator(mode="after")
+    def _codes_can_be_read(self) -> "CodesCurve":
+        most = 1023 * self.readings
+        if max(code for code, _ in self.codes) > most:
+            raise refuse(
+                f"{_counted(self.readings)} of 10 bit {'are' if self.readings > 1 else 'is'} "
+                f"at most {most}",
+                "Correct the codes, or write the readings that one of them sums up, "
+                "such as readings: 16",
+            )
+        return self
+
+
+def _counted(readings: int) -> str:
+    """Say how many readings."""
+    return f"{readings} readings" if readings > 1 else "one reading"
+
+
 def _form(value: Any) -> str:
     """Tell a curve's form by its keys."""
     if isinstance(value, Model):
@@ -176,13 +220,16 @@ def _form(value: Any) -> str:
     keys = set(value) if isinstance(value, dict) else set()
     if "points" in keys:
         return "PointsCurve"
+    if "codes" in keys:
+        return "CodesCurve"
     return "SteinhartHartCurve" if keys & {"a", "b", "c"} else "BetaCurve"
 
 
 Curve = Annotated[
     Annotated[BetaCurve, Tag("BetaCurve")]
     | Annotated[SteinhartHartCurve, Tag("SteinhartHartCurve")]
-    | Annotated[PointsCurve, Tag("PointsCurve")],
+    | Annotated[PointsCurve, Tag("PointsCurve")]
+    | Annotated[CodesCurve, Tag("CodesCurve")],
     Discriminator(_form),
 ]
 """A thermistor's curve, in the form its keys say; tags are the models' names, for `shape`."""

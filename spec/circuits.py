@@ -9,7 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from heatwright.spec.curves import Beta, Curve, LinearPlatinum, Platinum, Points, SteinhartHart
+from heatwright.spec.curves import (
+    Beta,
+    Coded,
+    Curve,
+    LinearPlatinum,
+    Platinum,
+    Points,
+    SteinhartHart,
+)
 
 SUPPLY_V = 5.0
 """Of the boards, and of the ADC when the reference is the supply."""
@@ -151,7 +159,7 @@ def circuit(sensor: Any, mcu: str) -> Circuit:
         zero, per_k = sensor.offset_v / full_v, sensor.scale_v_per_k / full_v
         return Linear(zero, per_k, sensor.open_reads == "high")
     if sensor.kind == "thermistor":
-        return _divider(_thermistor(sensor.curve), sensor.divider, full_v)
+        return _divider(_thermistor(sensor, full_v), sensor.divider, full_v)
     platinum = _platinum(sensor)
     if sensor.divider is not None:
         return _divider(platinum, sensor.divider, full_v)
@@ -161,10 +169,13 @@ def circuit(sensor: Any, mcu: str) -> Circuit:
 
 
 def _divider(curve: Curve, divider: Any, full_v: float) -> Divider:
+    return Divider(curve, *_resistor(divider), divider_v(divider) / full_v)
+
+
+def _resistor(divider: Any) -> tuple[float, bool]:
+    """Give a divider's resistor, Ω, and whether it is the upper one."""
     pulled_up = divider.pull_up_ohm is not None
-    resistor_ohm = divider.pull_up_ohm if pulled_up else divider.pull_down_ohm
-    supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
-    return Divider(curve, resistor_ohm, pulled_up, supply_v / full_v)
+    return (divider.pull_up_ohm if pulled_up else divider.pull_down_ohm), pulled_up
 
 
 def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
@@ -175,8 +186,23 @@ def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
     return LinearPlatinum(zero_ohm, sensor.alpha_ppm_per_k * 1e-6)
 
 
-def _thermistor(curve: Any) -> Curve:
+def divider_v(divider: Any) -> float:
+    """Voltage that feeds a divider."""
+    return SUPPLY_V if divider.supply_v is None else float(divider.supply_v)
+
+
+def code_share(code: int, readings: int) -> float:
+    """Share of the reference that a sum of ten-bit readings stands for: the middle of its step."""
+    return (code / readings + 0.5) / 1024
+
+
+def _thermistor(sensor: Any, full_v: float) -> Curve:
     """Tell the curve's form by what it has."""
+    curve = sensor.curve
+    if hasattr(curve, "codes"):
+        over = full_v / divider_v(sensor.divider)
+        pairs = [(over * code_share(code, curve.readings), at_c) for code, at_c in curve.codes]
+        return Coded(tuple(sorted(pairs)), *_resistor(sensor.divider))
     if hasattr(curve, "beta_k"):
         return Beta(curve.resistance_ohm, curve.at_c, curve.beta_k)
     if hasattr(curve, "points"):

@@ -107,10 +107,14 @@ def conversion(sensor: Any, mcu: str) -> Conversion:
     if not bounds.shown:
         raise ValueError("the sensor's range is not within what its circuit can show")
     edges = _edges(circuit(sensor, mcu), bounds)
-    found = fewest_points(_tube(edges, sensor.oversample))
+    if hasattr(getattr(sensor, "curve", None), "codes"):
+        found = fewest_points(_tube_of_sums(circuit(sensor, mcu), bounds, sensor.oversample))
+        apart = 1
+    else:
+        found, apart = fewest_points(_tube(edges, sensor.oversample)), sensor.oversample
     return Conversion(
         points=tuple(
-            Point(sensor.oversample * (bounds.low + place), float32(celsius))
+            Point(sensor.oversample * bounds.low + apart * place, float32(celsius))
             for place, celsius in found
         ),
         limits=bounds,
@@ -131,6 +135,18 @@ def _code(ratio: float) -> int:
 def _edges(chain: Circuit, bounds: Limits) -> list[float]:
     """List the temperatures between which each code of the range stands, both ends included."""
     return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
+
+
+def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
+    """Bound the table's temperature at each sum: a table of codes has corners anywhere, and may be
+    ten times as steep behind one, so a line that is right at each code need not be so between."""
+    sums = range(oversample * bounds.low, oversample * bounds.high + 1)
+    ends_c = [
+        sorted(chain.celsius((each / oversample + side) / CODES) for side in (0, 1))
+        for each in sums
+    ]
+    rounding_k = ROUNDINGS * 2.0**-24 * max(abs(end) for ends in ends_c for end in ends)
+    return Tube([low + rounding_k for low, _ in ends_c], [high - rounding_k for _, high in ends_c])
 
 
 def _tube(edges: Sequence[float], oversample: int) -> Tube:

@@ -107,6 +107,48 @@ class Points:
 
 
 @dataclass(frozen=True)
+class Coded:
+    """An element by what its divider shows: (share of the divider's supply, °C), share ascending.
+
+    Between two pairs the temperature is straight over the share, as a firmware that has such a
+    table takes it. Beyond its ends the outermost pairs go on as a beta does.
+    """
+
+    pairs: tuple[tuple[float, float], ...]
+    resistor_ohm: float
+    pulled_up: bool
+
+    def ohm(self, celsius: float) -> float:
+        """Resistance at a temperature."""
+        sign = 1 if self.pairs[-1][1] > self.pairs[0][1] else -1
+        place = bisect_right([sign * at_c for _, at_c in self.pairs], sign * celsius)
+        if not 0 < place < len(self.pairs):
+            return self._beyond(place).ohm(celsius)
+        (low, low_c), (high, high_c) = self.pairs[place - 1 : place + 1]
+        return self._shown(low + (high - low) * (celsius - low_c) / (high_c - low_c))
+
+    def celsius(self, ohm: float) -> float:
+        """Temperature at a resistance."""
+        over = ohm / self.resistor_ohm if self.pulled_up else self.resistor_ohm / ohm
+        share = over / (1 + over)
+        place = bisect_right([share for share, _ in self.pairs], share)
+        if not 0 < place < len(self.pairs):
+            return self._beyond(place).celsius(ohm)
+        (low, low_c), (high, high_c) = self.pairs[place - 1 : place + 1]
+        return low_c + (high_c - low_c) * (share - low) / (high - low)
+
+    def _shown(self, share: float) -> float:
+        """Resistance that makes a share."""
+        over = share / (1 - share)
+        return self.resistor_ohm * (over if self.pulled_up else 1 / over)
+
+    def _beyond(self, place: int) -> Points:
+        """Give the two pairs at an end, as resistances."""
+        ends = self.pairs[:2] if place == 0 else self.pairs[-2:]
+        return Points(tuple(sorted((at_c, self._shown(share)) for share, at_c in ends)))
+
+
+@dataclass(frozen=True)
 class Platinum:
     """A platinum resistance thermometer after IEC 60751:2008, −200 to 850 °C.
 

@@ -79,7 +79,7 @@ class Thermistor(AnalogSensor):
 
     kind: Literal["thermistor"]
     divider: Divider = Field(description="The resistor beside the thermistor.")
-    curve: Curve = Field(description="Resistance over temperature: beta, Steinhart-Hart, points.")
+    curve: Curve = Field(description="Its law: beta, Steinhart-Hart, points, codes.")
 
 
 class Rtd(AnalogSensor):

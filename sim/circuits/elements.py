@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.spec import BetaCurve, PointsCurve, Rtd, Thermistor
+from heatwright.spec import BetaCurve, CodesCurve, PointsCurve, Rtd, Thermistor
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,8 @@ def thermistor_ohm(sensor: Thermistor, celsius: Array) -> Array:
         return beta_ohm(kelvin, curve.resistance_ohm, curve.at_c + ZERO_C, curve.beta_k)
     if isinstance(curve, PointsCurve):
         return interpolated_ohm(kelvin, curve.points)
+    if isinstance(curve, CodesCurve):
+        return coded_ohm(sensor, celsius)
     return steinhart_hart_ohm(kelvin, curve.a, curve.b, curve.c)
 
 
@@ -61,6 +63,43 @@ def interpolated_ohm(kelvin: Array, points: tuple[tuple[float, float], ...]) -> 
     wanted = 1 / kelvin
     piece = inverse[1:-1].searchsorted(wanted)
     return np.exp(logs[piece] + slope[piece] * (wanted - inverse[piece]))
+
+
+SUPPLY_V = 5.0
+"""Of the board."""
+
+
+def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
+    """Return the resistance with which the divider shows what a table of codes says.
+
+    A code of so many readings is the middle of its step, (code / readings + 1/2) / 1024 of the
+    reference; between pairs it is linear over the temperature. Beyond them ln R is, over 1/T.
+    """
+    at_c, ohms, volts = _coded(sensor)
+    inside = _element_ohm(sensor, np.interp(celsius, at_c, volts))
+    kelvin = celsius + ZERO_C
+    cold = interpolated_ohm(kelvin, tuple(zip(at_c[:2], ohms[:2], strict=True)))
+    hot = interpolated_ohm(kelvin, tuple(zip(at_c[-2:], ohms[-2:], strict=True)))
+    return np.where(celsius < at_c[0], cold, np.where(celsius > at_c[-1], hot, inside))
+
+
+@lru_cache(maxsize=16)
+def _coded(sensor: Thermistor) -> tuple[Array, Array, Array]:
+    """Return a table's temperatures, ascending, with the element's ohms and the pin's volts."""
+    assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one
+    codes, at_c = np.array(sorted(sensor.curve.codes, key=lambda pair: pair[1])).T
+    full_v = sensor.reference if isinstance(sensor.reference, float) else SUPPLY_V
+    volts = (codes / sensor.curve.readings + 0.5) / 1024 * full_v
+    return at_c, _element_ohm(sensor, volts), volts
+
+
+def _element_ohm(sensor: Thermistor, volts: Array) -> Array:
+    """Return what is in a divider with a voltage at its middle: Ohm's law for either half."""
+    divider = sensor.divider
+    supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
+    if divider.pull_up_ohm is not None:
+        return volts / ((supply_v - volts) / divider.pull_up_ohm)
+    return (supply_v - volts) / (volts / (divider.pull_down_ohm or np.nan))
 
 
 @lru_cache(maxsize=16)

@@ -71,6 +71,7 @@ CHECKS: tuple[Check, ...] = (
     pins.shields_fit,
     analog.scales_are_not_zero,
     analog.ranges_have_curves,
+    analog.codes_are_of_the_circuit,
     analog.ranges_can_be_shown,
     analog.one_reference,
     pins.heater_pins_stay_off,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from heatwright.spec.analog_sensors import AnalogSensor, PointsCurve
+from heatwright.spec.analog_sensors import AnalogSensor, CodesCurve, PointsCurve
 from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.checks.finding import Finding, Findings, limits_of
-from heatwright.spec.circuits import circuit
+from heatwright.spec.circuits import circuit, code_share, divider_v, reference_v
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES, LEAST_MARGIN_STEPS, Limits
 from heatwright.spec.currents import CurrentSensor
@@ -52,6 +52,44 @@ def ranges_have_curves(controller: Controller) -> Findings:
             )
 
 
+def codes_are_of_the_circuit(controller: Controller) -> Findings:
+    """Find tables of codes that their divider cannot show, or that say no voltage."""
+    for name, sensor in analog_sensors(controller):
+        if not isinstance(sensor, Thermistor) or not isinstance(sensor.curve, CodesCurve):
+            continue
+        if sensor.reference == "internal":
+            yield Finding(
+                ("sensors", name, "reference"),
+                "a table of codes holds for one voltage, and the internal one differs from chip to "
+                "chip",
+                "Use the reference that the table was made with: supply, or the volts at AREF",
+                (("sensors", name),),
+            )
+            continue
+        if _above_supply(sensor, controller.board.mcu):
+            share = divider_v(sensor.divider) / reference_v(sensor, controller.board.mcu)
+            yield Finding(
+                ("sensors", name, "curve", "codes"),
+                f"{_summed(sensor.curve.readings)} the divider's supply is at code "
+                f"{sensor.curve.readings * (1024 * share - 0.5):.1f}, and nothing is above it",
+                "Correct the codes, the readings, or the divider's supply",
+                (("sensors", name),),
+            )
+
+
+def _above_supply(sensor: AnalogSensor, mcu: str) -> bool:
+    """Tell whether a table has a code that its divider's supply does not reach."""
+    if not isinstance(sensor, Thermistor) or not isinstance(sensor.curve, CodesCurve):
+        return False
+    highest = max(code for code, _ in sensor.curve.codes)
+    share = divider_v(sensor.divider) / reference_v(sensor, mcu)
+    return code_share(highest, sensor.curve.readings) >= share
+
+
+def _summed(readings: int) -> str:
+    return f"summed {readings} times," if readings > 1 else "on this scale"
+
+
 def _beyond(sensor: AnalogSensor) -> bool:
     (low_c, high_c), _ = _known(sensor)
     return sensor.range_c[0] < low_c or sensor.range_c[1] > high_c
@@ -66,6 +104,9 @@ def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str]:
     if isinstance(sensor, Thermistor) and isinstance(sensor.curve, PointsCurve):
         temperatures_c = [point[0] for point in sensor.curve.points]
         return (min(temperatures_c), max(temperatures_c)), "the curve's points go"
+    if isinstance(sensor, Thermistor) and isinstance(sensor.curve, CodesCurve):
+        temperatures_c = [pair[1] for pair in sensor.curve.codes]
+        return (min(temperatures_c), max(temperatures_c)), "the table of codes goes"
     return (ABSOLUTE_ZERO_C, math.inf), ""
 
 
@@ -73,7 +114,7 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
     """Find ranges whose ends the circuit cannot tell from an open or a shorted sensor."""
     for name, sensor in analog_sensors(controller):
         found = limits_of(sensor, controller.board.mcu)
-        if (found is None or not found.shown) and not _already_wrong(sensor):
+        if (found is None or not found.shown) and not _already_wrong(sensor, controller.board.mcu):
             yield Finding(
                 ("sensors", name, "range"),
                 *_reason(sensor, controller.board.mcu, found),
@@ -81,8 +122,10 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
             )
 
 
-def _already_wrong(sensor: AnalogSensor) -> bool:
+def _already_wrong(sensor: AnalogSensor, mcu: str) -> bool:
     """Tell whether another check of this file has spoken."""
+    if _above_supply(sensor, mcu):
+        return True
     return (isinstance(sensor, Analog) and sensor.scale_v_per_k == 0) or _beyond(sensor)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
 from heatwright.sim.circuits.elements import ZERO_C, beta_ohm, interpolated_ohm, steinhart_hart_ohm
 from heatwright.sim.reference.adc import converter
-from heatwright.spec import BOARDS
+from heatwright.spec import BOARDS, CodesCurve, Thermistor
 from heatwright.spec.circuits import circuit
 from heatwright.spec.conversion import CODES, conversion, limits
 from heatwright.spec.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
@@ -37,6 +37,41 @@ def test_every_sum_is_within_half_a_step_of_the_exact_curve(name: str) -> None:
     celsius = np.array([law(int(each)) for each in raw], float)
     error = np.abs(CODES * shares(part, UNO, celsius) - (raw / part.oversample + 0.5))
     assert error.max() < 0.5
+
+
+@pytest.mark.parametrize("name", [name for name in CIRCUITS if "codes" in name])
+def test_a_table_of_codes_reads_as_in_the_firmware_that_had_it(name: str) -> None:
+    """That one interpolates between its pairs; half a step of the ADC is what ours leaves it."""
+    part = sensor(name)
+    assert isinstance(part, Thermistor)
+    assert isinstance(part.curve, CodesCurve)
+    table = sorted(part.curve.codes)
+    codes, at_c = np.array(table).T
+    bounds, law = limits(part, UNO.mcu), converter(part, UNO)
+    raw = np.arange(part.oversample * bounds.low, part.oversample * bounds.high + 1)
+    sums = raw / part.oversample * part.curve.readings
+    theirs, up, down = (
+        np.interp(sums + side * part.curve.readings, codes, at_c) for side in (0, 0.5, -0.5)
+    )
+    ours = np.array([law(int(each)) for each in raw], float)
+    inside = (sums - part.curve.readings > codes[0]) & (sums + part.curve.readings < codes[-1])
+    room = np.abs(np.where(np.sign(ours - theirs) == np.sign(up - down), up, down) - theirs)
+    assert (np.abs(ours - theirs) <= room + 1e-4)[inside].all()
+    assert len(conversion(part, UNO.mcu).points) <= len(table) + 1
+
+
+@given(st.floats(-60, 700))
+def test_codes_both_ways(celsius: float) -> None:
+    """Within the table and beyond it; at its pairs it is what they say."""
+    part = sensor("steep_codes")
+    assert isinstance(part, Thermistor)
+    assert isinstance(part.curve, CodesCurve)
+    chain = circuit(part, UNO.mcu)
+    ratio = chain.ratio(celsius)
+    assert ratio == pytest.approx(float(shares(part, UNO, celsius)), rel=1e-10)
+    assert chain.celsius(ratio) == pytest.approx(celsius, abs=1e-6)
+    for code, at_c in part.curve.codes:
+        assert chain.ratio(at_c) == pytest.approx((code / 16 + 0.5) / 1024, rel=AGREE)
 
 
 @every_circuit

@@ -29,6 +29,16 @@ CIRCUITS = {
     "points": "kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, curve: {points: "
     "[[0 °C, 327 kΩ], [25 °C, 100 kΩ], [100 °C, 6.7 kΩ], [200 °C, 560 Ω], [300 °C, 115 Ω]]}, "
     "range: 5 °C .. 280 °C, oversample: 16",
+    "codes": "kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, curve: {codes: "
+    "[[1008, 0 °C], [985, 20 °C], [939, 40 °C], [857, 60 °C], [737, 80 °C], [591, 100 °C], "
+    "[445, 120 °C], [293, 145 °C], [187, 170 °C], [109, 200 °C], [71, 225 °C], [41, 260 °C], "
+    "[28, 285 °C], [23, 300 °C]]}, range: 2 °C .. 295 °C",
+    "steep_codes": "kind: thermistor, pin: A1, divider: {pull_up: 4.7 kΩ}, curve: {readings: 16, "
+    "codes: [[13, 860 °C], [290, 299 °C], [4637, 137 °C], [13011, 71 °C], [15779, 22 °C], "
+    "[16161, -11 °C]]}, range: -5 °C .. 500 °C, oversample: 5",
+    "rising_codes": "kind: thermistor, pin: A1, divider: {pull_down: 2.2 kΩ, supply: 3.3 V}, "
+    "reference: 4 V, curve: {readings: 4, codes: [[600, 10 °C], [1500, 90 °C], [3000, 200 °C]]}, "
+    "range: 12 °C .. 180 °C, oversample: 3",
     "ptc": "kind: thermistor, pin: A1, divider: {pull_up: 2.2 kΩ}, curve: {points: "
     "[[-40 °C, 567 Ω], [0 °C, 815 Ω], [25 °C, 1 kΩ], [100 °C, 1.696 kΩ], [150 °C, 2.26 kΩ]]}, "
     "range: -30 °C .. 140 °C, oversample: 4",

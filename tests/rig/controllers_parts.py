@@ -169,6 +169,9 @@ THERMISTORS: tuple[Part, ...] = (
     {"a": 8.11e-4, "b": 2.115e-4, "c": 7.07e-8},
     {"points": [["-20 °C", "940 kΩ"], ["25 °C", "100 kΩ"], ["100 °C", "6.7 kΩ"],
                 ["180 °C", "960 Ω"], ["300 °C", "150 Ω"]]},
+    {"codes": [[16, "420 °C"], [528, "285 °C"], [1100, "235 °C"], [4000, "165 °C"],
+               [10000, "108 °C"], [14000, "65 °C"], [15600, "25 °C"], [16200, "-25 °C"]],
+     "readings": 16},
 )  # fmt: skip
 
 
@@ -230,7 +233,8 @@ class Sensors:
 
     def _thermistor(self, *_: bool) -> Part:
         divider = self._divider("4.7 kΩ", "1 kΩ", "47 kΩ")
-        part = {"divider": divider, "curve": self.draws.one(*THERMISTORS)}
+        curves = THERMISTORS[: -1 if self.reference == "internal" else None]
+        part = {"divider": divider, "curve": self.draws.one(*curves)}
         return self._ranged("thermistor", part, -20.0, 300.0)
 
     def _rtd(self, *_: bool) -> Part:
