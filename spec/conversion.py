@@ -139,7 +139,8 @@ def _edges(chain: Circuit, bounds: Limits) -> list[float]:
 
 def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
     """Bound the table's temperature at each sum: a table of codes has corners anywhere, and may be
-    ten times as steep behind one, so a line that is right at each code need not be so between."""
+    ten times as steep behind one, so a line that is right at each code need not be so between.
+    """
     sums = range(oversample * bounds.low, oversample * bounds.high + 1)
     ends_c = [
         sorted(chain.celsius((each / oversample + side) / CODES) for side in (0, 1))

@@ -177,7 +177,8 @@ TEXT = (DOCS / "language.md").read_text(encoding="utf-8")
 DEFINITIONS: dict[str, Any] = dict(schema()["$defs"])  # type: ignore[arg-type]
 HEADINGS = {
     "Controller": "The file", "Identity": "controller", "BetaCurve": "beta",
-    "SteinhartHartCurve": "Steinhart-Hart", "PointsCurve": "points", "CodesCurve": "codes", "CurrentSensor": "current",
+    "SteinhartHartCurve": "Steinhart-Hart", "PointsCurve": "points", "CodesCurve": "codes",
+    "CurrentSensor": "current",
     "DigitalOutput": "digital", "PwmOutput": "pwm", "Current": "heater current",
     "TimeProportionalOutput": "time_proportional", "Loop": "loops", "Link": "links",
     "IntegralLimits": "integral", "OutputLimits": "output", "Segment": "segments",
