@@ -138,8 +138,10 @@ def _edges(chain: Circuit, bounds: Limits) -> list[float]:
 
 
 def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
-    """Bound the table's temperature at each sum: a table of codes has corners anywhere, and may be
-    ten times as steep behind one, so a line that is right at each code need not be so between.
+    """Bound the table's temperature at each sum.
+
+    A table of codes has corners anywhere, and may be ten times as steep behind one: a line that is
+    right at each code need not be so between.
     """
     sums = range(oversample * bounds.low, oversample * bounds.high + 1)
     ends_c = [
