@@ -5,8 +5,20 @@ from heatwright.spec import Controller
 
 TIMED, AT_A_RATE, AT_ONCE, FOR_OPERATOR, HELD = range(5)
 """Kinds as they are sent."""
-SECONDS = 60
+SECONDS = MINUTES = 60
 LONGEST_S, FASTEST = 2_678_400, 65_535
+
+
+def _minutes(text: str) -> float:
+    """Read minutes, or hours and minutes: 90, 1h30, 1h. Raises ValueError."""
+    hours, h, minutes = text.partition("h")
+    if not h:
+        return float(text)
+    rest = float(minutes or 0)
+    if not float(hours).is_integer() or float(hours) < 0 or not 0 <= rest < MINUTES:
+        message = f"{text}: whole hours, and less than 60 minutes"
+        raise ValueError(message)
+    return MINUTES * float(hours) + rest
 
 
 class Editor:
@@ -35,10 +47,14 @@ class Editor:
         """
         parts = list(copy)
         for point in text.removesuffix(":").split(":"):
-            number, *rest = [float(field) for field in point.split(",")]
-            if len(rest) not in (2, 3):
+            fields = point.split(",")
+            if len(fields) not in (3, 4):
                 message = f"{point}: a segment has three numbers, or four"
                 raise ValueError(message)
+            number = float(fields[0])
+            is_rate = fields[3:] == [str(AT_A_RATE)]
+            amount = float(fields[1]) if is_rate else _minutes(fields[1])
+            rest = [amount, *map(float, fields[2:])]
             place = int(number)
             if place != number or not 1 <= place <= min(len(parts) + 1, self._points):
                 message = f"{point}: there is no place {number:g}"

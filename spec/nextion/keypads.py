@@ -8,7 +8,7 @@ from heatwright.spec.nextion.parts import GREEN, LARGE, RED, Page, Sheet
 from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.programs import LONGEST_NAME
 
-KINDS = ("min", "K/h", "fast", "until", "hold")
+KINDS = ("time", "K/h", "fast", "until", "hold")
 """What the pages call the forms of a segment, in the order of their numbers in command 7."""
 
 KEYS = ("7", "8", "9", "4", "5", "6", "1", "2", "3", ".", "0", "-")
@@ -33,11 +33,12 @@ def point_page(number: int) -> Page:
         chosen = (f"kind.val={kind}", f'k.txt="{text}"')
         sheet.button(f"k{kind}", (10 + 92 * kind, 420, 86, 55), text, chosen)
     _keypad(sheet, _into_selected)
+    sheet.button("hours", (520, 342, 98, 62), "h", ('m.txt+="h"',))
     sheet.button("ok", (640, 330, 150, 60), "keep", (*_sent(), "page points"), GREEN)
     end = ('print "#7 "', "covx n.val,num.txt,0,0", "print num.txt", 'print ",0,0:;"')
     sheet.button("end", (640, 130, 150, 60), "end here", (*end, "page points"), RED)
     sheet.button("back", (640, 10, 150, 60), "back", ("page points",))
-    sheet.label("lm", (250, 70, 40, 50), "min")
+    sheet.label("lm", (246, 70, 60, 50), "h min")
     sheet.label("lt", (250, 150, 40, 50), "°C")
     return sheet.page(preinitialize=("sel.val=0", "kind.val=0", *_kind_by_name()))
 

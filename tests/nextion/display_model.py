@@ -16,7 +16,7 @@ POINTS, HIGHEST_DC, LONGEST_S, FASTEST = 10, 11_000, 31 * 86_400, 65_535
 MOST_HUNDREDTHS, MOST_TENTHS, MOST_DIGITS = 99_999_999, 32_767, 9
 NUMBER = re.compile(r"-?([0-9]+\.?[0-9]*|\.[0-9]+)")
 EXACT = Context(prec=400)
-WORDS = {OVER: "min", RATE: "K/h", FAST: "fast", HOLD: "hold", UNTIL: "until"}
+WORDS = {OVER: "time", RATE: "K/h", FAST: "fast", HOLD: "hold", UNTIL: "until"}
 RUNS = ("runs", "held back", "waits for temperature", "waits for the operator")
 STATES = {2: "paused", 3: "returns to its setpoint"}
 ENDS = ("off", "finished", "stopped", "stopped by a fault")
@@ -44,7 +44,7 @@ def changed_by(before: Sequence[Segment], text: str) -> list[Segment] | None:
         if len(fields) not in {3, 4}:
             return None
         number, kind = whole(fields[0], POINTS + 1), whole(fields[3:][0] if fields[3:] else "0", 4)
-        amount, target = scaled(fields[1], 2), scaled(fields[2], 1)
+        amount, target = amount_of(fields[1], is_rate=kind == 1), scaled(fields[2], 1)
         if number is None or kind is None or amount is None or target is None:
             return None
         possible = 0 <= amount <= MOST_HUNDREDTHS and abs(target) <= MOST_TENTHS
@@ -57,6 +57,18 @@ def changed_by(before: Sequence[Segment], text: str) -> list[Segment] | None:
         else:
             after[number - 1 : number] = [made(after[: number - 1], KINDS[kind], amount, target)]
     return after if points and not rest and all(map(is_sound, after)) else None
+
+
+def amount_of(text: str, *, is_rate: bool) -> int | None:
+    """A time in hundredths of a minute, or a rate; a time may have its hours before an `h`."""
+    hours, h, minutes = text.partition("h")
+    amount = scaled(hours, 2)
+    if not h:
+        return amount
+    rest = scaled(minutes, 2) if minutes else 0
+    if is_rate or amount is None or rest is None or amount < 0 or amount % 100:
+        return None
+    return 60 * amount + rest if 0 <= rest < 6000 else None
 
 
 def made(before: Sequence[Segment], kind: int, amount: int, target: int) -> Segment:
@@ -136,9 +148,17 @@ def _row(state: Mapping[str, str], row: int) -> dict[str, object]:
     return {
         f"p{row}.bco": AMBER if marked else GREEN if running else FIELD,
         f"k{row}.txt": WORDS.get(kind, ""),
-        f"m{row}.txt": short(rounded(amounts[kind], 2)) if kind in amounts else "",
+        f"m{row}.txt": _amount(kind, rounded(amounts[kind], 2)) if kind in amounts else "",
         f"t{row}.txt": short(Decimal(target) / 10) if kind in TARGETED else "",
     }
+
+
+def _amount(kind: int, amount: Decimal) -> str:
+    """A rate, or hours and minutes, these with two digits."""
+    if kind == RATE:
+        return short(amount)
+    hours, minutes = divmod(amount, 60)
+    return f"{hours}h{'0' * (minutes < 10)}{short(minutes)}"
 
 
 def rounded(value: str | Decimal, decimals: int = 0) -> Decimal:

@@ -42,8 +42,10 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         (START, {}),
         ("bpoints g3", {"page": "main", "program.segment": 3, STATE: RETURNING, "point.val": 3})],
     "13 and 7 a segment is changed": [
-        ("bprog b1; wait 1; t1", {"page": "point", "k.txt": "min", "m.txt": "60", "t.txt": "540"}),
-        ("t clear d3 d10 d10 d9 d4 m less less d2 ok", {"page": "points", "row1": "min 9 400.5"})],
+        ("bprog b1; wait 1; t1",
+         {"page": "point", "k.txt": "time", "m.txt": "1h00", "t.txt": "540"}),
+        ("t clear d3 d10 d10 d9 d4 m less less d2 ok",
+         {"page": "points", "row1": "time 1h09 400.5"})],
     "7 a rate": [
         ("bprog b1; wait 1; t8 k1 m clear d6 d4 d10 t clear d5 d10 d10 ok", {"row8": "K/h 150 600"})
     ],
@@ -51,12 +53,15 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("bprog b1; wait 1; t8 k2 m clear t clear d5 d10 d10 ok", {"row8": "fast  600"})],
     "7 until somebody says so": [
         ("bprog b1; wait 1; t8 k3 m clear t clear ok", {"row8": "until"})],
-    "7 a hold": [("bprog b1; wait 1; t8 k4 m clear d6 d7 t clear ok", {"row8": "hold 12"})],
+    "7 a hold": [("bprog b1; wait 1; t8 k4 m clear d6 d7 t clear ok", {"row8": "hold 0h12"})],
+    "7 hours and minutes": [
+        ("bprog b1; wait 1; t8 k4 m clear d6 d7 hours d7 d10 t clear ok", {"row8": "hold 12h20"}),
+        ("t8 k1 t d5 ok", {"row8": "hold 12h20"})],
     "7 the source's own example in an empty place is there after a power cut, and runs": [
         ("bprog b2; wait 1; order 7 1,20,600:2,40,300:3,60,300:4,0,0:; pname c00 c11 space c39 ok; "
          "wait 10", {"pname.txt": "al 9"}),
         ("power; bprog", {"name2.txt": "al 9"}),
-        ("b2", {"row1": "min 20 600", "row2": "min 40 300", "k3.txt": "hold", "m3.txt": "60",
+        ("b2", {"row1": "time 0h20 600", "row2": "time 0h40 300", "k3.txt": "hold", "m3.txt": "1h00",
                 "row4": ""}),
         ("back bprog s2", {STATE: RUNNING, "program.number": 2, "program.segments": 3})],
     "7 the end of a program is moved": [

@@ -58,7 +58,7 @@ def test_everything_again_when_the_display_starts_or_has_lost_something(
 
 def test_the_display_answers_which_page_it_shows(hosted: Path) -> None:
     said = run(hosted, "5 s", received(b"\x66\x03\xff\xff\xff"), "5 s")
-    assert (said.state["page"], said.shown["points.k1.txt"]) == ("3", "min")
+    assert (said.state["page"], said.shown["points.k1.txt"]) == ("3", "time")
     said = run(hosted, "5 s; page faults; 5 s", received(b"\x66\0\xff\xff\xff"), "5 s")
     assert said.state["page"] == "0"
     assert names(after(said, 0, "main.")) <= names(after(said, 1000))

@@ -142,8 +142,8 @@
 #define NEXTION_BEAT_TURNS 50u
 /* 30 s until everything is said again */
 #define NEXTION_REFRESH_BEATS 30u
-/* the longest order: 10 segments of 22 characters */
-#define NEXTION_ORDER_SIZE 252u
+/* the longest order: 10 segments of 23 characters */
+#define NEXTION_ORDER_SIZE 262u
 /* of the thermocouples BEJKNRST */
 #define NEXTION_LAST_TYPE 7u
 /* of the program's clocks */

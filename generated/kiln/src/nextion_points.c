@@ -2,6 +2,7 @@
 /* The program that a touch display shows, and what is changed in it (kiln.yaml:71 interfaces[0]).
  *
  * A segment is `n,minutes,temperature:`, or with a kind behind it `n,amount,temperature,kind:`.
+ * Minutes are also written as hours and minutes: `1h30`.
  * It takes the place of segment n, or is put behind the last; `n,0,0:` ends the program before n.
  */
 #include "nextion_points.h"
@@ -24,12 +25,15 @@ enum {
 struct point {
     uint8_t number;
     uint8_t kind;
+    bool in_hours;      /* written as hours and minutes: a time, and no rate */
     int32_t hundredths; /* of a minute, or of a kelvin per hour */
     int32_t tenths;     /* of a degree */
 };
 
 static const int32_t LARGEST_TENTHS = 32767;
 static const int32_t LARGEST_HUNDREDTHS = 99999999;
+static const int32_t LARGEST_HOURS = 16666;
+static const int32_t HOUR = 6000; /* in hundredths of a minute */
 
 struct stored_program points_shown;
 uint8_t points_number;
@@ -101,16 +105,41 @@ static bool take_comma(const char **text)
     return there;
 }
 
+/* Read a time or a rate: `90`, `1h30`, `1h`. */
+static bool read_amount(const char **text, struct point *point)
+{
+    int32_t minutes = 0;
+
+    if (!number_scaled(text, 2, &point->hundredths)) {
+        return false;
+    }
+    point->in_hours = **text == 'h';
+    if (!point->in_hours) {
+        return true;
+    }
+    (*text)++;
+    const int32_t hours = point->hundredths / 100;
+    if (point->hundredths % 100 != 0 || hours < 0 || hours > LARGEST_HOURS
+        || (**text != ',' && !number_scaled(text, 2, &minutes)) || minutes < 0 || minutes >= HOUR) {
+        return false;
+    }
+    point->hundredths = hours * HOUR + minutes;
+    return true;
+}
+
 /* Read one segment, and go behind its colon. */
 static bool read_point(const char **text, struct point *point)
 {
     point->kind = KIND_OVER;
     if (!number_whole(text, PROGRAM_POINTS + 1, &point->number) || !take_comma(text)
-        || !number_scaled(text, 2, &point->hundredths) || !take_comma(text)
+        || !read_amount(text, point) || !take_comma(text)
         || !number_scaled(text, 1, &point->tenths)) {
         return false;
     }
     if (take_comma(text) && !number_whole(text, KIND_LAST, &point->kind)) {
+        return false;
+    }
+    if (point->in_hours && point->kind == KIND_RATE) {
         return false;
     }
     if (**text != ':' || point->number == 0 || point->hundredths < 0

@@ -288,7 +288,7 @@ static const char WORD_12[] PROGMEM = "paused";
 static const char WORD_13[] PROGMEM = "returns to its setpoint";
 static const char WORD_14[] PROGMEM = "power was cut: looks around";
 static const char WORD_15[] PROGMEM = "";
-static const char WORD_16[] PROGMEM = "min";
+static const char WORD_16[] PROGMEM = "time";
 static const char WORD_17[] PROGMEM = "K/h";
 static const char WORD_18[] PROGMEM = "fast";
 static const char WORD_19[] PROGMEM = "hold";
@@ -384,6 +384,8 @@ static uint16_t seen_step;
 static const char TYPES[] PROGMEM = "BEJKNRST"; /* of thermocouples, by their codes */
 
 enum { KINDS = PROGRAM_UNTIL + 1 };
+
+static const int32_t HOUR = 6000; /* in hundredths of a minute */
 
 static const float LARGEST = 1.0e9f;
 
@@ -583,6 +585,16 @@ static void say_word(uint8_t word)
     say_words((const char *)pgm_read_ptr(&WORDS[word]));
 }
 
+/* As it is typed: 1h05. */
+static void say_time(int32_t hundredths)
+{
+    const int32_t minutes = hundredths % HOUR;
+
+    say_count((uint32_t)(hundredths / HOUR));
+    say_words(minutes < HOUR / 6 ? PSTR("h0") : PSTR("h"));
+    say_scaled(minutes, 2, true);
+}
+
 static void say_amount(int32_t number)
 {
     const uint32_t amount_there = (uint32_t)number / KINDS;
@@ -590,7 +602,7 @@ static void say_amount(int32_t number)
     switch ((uint32_t)number % KINDS) {
     case PROGRAM_OVER:
     case PROGRAM_HOLD:
-        say_scaled(points_minutes(amount_there), 2, true);
+        say_time(points_minutes(amount_there));
         break;
     case PROGRAM_RATE:
         say_scaled((int32_t)amount_there, 1, true);

@@ -32,7 +32,7 @@ REFRESH_S = 30.0
 """Time between two refreshes: so long a line that was disturbed shows something wrong."""
 BEAT_S = CONTROL_CHART_EVERY_S
 """Beat in which everything slower is counted."""
-BYTES_OF_POINT = len("20,44640.25,-1100.5,4:")
+BYTES_OF_POINT = len("20,743h59.98,-1100.5,4:")
 BYTES_OF_ORDER = 32
 JOULES_PER_HUNDREDTH_KWH = 36e3
 PARTS_OF_DUTY = 1000.0

@@ -17,7 +17,7 @@ _OFF = (
 _RUNNING = ("runs", "held back", "waits for temperature", "waits for the operator")
 """By `program.waiting`."""
 
-_KINDS = ("", "min", "K/h", "fast", "hold", "until")
+_KINDS = ("", "time", "K/h", "fast", "hold", "until")
 """By the kind of a segment."""
 
 
