@@ -61,8 +61,8 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("bprog b2; wait 1; order 7 1,20,600:2,40,300:3,60,300:4,0,0:; pname c00 c11 space c39 ok; "
          "wait 10", {"pname.txt": "al 9"}),
         ("power; bprog", {"name2.txt": "al 9"}),
-        ("b2", {"row1": "time 0h20 600", "row2": "time 0h40 300", "k3.txt": "hold", "m3.txt": "1h00",
-                "row4": ""}),
+        ("b2", {"row1": "time 0h20 600", "row2": "time 0h40 300", "k3.txt": "hold",
+                "m3.txt": "1h00", "row4": ""}),
         ("back bprog s2", {STATE: RUNNING, "program.number": 2, "program.segments": 3})],
     "7 the end of a program is moved": [
         ("bprog b1; wait 1; t5 end", {"k4.txt": "hold", "k5.txt": "", "k6.txt": ""})],
