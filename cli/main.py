@@ -16,6 +16,7 @@ COMMANDS = (
     "init",
     "check",
     "schema",
+    "size",
     "generate",
     "build",
     "simulate",

@@ -33,6 +33,8 @@ _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/"
 """Ways to write a character of a unit."""
 _BRACKETED = {
     "W/m²K": r"W\s*/\s*\(m[2²][·*]?K\)",
+    "W/(m·K)": r"m?W\s*/\s*\(m[·*]?K\)",
+    "Ω·mm²/m": r"(Ω|Ω|ohm)[·*]?mm[2²]\s*/\s*m",
     "J/(K·mm)": r"m?J\s*/\s*\(K[·*]?mm\)",
 }
 """Ways to write a unit with a product below its bar."""

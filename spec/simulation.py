@@ -17,6 +17,7 @@ from heatwright.spec.base import (
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.program_orders import ProgramOrders
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.sizing import Sizing
 from heatwright.spec.units import (
     AREA,
     CAPACITY,
@@ -253,3 +254,8 @@ class Simulation(Model):
         max_length=MOST_ENTRIES, description="What happens, in the order of time."
     )
     expect: Expect | None = Field(None, description="Limits that `verify` checks.")
+    sizing: Annotated[Mapping[str, Sizing], ReadOnly] = Field(
+        {},
+        description="For each loop, walls and wire by which its heater is sized.",
+        validate_default=True,
+    )

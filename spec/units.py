@@ -106,6 +106,26 @@ COEFFICIENT = Dimension(
     1e6,
     {"ppm/K": Unit(Decimal(1)), "%/K": Unit(Decimal(10_000))},
 )
+CONDUCTIVITY = Dimension(
+    "thermal conductivity", "W/(m·K)", "0.2 W/(m·K)", "W/(m·K)", 1e4, _prefixed("W/mK", "m")
+)
+SURFACE_LOAD = Dimension(
+    "surface load",
+    "W/cm²",
+    "2 W/cm²",
+    "W/cm² or W/m²",
+    1e4,
+    _prefixed("W/cm2") | {"W/m2": Unit(Decimal("1e-4"))},
+)
+RESISTIVITY = Dimension(
+    "resistivity",
+    "Ω·mm²/m",
+    "1.1 Ω·mm²/m",
+    "Ω·mm²/m",
+    1e6,
+    _prefixed("Ωmm2/m", "", "ohmmm2/m"),
+)
+AIR_SPEED = Dimension("speed of air", "m/s", "2 m/s", "m/s", 1e3, _prefixed("m/s"))
 BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
 VOLTAGE_PER_KELVIN = Dimension(
     "voltage for each kelvin", "V/K", "10 mV/K", "mV/K or V/K", 1e3, _prefixed("V/K", "m")

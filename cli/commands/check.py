@@ -31,9 +31,12 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
     spec has a machine, the reference model runs it as `verify` would run it when all is well: no
-    protection may trip. A firmware that certainly does not fit its board is warned of.
+    protection may trip; and the reserve of each heater is told. A reserve below 30 % is warned of,
+    and a firmware that certainly does not fit its board.
     """
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
+    from heatwright.cli.sized import reserve_json  # noqa: PLC0415
+    from heatwright.spec.reserve import reserves  # noqa: PLC0415
 
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []
@@ -49,12 +52,19 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
             {
                 "good": [{"file": str(path), "digest": spec.digest} for path, spec in good],
                 "problems": [problem._asdict() for problem in problems],
+                "reserves": [
+                    {"file": str(path), **reserve_json(each)}
+                    for path, spec in good
+                    for each in reserves(spec.controller)
+                ],
                 "warnings": [each._asdict() for _, spec in good for each in _warnings(spec)],
             }
         )
     else:
         for path, spec in good:
             click.echo(f"{path}: good")
+            for reserve in reserves(spec.controller):
+                click.echo(f"  {reserve}")
             for warning in _warnings(spec):
                 click.echo(f"Warning: {warning}")
         for problem in problems:
@@ -77,10 +87,14 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 
 
 def _warnings(spec: Spec) -> Iterator[Problem]:
-    """Warn of a firmware that is too large, whatever the compiler makes of it."""
+    """Warn of heaters with little reserve, and of a firmware that no compiler makes fit."""
     from heatwright.spec import BOARDS  # noqa: PLC0415
     from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
+    from heatwright.spec.loader import problem_of  # noqa: PLC0415
+    from heatwright.spec.reserve import small_reserves  # noqa: PLC0415
 
+    for finding in small_reserves(spec.controller):
+        yield problem_of(spec.tree, finding)
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):
         return

@@ -129,7 +129,7 @@ main()"""
 def test_a_spec_comes_through_a_pipe(name: str) -> None:
     text = Path(CHAMBER).read_text(encoding="utf-8")
     told = subprocess.check_output([*PROGRAM, "check", name], input=text, text=True)
-    assert told == f"{name}: good\n"
+    assert told.startswith(f"{name}: good\n")
 
 
 def group_ends(group: int, within_s: float) -> bool:

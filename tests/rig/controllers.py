@@ -407,7 +407,19 @@ class _Controller:
             plant["bears"] = joined(loops, "bears")
         if "feed" in self.outputs or self.draws.seldom():
             plant["filament"] = {"node": loops[0].name, "heat": loops[0].fed}
-        return {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}
+        found: Part = {"ambient": "20 °C", "plant": plant, "scenario": self._scenario(plant)}
+        sized = [loop for loop in loops if loop.high_c > AMBIENT_C and self.draws.seldom()]
+        return found | ({"sizing": {loop.name: self._sizing() for loop in sized}} if sized else {})
+
+    def _sizing(self) -> Part:
+        draws = self.draws
+        layer = {"thickness": text(draws.number(1, 100, 5), "mm"), "conductivity": "0.2 W/(m·K)"}
+        outside = draws.one({}, {"outside": "20 W/m²K"}, {"wind": "10 m/s"})
+        wall = {"area": "0.5 m²", "layers": [layer] * draws.one(1, 2), **outside}
+        wall |= draws.maybe({"inside": "8 W/m²K", "emissivity": 0.85})
+        wire = {"resistivity": "1.1 Ω·mm²/m", "surface_load": "2 W/cm²", "voltage": "24 V"}
+        wire |= {"air_speed": "2 m/s", **draws.maybe({"air": "20 °C", "measured": "127 °C"})}
+        return {**draws.maybe({"walls": [wall]}), **draws.maybe({"wire": wire})}
 
     def _scenario(self, plant: Part) -> list[Part]:
         draws = self.draws

@@ -1,0 +1,43 @@
+"""`heatwright size`: how much power a machine takes, and what wire makes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from heatwright.cli.command import Command
+from heatwright.cli.ends import Refused
+from heatwright.cli.options import json_option, print_json, spec_argument
+
+
+@click.command(
+    cls=Command,
+    examples=("heatwright size chamber.yaml", "heatwright size chamber.yaml --json"),
+)
+@spec_argument
+@json_option
+def command(spec: Path, as_json: bool) -> None:
+    """Size each heater by what its machine takes.
+
+    That is what holds the highest setpoint in the spec's plant. Where the spec has `sizing` in its
+    simulation, also what its walls let through (area, thickness, conductivity, wind, radiation),
+    and of the heater's wire (resistivity, voltage, surface load) diameter, length, current and its
+    own temperature.
+    """
+    from heatwright.cli.sized import rows, sized, sized_json  # noqa: PLC0415
+    from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    controller = loaded.controller
+    if controller.simulation is None:
+        raise Refused(f"{spec} has no machine to size a heater for. Add a section simulation.")
+    found = list(sized(controller))
+    if as_json:
+        loops = {each.reserve.loop: sized_json(each) for each in found}
+        print_json({"spec": str(spec), "digest": loaded.digest, "loops": loops})
+        return
+    for each in found:
+        heading(f"{controller.identity.name}, loop {each.reserve.loop}")
+        show(table(("", "", "unit"), rows(each)))

@@ -1,0 +1,100 @@
+"""What a machine is sized by: its walls, and the wire of its heater."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from heatwright.spec.base import MOST_ENTRIES, BareNumber, Model, Temperature
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import (
+    AIR_SPEED,
+    AREA,
+    CONDUCTIVITY,
+    FILM,
+    LENGTH,
+    RESISTIVITY,
+    SURFACE_LOAD,
+    VOLTAGE,
+)
+
+_Film = Annotated[float, Quantity(FILM, least=0.001)]
+_Emissivity = Annotated[float, BareNumber(0.0, 1.0, "0.9", closed=True)]
+
+
+class Layer(Model):
+    """One material of a wall."""
+
+    thickness_mm: Annotated[float, Quantity(LENGTH, least=0.001)] = Field(
+        alias="thickness", description="How thick it is."
+    )
+    conductivity_w_per_mk: Annotated[float, Quantity(CONDUCTIVITY, least=1e-4)] = Field(
+        alias="conductivity", description="Thermal conductivity of the material."
+    )
+
+
+class Wall(Model):
+    """A wall between the heated space and the surroundings."""
+
+    area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
+        alias="area", description="Its surface, of one side."
+    )
+    layers: tuple[Layer, ...] = Field(
+        max_length=MOST_ENTRIES, description="What it is made of, one behind the other."
+    )
+    inside_w_per_m2k: _Film = Field(
+        8.7, alias="inside", description="Heat transfer from the air inside to the wall."
+    )
+    outside_w_per_m2k: _Film | None = Field(
+        None, alias="outside", description="The same outside; left out: 8.7 W/m²K, or of the wind."
+    )
+    wind_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.0, most=30.0)] | None = Field(
+        None, alias="wind", description="Speed of the air along it outside, in its place."
+    )
+    emissivity: _Emissivity = Field(
+        0.0, description="Share of what a black body would radiate, outside."
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> "Wall":
+        if not self.layers:
+            raise refuse("a wall is made of something", "List its layers")
+        if self.outside_w_per_m2k is not None and self.wind_m_per_s is not None:
+            raise refuse("the wind gives the heat transfer outside", "Delete outside or wind")
+        return self
+
+
+class Wire(Model):
+    """The resistance wire of a heater, in moving air."""
+
+    resistivity_ohm_mm2_per_m: Annotated[float, Quantity(RESISTIVITY, least=1e-3)] = Field(
+        alias="resistivity", description="Of the alloy, hot."
+    )
+    surface_load_w_per_cm2: Annotated[float, Quantity(SURFACE_LOAD, least=0.001)] = Field(
+        alias="surface_load", description="Heat that its surface gives off at full power."
+    )
+    voltage_v: Annotated[float, Quantity(VOLTAGE, least=0.001)] | None = Field(
+        None,
+        alias="voltage",
+        description="At which it has the heater's power; left out: what the heater is rated for, "
+        "or its supply.",
+    )
+    air_speed_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.1, most=100.0)] = Field(
+        alias="air_speed", description="Speed of the air across it."
+    )
+    air_c: Temperature | None = Field(
+        None, alias="air", description="Of the air about it; left out: the highest setpoint."
+    )
+    emissivity: _Emissivity = Field(0.0, description="Share of what a black body would radiate.")
+    measured_c: Temperature | None = Field(
+        None, alias="measured", description="What somebody has measured of it, to be compared."
+    )
+
+
+class Sizing(Model):
+    """What the power of one loop's heater is chosen by."""
+
+    walls: tuple[Wall, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="All walls through which heat is lost."
+    )
+    wire: Wire | None = Field(None, description="The heater's wire.")
