@@ -28,6 +28,12 @@ RANGE_C: dict[str, tuple[float, float]] = {
 }
 """By the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
 
+HIGHEST_C = {kind: high_c for kind, (_, high_c) in RANGE_C.items()} | {
+    "K": 1300.0, "R": 1750.0, "S": 1750.0,
+}  # fmt: skip
+"""What a thermocouple may be asked for, by its type: what bears the last kelvins that the converter
+shows ages within hours."""
+
 AVERAGES = (1, 2, 4, 8, 16)
 OPEN_TEST_S = 0.015
 """What the test for an open thermocouple adds to a conversion, at most, with less than 5 kΩ in its
@@ -77,6 +83,11 @@ class Max31856(Averaged):
         return RANGE_C[self.thermocouple]
 
     @property
+    def highest_c(self) -> float:
+        """Highest setpoint with its thermocouple."""
+        return HIGHEST_C[self.thermocouple]
+
+    @property
     def step_k(self) -> float:
         """Smallest difference the converter resolves: 19 bits (data sheet)."""
         return 2.0**-7
@@ -119,7 +130,7 @@ class Max31856(Averaged):
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
-__all__ = ["AVERAGES", "RANGE_C", "TYPE_CODES", "Max31856", "ThermocoupleType", "selectable_of"]
+__all__ = ["AVERAGES", "HIGHEST_C", "RANGE_C", "TYPE_CODES", "Max31856", "ThermocoupleType", "selectable_of"]
 
 
 def selectable_of(sensor: object) -> tuple[str, ...]:

@@ -101,6 +101,7 @@ CHECKS: tuple[Check, ...] = (
     limits.runaway_outside_the_band,
     limits.minimum_below_setpoints,
     limits.start_is_allowed,
+    limits.setpoints_are_borne,
     limits.protections_in_range,
     limits.rise_rate_above_steps,
     algorithms.duty_can_be_made,

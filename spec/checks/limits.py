@@ -10,6 +10,7 @@ from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
 from heatwright.spec.controller import Controller
+from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, number, rounded_up
 
@@ -162,6 +163,20 @@ def protections_in_range(controller: Controller) -> Findings:
                 f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
                 "there",
                 f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_less}",
+                (("sensors", loop.sensor),),
+            )
+
+
+def setpoints_are_borne(controller: Controller) -> Findings:
+    """Find setpoints that a thermocouple of the loop, chosen or to be chosen, does not bear."""
+    for name, loop, sensor, kind in loop_types(controller):
+        if isinstance(sensor, Max31856) and loop.setpoint.maximum_c > sensor.highest_c:
+            or_less = f", or take {kind} out of selectable" if kind else ""
+            yield Finding(
+                ("loops", name, "setpoint", "maximum"),
+                f"{celsius(loop.setpoint.maximum_c)} is too hot for a thermocouple of type "
+                f"{sensor.thermocouple}, which is for {celsius(sensor.highest_c)} at most",
+                f"Use at most {celsius(sensor.highest_c)}{or_less}",
                 (("sensors", loop.sensor),),
             )
 

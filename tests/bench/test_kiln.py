@@ -1,11 +1,29 @@
 """The kiln: its binary fires glass; what it is told on the way is in test_replay."""
 
-import pytest
-from machines import PLANTS, assert_margins, at, course, example, modelled, noisy, run_of, scaled
+import re
 
+import pytest
+from machines import (
+    PLANTS,
+    assert_margins,
+    at,
+    course,
+    example,
+    modelled,
+    noisy,
+    run_of,
+    run_on,
+    scaled,
+)
+from rig.avr import whole
+from rig.specs import EXAMPLES, spec_of
+
+from heatwright.sim.comparison import row_controller
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.firing import firing_of
 from heatwright.sim.metrics import metrics
 from heatwright.sim.reference.program_state import FINISHED, IDLE, RUNNING
+from heatwright.sim.replay import replay
 
 LOOP = "chamber"
 HOLD = 4
@@ -64,6 +82,37 @@ class TestAFiring:
         late_j = len(given) * LATEST_S * POWER_W
         assert heated_j == pytest.approx(given.sum() * step_j, abs=late_j)
         assert counted_j == pytest.approx(heated_j, abs=len(given) * (0.5 + 0.05) * step_j)
+
+
+AUTHORS = re.compile(r"    algorithm: .*?(?=    protection:)", re.DOTALL)
+ROW = """    starts: enabled
+    algorithm: {kind: pid, kp: 0.7820136, ki: 0.09775171, integral: {while_limited: run}}
+"""
+FULL_SCALE = 1023
+SWING_K = 15.0
+
+
+class TestTheAuthorsLaw:
+    """8 and 1 of 1023 counts, as the row `literal` has them."""
+
+    def test_the_row_has_the_authors_numbers(self, kiln):
+        law = kiln.comparison[0].algorithm
+        assert law.kp * FULL_SCALE / 100 == pytest.approx(8, abs=1e-6)
+        assert law.ki * FULL_SCALE / 100 == pytest.approx(1, abs=1e-6)
+        assert (law.kd, law.feed_forward, law.integral.while_limited) == (0, 0, "run")
+
+    def test_its_binary_equals_the_model_and_swings(self, kiln):
+        """For an hour, of the binary of the row."""
+        text = AUTHORS.sub(ROW, (EXAMPLES / "kiln.yaml").read_text("utf-8"))
+        text = text.replace("initial: 20 °C", "initial: 500 °C").partition("comparison:")[0]
+        made = spec_of(text).controller
+        assert made.loops == row_controller(kiln, kiln.comparison[0]).loops
+        log = run_on(AvrDevice(made, whole(text)), made, ({"for": "60 min"},)).log
+        result = replay(made, log)
+        assert (result.ticks, result.mismatches) == (3600, 0)
+        late = log["temperature_c"][-1800:] - 500
+        assert late.max() > SWING_K
+        assert late.min() < -SWING_K
 
 
 class TestOtherKilns:

@@ -82,7 +82,8 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("bcrit; enter 1200", {MAXIMUM: 900}),
         ("power", {MAXIMUM: 900})],
     "15 the thermocouple": [
-        ("wire S; bset btype typeS", {TYPE: S, "thermo.type.txt": "S"}),
+        ("wire S; bset btype", {"typeK.txt": "K  1300 °C", "typeS.txt": "S  1750 °C"}),
+        ("typeS", {TYPE: S, "thermo.type.txt": "S"}),
         (f"{SAVED}; power", {TYPE: S})],
     **{
         f"{number} and 22 gains are set and kept": [
@@ -160,7 +161,7 @@ class KilnDesk:
             return self.display.page
         if name.startswith("row"):
             return " ".join(self.look(f"{column}{name[3:]}.txt") for column in "kmt").strip()
-        shown = name.endswith((".txt", ".val", ".en"))
+        shown = name.endswith((".txt", ".val", ".en", ".bco"))
         return self.display.value(name) if shown else self.device.read(name).item()
 
 
