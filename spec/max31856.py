@@ -130,7 +130,15 @@ class Max31856(Averaged):
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
-__all__ = ["AVERAGES", "HIGHEST_C", "RANGE_C", "TYPE_CODES", "Max31856", "ThermocoupleType", "selectable_of"]
+__all__ = [
+    "AVERAGES",
+    "HIGHEST_C",
+    "RANGE_C",
+    "TYPE_CODES",
+    "Max31856",
+    "ThermocoupleType",
+    "selectable_of",
+]
 
 
 def selectable_of(sensor: object) -> tuple[str, ...]:
