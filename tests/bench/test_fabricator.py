@@ -2,7 +2,9 @@
 
 import pytest
 from machines import ACCEPTANCE, ACCEPTED_S, HOT_C, MILD_C, modelled, run_of
-from rig.specs import changed, spec_of
+from rig.specs import changed, controller_of, spec_of
+
+from heatwright.sim.comparison import run_row
 
 LOOP = "nozzle"
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S
@@ -117,3 +119,15 @@ def test_a_supply_of_less_current_is_not_overdrawn():
     heating = (weak.trace.times_s > ON_S + 5) & (weak.trace.times_s < 60)
     assert abs(weak.trace.currents_a["current"][heating] - 1.2).max() <= 5 / 1024 / 0.2
     assert set(weak.log["fault.code"]) == {0}
+
+
+def test_the_plain_row_is_the_authors_law():
+    """Below Ts − Δ the heater, above Ts + Δ the cooler, inside neither: at each step by itself."""
+    fabricator = controller_of("fabricator")
+    log = run_row(fabricator, fabricator.comparison[0]).steps[LOOP]
+    read = log[log["has_reading"] > 0]
+    above_k = read["temperature_c"].astype(float) - HOT_C
+    heats, cools = above_k < -DEAD_BAND_K, above_k > DEAD_BAND_K
+    assert (read["algorithm.heating"] == heats).all()
+    assert (read["algorithm.cooling"] == cools).all()
+    assert min(heats.mean(), 1 - heats.mean()) > 0.1
