@@ -97,6 +97,12 @@ class SerialPlotter(Model):
     kind: Literal["serial_plotter"]
     loop: Reference = Field(description="Loop whose numbers are sent.")
     baud: Annotated[int, Baud(2_000_000)] = Field(9600, description="Speed of the line.")
+    decimals: Annotated[int, WholeNumber("a number of decimals", 0, 2, 2)] = Field(
+        2, description="Of every number."
+    )
+    line_end: Literal["LF", "CR LF"] = Field(
+        "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
+    )
 
 
 class ModbusRtu(Model):

@@ -12,7 +12,13 @@ from heatwright.sim.avr import Avr
 from heatwright.spec import Board
 from heatwright.spec import SerialPlotter as Spec
 
-LINE = re.compile(rb"\$(-?\d+(?:\.\d+)?(?: -?\d+(?:\.\d+)?)*);\r?\n?")
+ENDS = {"LF": b"\n", "CR LF": b"\r\n"}
+
+
+def line_of(decimals: int) -> re.Pattern[bytes]:
+    """Return what a line must look like, its numbers with so many decimals."""
+    number = rb"-?\d+" + (rb"\.\d{%d}" % decimals if decimals else b"")
+    return re.compile(rb"\$(%b(?: %b)*);" % (number, number))
 
 
 @dataclass(frozen=True)
@@ -26,20 +32,26 @@ class PlotterLine:
 class SerialPlotter:
     """The computer at the end of a UART.
 
-    lines -- what it has understood; garbage -- bytes that belonged to no line; baud -- its speed,
-    by which it also judges the firmware's.
+    lines -- what it has understood; ended -- lines before which the one before was ended as
+    `line_end` says (a reset may have cut it off); garbage -- bytes that belonged to no line;
+    baud -- its speed, by which it also judges the firmware's.
     """
 
     MISMATCH = 0.045
     """Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten,
     less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
 
-    def __init__(self, avr: Avr, baud: int, uart: int = 0) -> None:
+    def __init__(
+        self, avr: Avr, baud: int, uart: int = 0, decimals: int = 2, line_end: str = "LF"
+    ) -> None:
         self.lines: list[PlotterLine] = []
+        self.ended = 0
         self.garbage = 0
         self.baud = baud
         self._avr = avr
         self._uart = uart
+        self._form = line_of(decimals)
+        self._end = ENDS[line_end]
         self._waiting = bytearray()
 
     @property
@@ -65,9 +77,11 @@ class SerialPlotter:
         self._waiting += text[start:]
 
     def _line(self, time_s: float) -> None:
-        text = bytes(self._waiting).lstrip(b"\r\n")
+        told = bytes(self._waiting)
+        text = told.removeprefix(self._end)
         self._waiting.clear()
-        found = LINE.fullmatch(text)
+        self.ended += len(text) < len(told)
+        found = self._form.fullmatch(text)
         if found is None:
             self.garbage += len(text)
             return
@@ -77,4 +91,5 @@ class SerialPlotter:
 
 def attach(avr: Avr, board: Board, interface: Spec) -> SerialPlotter:
     """Connect the computer to the board's first UART."""
-    return SerialPlotter(avr, interface.baud, board.uarts[0].number)
+    form = interface.decimals, interface.line_end
+    return SerialPlotter(avr, interface.baud, board.uarts[0].number, *form)

@@ -255,6 +255,7 @@ class _Controller:
             self.interfaces.append(part | draws.maybe({"linuxcnc": True}))
         if "serial_plotter" in self.on_port:
             part = {"kind": "serial_plotter", "loop": draws.one(*self.names)}
+            part |= draws.maybe({"line_end": "CR LF", "decimals": draws.one(0, 1, 2)})
             self.interfaces.append(part | self._baud(2_000_000))
         if "nextion" in self.on_port:
             part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, BUS_BAUDS[::-1])}

@@ -43,7 +43,7 @@ void plotter_tick(void)
     if (next >= FIELDS || !serial_is_empty()) {
         return;
     }
-    char text[1 + TEXT_SIZE + 2];
+    char text[1 + TEXT_SIZE + 2]; /* TEXT_SIZE has an end of text that is not sent */
 
     text[0] = next == 0 ? '$' : ' ';
     uint8_t length = (uint8_t)(1u + text_number(text + 1, value(next), PLOTTER_DECIMALS));

@@ -12,8 +12,6 @@ from heatwright.spec.boards import Board
 from heatwright.spec.commands import tunable
 from heatwright.spec.uart import baud_setting
 
-DECIMALS = 2
-
 
 def plan(source: Source, interface: SerialPlotter) -> Part:
     """Plan transmitter and plotter for one loop."""
@@ -24,11 +22,12 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
         source.at("baud").count(
             "SERIAL_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
         ),
-        Constant("PLOTTER_DECIMALS", f"{DECIMALS}u", "of every field"),
+        _decimals(source, interface),
     )
     plotter = {
         "where": source.where,
         "loop_name": interface.loop,
+        "with_return": interface.line_end == "CR LF",
         "fields": fields(interface.loop, loop, by_host=tunable(controller, interface.loop)),
     }
     return Part(
@@ -51,6 +50,13 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
             ),
         ),
     )
+
+
+def _decimals(source: Source, interface: SerialPlotter) -> Constant:
+    name, what = "PLOTTER_DECIMALS", "of every field"
+    if "decimals" in interface.model_fields_set:
+        return source.at("decimals").count(name, interface.decimals, what)
+    return Constant(name, f"{interface.decimals}u", what)
 
 
 def _registers(board: Board) -> dict[str, object]:
