@@ -8,6 +8,7 @@ from typing import Any
 from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, rules
 from heatwright.generator.plan.limits import limit
+from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.programs import in_words
@@ -36,6 +37,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
         "fuses": fuses(controller.board),
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
+        "lines": lines(controller),
         "loops": _loops(spec),
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "countdown": _countdown(controller),
