@@ -35,6 +35,7 @@ class Gain(Checked):
 
 
 Percent = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
+_Signed = Annotated[float, Quantity(PERCENT, least=-100.0, most=100.0)]
 _Filter = Annotated[float, Quantity(DURATION, least=0.0)]
 _Lead = Annotated[
     float,
@@ -82,7 +83,7 @@ class ThreePosition(Model):
 class IntegralLimits(Model):
     """Bounds of the integral term, and what it does at the output's bounds."""
 
-    minimum_percent: Percent = Field(0.0, alias="minimum", description="Least contribution.")
+    minimum_percent: _Signed = Field(0.0, alias="minimum", description="Least contribution.")
     maximum_percent: Percent = Field(100.0, alias="maximum", description="Greatest contribution.")
     while_limited: Literal["hold", "run"] = Field(
         "hold",
@@ -119,6 +120,9 @@ class Pid(Model):
     derivative_filter_s: _Filter = Field(
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
+    derivative_step: Literal["present", "previous"] = Field(
+        "present", description="Of which step the slope is taken; `previous` is one period late."
+    )
     integral: IntegralLimits = Field(
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
     )
@@ -133,6 +137,15 @@ class Pid(Model):
         alias="dead_band",
         description="So near to the setpoint neither proportional nor integral answer.",
     )
+    dead_band_keeps: Literal["integral", "output"] = Field(
+        "integral",
+        description="What stays in the dead band: the integral, or the whole output as it was.",
+    )
+
+    @property
+    def keeps_output(self) -> bool:
+        """Whether there is a dead band in which the whole output is kept."""
+        return self.dead_band_k > 0 and self.dead_band_keeps == "output"
 
 
 Algorithm = Annotated[OnOff | Pid | ThreePosition, Field(discriminator="kind")]

@@ -70,6 +70,8 @@ def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_
     full = full_percent(algorithm)
     if not isinstance(algorithm, Pid) or below_k > (algorithm.band_k or math.inf):
         return Lie(full, 0.0, full)
+    if algorithm.keeps_output and below_k <= algorithm.dead_band_k:
+        return Lie(full, 0.0, full)  # as it was when the band was entered: anything
     error_k = below_k if below_k > algorithm.dead_band_k else 0.0
     proportional, most = algorithm.kp * error_k, algorithm.integral.maximum_percent
     if not algorithm.ki:

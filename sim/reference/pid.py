@@ -21,11 +21,13 @@ class PidControl:
         self._differentiates = algorithm.kd != 0
         self._kd = Single(algorithm.kd)
         self._of_error = algorithm.derivative_of == "error"
+        self._is_late = algorithm.derivative_step == "previous"
         self._share = filter_share(period_s, algorithm.derivative_filter_s)
         self._per_period = Single(1 / period_s)
         self._minimum = Single(algorithm.output.minimum_percent)
         self._band = None if algorithm.band_k is None else Single(algorithm.band_k)
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
+        self._keeps = bool(algorithm.dead_band_k) and algorithm.dead_band_keeps == "output"
         self.full_percent = Single(algorithm.output.maximum_percent)
         self.top_percent = self.full_percent
         """What the current's limit leaves of it; the integral is held there."""
@@ -39,14 +41,14 @@ class PidControl:
 
     def reset(self) -> None:
         """Start anew after a fault."""
-        self._proportional = self._integral = self._derivative = ZERO
+        self._proportional = self._integral = self._derivative = self._newest = self._kept = ZERO
         self._started = 0
 
     def step(self, temperature_c: Single, _last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""
         error = self._begin(temperature_c, gap, setpoint_c)
         duty_percent = self._decide(error)
-        self._end(temperature_c, error)
+        self._end(temperature_c, error, duty_percent)
         return duty_percent
 
     def values(self) -> tuple[Value, ...]:
@@ -55,19 +57,22 @@ class PidControl:
         if self._integrates:
             found += (self._integral,)
         if self._differentiates:
-            found += (self._derivative, self._last)
+            found += (self._derivative, *(self._newest,) * self._is_late, self._last)
         if self._integrates or self._differentiates:
             found += (self._started,)
-        return found
+        return (*found, *(self._kept,) * self._keeps)
 
     def _begin(self, temperature_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Bring the terms up to date and return the error."""
         error = setpoint_c - temperature_c
         if not self._started:
             self._restart_integral()
-        if self._differentiates and gap == 1:
-            slope = self._slope(temperature_c, error)
-            self._derivative = faded(self._derivative + self._share * (slope - self._derivative))
+        if self._differentiates:
+            before = self._newest
+            if gap == 1:
+                slope = self._slope(temperature_c, error)
+                self._newest = faded(before + self._share * (slope - before))
+            self._derivative = before if self._is_late else self._newest
         self._balance(error)
         self._proportional = self._kp * error
         return error
@@ -77,13 +82,16 @@ class PidControl:
             self._restart_integral()
             return self.full_percent if error > self._band else ZERO
         if self._dead_band is not None and -self._dead_band <= error <= self._dead_band:
+            if self._keeps:
+                return self._limited(self._kept)
             self._proportional = ZERO
             return self._limited(self._sum(self._integral))
         return self._limited(self._integrated(error))
 
-    def _end(self, temperature_c: Single, error: Single) -> None:
+    def _end(self, temperature_c: Single, error: Single, duty_percent: Single) -> None:
         self._last = error if self._of_error else temperature_c
         self._started = 1
+        self._kept = duty_percent
 
     def _restart_integral(self) -> None:
         self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO
@@ -131,10 +139,11 @@ class PidControl:
         if self._integrates:
             found += (("integral", "f4"),)
         if self._differentiates:
-            found += (("derivative", "f4"), ("last", "f4"))
+            newest: tuple[Member, ...] = (("slope", "f4"),) if self._is_late else ()
+            found += (("derivative", "f4"), *newest, ("last", "f4"))
         if self._integrates or self._differentiates:
             found += (("started", "u1"),)
-        return found
+        return (*found, ("kept", "f4")) if self._keeps else found
 
 
 Control = PidControl

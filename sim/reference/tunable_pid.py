@@ -40,7 +40,7 @@ class TunablePid(PidControl):
         self._integral = clamp(
             duty_percent - self._proportional - self._kd * self._derivative, *self._integral_limits
         )
-        self._end(temperature_c, error)
+        self._end(temperature_c, error, duty_percent)
         return duty_percent
 
     def values(self) -> tuple[Value, ...]:

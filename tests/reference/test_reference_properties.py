@@ -43,6 +43,9 @@ def pids(draw: st.DrawFn) -> Pid:
     told = {gain: draw(GAINS) for gain in ("kp", "ki", "kd")} | {
         "derivative_of": draw(st.sampled_from(["measurement", "error"])),
         "derivative_filter": draw(SECONDS),
+        "derivative_step": draw(st.sampled_from(["present", "previous"])),
+        "dead_band": f"{draw(st.integers(0, 16)) / 8} K",
+        "dead_band_keeps": draw(st.sampled_from(["integral", "output"])),
         "integral": limits() | {"while_limited": draw(st.sampled_from(["hold", "run"]))},
     }
     return Pid.model_validate({"kind": "pid", **told, "output": limits()})

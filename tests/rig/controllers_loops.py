@@ -237,12 +237,14 @@ class LoopDraw:
         if draws.some():
             part["kd"] = tidy(draws.one(10.0, 0.1) * usual_kp * self.period_s)
             part |= draws.maybe({"derivative_of": "error"})
+            part |= draws.maybe({"derivative_step": "previous"})
         if self.served.programmed and draws.some():
             part["feed_forward"] = tidy(min(1e6, draws.one(100.0, 1e4) / self.rate_k_per_s))
         if draws.some():
             part["derivative_filter"] = text(draws.number(0, 60, 3, 0.1), "s")
         if draws.some():
             part["dead_band"] = text(draws.number(0, 5, 0.1, 0.01), "K")
+            part |= draws.maybe({"dead_band_keeps": "output"})
         dead_k = float(part.get("dead_band", "0 K").split()[0])
         if draws.some():
             least_k = math.ceil(max(dead_k, self.step_k)) + 1
@@ -258,7 +260,7 @@ class LoopDraw:
             part["output"] = {"maximum": text(self.most_percent, "%")}
         if self.integrates and draws.some():
             most = draws.number(1.2 * held + 1, 100, 100)
-            least = draws.number(0, min(0.6 * held, self.most_percent - 1), 0)
+            least = draws.number(-100, min(0.6 * held, self.most_percent - 1), 0)
             part["integral"] = {"minimum": text(least, "%"), "maximum": text(most, "%")}
             part["integral"] |= draws.maybe({"while_limited": "run"})
         return part

@@ -57,7 +57,10 @@ class _Terms:
 
     def context(self, state: str) -> dict[str, Any]:
         """What the template asks; gains that may change are members of `state`."""
-        keys = ("kd", "feed_forward", "integral", "band", "dead_band")
+        keys = (
+            "kd", "feed_forward", "integral", "band", "dead_band", "dead_band_keeps",
+            "derivative_step",
+        )  # fmt: skip
         return {
             "where": self.source.where,
             "where_of": {key: self.source.at(key).where for key in keys},
@@ -67,7 +70,10 @@ class _Terms:
             "moved": self.moved,
             "of_error": self.pid.derivative_of == "error",
             "band": self.pid.band_k is not None,
+            "late": self.pid.derivative_step == "previous",
+            "newest": "slope" if self.pid.derivative_step == "previous" else "derivative",
             "dead_band": self.pid.dead_band_k > 0,
+            "keeps": self.pid.keeps_output,
             "kp": f"{state}.kp" if self.tunable else f"{self.prefix}_KP",
             "kd": f"{state}.kd" if self.tunable else f"{self.prefix}_KD",
             "ki_per_step": f"{state}.ki * {self.prefix}_PERIOD_S"
