@@ -39,4 +39,5 @@ class Log:
         parts, self._parts = self._parts, []
         if len(parts) == 1:
             return parts[0]
-        return np.concatenate(parts) if parts else np.empty(0, self._dtype)
+        # Left to itself, numpy would leave out the padding between the records that it joins.
+        return np.concatenate(parts or [np.empty(0, self._dtype)], dtype=self._dtype)

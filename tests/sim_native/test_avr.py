@@ -19,6 +19,7 @@ from heatwright.sim.avr import RAM_FILL, Avr
 from heatwright.sim.device import AvrDevice, StaleBinary
 from heatwright.sim.elf import ElfError
 from heatwright.sim.native import SimulatorMissing, shim
+from heatwright.sim.native.pins import PIN_EVENT
 from heatwright.spec import Controller, digest
 
 ENDLESS = "int main(void) { for (;;) PORTB++; }"
@@ -48,6 +49,7 @@ def test_long_logs_are_kept_whole() -> None:
     avr.run_to(2_000_000)
     events = avr.pins.take()
     assert len(events) > 400_000
+    assert events.dtype == PIN_EVENT
     assert set(np.diff(events["cycle"][1:].astype(int))) <= {3, 4, 5}
     assert set((events["state"][1:] & 1)[::2]) != set((events["state"][1:] & 1)[1::2])
 
