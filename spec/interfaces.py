@@ -20,6 +20,12 @@ BUS_BAUDS = (1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 1
 """What masters offer."""
 
 
+DISPLAY_BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200)
+"""What a Nextion display can be set to, as far as a board can."""
+FASTER_DISPLAY_BAUDS = (230_400, 250_000, 256_000, 512_000, 921_600)
+"""What it may have been set to before."""
+
+
 class Baud(Checked):
     """Marks a baud rate."""
 
@@ -177,8 +183,8 @@ class Nextion(Model):
 
     kind: Literal["nextion"]
     loop: Reference = Field(description="Loop that is shown and set.")
-    baud: Annotated[int, Baud(115_200, BUS_BAUDS)] = Field(
-        115_200, description="Speed of the line; the display's own is set in its editor."
+    baud: Annotated[int, Baud(115_200, DISPLAY_BAUDS)] = Field(
+        115_200, description="Speed of the line; the display is brought to it."
     )
     port: _Port = Field(0, description=_PORT)
 

@@ -13,6 +13,10 @@ BAUD_TOLERANCE = 0.0225
 for the other end. 115200 baud from 16 MHz, 2.1 % off, is within it."""
 
 
+RECEIVED_TOLERANCE = 2 * BAUD_TOLERANCE
+"""All that a receiver bears, where the other end's clock is right."""
+
+
 class BaudSetting(NamedTuple):
     """The divisor register's value at double speed (U2X), and the rate it really gives."""
 

@@ -61,7 +61,7 @@ class UartRegisters:
         )
         bits += [f"(1u << USBS{n})"] if stop_bits > 1 else []
         return [
-            *self._divided_by(divisor),
+            *self.divided_by(divisor),
             f"UCSR{n}A = (1u << U2X{n});",
             f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form(parity, stop_bits)} */",
         ]
@@ -71,7 +71,8 @@ class UartRegisters:
         bits = " | ".join(f"(1u << {name}{self.number})" for name in names)
         return f"UCSR{self.number}B = {bits};"
 
-    def _divided_by(self, divisor: str) -> list[str]:
+    def divided_by(self, divisor: str) -> list[str]:
+        """Set the speed."""
         if not self.old:
             return [f"UBRR{self.number} = {divisor};"]
         return [f"UBRRH = (uint8_t)({divisor} >> 8);", f"UBRRL = (uint8_t){divisor};"]

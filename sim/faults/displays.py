@@ -15,6 +15,8 @@ from heatwright.spec.nextion import HEIGHT, WIDTH
 WATCH_S = 60.0
 """Longer than the half minute after which everything is sent again."""
 AWAY_S = 20.0
+OTHER_BAUD = 9600
+"""What a new display has."""
 SEED = 6
 TOUCHES = 60
 FLOOD_S = 20.0
@@ -50,15 +52,15 @@ def _unplug(world: World) -> None:
 
 
 def _other_speed(baud: int) -> Act:
-    """Let the display talk and hear at another speed, and then at its own again."""
+    """Let the display have another speed: what it says then is noise, until it is found."""
 
     def cause(world: World) -> None:
-        line = world.device.display.line
-        line.baud = baud // 2
+        display = world.device.display
+        display.set_speed(OTHER_BAUD if baud != OTHER_BAUD else 2 * OTHER_BAUD)
         for _ in range(TOUCHES):
-            world.device.send("#2 0;#3 0;#17;")
+            if display.line.baud != baud:
+                world.device.send("#2 0;#3 0;#17;")
             world.run(AWAY_S / TOUCHES)
-        line.baud = baud
 
     return cause
 

@@ -50,6 +50,7 @@ class Nextion:
         """Connect it; it is powered together with the board."""
         self.display = Display(pages)
         self.line = Line(avr, uart, baud)
+        self.set_speed(baud)
         self.history: deque[Instruction] = deque(maxlen=REMEMBERED)
         self.instructions = 0
         self.shortest_gap_s = float("inf")
@@ -64,7 +65,14 @@ class Nextion:
 
     def serve(self, pages: Sequence[Page]) -> None:
         """Take its pages, as an editor's file brings them."""
+        baud = self.line.baud
         self.display = Display(pages)
+        self.set_speed(baud)
+
+    def set_speed(self, baud: int) -> None:
+        """Have a speed of its own, now and from each start on."""
+        self.display.memory.kept_baud = self.line.baud = baud
+        self.display.memory.variables |= {"baud": baud, "bauds": baud}
 
     # -- what somebody does --------------------------------------------------------------------
 
@@ -146,6 +154,13 @@ class Nextion:
         self._heard = (self._heard + data)[-len(END) :]
         if not self._plugged or not self._has_started():
             return
+        while (changed := self._take(data, cycles)) is not None:
+            self.line.change(int(self.display.value("baud")), changed)
+            data, cycles = self.line.hear(sent[:0])
+        self._answer()
+
+    def _take(self, data: bytes, cycles: list[int]) -> int | None:
+        """Take bytes; return the cycle at which one of them has changed the line's speed."""
         now_s = self._avr.time_s
         self.display.pass_time(1000 * (now_s - self._seen_s))
         self._seen_s = now_s
@@ -156,12 +171,15 @@ class Nextion:
             end = data.find(b"\xff", start) + 1 or len(data)
             for text in self.display.receive(data[start:end]):
                 self._note(text, cycles[end - 1] / self._avr.clock_hz)
+            if self.display.value("baud") != self.line.baud:
+                return cycles[end - 1]
             start = end
-        self._answer()
+        return None
 
     def _has_started(self) -> bool:
         if not self.display.is_on and self._avr.time_s >= self._starts_s:
             self.display.start(midway=self._heard not in (b"", END))
+            self.line.baud = self.display.memory.kept_baud
             self._seen_s = self._avr.time_s
             self._answer()
             return False  # what has come up to now met a display that was starting

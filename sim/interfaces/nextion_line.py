@@ -29,6 +29,7 @@ class Line:
         self._number = uart
         self._uart = avr.uarts[uart]
         self._coming: NDArray[Any] | None = None
+        self._heard: NDArray[Any] | None = None
 
     def send(self, data: bytes) -> None:
         """Send bytes to the board, after those that wait."""
@@ -59,11 +60,18 @@ class Line:
             mine = np.concatenate([self._coming, mine])
         ended = int(np.searchsorted(mine["end"], self._avr.cycle, "right"))
         self._coming = mine[ended:] if ended < len(mine) else None
-        mine = mine[:ended]
+        mine = self._heard = mine[:ended]
         if self._in_step(mine):
             return mine["value"].tobytes(), mine["end"].tolist()
         pairs = list(self._sampled(mine))
         return bytes(value for value, _ in pairs), [end for _, end in pairs]
+
+    def change(self, baud: int, cycle: int) -> None:
+        """Have another speed from a cycle on: what has ended since is still to be heard."""
+        self.baud = baud
+        if self._heard is not None:
+            since = self._heard[self._heard["end"] > cycle]
+            self._coming = since if self._coming is None else np.concatenate([since, self._coming])
 
     @property
     def _bit_cycles(self) -> float:

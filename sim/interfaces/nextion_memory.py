@@ -17,6 +17,9 @@ from heatwright.spec.nextion import Component
 if TYPE_CHECKING:
     from heatwright.spec.nextion import Page
 
+BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200, 230_400, 250_000, 256_000, 512_000,
+         921_600)  # fmt: skip
+"""Speeds of its line (Nextion Instruction Set, section 6, `baud`)."""
 VARIABLES = {"bkcmd": 2, "dim": 100, "dp": 0, "sys0": 0, "sys1": 0, "sys2": 0}
 """The display's own variables that are simulated, and their values at power-up."""
 BOUNDS = {"bkcmd": (0, 3), "dim": (0, 100)}
@@ -86,12 +89,14 @@ class Memory:
     def __init__(self, pages: Sequence[Page]) -> None:
         self._pages = tuple(pages)
         self._numbers = {page.name: number for number, page in enumerate(self._pages)}
+        self.kept_baud = BAUDS[2]
+        """What it starts with: 9600 when it is new."""
         self.timers: tuple[Part, ...] = ()
         self.start()
 
     def start(self) -> None:
         """Begin anew, as at power-up; no page is shown yet."""
-        self.variables = dict(VARIABLES)
+        self.variables = VARIABLES | {"baud": self.kept_baud, "bauds": self.kept_baud}
         self.parts: tuple[dict[str, Part], ...] = tuple(
             {component.name: Part(component) for component in (_ground(page), *page.components)}
             for page in self._pages
@@ -146,10 +151,21 @@ class Memory:
             return
         self.get(name)
         variable = name.parts[0]
+        if variable in {"baud", "bauds"}:
+            self._set_baud(variable, value)
+            return
         low, high = BOUNDS.get(variable, (-(2**31), 2**31))
         if variable == "dp" or not isinstance(value, int) or not low <= value <= high:
             raise Refused(Code.INVALID_OPERATION)
         self.variables[variable] = value
+
+    def _set_baud(self, variable: str, value: Value) -> None:
+        """Take another speed at once, `bauds` for good."""
+        if not isinstance(value, int) or value not in BAUDS:
+            raise Refused(Code.INVALID_BAUD)
+        self.variables["baud"] = value
+        if variable == "bauds":
+            self.variables["bauds"] = self.kept_baud = value
 
     def value(self, given: Value | Name) -> Value:
         """Return what an operand stands for."""

@@ -6,6 +6,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import (
     BUS_BAUDS,
+    DISPLAY_BAUDS,
     FASTEST_HOST,
     Gcode,
     ModbusRtu,
@@ -92,7 +93,9 @@ def baud_can_be_made(controller: Controller) -> Findings:
 
 def _usual(interface: Serial) -> tuple[int, ...]:
     """List the rates that the other end may offer."""
-    if isinstance(interface, ModbusRtu | Nextion):
+    if isinstance(interface, Nextion):
+        return DISPLAY_BAUDS
+    if isinstance(interface, ModbusRtu):
         return BUS_BAUDS
     fastest = FASTEST_HOST if isinstance(interface, Gcode | SerialLog) else max(USUAL_BAUDS)
     return tuple(baud for baud in USUAL_BAUDS if baud <= fastest)

@@ -5,8 +5,8 @@
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
  * 'f', a fault's code; 'n', whether the sensor answers; 'p', to forget the gains that are not kept;
  * 'w', what the clock shows in seconds; 'm', what a program's clocks show; 's', the count of control
- * steps. Each '?' writes `=`, the state as a line of words; each instruction that is sent is written
- * as `>`, the tick, itself, a new line.
+ * steps; 'a', whether the display answers when it is asked for its page. Each '?' writes `=`, the state as a line of words; each instruction that is sent is written
+ * as `>`, the tick, the divisor of the line, itself, a new line.
  */
 #undef _FORTIFY_SOURCE /* it is the firmware that is watched: a world restores all memory */
 #include "script.h"
@@ -40,6 +40,9 @@ static uint32_t now_ticks;
 static uint8_t eeprom[EEPROM_BYTES];
 static int32_t raw_now = (int32_t)(20.0f / SENSOR_CHAMBER_STEP_C);
 static bool answers = true;
+static bool display_answers = true;
+static char instruction[256];
+static unsigned instruction_size;
 static bool taken;
 
 uint32_t clock_seconds(void);
@@ -92,11 +95,13 @@ static void sent(uint8_t byte)
     static unsigned ends = 3;
 
     if (ends == 3) {
-        printf(">%lu ", (unsigned long)now_ticks);
+        printf(">%lu %u ", (unsigned long)now_ticks, UBRR0);
         ends = 0;
+        instruction_size = 0;
     }
     if (byte != 0xFF) {
         putchar(byte);
+        instruction[instruction_size++ % sizeof instruction] = (char)byte;
     } else if (++ends == 3) {
         putchar('\n');
     }
@@ -109,6 +114,18 @@ static void receive(uint8_t byte, uint8_t flags)
     UDR0 = byte;
     USART0_RX_vect();
     UCSR0A &= (uint8_t)~flags;
+}
+
+/* The page that it was told last, if it was asked. */
+static void answer(void)
+{
+    if (display_answers && instruction_size == 6 && memcmp(instruction, "sendme", 6) == 0) {
+        const uint8_t bytes[] = { 0x66, pages_shown, 0xFF, 0xFF, 0xFF };
+        for (unsigned i = 0; i < sizeof bytes; i++) {
+            receive(bytes[i], 0);
+        }
+    }
+    instruction_size = 0;
 }
 
 /* ---- the firmware's life ---- */
@@ -127,6 +144,9 @@ static void tick(void)
     for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
         USART0_UDRE_vect();
         sent(UDR0);
+    }
+    if (!(UCSR0B & (1u << UDRIE0))) {
+        answer();
     }
 }
 
@@ -218,6 +238,9 @@ static void follow(int command, uint32_t number)
         break;
     case 'm':
         program.clock = program.segment_clock = number;
+        break;
+    case 'a':
+        display_answers = number != 0;
         break;
     case 's':
         loop_chamber.steps = (uint16_t)number;

@@ -90,7 +90,8 @@ def flooded(data: bytes, per_tick: int = 115) -> bytes:
 
 
 LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "answers": "n", "clock": "w",
-           "passed": "m", "steps": "s", "look": "?", "forget": "p"}  # fmt: skip
+           "passed": "m", "steps": "s", "look": "?", "forget": "p",
+           "display": "a"}  # fmt: skip
 ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}
 """What the display says by itself."""
 
@@ -100,7 +101,7 @@ def script(text: str) -> bytes:
 
     `5 s` and `5 ticks` let time pass; `order 2 1` and `page main` come from the display, `started`
     and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor; `clock`,
-    `passed` (a program's) and `steps` count on from there; `forget` the gains that are not kept.
+    `passed` (a program's) and `steps` count on from there; `display 0` answers no longer; `forget` the gains that are not kept.
     """
     data = b""
     for words in text.split("; "):
@@ -123,6 +124,8 @@ class Said:
     instructions: list[str]
     ticks: list[int]
     """When each was sent."""
+    divisors: list[int]
+    """Of the line, then."""
     states: list[dict[str, str]]
     counts: list[int]
     """How many instructions came before each look."""
@@ -149,10 +152,12 @@ def run(hosted: Path, *parts: str | bytes) -> Said:
     data = [script(part) if isinstance(part, str) else part for part in parts]
     lines = play(hosted, [*data, script("look")]).decode("latin-1").splitlines()
     states = [_state(line[1:]) for line in lines if line.startswith("=")]
-    sent = [line[1:].split(" ", 1) for line in lines if line.startswith(">")]
+    sent = [line[1:].split(" ", 2) for line in lines if line.startswith(">")]
     looks = [number for number, line in enumerate(lines) if line.startswith("=")]
     counts = [look - before for before, look in enumerate(looks)]
-    return Said([text for _, text in sent], [int(tick) for tick, _ in sent], states, counts)
+    texts, ticks = [text for *_, text in sent], [int(tick) for tick, *_ in sent]
+    divisors = [int(divisor) for _, divisor, _ in sent]
+    return Said(texts, ticks, divisors, states, counts)
 
 
 def order(hosted: Path, *orders: str, before: str = "2 s") -> Said:

@@ -71,6 +71,7 @@ REFUSED = {
     Code.INVALID_INSTRUCTION: ("foo", "", "if(n0.val==1)", "Page first", "n0.val=1+"),
     Code.INVALID_COMPONENT: ("vis b9,0", "vis 99,0", "click gone,1"),
     Code.INVALID_PAGE: ("page gone", "page 2", "page -1"),
+    Code.INVALID_BAUD: ("baud=9601", "bauds=1200", 'baud="9600"'),
     Code.INVALID_WAVEFORM: ("add 1,0,3", "add 99,0,3", "add 7,2,3", "cle 7,2", "cle 1,0"),
     Code.INVALID_VARIABLE: (
         "n0.val=1 2", "n9.val=1", "n0.txt=1", "q=1", "gone.n0.val=1", "away.n0.val=1",
@@ -166,6 +167,15 @@ def test_it_says_that_it_has_started() -> None:
     shown.start()
     assert shown.take() == STARTED
     assert (shown.page, shown.value("n0.val"), shown.value("bkcmd")) == ("first", 0, 2)
+
+
+def test_a_speed_of_its_line_is_kept_where_it_is_told_so() -> None:
+    shown = display()
+    for instruction, now, later in (("baud=19200", 19_200, 9600), ("bauds=57600", 57_600, 57_600)):
+        tell(shown, instruction)
+        assert shown.value("baud") == now
+        shown.start()
+        assert shown.value("baud") == later
 
 
 def test_only_what_is_global_is_reached_from_elsewhere() -> None:

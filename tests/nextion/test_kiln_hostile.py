@@ -28,7 +28,7 @@ FIRST = 0x20
 """Address of the first register; below are those of the core."""
 CORE = slice(0x5D - FIRST, 0x60 - FIRST)
 """Stack pointer and status register."""
-HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|TIFR\d|PIN[A-L]|EEAR|EEDR")
+HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|UBRR\d[HL]?|TIFR\d|PIN[A-L]|EEAR|EEDR")
 """Registers that tell the very moment, those of the line, and where the EEPROM was read last."""
 TICK = "clock.c:ticks_of_second"
 """Changes once a tick, in the main loop."""

@@ -240,6 +240,23 @@ def test_a_machine_without_programs(name: str) -> None:
     assert text == BESIDE_MODBUS or desk.display.errors == []
 
 
+@pytest.mark.parametrize("own", [2400, 9600, 57_600, 250_000])
+def test_a_display_of_another_speed_is_found(own: int) -> None:
+    """Within seconds after the power-up; what it says before is no order. It keeps the new one."""
+    desk = KilnDesk()
+    desk.display.set_speed(own)
+    desk.run(2.0)
+    desk.display.send("#8 1;")
+    desk.run(0.5)
+    assert (desk.display.line.baud, desk.look(STATE)) == (own, IDLE)
+    desk.run(8.0)
+    assert (desk.display.line.baud, desk.look("temp.val")) == (115_200, 20)
+    desk.do(START)
+    assert desk.look(STATE) == RUNNING
+    desk.do("power")
+    assert (desk.display.line.baud, desk.look("temp.val")) == (115_200, 20)
+
+
 @pytest.mark.parametrize(("port", "baud"), [(2, 115_200), (3, 9_600)])
 def test_another_port_another_speed(port: int, baud: int) -> None:
     """With the log on port 1 and nothing on port 0; a slow line takes longer than two ticks."""

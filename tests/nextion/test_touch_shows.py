@@ -47,6 +47,27 @@ def test_everything_again_every_30_s(hosted: Path) -> None:
         assert names(first[2:]) <= names(again)
 
 
+OTHERS = {2400: 832, 4800: 416, 9600: 207, 19_200: 103, 31_250: 63, 38_400: 51, 57_600: 34,
+          230_400: 8, 250_000: 7, 256_000: 7, 512_000: 3}  # fmt: skip
+"""Divisors of the speeds that a display can have and this board, too, but for the line's own."""
+
+
+def test_a_display_that_does_not_answer_is_looked_for_at_all_speeds(hosted: Path) -> None:
+    """Three seconds after it was asked, that is all over; and again with what is said every 30 s.
+    At its own speed all is said anew then."""
+    said = run(hosted, "display 0; 40 s")
+    told = list(zip(said.instructions, said.divisors, said.ticks, strict=True))
+    searched = [(divisor, tick) for text, divisor, tick in told if text == "bauds=115200"]
+    assert [divisor for divisor, _ in searched] == 2 * list(OTHERS.values())
+    ticks = [tick for _, tick in searched]
+    assert ticks[0] == pytest.approx(300, abs=EVERY_TICKS)
+    assert ticks[len(OTHERS)] == pytest.approx(REFRESH_TICKS + 300, abs=EVERY_TICKS)
+    assert {divisor for text, divisor, _ in told if text not in {"bauds=115200", ""}} == {16}
+    behind = [text for text, _, tick in told if tick > ticks[len(OTHERS) - 1] and text]
+    assert behind[:3] == ["bkcmd=0", "sendme", "main.temp.val=20"]
+    assert run(hosted, "40 s").instructions.count("bauds=115200") == 0
+
+
 @pytest.mark.parametrize("what", ["page points; 5 s; started", "5 s; lost"])
 def test_everything_again_when_the_display_starts_or_has_lost_something(
     hosted: Path, what: str

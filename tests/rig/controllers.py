@@ -21,7 +21,7 @@ from suite import SEED
 from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
-from heatwright.spec.interfaces import BUS_BAUDS, FASTEST_HOST
+from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.uses import LCD_KEYPAD_PINS
@@ -258,7 +258,7 @@ class _Controller:
             part |= draws.maybe({"line_end": "CR LF", "decimals": draws.one(0, 1, 2)})
             self.interfaces.append(part | self._baud(2_000_000))
         if "nextion" in self.on_port:
-            part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, BUS_BAUDS[::-1])}
+            part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, DISPLAY_BAUDS[::-1])}
             self.interfaces.append(part | self._port("nextion"))
         if self.has_keys:
             part = {"kind": "lcd_keypad", "loop": self.shown}

@@ -136,12 +136,16 @@
 
 /* kiln.yaml:71 interfaces[0].baud: 115200 baud, really 117647 */
 #define NEXTION_DIVISOR 16u
+/* to which the display is brought */
+#define NEXTION_BAUD 115200ul
 /* 20 ms from one instruction to the next at least */
 #define NEXTION_TURN_TICKS 2u
 /* 1 s: a pixel of the running chart */
 #define NEXTION_BEAT_TURNS 50u
 /* 30 s until everything is said again */
 #define NEXTION_REFRESH_BEATS 30u
+/* 3 s for an answer, until it is looked for at other speeds */
+#define NEXTION_SEARCH_BEATS 3u
 /* the longest order: 10 segments of 23 characters */
 #define NEXTION_ORDER_SIZE 262u
 /* of the thermocouples BEJKNRST */

@@ -57,6 +57,11 @@ void nextion_port_start(void)
     UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0);
 }
 
+void nextion_port_divide(uint16_t divisor)
+{
+    UBRR0 = divisor;
+}
+
 bool nextion_port_is_silent(void)
 {
     return received_out == received_in;

@@ -4,12 +4,15 @@
 #define NEXTION_PORT_H
 
 #include <stdbool.h> /* bool */
-#include <stdint.h>  /* uint8_t */
+#include <stdint.h>  /* uint8_t, uint16_t */
 
 /* Stands for a byte that was damaged, or lost for want of room: no order has it in it. */
 enum { NEXTION_PORT_DAMAGED = 0x15 };
 
 void nextion_port_start(void);
+
+/* Set the line's speed; only a turn after it is free. */
+void nextion_port_divide(uint16_t divisor);
 
 /* True while no received byte waits. */
 bool nextion_port_is_silent(void);

@@ -19,6 +19,7 @@
 #include "nextion_points.h" /* points_start, points_show, points_turn */
 #include "nextion_port.h" /* nextion_port_take, nextion_port_is_free */
 #include "nextion_say.h" /* say_* */
+#include "nextion_search.h" /* search_* */
 #include "nextion_show.h" /* show_* */
 #include "program.h" /* program */
 
@@ -33,6 +34,8 @@ static uint8_t beats_to_refresh = NEXTION_REFRESH_BEATS;
 static bool all_is_said; /* until a beat, a control step, or a byte from the display */
 static uint16_t seen_step;
 static bool chart_first;
+static bool is_heard;                                  /* since it was asked which page it shows */
+static uint8_t beats_to_search = NEXTION_SEARCH_BEATS; /* 0: it was heard, or searched for */
 
 /* Say everything again: what was sent may not have come through. */
 static void refresh(void)
@@ -56,7 +59,12 @@ void talk_hear(void)
 
     all_is_said = false;
     for (uint8_t i = 0; i < BYTES_PER_TICK && nextion_port_take(&byte); i++) {
-        switch (frame_take(byte)) {
+        if (search_is_on()) {
+            continue; /* no order is given at another speed */
+        }
+        const uint8_t frame = frame_take(byte);
+        is_heard = is_heard || frame != FRAME_NOTHING;
+        switch (frame) {
         case FRAME_NOTHING:
             break;
         case FRAME_ORDER:
@@ -128,14 +136,29 @@ void talk_start(void)
     points_start();
 }
 
+/* A display that does not answer has another speed, or is not there. */
+static void look_for_it(void)
+{
+    if (beats_to_search == 0) {
+        return;
+    }
+    beats_to_search--;
+    if (beats_to_search == 0 && !is_heard) {
+        search_begin();
+    }
+}
+
 static void beat(void)
 {
     turns_to_beat = NEXTION_BEAT_TURNS;
+    look_for_it();
     pages_beat();
     chart_beat();
     beats_to_refresh--;
     if (beats_to_refresh == 0) {
         refresh();
+        is_heard = false;
+        beats_to_search = NEXTION_SEARCH_BEATS;
     }
 }
 
@@ -144,14 +167,16 @@ void talk_turn(void)
     turns_to_beat--;
     if (turns_to_beat == 0) {
         beat();
-    } else if (all_is_said && seen_step == loop_chamber.steps) {
+    } else if (all_is_said && !search_is_on() && seen_step == loop_chamber.steps) {
         return; /* nothing can have changed */
     }
     seen_step = loop_chamber.steps;
     follow_program();
     points_turn();
     pages_turn();
-    if (nextion_port_is_free()) {
+    if (search_turn()) {
+        refresh(); /* it has heard nothing of all that went before */
+    } else if (nextion_port_is_free()) {
         all_is_said = !say() && !points_are_waiting();
     }
 }

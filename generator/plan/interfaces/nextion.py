@@ -19,17 +19,20 @@ from heatwright.generator.plan.uart import registers
 from heatwright.spec import Nextion
 from heatwright.spec.boards import Uart
 from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
 from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S
 from heatwright.spec.nextion.overview import CHART_EVERY_S, CHART_PX
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
-from heatwright.spec.uart import baud_setting
+from heatwright.spec.uart import RECEIVED_TOLERANCE, baud_setting
 
 TURN_S = 0.02
 """Time between two instructions at least: the display has its own work to do."""
 REFRESH_S = 30.0
 """Time between two refreshes: so long a line that was disturbed shows something wrong."""
+SEARCH_S = 3.0
+"""It answers within a second, and has started after one."""
 BEAT_S = CONTROL_CHART_EVERY_S
 """Beat in which everything slower is counted."""
 BYTES_OF_POINT = len("20,743h59.98,-1100.5,4:")
@@ -57,7 +60,7 @@ def _files(source: Source, interface: Nextion) -> Iterable[File]:
     for stem in ("nextion", "nextion_frame", "nextion_numbers", "nextion_say"):
         for end in ("h", "c"):
             yield File(f"src/{stem}.{end}", f"interfaces/{stem}.{end}")
-    for name in ("talk", "port", "pages", "show", "chart", "orders"):
+    for name in ("talk", "search", "port", "pages", "show", "chart", "orders"):
         yield File(f"src/nextion_{name}.h", f"interfaces/nextion_{name}.h")
         yield File(f"src/nextion_{name}.c", f"interfaces/nextion_{name}.c.j2", context)
     if context["programs"]:
@@ -106,9 +109,26 @@ def _context(source: Source, interface: Nextion) -> dict[str, Any]:
         "status": uart.status,
         "errors": uart.errors,
         "setup": uart.setup("NEXTION_DIVISOR", receives=True),
+        "divide": uart.divided_by("divisor"),
+        "speeds": _speeds(source, interface),
         "interrupt_on": uart.interrupt_on,
         "interrupt_off": uart.interrupt_off,
     }
+
+
+def _speeds(source: Source, interface: Nextion) -> list[dict[str, int]]:
+    """The divisors of all speeds that the display may have, but for the line's own."""
+    clock_hz = source.controller.board.clock_hz
+    others = {
+        baud: baud_setting(clock_hz, baud)
+        for baud in (*DISPLAY_BAUDS, *FASTER_DISPLAY_BAUDS)
+        if baud != interface.baud
+    }
+    return [
+        {"baud": baud, "divisor": setting.divisor}
+        for baud, setting in others.items()
+        if abs(setting.error) <= RECEIVED_TOLERANCE
+    ]
 
 
 def _fault_pages(source: Source) -> list[dict[str, object]]:
@@ -136,11 +156,13 @@ def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield source.at("baud").count(
         "NEXTION_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
     )
+    yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "to which the display is brought")
     turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
     beat = f"{quantity(BEAT_S, 's')}: a pixel of the running chart"
     yield Constant("NEXTION_BEAT_TURNS", f"{ticks(BEAT_S) // ticks(TURN_S)}u", beat)
     yield _beats("REFRESH", REFRESH_S, "until everything is said again")
+    yield _beats("SEARCH", SEARCH_S, "for an answer, until it is looked for at other speeds")
     yield from _of_orders(source, interface)
     yield from _of_pages(display_pages(source.controller))
     yield from _of_charts(source)
