@@ -101,7 +101,8 @@ def script(text: str) -> bytes:
 
     `5 s` and `5 ticks` let time pass; `order 2 1` and `page main` come from the display, `started`
     and `lost` are its answers; `celsius 20`, `fault 6`; `answers 0` silences the sensor; `clock`,
-    `passed` (a program's) and `steps` count on from there; `display 0` answers no longer; `forget` the gains that are not kept.
+    `passed` (a program's) and `steps` count on from there; `forget` the gains that are not kept;
+    `display 0` no longer answers which page it shows.
     """
     data = b""
     for words in text.split("; "):

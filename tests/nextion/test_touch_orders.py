@@ -119,7 +119,7 @@ LINES = {
     "damaged bytes are no answer": (
         ["1 s; page points; 1 s", damaged(b"\0\0\xff\xff\xff"), "1 s"], "page", ["3"]),
     "an answer ends what is done in a tick": (
-        ["1 s", received(b"\x24\xff\xff\xff#3 100;"), "1 ticks; look; 1 ticks; look",
+        ["1 s; display 0", received(b"\x24\xff\xff\xff#3 100;"), "1 ticks; look; 1 ticks; look",
          received(b"\x66\3\xff\xff\xff#3 110;"), "1 ticks; look; 1 ticks; look",
          received(b"\0\0\0\xff\xff\xff#3 120;"), "1 ticks; look; 1 ticks"],
         "setpoint", ["20", "100", "100", "110", "110", "120"]),

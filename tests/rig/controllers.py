@@ -258,7 +258,8 @@ class _Controller:
             part |= draws.maybe({"line_end": "CR LF", "decimals": draws.one(0, 1, 2)})
             self.interfaces.append(part | self._baud(2_000_000))
         if "nextion" in self.on_port:
-            part = {"kind": "nextion", "loop": self.shown, **self._baud(115_200, DISPLAY_BAUDS[::-1])}
+            part = {"kind": "nextion", "loop": self.shown}
+            part |= self._baud(115_200, DISPLAY_BAUDS[::-1])
             self.interfaces.append(part | self._port("nextion"))
         if self.has_keys:
             part = {"kind": "lcd_keypad", "loop": self.shown}
