@@ -214,6 +214,9 @@ class Programs(Model):
     after_power_loss: Annotated[AfterPowerLoss, Resumes] = Field(
         DEFAULTS, validate_default=True, description="What happens when the power comes back."
     )
+    on_fault: Literal["stop", "pause"] = Field(
+        "stop", description="What a fault does to a program: it ends, or may be resumed."
+    )
     save_every_s: Annotated[float, Quantity(DURATION, least=10.0, most=3600.0)] = Field(
         60.0, alias="save_every", description="How often a running program notes where it is."
     )

@@ -48,6 +48,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules(controller),
+        "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
         "decimals": int(loop.protection.maximum_c < WIDE_C),
         "tunable": tunable(controller, name),
         "adjustable": loop.protection.maximum_adjustable,

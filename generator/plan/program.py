@@ -44,6 +44,8 @@ def _context(source: Source, programs: Programs, loop: dict[str, object]) -> dic
         "hold_back_where": source.at("hold_back").where,
         "limit_where": source.at("hold_back", "limit").where,
         "power_where": power.where,
+        "keeps": programs.on_fault == "pause",
+        "fault_where": source.at("on_fault").where,
         "resumes": programs.after_power_loss.resume_within_k > 0,
         "pauses": programs.after_power_loss.otherwise == "pause",
     }

@@ -70,10 +70,26 @@ def in_words(controller: Controller) -> dict[str, str] | None:
         "places": str(given.places),
         "points": str(given.points),
         "names": ", ".join(markdown(program.name) for program in given.stored),
+        "on_fault": _on_fault(given),
         "after_power_loss": _after_power_loss(given.after_power_loss),
         "save_every": duration(given.save_every_s),
         "years": str(years),
     }
+
+
+def _on_fault(programs: Programs) -> str:
+    if programs.on_fault == "stop":
+        return "A fault ends it."
+    within = quantity(programs.after_power_loss.resume_within_k, "K")
+    otherwise = {
+        "stop": "ends",
+        "pause": "is an ordinary pause, which can be resumed from anywhere",
+    }
+    return (
+        "A fault interrupts it. Once that is acknowledged somebody may resume it: it goes on if "
+        f"the temperature has changed by no more than {within}, else it "
+        f"{otherwise[programs.after_power_loss.otherwise]}."
+    )
 
 
 def _after_power_loss(power: AfterPowerLoss) -> str:

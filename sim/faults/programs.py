@@ -8,7 +8,7 @@ from typing import Any
 
 from heatwright.sim.faults import effects, memory, starts
 from heatwright.sim.faults.bounds import answer_s, watchdog_s
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Judge, Trip
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.readings import SENSOR_RULES
@@ -17,12 +17,14 @@ from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.program_state import (
     FAILED,
     IDLE,
+    INTERRUPTED,
     PAUSED,
-    POWER_COLD,
     RETURNING,
     RUNNING,
+    TOO_FAR,
 )
 from heatwright.spec import HoldBack, Programs, Segment, programmed
+from heatwright.spec.programs import AfterPowerLoss
 from heatwright.spec.rules import RULES
 
 LAGS = "program_lags"
@@ -50,15 +52,24 @@ def faults(site: Site) -> Iterator[Fault]:
         memory.mend_line,
         trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         sensor_lies=True,
-        judge=_failed,
+        judge=_judge(programs),
     )
     yield Fault(
         "hung_in_program",
         lambda: under_way(site),
         lambda world: hang(world, INTERRUPTS_ON),
         trip=Trip(("watchdog_reset",), watchdog_s(site.controller)),
-        judge=_failed,
+        judge=_judge(programs),
     )
+    if programs.on_fault == "pause":
+        yield Fault(
+            "power_cut_in_interrupted_program",
+            lambda: under_way(site),
+            _cut_while_latched,
+            trip=Trip(SENSOR_RULES, answer_s(site.loop)),
+            sensor_lies=True,
+            judge=_judge(programs),
+        )
     yield from _lagging(site, programs)
     yield from _power_cuts(site, programs)
 
@@ -92,6 +103,56 @@ def _failed(world: World) -> str:
     return "" if world.heater.last_on_s(began_s) is None else "the heater is on again"
 
 
+def _judge(programs: Programs) -> Judge:
+    if programs.on_fault == "stop":
+        return _failed
+    return lambda world: _kept(world, programs)
+
+
+def _kept(world: World, programs: Programs) -> str:
+    """See that it waits for somebody, with the heater off, and then goes on as it must."""
+    state, *place = _place(world)
+    if state != INTERRUPTED:
+        return f"the program is in state {state}, not interrupted by the fault"
+    began_s = world.now_s
+    world.run(WATCH_S)
+    if world.heater.last_on_s(began_s) is not None:
+        return "the heater is on again"
+    if _place(world) != [INTERRUPTED, *place]:
+        return f"it is at {_place(world)}, and was at {place}"
+    wanted = _resumes_to(world, programs.after_power_loss)
+    world.device.program("resume")
+    world.until(lambda now: _program(now, "state") != INTERRUPTED, WATCH_S)
+    state, *now = _place(world)
+    if state not in wanted:
+        return f"it was resumed and is in state {state}, not one of {wanted}"
+    moved = state == RUNNING  # it may have done a step by now
+    return "" if moved or now == place else f"it goes on at {now}, and was at {place}"
+
+
+def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
+    """Name the states that a resumption may lead to."""
+    gone_k = abs(world.loop("temperature_c") - _program(world, "before_c"))
+    if after.resume_within_k > 0 and gone_k <= after.resume_within_k:
+        return RETURNING, RUNNING
+    return (PAUSED if after.otherwise == "pause" else IDLE,)
+
+
+def _place(world: World) -> list[Any]:
+    """Say where the program is."""
+    members = ("state", "number", "segment", "elapsed", "clock", "segment_clock", "setpoint_c")
+    return [_program(world, member) for member in members]
+
+
+def _cut_while_latched(world: World) -> None:
+    """Lose the sensor, then the power, and find the sensor well again."""
+    memory.cut_line(world)
+    world.until(lambda now: now.fault != 0, answer_s(world.site.loop))
+    world.run(WATCH_S)
+    memory.mend_line(world)
+    world.power_cut()
+
+
 # -- a machine that lags ---------------------------------------------------------------------
 
 
@@ -116,7 +177,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
         cause,
         mend,
         watch_s=ramp_s + hold_back.limit_s + watch_s(site),
-        judge=lambda world: _lag_was_long(world, hold_back),
+        judge=lambda world: _lag_was_long(world, programs, hold_back),
     )
 
 
@@ -141,11 +202,11 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
     return low
 
 
-def _lag_was_long(world: World, hold_back: HoldBack) -> str:
-    """See that it had its time, and has ended for good."""
+def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
+    """See that it had its time, and what became of the program."""
     lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
-    return "it tripped before its time was over" if early else _failed(world)
+    return "it tripped before its time was over" if early else _judge(programs)(world)
 
 
 # -- losses of power -------------------------------------------------------------------------
@@ -236,7 +297,7 @@ def _read_first(world: World) -> str:
 
 def _stays_ended(world: World) -> str:
     ended = (_program(world, "state"), _program(world, "ended"))
-    if ended != (IDLE, POWER_COLD):
+    if ended != (IDLE, TOO_FAR):
         return f"after the loss of power it is in state {ended[0]}, ended {ended[1]}"
     return _never_on(world)
 

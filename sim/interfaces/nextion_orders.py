@@ -17,5 +17,8 @@ COMMANDS: Mapping[Order, str] = {
 
 
 def in_bytes(order: Order, number: int) -> str:
-    """Return the command; number -- of a program or a segment, for those that have one."""
-    return COMMANDS[order].format(number=number)
+    """Return the command; number -- of a program or a segment, for those that have one.
+
+    "Go here" leads to the segment behind the one it names.
+    """
+    return COMMANDS[order].format(number=number - (order == "jump"))

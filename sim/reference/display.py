@@ -96,7 +96,7 @@ def _orders(operator: ProgrammedOperator) -> Does:
     return {
         8: lambda number: operator.order("start", int(number)),
         9: lambda runs: operator.order("resume" if runs else "pause"),
-        10: lambda segment: operator.order("jump", int(segment)),
+        10: lambda segment: operator.order("jump", int(segment) + 1),
         17: lambda _: operator.disable(),
         18: lambda _: operator.order("skip"),
     }

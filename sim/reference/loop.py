@@ -123,7 +123,8 @@ class Reference:
         self._decide(status, look, orders)
         self.output.apply(self._duty_percent)
         if self.program:
-            self.program.count(self._duty_percent)
+            temperature_c = self._readings.mean.temperature_c
+            self.program.count(self._duty_percent, temperature_c, fault=bool(self.fault_code))
         return dict(zip(self._names, self._values(setpoint, orders), strict=True))
 
     def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:

@@ -11,12 +11,12 @@ from heatwright.sim.reference.program_state import (
     FINISHED,
     FOR_TARGET,
     IDLE,
+    INTERRUPTED,
     JUMP,
     MEMBERS,
     NOTHING,
     PAUSE,
     PAUSED,
-    POWER_COLD,
     RESTORING,
     RESUME,
     RETURNING,
@@ -25,6 +25,7 @@ from heatwright.sim.reference.program_state import (
     START,
     STOP,
     STOPPED,
+    TOO_FAR,
     ProgramState,
 )
 from heatwright.sim.reference.program_way import Way
@@ -56,6 +57,7 @@ class ProgramRun:
         self._number = 0
         self._resumes_k = Single(after.resume_within_k) if after.resume_within_k else None
         self._else_pauses = after.otherwise == "pause"
+        self._keeps = programs.on_fault == "pause"
         self._holds = programs.at_end == "hold"
         self._range_c = Single(loop.setpoint.minimum_c), Single(loop.setpoint.maximum_c)
         self.now = ProgramState()
@@ -86,9 +88,15 @@ class ProgramRun:
         self.now = state
 
     def fail(self) -> None:
-        """End what is still active: a fault was acknowledged."""
-        if self.is_active:
-            self._end(FAILED)
+        """End what is still active, or keep it where it is: there is a fault, or was one."""
+        now = self.now
+        if not self._keeps:
+            if self.is_active:
+                self._end(FAILED)
+        elif now.state in (RUNNING, RETURNING, RESTORING):
+            now.state = INTERRUPTED
+            now.waiting = NOTHING
+            now.waited = 0
 
     def step(
         self, order: tuple[int, int], temperature_c: Single | None, *, fault: bool
@@ -110,6 +118,9 @@ class ProgramRun:
         self.handed_over = None
         if fault:
             self.fail()
+            if self._keeps and order[0] == STOP:
+                now.order, now.argument = order
+                self._obeyed(temperature_c)
             return 0, False
         waits = not self._may_take(order[0], temperature_c)
         if not waits:
@@ -134,10 +145,12 @@ class ProgramRun:
         orders = orders._replace(enabled=enabled, mode=AUTOMATIC)
         return orders, setpoint_c if held_c is None else held_c
 
-    def count(self, duty_percent: Single) -> None:
-        """Count the energy of a step."""
+    def count(self, duty_percent: Single, temperature_c: Single, *, fault: bool) -> None:
+        """Count the energy of a step; note the temperature of one that found no fault."""
         if self.now.state in (RUNNING, RETURNING):
             self.now.energy = (self.now.energy + _permille(duty_percent)) & LARGEST_SUM
+            if self._keeps and not fault:
+                self.now.before_c = temperature_c
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
@@ -154,15 +167,18 @@ class ProgramRun:
         now = self.now
         if now.order == STOP:
             self._end(STOPPED)
-        elif temperature_c is None:
-            return
-        elif self._resumes_k is not None and abs(temperature_c - now.before_c) <= self._resumes_k:
+        elif temperature_c is not None:
+            self._go_on_if_near(temperature_c)
+
+    def _go_on_if_near(self, temperature_c: Single) -> None:
+        now = self.now
+        if self._resumes_k is not None and abs(temperature_c - now.before_c) <= self._resumes_k:
             now.state = RETURNING
             now.leap = 1
         elif self._else_pauses:
             now.state = PAUSED
         else:
-            self._end(POWER_COLD)
+            self._end(TOO_FAR)
 
     # -- orders --------------------------------------------------------------------------------
 
@@ -181,10 +197,13 @@ class ProgramRun:
             now.state = RETURNING
             now.leap = 1
             return True
+        elif now.order == RESUME and now.state == INTERRUPTED and temperature_c is not None:
+            self._go_on_if_near(temperature_c)
+            return True
         elif now.order == SKIP and now.state == RUNNING:
             self._begin(now.segment + 1)
             return True
-        elif now.order == JUMP and self.is_active and 1 <= now.argument <= now.segments:
+        elif now.order == JUMP and self.is_active and 1 <= now.argument <= now.segments + 1:
             self._jump(now.argument)
             return True
         return False
@@ -193,6 +212,8 @@ class ProgramRun:
         now = self.now
         now.number, now.segments = self._number, len(self._way.copy)
         now.ended = now.clock = now.energy = 0
+        if self._keeps:
+            now.before_c = temperature_c
         now.first_c = now.setpoint_c = min(temperature_c, self._range_c[1])
         now.state = RUNNING
         now.leap = 1
@@ -201,7 +222,9 @@ class ProgramRun:
     def _jump(self, number: int) -> None:
         now = self.now
         now.setpoint_c = self._way.start_c(now, number)
-        self._begin(number)
+        self._begin(min(number, now.segments))
+        if number > now.segments:
+            now.elapsed = now.length
         now.leap = 1
         if now.state == RUNNING:
             now.state = RETURNING

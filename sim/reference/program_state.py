@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single
 
-IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 """States."""
 NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
 """What the clocks wait for."""
-FINISHED, STOPPED, FAILED, POWER_COLD, POWER_UNREADABLE = range(1, 6)
+FINISHED, STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = range(1, 6)
 """Ends."""
 STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
 """Orders."""

@@ -8,6 +8,7 @@ from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.program import ProgramRun
 from heatwright.sim.reference.program_state import (
     IDLE,
+    INTERRUPTED,
     JUMP,
     NO_ORDER,
     PAUSE,
@@ -49,6 +50,7 @@ class ProgrammedOperator(SwitchedOperator):
             message = f"No programs move {name}"
             raise ValueError(message)
         self._run: ProgramRun = reference.program
+        self._keeps = controller.programs.on_fault == "pause"
         stored = controller.programs.stored
         self.copies: dict[int, Copy] = {
             number: copy_of(program) for number, program in enumerate(stored, 1)
@@ -101,7 +103,7 @@ class ProgrammedOperator(SwitchedOperator):
 
     def acknowledge(self) -> None:
         """Acknowledge a fault: whatever ran has ended, and nothing begins."""
-        if self._reference.fault_code:
+        if self._reference.fault_code and not (self._keeps and self._program[0] == STOP):
             self._program = NO_ORDER
         super().acknowledge()
 
@@ -126,10 +128,10 @@ class ProgrammedOperator(SwitchedOperator):
             return self.state in (RUNNING, RETURNING) or self._program[0] in (START, RESUME)
         fits: dict[int, Callable[[], bool]] = {
             START: lambda: self.state == IDLE and number in self.copies,
-            RESUME: lambda: self.state == PAUSED,
+            RESUME: lambda: self.state in (PAUSED, INTERRUPTED),
             SKIP: lambda: self.state == RUNNING,
             JUMP: lambda: (
-                self.state not in (IDLE, RESTORING) and 1 <= number <= self._run.now.segments
+                self.state not in (IDLE, RESTORING) and 1 <= number <= self._run.now.segments + 1
             ),
         }
         return fits[code]()

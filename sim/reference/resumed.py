@@ -7,11 +7,13 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.program import without_energy_of
 from heatwright.sim.reference.program_state import (
     IDLE,
+    INTERRUPTED,
     MEMBERS,
     NOTHING,
     PAUSED,
     RESTORING,
     RESUME,
+    RETURNING,
     RUNNING,
     ProgramState,
 )
@@ -29,12 +31,17 @@ def resumed(row: np.void) -> ProgramState:
         return ProgramState()
     if after == IDLE and not found["segments"]:
         return ProgramState(number=found["number"], ended=found["ended"])
-    paused = after == PAUSED or order == RESUME
-    found |= {"state": PAUSED if paused else RESTORING, "waiting": NOTHING, "ended": 0}
+    found |= {"state": _state_before(after, order), "waiting": NOTHING, "ended": 0}
     before = ProgramState(**found)
-    if after not in (IDLE, PAUSED, RESTORING):
+    if after == RETURNING:
         before.energy = without_energy_of(Single(row["duty_percent"]), before.energy)
     return before
+
+
+def _state_before(after: Value, order: Value) -> int:
+    if after == INTERRUPTED or (order == RESUME and after in (IDLE, PAUSED)):
+        return INTERRUPTED
+    return PAUSED if after == PAUSED or order == RESUME else RESTORING
 
 
 def _value(row: np.void, name: str, width: str) -> Value:

@@ -145,6 +145,7 @@ CHECKS: tuple[Check, ...] = (
     programs.programs_have_an_operator,
     programs.programs_have_room,
     programs.programs_names_apart,
+    programs.what_a_fault_keeps_can_go_on,
     programs.targets_can_be_chosen,
     programs.slopes_have_a_program,
     program_limits.hold_back_before_runaway,

@@ -105,6 +105,21 @@ def programs_names_apart(controller: Controller) -> Findings:
             )
 
 
+def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
+    """Find programs that a fault would keep, and that could never be resumed."""
+    programs = controller.programs
+    if programs is None or programs.on_fault == "stop":
+        return
+    after = programs.after_power_loss
+    if after.resume_within_k == 0 and after.otherwise == "stop":
+        yield Finding(
+            ("programs", "on_fault"),
+            "what a fault interrupts goes on as after a loss of power, and that is never",
+            "Write after_power_loss: {resume_within: 30 K, otherwise: stop}, or on_fault: stop",
+            (("programs", "after_power_loss"),),
+        )
+
+
 def targets_can_be_chosen(controller: Controller) -> Findings:
     """Hold the targets to the setpoints that may be chosen."""
     programs = controller.programs

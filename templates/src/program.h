@@ -15,7 +15,8 @@ enum {
     PROGRAM_RUNNING = 1,
     PROGRAM_PAUSED = 2,
     PROGRAM_RETURNING = 3, /* on the way back to the setpoint; the clocks stand still */
-    PROGRAM_RESTORING = 4  /* the power was cut: what happens depends on the first reading */
+    PROGRAM_RESTORING = 4, /* the power was cut: what happens depends on the first reading */
+    PROGRAM_INTERRUPTED = 5 /* by a fault: kept until somebody resumes it */
 };
 
 /* program.waiting */
@@ -32,7 +33,7 @@ enum {
     PROGRAM_FINISHED = 1,
     PROGRAM_STOPPED = 2, /* by the operator */
     PROGRAM_FAILED = 3,  /* by a fault */
-    PROGRAM_POWER_COLD = 4,       /* the power was cut, and the temperature has gone too far */
+    PROGRAM_TOO_FAR = 4,          /* it was interrupted, and the temperature has gone too far */
     PROGRAM_POWER_UNREADABLE = 5  /* the power was cut, and the program is another one now */
 };
 
@@ -65,7 +66,7 @@ struct program_state {
     float from_c;     /* where the segment's way begins */
     float to_c;       /* and ends */
     float setpoint_c;
-    float before_c;   /* temperature when it was saved last before the power was cut */
+    float before_c;   /* temperature before it was interrupted */
     float rate_k_per_s; /* of the setpoint */
     uint32_t length;  /* of the segment, steps */
     uint32_t elapsed; /* steps of progress in it */
@@ -98,7 +99,7 @@ void program_step(bool ok);
 /* What the step has asked of the heater. */
 void program_count(float duty_percent);
 
-/* A fault was acknowledged: whatever ran has ended. */
+/* A fault is latched, or was acknowledged: whatever ran does not go on by itself. */
 void program_fail(void);
 
 /* What is needed to go on after a loss of power. */

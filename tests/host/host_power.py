@@ -35,7 +35,7 @@ Check = Callable[[Host, str], Iterator[str]]
 
 def power_problem(host: Host, name: str) -> str:
     """Say the first thing that is wrong; empty if nothing."""
-    checks: tuple[Check, ...] = (_edges, _asked, _cut, _edited, _senseless)
+    checks: tuple[Check, ...] = (_edges, _asked, _interrupted, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 
 
@@ -88,15 +88,24 @@ class _Noted:
             self.record = now
 
 
-def _program_of(record: State | None) -> ProgramState:
+def _program_of(record: State | None, *, keeps: bool) -> ProgramState:
     """The state of a program after a reset, by docs/control.md, "Loss of power"."""
     if record is None:
         return ProgramState()
     if record["program.state"] == program.IDLE:
         return ProgramState(ended=record["program.ended"], number=record["program.number"])
     kept = {name: record[f"program.{name}"] for name, _ in MEMBERS if name not in NOT_KEPT}
-    kept["state"] = program.PAUSED if kept["state"] == program.PAUSED else program.RESTORING
-    return ProgramState(**{**kept, "before_c": record["temperature_c"]})
+    if kept["state"] not in (program.PAUSED, program.INTERRUPTED):
+        kept["state"] = program.RESTORING
+    return ProgramState(
+        **{**kept, "before_c": record["program.before_c" if keeps else "temperature_c"]}
+    )
+
+
+def _keeps(host: Host) -> bool:
+    """Whether a fault lets a program be."""
+    assert host.build.controller.programs is not None
+    return host.build.controller.programs.on_fault == "pause"
 
 
 def _restored(host: Host, record: State | None) -> Restored:
@@ -108,7 +117,7 @@ def _restored(host: Host, record: State | None) -> Restored:
     kept = Single(settings.air_setpoint_c), Gains(*map(Single, gains)) if gains else None
     critical_c = settings.air_maximum_c if adjustable else nan
     latched = fault.code, Single(fault.temperature_c), fault.time_s
-    return Restored(_program_of(record), *kept, critical_c, *latched)
+    return Restored(_program_of(record, keeps=_keeps(host)), *kept, critical_c, *latched)
 
 
 _AFTER: dict[str, tuple[NDArray[Any], Expected]] = {}
@@ -174,7 +183,7 @@ def _edges(host: Host, _: str) -> Iterator[str]:
     after, scale = host.build.controller.programs.after_power_loss, scale_of(host.build.controller)
     gone = scale.code(after.resume_within_k) - scale.code(0.0)
     state, ended = (
-        (program.PAUSED, 0) if after.otherwise == "pause" else (program.IDLE, program.POWER_COLD)
+        (program.PAUSED, 0) if after.otherwise == "pause" else (program.IDLE, program.TOO_FAR)
     )
     for sign in (-1, 1):
         for further in (0, 1):
@@ -211,6 +220,36 @@ def _asked(host: Host, _: str) -> Iterator[str]:
         yield from _expect(host, "stopped", state=program.IDLE, ended=program.STOPPED)
 
 
+def _interrupted(host: Host, _: str) -> Iterator[str]:
+    """What a fault keeps is kept through losses of power, with the temperature from before it."""
+    if not _keeps(host):
+        return
+    scale = scale_of(host.build.controller)
+    hot_c = host.build.controller.loops["air"].protection.maximum_c
+    for acknowledged in (False, True):
+        _run(host)
+        clock = host.library.program.clock
+        host.set_reading(0, scale.code(hot_c))
+        host.step()
+        host.library.host_settle()
+        if acknowledged:
+            host.set_reading(0, scale.code(BEGIN_C))
+            host.acknowledge()
+        host.step()
+        host.library.host_settle()
+        for _ in range(2):
+            wanted = {"state": program.INTERRUPTED, "clock": clock + 1, "ended": 0}
+            yield from _expect(host, "interrupted", **wanted, before_c=BEGIN_C)
+            host.power_up()
+        host.set_reading(0, scale.code(BEGIN_C))
+        host.step()
+        host.acknowledge()
+        host.order(program.RESUME)
+        host.step()
+        within = host.build.controller.programs.after_power_loss.resume_within_k
+        yield from _expect(host, "resumed", state=program.RETURNING if within else program.PAUSED)
+
+
 def _edited(host: Host, _: str) -> Iterator[str]:
     """Another program at its place cannot go on, and that is said until the next one begins."""
     library = host.library
@@ -240,7 +279,7 @@ def _senseless(host: Host, _: str) -> Iterator[str]:
     places: list[tuple[str, list[tuple[float, bool]]]] = [
         ("segment", [(0, False), (1, True), (6, True), (7, False)]),
         ("number", [(0, False), (8, False), (9, False), (1, True)]),
-        ("state", [(program.RETURNING, True), (program.RESTORING, False), (5, False)]),
+        ("state", [(program.RETURNING, True), (program.RESTORING, False), (6, False)]),
     ]
     edges = [(limits.minimum_c, True), (limits.maximum_c, True), (nan, False)]
     edges += [(limits.minimum_c - 1, False), (limits.maximum_c + 1, False)]
@@ -252,7 +291,7 @@ def _senseless(host: Host, _: str) -> Iterator[str]:
             yield from _saved(host, f"{key} {value}", goes_on=goes_on)
     for value, goes_on in edges:
         _run(host)
-        host.library.loop_air.temperature_c = value
+        host.library.loop_air.temperature_c = host.library.program.before_c = value
         yield from _saved(host, f"temperature {value}", goes_on=goes_on)
     _run(host)
     host.library.program.elapsed = 1000

@@ -18,7 +18,7 @@ NUMBER = re.compile(r"-?([0-9]+\.?[0-9]*|\.[0-9]+)")
 EXACT = Context(prec=400)
 WORDS = {OVER: "time", RATE: "K/h", FAST: "fast", HOLD: "hold", UNTIL: "until"}
 RUNS = ("runs", "held back", "waits for temperature", "waits for the operator")
-STATES = {2: "paused", 3: "returns to its setpoint"}
+STATES = {2: "paused", 3: "returns to its setpoint", 5: "paused by a fault"}
 ENDS = ("off", "finished", "stopped", "stopped by a fault")
 
 

@@ -40,7 +40,8 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("bt1", {STATE: RETURNING, ENABLED: 1, "bt1.val": 1})],
     "10 go here": [
         (START, {}),
-        ("bpoints g3", {"page": "main", "program.segment": 3, STATE: RETURNING, "point.val": 3})],
+        ("bpoints g3", {"page": "main", "program.segment": 4, STATE: RETURNING, "point.val": 4,
+                        "program.setpoint_c": 800})],
     "13 and 7 a segment is changed": [
         ("bprog b1; wait 1; t1",
          {"page": "point", "k.txt": "time", "m.txt": "1h00", "t.txt": "540"}),

@@ -63,10 +63,13 @@ COURSES = {
     "the switch and the duty by hand": (
         "2 1|4 35.5|2 1|4 101|4 10|2 0|4 20", "on mode percent",
         "1 0 0|1 1 35.5|1 0 35.5|1 0 35.5|1 1 10|0 0 10|0 0 10"),
-    # Segment 3 is returned to 540 °C first, from 20 °C: skipping waits for that.
+    # Segment 4 holds 800 °C, to which it is returned first: skipping waits for that.
     "run, pause, skip, jump, stop": (
         "8 1|9 0|9 0|10 3|9 1|18|10 9|17|10 2", "state segment ended",
-        "1 1 0|2 1 0|2 1 0|2 3 0|3 3 0|3 3 0|3 3 0|0 3 2|0 3 2"),
+        "1 1 0|2 1 0|2 1 0|2 4 0|3 4 0|3 4 0|3 4 0|0 4 2|0 4 2"),
+    "go here goes to a row's temperature and on with the next one": (
+        "8 1|10 1|10 2|10 3|10 0|10 5|10 6", "state segment target",
+        "1 1 20.1444435|3 2 540|3 3 540|3 4 800|1 1 20|3 5 510|3 5 510"),
     "only 0 and 1 pause and go on": ("8 1|9 x|9 2|9 0|9 x|9 2", "state", "1|1|1|2|2|2"),
     "an acknowledgement leaves the loop on": ("2 1|16|22", "on state", "1 0|1 0|1 0"),
     "skip goes on where it runs": ("8 1|18|18", "segment", "1|2|3"),

@@ -87,10 +87,10 @@ DEFAULTS = {
 
 
 def kiln_of(segments: str = RAMP_AND_HOLD, **parts: str) -> Controller:
-    """A spec with these parts in the place of its words in capitals."""
+    """A spec with these parts in the place of its words in capitals; a semicolon ends a key."""
     text = KILN.replace("SEGMENTS", segments)
     for word, default in DEFAULTS.items():
-        text = text.replace(word, parts.get(word.lower(), default))
+        text = text.replace(word, parts.get(word.lower(), default).replace("; ", "\n  "))
     return load_text(text, "box.yaml").controller
 
 

@@ -14,7 +14,14 @@ from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.inputs import AUTOMATIC
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import IDLE, PAUSED, RESTORING, RETURNING, RUNNING
+from heatwright.sim.reference.program_state import (
+    IDLE,
+    INTERRUPTED,
+    PAUSED,
+    RESTORING,
+    RETURNING,
+    RUNNING,
+)
 from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller, OnOff, Pid
@@ -168,11 +175,14 @@ def test_a_critical_temperature_must_be_told() -> None:
 
 # ---- of a program, whatever is ordered and read ----
 
-CONTROLLER = kiln_of(
+_FIRED = (
     "{to: 60 °C, over: 20 s}, {hold: 6 s}, {to: 90 °C, at: as fast as possible}, "
-    "{to: 20 °C, at: 6500 K/h}, {hold: until operator}",
-    average="moving_average: 3",
-    algorithm="ki: 0.1, feed_forward: 20",
+    "{to: 20 °C, at: 6500 K/h}, {hold: until operator}"
+)
+_WITH = {"average": "moving_average: 3", "algorithm": "ki: 0.1, feed_forward: 20"}
+CONTROLLER = kiln_of(_FIRED, **_WITH)
+KEEPING = kiln_of(
+    _FIRED, **_WITH, programs="on_fault: pause; after_power_loss: {resume_within: 9 K}"
 )
 LOWEST_C, HIGHEST_C = 0.0, 90.0
 
@@ -198,8 +208,8 @@ def done(kiln, deed, what):
     return [kiln.feed(what) if deed == "read" else kiln.miss()]
 
 
-def fired(deeds):
-    kiln = Kiln(CONTROLLER)
+def fired(deeds, controller):
+    kiln = Kiln(controller)
     assert kiln.order("start", 1)
     records = [kiln.feed(20.0)]
     copies = [kiln.reference.program.copy]
@@ -210,10 +220,11 @@ def fired(deeds):
     return kiln, records, copies
 
 
-@given(DEEDS)
+@pytest.mark.parametrize("controller", [CONTROLLER, KEEPING], ids=["ends", "keeps"])
+@given(deeds=DEEDS)
 @settings(max_examples=200)
-def test_what_holds_of_every_program(deeds):
-    kiln, records, copies = fired(deeds)
+def test_what_holds_of_every_program(controller, deeds):
+    kiln, records, copies = fired(deeds, controller)
     for record in records:
         heat_is_only_where_it_goes_on(record)
         if record["program.state"] != IDLE:
@@ -221,13 +232,13 @@ def test_what_holds_of_every_program(deeds):
     for before, record in pairwise(records):
         if record["program.order"] != 3 or record["program.clock"] != 0:  # not begun anew
             clocks_stand_still_but_while_it_runs(before, record)
-    points = CONTROLLER.programs.points
+    points = controller.programs.points
     dtype = [("time_s", "f8"), *kiln.reference.members, *column_of(points)]
     rows = [
         (float(number), *record.values(), cell_of(copy, points))
         for number, (record, copy) in enumerate(zip(records, copies, strict=True))
     ]
-    assert replay(CONTROLLER, np.array(rows, dtype=dtype)).mismatches == 0
+    assert replay(controller, np.array(rows, dtype=dtype)).mismatches == 0
 
 
 def heat_is_only_where_it_goes_on(record):
@@ -252,21 +263,21 @@ def the_setpoint_keeps_within_its_ends(record):
 def clocks_stand_still_but_while_it_runs(before, record):
     moved = int(record["program.clock"]) - int(before["program.clock"])
     assert moved in ({0, 1} if before["program.state"] == RUNNING else {0})
-    if record["program.state"] in (PAUSED, IDLE):
+    if record["program.state"] in (PAUSED, INTERRUPTED, IDLE):
         assert record["program.energy"] == before["program.energy"]
 
 
 @pytest.mark.parametrize("otherwise", ["stop", "pause"])
-@pytest.mark.parametrize("state", [RESTORING, PAUSED])
-@pytest.mark.parametrize("feed", ["near", "far", "none", "stopped", "resumed"])
+@pytest.mark.parametrize("state", [RESTORING, PAUSED, INTERRUPTED])
+@pytest.mark.parametrize("feed", ["near", "far", "none", "stopped", "resumed", "resumed far"])
 def test_a_log_of_the_first_step_tells_what_it_found(otherwise, state, feed):
     limit = f"{{resume_within: 30 K, otherwise: {otherwise}}}"
-    kiln = Kiln(kiln_of(programs=f"after_power_loss: {limit}"))
+    kiln = Kiln(kiln_of(programs=f"on_fault: pause; after_power_loss: {limit}"))
     kiln.cut(state)
-    if feed in ("stopped", "resumed"):
+    if feed.startswith(("stopped", "resumed")):
         kiln.order("stop" if feed == "stopped" else "resume")
     found = dataclasses.replace(kiln.reference.program.now)
-    record = kiln.miss() if feed == "none" else kiln.feed(35.0 if feed != "far" else 100.0)
+    record = kiln.miss() if feed == "none" else kiln.feed(100.0 if "far" in feed else 35.0)
     row = np.array([tuple(record.values())], dtype=list(kiln.reference.members))[0]
     again = Kiln(kiln.controller)
     again.reference.program.load(1, copy_of(kiln.controller.programs.stored[0]))

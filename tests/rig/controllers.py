@@ -312,6 +312,8 @@ class _Controller:
                 "resume_within": text(draws.number(0, 100, 30), "K"),
                 "otherwise": draws.one("stop", "pause"),
             }
+            if part["after_power_loss"] != {"resume_within": "0 K", "otherwise": "stop"}:
+                part |= draws.maybe({"on_fault": "pause"})
         part |= draws.maybe({"at_end": "hold"})
         count = int(draws.number(0, min(places, 2), 1))
         stored = [self._program(f"no {number}", points, loop) for number in range(1, count + 1)]

@@ -38,7 +38,7 @@ Newest = Callable[[bytes], Progress | None]
 STEP_S = 0.1
 START_S = 0.09
 """In which the start is over; the first step comes later."""
-IDLE, RUNNING, PAUSED, RETURNING, RESTORING = range(5)
+IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 KEYS = ("up", "down", "left", "right", "select")
 PLAYED = 0.2
 """Of all that is done at the keys."""
@@ -85,11 +85,15 @@ class Cut(NamedTuple):
     """A byte was being written."""
 
 
-def state_of(device: AvrDevice) -> Progress:
-    """The program as it is in RAM, with the loop's temperature."""
+def state_of(device: AvrDevice, controller: Controller) -> Progress:
+    """The program as it is in RAM, with the temperature that its record takes."""
     program = device.read("program")
     values = {name: program[name].item() for name in Progress._fields if name not in UNSAVED}
-    temperature_c = device.read(f"loop_{LOOP}.temperature_c").item()
+    programs = controller.programs
+    assert programs is not None
+    keeps = programs.on_fault == "pause"
+    place = "program.before_c" if keeps else f"loop_{LOOP}.temperature_c"
+    temperature_c = device.read(place).item()
     return Progress(**values, program_crc=0, temperature_c=temperature_c)
 
 
@@ -121,7 +125,7 @@ class Firing:
     def _note(self) -> None:
         if self.device.time_s - self._on_s < START_S:
             return  # the memory is still as the power-up leaves it
-        record = state_of(self.device)
+        record = state_of(self.device, self.controller)
         if not self._seen or self._seen[-1].record != record:
             self._seen.append(Seen(self.device.time_s, record))
 
@@ -179,6 +183,7 @@ class Firing:
             IDLE: ["#8 1;", "#8 2;", "#8 3;", "#16;", "#16;", EDIT, EDIT],
             RUNNING: ["#9 0;", "#18;", jump, "#17;", EDIT, GAINS],
             PAUSED: ["#9 1;", "#9 1;", jump, "#17;", GAINS],
+            INTERRUPTED: ["#16;", "#16;", "#9 1;", "#9 1;", "#9 1;", jump, "#17;"],
         }
         order = random.choice(orders.get(state, ["#9 0;", "#17;"]))
         self.device.send({EDIT: self._edit, GAINS: self._gains}.get(order, lambda: order)())

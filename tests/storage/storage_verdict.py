@@ -5,14 +5,25 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from storage_firing import IDLE, LOOP, PAUSED, RESTORING, RETURNING, RUNNING, Cut, Edit, Seen
+from storage_firing import (
+    IDLE,
+    INTERRUPTED,
+    LOOP,
+    PAUSED,
+    RESTORING,
+    RETURNING,
+    RUNNING,
+    Cut,
+    Edit,
+    Seen,
+)
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
 
-STOPPED, FAILED, POWER_COLD, POWER_UNREADABLE = 2, 3, 4, 5
+STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = 2, 3, 4, 5
 TICK_S = 0.01
 SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
@@ -35,6 +46,7 @@ class Book:
         assert programs is not None
         self.within_k = programs.after_power_loss.resume_within_k
         self.pauses = programs.after_power_loss.otherwise == "pause"
+        self.keeps = programs.on_fault == "pause"
         self.save_every_s = programs.save_every_s
 
     def record(self, image: bytes) -> Progress | None:
@@ -160,7 +172,7 @@ class Judge:
         if wanted.goes_on is not None:
             yield from self._goes_on(wanted.goes_on, wanted.loaded)
         yield from self._settings(self.book.memory.settings(cut.image))
-        if wanted.state in {IDLE, PAUSED}:
+        if wanted.state in {IDLE, PAUSED, INTERRUPTED}:
             self._device.run(WATCHED_S)
             if self._device.heated():
                 yield "the heater is on though nothing runs"
@@ -189,14 +201,21 @@ class Judge:
         program = self.book.memory.program(image, record.number)
         if program is None or program.crc != record.program_crc:
             return Outcome(IDLE, POWER_UNREADABLE, None, None, code)
-        if code:
+        if not code and record.state != INTERRUPTED:
+            return self._decided(record, program)
+        if not self.book.keeps:
             return Outcome(IDLE, FAILED, None, None, code)
+        state = PAUSED if record.state == PAUSED else INTERRUPTED
+        return Outcome(state, record.ended, record, program, code)
+
+    def _decided(self, record: Progress, program: Stored) -> Outcome:
+        """What becomes of a program that nothing but the power has stopped."""
         temperature_c = self._device.read(f"loop_{LOOP}.temperature_c").item()
         cold = abs(temperature_c - record.temperature_c) > self.book.within_k
         if record.state == PAUSED or (cold and self.book.pauses):
             return Outcome(PAUSED, record.ended, record, program, 0)
         if cold:
-            return Outcome(IDLE, POWER_COLD, None, None, 0)
+            return Outcome(IDLE, TOO_FAR, None, None, 0)
         return Outcome(RETURNING, record.ended, record, program, 0)
 
     def _goes_on(self, record: Progress, program: Stored | None) -> Iterator[str]:

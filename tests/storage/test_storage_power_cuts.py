@@ -22,14 +22,21 @@ MOST_ROWS = 20_000
 RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
 """Of the machine while the power is away: within 30 K, where it goes on, or beyond."""
-COMMON, RARE = {"torn", "idle", "goes on", "paused"}, {"cold", "unreadable", "failed"}
+COMMON, RARE = (
+    {"torn", "idle", "goes on", "paused"},
+    {"cold", "unreadable", "failed", "interrupted"},
+)
 ENOUGH = 400
 """Cuts in a firing, and it comes by all that is common and something of what is rare."""
 
 
 def kind_of(outcome: Outcome) -> str:
     by_end = {3: "failed", 4: "cold", 5: "unreadable"}
-    names = {(0, False): by_end.get(outcome.ended, "idle"), (2, True): "paused"}
+    names = {
+        (0, False): by_end.get(outcome.ended, "idle"),
+        (2, True): "paused",
+        (5, True): "interrupted",
+    }
     return names.get((outcome.state, outcome.goes_on is not None), "goes on")
 
 
@@ -42,7 +49,8 @@ class Kiln(NamedTuple):
 
 @pytest.fixture(scope="session")
 def kilns() -> list[Kiln]:
-    """The kiln that stops when it is too cold, one that is paused, and the one with keys."""
+    """The kiln that stops when it is too cold, one that is paused, and the one with keys, whose
+    programs a fault ends; those of the others it interrupts."""
     made = [machine(), machine(otherwise="pause"), machine("kiln_uno")]
     touched, pausing, keyed = (
         Kiln(*each, Judge(*each), firing)

@@ -26,7 +26,7 @@ void fault_acknowledge(void)
     if (fault.code == FAULT_NONE) {
         return;
     }
-    program_fail(); /* it does not go on, however soon somebody acknowledges */
+    program_fail(); /* it does not go on by itself, however soon somebody acknowledges */
     fault.code = FAULT_NONE;
     fault.acknowledgements++;
     guard_chamber_reset();

@@ -142,6 +142,7 @@ static void start(void)
     program.ended = PROGRAM_NOT_ENDED;
     program.clock = 0;
     program.energy = 0;
+    program.before_c = t;
     program.first_c = t > LOOP_CHAMBER_SETPOINT_MAXIMUM_C ? LOOP_CHAMBER_SETPOINT_MAXIMUM_C : t;
     program.setpoint_c = program.first_c;
     program.state = PROGRAM_RUNNING;
@@ -149,7 +150,7 @@ static void start(void)
     begin(1);
 }
 
-/* To the start of a segment: where those before it would have led. */
+/* To the start of a segment, where those before it would have led; or to the end of the last one. */
 static void jump(void)
 {
     program.setpoint_c = program.first_c;
@@ -158,11 +159,28 @@ static void jump(void)
             program.setpoint_c = (float)loaded.segment[i].to_dc * 0.1f;
         }
     }
-    begin(program.argument);
+    begin(program.argument > program.segments ? program.segments : program.argument);
+    if (program.argument > program.segments) {
+        program.elapsed = program.length;
+    }
     program.leap = 1;
     if (program.state == PROGRAM_RUNNING) {
         program.state = PROGRAM_RETURNING;
     }
+}
+
+/* kiln.yaml:52 programs.after_power_loss */
+static void restore(void)
+{
+    const float gone_k = loop_chamber.temperature_c - program.before_c;
+
+    if (gone_k <= PROGRAM_RESUME_WITHIN_K && gone_k >= -PROGRAM_RESUME_WITHIN_K) {
+        program.state = PROGRAM_RETURNING;
+        program.leap = 1;
+        save();
+        return;
+    }
+    end(PROGRAM_TOO_FAR);
 }
 
 /* True if an order has decided what this step is to do. */
@@ -180,6 +198,8 @@ static bool obey(void)
         program.state = PROGRAM_RETURNING;
         program.leap = 1;
         save();
+    } else if (program.order == PROGRAM_RESUME && program.state == PROGRAM_INTERRUPTED) {
+        restore();
     } else if (program.order == PROGRAM_SKIP && program.state == PROGRAM_RUNNING) {
         begin((uint8_t)(program.segment + 1u));
     } else if (program.order == PROGRAM_JUMP && program.state != PROGRAM_IDLE) {
@@ -216,7 +236,7 @@ static void move(void)
 {
     const float lag_k = program.setpoint_c - loop_chamber.temperature_c;
 
-    /* kiln.yaml:53 programs.hold_back */
+    /* kiln.yaml:54 programs.hold_back */
     if (lag_k > PROGRAM_BACK_K || lag_k < -PROGRAM_BACK_K) {
         program.waiting = PROGRAM_HELD_BACK;
         return;
@@ -252,7 +272,7 @@ static void watch_lag(void)
     if (waits && program.kind != PROGRAM_FAST && program.setpoint_c > t && program.waited < UINT16_MAX) {
         program.waited++;
     }
-    if (program.waited >= PROGRAM_LIMIT_STEPS) { /* kiln.yaml:53 programs.hold_back.limit */
+    if (program.waited >= PROGRAM_LIMIT_STEPS) { /* kiln.yaml:54 programs.hold_back.limit */
         fault_trip(FAULT_PROGRAM_LAGS, t);
     }
 }
@@ -284,20 +304,6 @@ static void come_back(bool ok)
     }
 }
 
-/* kiln.yaml:52 programs.after_power_loss */
-static void restore(void)
-{
-    const float gone_k = loop_chamber.temperature_c - program.before_c;
-
-    if (gone_k <= PROGRAM_RESUME_WITHIN_K && gone_k >= -PROGRAM_RESUME_WITHIN_K) {
-        program.state = PROGRAM_RETURNING;
-        program.leap = 1;
-        save();
-        return;
-    }
-    end(PROGRAM_POWER_COLD);
-}
-
 static void go_on(bool ok)
 {
     if (program.state == PROGRAM_RESTORING) {
@@ -315,6 +321,17 @@ static void go_on(bool ok)
     }
 }
 
+/* kiln.yaml:53 programs.on_fault: a fault leaves it where it is, as a loss of power does, until somebody resumes. */
+static void interrupt(void)
+{
+    if (is_at_work() || program.state == PROGRAM_RESTORING) {
+        program.state = PROGRAM_INTERRUPTED;
+        program.waiting = PROGRAM_WAITS_FOR_NOTHING;
+        program.waited = 0;
+        save();
+    }
+}
+
 void program_step(bool ok)
 {
     program.leap = 0;
@@ -323,6 +340,8 @@ void program_step(bool ok)
     program.argument = 0;
     if (fault.code != FAULT_NONE) {
         program_fail();
+        take_order(ok); /* there is none but a stop */
+        (void)obey();
         return;
     }
     unsaved_steps++;
@@ -337,16 +356,19 @@ void program_count(float duty_percent)
 {
     if (is_at_work()) {
         program.energy += (uint32_t)(duty_percent * 10.0f + 0.5f);
+        if (fault.code == FAULT_NONE) {
+            program.before_c = loop_chamber.temperature_c;
+        }
     }
 }
 
 void program_fail(void)
 {
-    next_order = PROGRAM_NO_ORDER;
-    next_argument = 0;
-    if (program.state != PROGRAM_IDLE) {
-        end(PROGRAM_FAILED);
+    if (next_order != PROGRAM_STOP) {
+        next_order = PROGRAM_NO_ORDER;
+        next_argument = 0;
     }
+    interrupt();
 }
 
 /* ---- what the operator orders ---- */
@@ -385,6 +407,9 @@ bool program_pause(void)
 
 bool program_resume(void)
 {
+    if (program.state == PROGRAM_INTERRUPTED) {
+        return give(PROGRAM_RESUME, 0);
+    }
     return program.state == PROGRAM_PAUSED && give(PROGRAM_RESUME, 0);
 }
 
@@ -398,7 +423,7 @@ bool program_jump(uint8_t segment)
     if (program.state == PROGRAM_IDLE || program.state == PROGRAM_RESTORING) {
         return false;
     }
-    return segment >= 1 && segment <= program.segments && give(PROGRAM_JUMP, segment);
+    return segment >= 1 && segment <= program.segments + 1u && give(PROGRAM_JUMP, segment);
 }
 
 bool program_stop(void)
@@ -430,7 +455,7 @@ static bool is_temperature(float c)
 static bool can_go_on(const struct progress_record *record)
 {
     return load(record->number) && programs_crc(&loaded) == record->program_crc
-        && record->state <= PROGRAM_RETURNING
+        && (record->state <= PROGRAM_RETURNING || record->state == PROGRAM_INTERRUPTED)
         && record->segment >= 1 && record->segment <= loaded.segments
         && is_temperature(record->first_c) && is_temperature(record->from_c)
         && is_temperature(record->setpoint_c) && is_temperature(record->temperature_c);
@@ -450,6 +475,10 @@ static void take_over(const struct progress_record *record)
     program.segment_clock = record->segment_clock;
     program.energy = record->energy;
     /* What was paused stays so: nobody has asked it to go on. */
+    if (record->state == PROGRAM_INTERRUPTED) {
+        program.state = PROGRAM_INTERRUPTED;
+        return;
+    }
     program.state = record->state == PROGRAM_PAUSED ? PROGRAM_PAUSED : PROGRAM_RESTORING;
 }
 
@@ -493,5 +522,5 @@ void program_note(struct progress_record *record)
     record->clock = program.clock;
     record->segment_clock = program.segment_clock;
     record->energy = program.energy;
-    record->temperature_c = loop_chamber.temperature_c;
+    record->temperature_c = program.before_c;
 }

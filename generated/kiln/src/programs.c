@@ -29,7 +29,7 @@ _Static_assert(sizeof(struct slot) == PROGRAMS_SLOT_BYTES, "the layout of the EE
 enum { NO_SLOT = 2 };
 
 static const struct stored_program given[] PROGMEM = {
-    { /* kiln.yaml:55 programs.stored[0] */
+    { /* kiln.yaml:56 programs.stored[0] */
         .name = "fuse",
         .segments = 7,
         .segment = {

@@ -10,7 +10,7 @@ _OFF = (
     "finished",
     "stopped",
     "stopped by a fault",
-    "power was cut: too far off",
+    "interrupted: too far off",
     "power was cut: unreadable",
 )
 """By `program.ended`."""
@@ -31,6 +31,7 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
         "PAUSED": ("paused",),
         "RETURNING": ("returns to its setpoint",),
         "RESTORING": ("power was cut: looks around",),
+        "INTERRUPTED": ("paused by a fault",),
         "KINDS": _KINDS,
         "FAULTS": ("", *_faults(controller)),
     }
