@@ -313,7 +313,7 @@ class _Controller:
                 "otherwise": draws.one("stop", "pause"),
             }
             if part["after_power_loss"] != {"resume_within": "0 K", "otherwise": "stop"}:
-                part |= draws.maybe({"on_fault": "pause"})
+                part["on_fault"] = ("stop", "pause")[places % 2]
         part |= draws.maybe({"at_end": "hold"})
         count = int(draws.number(0, min(places, 2), 1))
         stored = [self._program(f"no {number}", points, loop) for number in range(1, count + 1)]
