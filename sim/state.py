@@ -22,7 +22,8 @@ class StateLog:
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
     others behind ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
-    ``current.``. ``loaded`` is the copy of the program that a programmed loop works off.
+    ``current.``, ``response.``. ``loaded`` is the copy of the program that a programmed
+    loop works off.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ def _columns(variables: Variables, controller: Controller, name: str) -> dict[st
         "fault.": "fault",
         "output.": f"output_{loop.heater}",
         "current.": f"current_{loop.heater}",
+        "response.": f"response_{name}",
     }
     found = {
         f"{prefix}{member}": f"{source}.{member}"

@@ -168,6 +168,15 @@ class Autotune(Model):
     )
 
 
+class Response(Model):
+    """What the firmware measures of how a loop answers to its last setpoint."""
+
+    within_k: _Rise = Field(
+        alias="within", description="Deviation within which the temperature has settled."
+    )
+    for_s: _Time = Field(60.0, alias="for", description="Time it must stay within it.")
+
+
 class Loop(Model):
     """One temperature held by one heater."""
 
@@ -196,6 +205,9 @@ class Loop(Model):
         None,
         alias="ready_within",
         description="Deviation up to which the loop is ready; a feed waits for that.",
+    )
+    response: Response | None = Field(
+        None, description="Measure settling time and overshoot; left out, nobody does."
     )
     protection: Protection = Field(
         DEFAULTS,

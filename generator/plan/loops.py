@@ -10,7 +10,7 @@ from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
 from heatwright.generator.plan.guard import guard_constants
-from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
@@ -26,6 +26,7 @@ from heatwright.spec.commands import (
     tunable,
 )
 from heatwright.spec.indicated import indicated
+from heatwright.spec.loops import Response
 
 FULL_PERCENT = 100.0
 
@@ -111,6 +112,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "current": current is not None,
         "limited": current is not None and current.limit_a is not None,
         "limit_where": heater.at("current", "limit").where,
+        "response": loop.response is not None,
         "heater_holds": stops(source.controller, loop.heater),
         "holds_where": heater.at("minimum_on").where,
     }
@@ -137,6 +139,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         *permits(source, loop, prefix),
         *algorithm.constants,
         *(autotune.constants(source, loop, prefix) if experiment is not None else ()),
+        *(_response(source, loop.response, loop.period_s, prefix) if loop.response else ()),
         *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
     )
     measured = plan_current(source, name, loop)
@@ -149,6 +152,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
             File(f"src/guard_{name}.c", "src/guard.c.j2", guard, ("protection",)),
             *_algorithm_files(name, algorithm, context),
             *(_tuning_files(source, name, algorithm, context) if experiment is not None else ()),
+            *(_response_files(source, name, context) if loop.response is not None else ()),
             *((File("src/mode.h", "src/mode.h"),) if context["tunable"] else ()),
             *((File("src/state.h", "src/state.h"),) if told else ()),
         ),
@@ -183,6 +187,38 @@ def _tuning_files(
         File(f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged, ("autotune",))
         for end in ("h", "c")
     )
+
+
+def _response_files(source: Source, name: str, context: dict[str, Any]) -> tuple[File, ...]:
+    at = source.at("response")
+    merged = {
+        **context,
+        "where": at.where,
+        "within_where": at.at("within").where,
+        "for_where": at.at("for").where,
+    }
+    return tuple(
+        File(f"src/response_{name}.{end}", f"src/response.{end}.j2", merged, ("response",))
+        for end in ("h", "c")
+    )
+
+
+def _response(source: Source, response: Response, period_s: float, prefix: str) -> list[Constant]:
+    """What counts as settled."""
+    at = source.at("response")
+    return [
+        at.at("within").number(
+            f"{prefix}_RESPONSE_WITHIN_K", response.within_k, quantity(response.within_k, "K")
+        ),
+        at.at("for").count(
+            f"{prefix}_RESPONSE_STEPS",
+            steps(response.for_s, period_s),
+            f"{quantity(response.for_s, 's')} in periods of {quantity(period_s, 's')}",
+        ),
+        source.at("period").number(
+            f"{prefix}_RESPONSE_PERIOD_S", period_s, quantity(period_s, "s")
+        ),
+    ]
 
 
 def _loop_constants(source: Source, loop: Loop, prefix: str, *, bounded: bool) -> list[Constant]:

@@ -3,13 +3,14 @@
 from heatwright.sim.reference.control import Steering
 from heatwright.sim.reference.guard import Guard
 from heatwright.sim.reference.guard_rules import Look
-from heatwright.sim.reference.inputs import NO_ORDERS, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, NO_ORDERS, Orders
 from heatwright.sim.reference.limiter import limiter_of
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.output import HeaterOutput, heater_of
 from heatwright.sim.reference.program import ProgramRun
 from heatwright.sim.reference.reading import Readings, Seen
+from heatwright.sim.reference.response import response_of
 from heatwright.spec import Controller, programmed
 
 Record = dict[str, Value]
@@ -47,6 +48,7 @@ class Reference:
         self.steering = Steering(controller, loop)
         self.limiter = limiter_of(controller, spec.heater, spec.period_s)
         self.program = _program(controller, loop)
+        self._response = response_of(spec)
         self._has_cooler = spec.cooler is not None
         self._minds_master = spec.protection.master_lost_after_s is not None
         self.output: HeaterOutput = heater_of(controller, spec.heater)
@@ -122,6 +124,7 @@ class Reference:
             self._protect(status, look)
         self._decide(status, look, orders)
         self.output.apply(self._duty_percent)
+        self._measure(status, look, orders)
         if self.program:
             temperature_c = self._readings.mean.temperature_c
             self.program.count(self._duty_percent, temperature_c, fault=bool(self.fault_code))
@@ -193,6 +196,17 @@ class Reference:
         if self._has_cooler:
             self.cooling = self._cooled(status, look, orders)
 
+    def _measure(self, status: int, look: Look, orders: Orders) -> None:
+        """See how the loop answers to its setpoint."""
+        if self._response is None:
+            return
+        off = self.steering.is_off(look.setpoint_c, orders) or orders.mode != AUTOMATIC
+        self._response.step(
+            None if status else look.temperature_c,
+            look.setpoint_c,
+            held=not (self.fault_code or off),
+        )
+
     def _cooled(self, status: int, look: Look, orders: Orders) -> int:
         if self.fault_code:
             return int(bool(status) or not look.temperature_c < FAULT_COOLING_ABOVE_C)
@@ -212,6 +226,7 @@ class Reference:
             *prefixed("fault", FAULT_MEMBERS),
             *prefixed("output", self.output.members),
             *prefixed("current", self.limiter.members if self.limiter else ()),
+            *prefixed("response", self._response.members if self._response else ()),
         )
 
     def _values(self, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
@@ -231,6 +246,7 @@ class Reference:
             self.fault_temperature_c,
             *self.output.values(),
             *(self.limiter.values() if self.limiter else ()),
+            *(self._response.values() if self._response else ()),
         )
 
 

@@ -67,6 +67,8 @@ def time_outs(loop: Loop) -> dict[Path, float]:
         found["protection", "rising_while_off", "settle"] = protection.rising_while_off.settle_s
     if loop.autotune is not None:
         found["autotune", "timeout"] = loop.autotune.timeout_s
+    if loop.response is not None:
+        found["response", "for"] = loop.response.for_s
     return found
 
 

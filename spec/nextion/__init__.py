@@ -57,7 +57,12 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
         settings_page(
             first, adjustable=adjustable, selectable=bool(types), saves=programs is not None
         ),
-        debug_page(first + 1, top_c, tunable=tunable(controller, display.loop)),
+        debug_page(
+            first + 1,
+            top_c,
+            tunable=tunable(controller, display.loop),
+            measured=controller.loops[display.loop].response is not None,
+        ),
         number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
     ]
     if types:

@@ -113,6 +113,7 @@ def screens(state: Mapping[str, str], names: Mapping[int, str]) -> dict[str, str
         "settings.crit.txt": rounded(state["maximum"], 1), "settings.type.txt": letter,
         "settings.saves.val": state["saves"], "thermo.type.txt": letter,
         "debug.ot.val": rounded(duty), "debug.t.txt": rounded(state["temperature"], 1),
+        "debug.settled.val": rounded(state["settled"]), "debug.over.txt": rounded(state["over"], 1),
         "debug.on.val": state["works"], "debug.sp.txt": rounded(state["target"], 1),
     }  # fmt: skip
     for clock, number in (("clock", ""), ("passed", "2")):

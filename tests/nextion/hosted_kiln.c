@@ -25,6 +25,7 @@
 #include "nextion_points.h"
 #include "program.h"
 #include "progress.h"
+#include "response_chamber.h"
 #include "sensor_chamber.h"
 #include "settings.h"
 
@@ -168,6 +169,8 @@ static void show_state(void)
         fault.acknowledgements, (double)settings.chamber_setpoint_c, (double)settings.chamber_kp,
         (double)settings.chamber_ki, (double)settings.chamber_kd, (double)settings.chamber_maximum_c,
         settings.chamber_thermocouple);
+    printf("settled=%.9g over=%.9g ", (double)response_chamber.settling_s,
+        (double)response_chamber.overshoot_k);
     printf("form=%u divisor=%u speed=%u ", UCSR0C, UBRR0, UCSR0A);
     printf("taken=%d on=%d mode=%d percent=%.9g ", taken, loop_chamber_is_enabled(),
         loop_chamber_mode(), (double)loop_chamber_manual_percent());

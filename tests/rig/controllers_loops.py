@@ -294,6 +294,12 @@ class LoopDraw:
             tune |= draws.maybe({"cycles": int(draws.number(3, 20, 5))})
             tune |= draws.maybe({"swing": text(draws.number(1, 100, 100), "%")})
             self.loop["autotune"] = tune
+        if draws.some():
+            settled: Part = {"within": text(tidy(max(self.step_k, self.band_k)), "K")}
+            stays_s = draws.number(self.period_s, 500 * self.period_s, max(60, self.period_s))
+            if self.period_s > 60 or draws.some():
+                settled["for"] = text(max(stays_s, self.period_s), "s")
+            self.loop["response"] = settled
         if asked and not (served.by_master and self.kind == "three_position") and draws.some():
             self.ready()
 

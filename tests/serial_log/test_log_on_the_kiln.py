@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rig.avr import whole
 from rig.live import simulated
@@ -15,6 +16,7 @@ from test_serial_log import shown_c
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.serial_log import PROGRAMMED
+from heatwright.sim.replay import replay
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, Event, SerialLog
 
@@ -70,7 +72,30 @@ def test_it_tells_what_the_loop_did(name: str) -> None:
     saves = told(device, "saves")
     assert saves == [str(device.read("progress.c:newest.sequence"))]
     assert int(saves[0]) >= 39 * 60 // controller.programs.save_every_s
-    assert told(device, "save") == ["unknown: write log, clear, saves or help"]
+    known = "log, clear, saves, response" if name == "kiln" else "log, clear, saves"
+    assert told(device, "save") == [f"unknown: write {known} or help"]
+
+
+def test_it_tells_how_the_loop_answered() -> None:
+    """To the hold behind a ramp: what the reference measures, and what the course itself says."""
+    text = changed(
+        "kiln",
+        ("{to: 540 °C, over: 60 min}", "{to: 60 °C, over: 2 min}"),
+        ("response: {within: 3 K, for: 5 min}", "response: {within: 0.5 K, for: 1 min}"),
+    )
+    controller = spec_of(text).controller
+    device = AvrDevice(controller, whole(text))
+    heading = "measured,settling_s,overshoot_k"
+    assert told(device, "response") == [heading, "0,0.0,0.0"]
+    steps = fired(controller, device, "20 min")
+    assert not replay(controller, steps, "chamber").mismatches
+    held = steps[steps["setpoint_c"] == 60]
+    error_k = held["temperature_c"].astype(float) - 60
+    near = np.abs(error_k) <= 0.5
+    entered = next(n for n in range(len(near)) if near[n : n + 61].all())
+    over_k = max(0.0, error_k[: entered + 61].max())
+    assert entered > 5
+    assert told(device, "response") == [heading, f"1,{entered}.0,{over_k + 1e-9:.1f}"]
 
 
 @pytest.mark.parametrize("name", KILNS)

@@ -115,7 +115,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 186484e8\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec e03c715e\n"));
 }
 
 static bool latched_fault(void)
@@ -276,7 +276,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 186484e8 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec e03c715e PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -50,7 +50,7 @@ void gate_tick(void)
         }
     }
 
-    /* kiln.yaml:68 safety.relay: it is closed before the first heater comes on, and opened after the last. */
+    /* kiln.yaml:69 safety.relay: it is closed before the first heater comes on, and opened after the last. */
     const bool relay_is_ready = relay_look();
     bool relay_is_wanted = false;
 

@@ -9,6 +9,7 @@
 #include "guard_chamber.h" /* guard_chamber_step */
 #include "output_element.h" /* output_element_set */
 #include "program.h" /* program_step */
+#include "response_chamber.h" /* response_chamber_step */
 #include "relay.h" /* relay_judge */
 #include "sensor_chamber.h" /* sensor_chamber_take */
 #include "settings.h" /* settings */
@@ -52,7 +53,7 @@ static float mean_with(float reading_c)
     return sum_c * LOOP_CHAMBER_SHARE;
 }
 
-/* What the program orders: kiln.yaml:50 programs.loop. The loop's own switch is off meanwhile, and so the
+/* What the program orders: kiln.yaml:51 programs.loop. The loop's own switch is off meanwhile, and so the
  * loop is when the program has ended. */
 static void follow_program(void)
 {
@@ -122,6 +123,7 @@ static void step(void)
     gate_want_chamber(!is_off());
     gate_renew_chamber();
     program_count(loop_chamber.duty_percent);
+    response_chamber_step(fault.code == FAULT_NONE && !is_off() && loop_chamber.mode == MODE_AUTOMATIC, ok);
 }
 
 void loop_chamber_start(void)

@@ -22,7 +22,7 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_2S); /* kiln.yaml:67 safety.watchdog */
+    wdt_enable(WDTO_2S); /* kiln.yaml:68 safety.watchdog */
     settings_start();
     progress_start();
     reset_report();

@@ -58,7 +58,7 @@ static inline bool pin_output_safety_relay_is_on(void)
     return (PINH & (1u << 5)) != 0;
 }
 
-/* D9 = PH6: mirror contact of the relay (kiln.yaml:69 safety.relay_feedback) */
+/* D9 = PH6: mirror contact of the relay (kiln.yaml:70 safety.relay_feedback) */
 static inline void pin_relay_contact_pull_up(void)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
@@ -131,13 +131,13 @@ static inline bool pin_sensor_chamber_data_is_high(void)
     return (PINB & (1u << 3)) != 0;
 }
 
-/* D0 = PE0: from the display (kiln.yaml:72 interfaces[0]) */
+/* D0 = PE0: from the display (kiln.yaml:73 interfaces[0]) */
 static inline void pin_nextion_rx_pull_up(void)
 {
     PORTE |= (1u << 0);
 }
 
-/* D19 = PD2: from the computer that reads the log (kiln.yaml:73 interfaces[1]) */
+/* D19 = PD2: from the computer that reads the log (kiln.yaml:74 interfaces[1]) */
 static inline void pin_log_rx_pull_up(void)
 {
     PORTD |= (1u << 2);

@@ -5,7 +5,7 @@
  * its first byte to its last: one that was cut short has two different turns, one whose first or
  * last byte was cut has a wrong CRC or is whole. So a loss of power at any byte leaves the program
  * before, or this one. What another spec has left has another CRC. A place without a valid slot has
- * the program of the spec (kiln.yaml:49 programs).
+ * the program of the spec (kiln.yaml:50 programs).
  */
 #include "programs.h"
 
@@ -29,7 +29,7 @@ _Static_assert(sizeof(struct slot) == PROGRAMS_SLOT_BYTES, "the layout of the EE
 enum { NO_SLOT = 2 };
 
 static const struct stored_program given[] PROGMEM = {
-    { /* kiln.yaml:56 programs.stored[0] */
+    { /* kiln.yaml:57 programs.stored[0] */
         .name = "fuse",
         .segments = 7,
         .segment = {

@@ -145,6 +145,8 @@ def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
     """Headers of what is shown, with the names they are included for."""
     name = interface.loop
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
+    if source.controller.loops[name].response is not None:
+        found |= {f"response_{name}.h": f"response_{name}"}
     if programmed(source.controller, name):
         found |= {"nextion_points.h": "points_*", "program.h": "program"}
         found |= {"progress.h": "progress_saves"}

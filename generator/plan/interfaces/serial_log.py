@@ -23,6 +23,8 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "keep_where": source.at("keep").where,
         "loop_name": interface.loop,
         "programs": source.controller.programs is not None,
+        "response": source.controller.loops[interface.loop].response is not None,
+        "response_where": Source(source.spec, ("loops", interface.loop, "response")).where,
         "programmed": programmed(source.controller, interface.loop),
         **_registers(board, interface.port),
     }

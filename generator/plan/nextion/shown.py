@@ -61,6 +61,8 @@ _DEBUG = {
     "kp": "KP",
     "ki": "KI",
     "kd": "KD",
+    "settled": "SETTLING",
+    "over": "OVERSHOOT",
 }
 _SHOWN = {
     "main": _MAIN,
@@ -160,6 +162,12 @@ def _settings(source: Source, interface: Nextion) -> list[What]:
             for gain in ("kp", "ki", "kd")
         ]
     loop = source.controller.loops[name]
+    if loop.response is not None:
+        response = f"response_{name}"
+        found += [
+            What("SHOWS_SETTLING", "AS_NUMBER", f"steps({response}.settling_s, 1.0f)"),
+            What("SHOWS_OVERSHOOT", "AS_TENTHS", f"tenths({response}.overshoot_k)"),
+        ]
     if loop.protection.maximum_adjustable:
         found.append(What("SHOWS_MAXIMUM", "AS_TENTHS", f"tenths(settings.{name}_maximum_c)"))
     if selectable_types(source.controller):
