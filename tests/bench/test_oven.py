@@ -5,6 +5,7 @@ import sys
 from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 from machines import OFF_BY, modelled, scaled
 
@@ -37,6 +38,39 @@ def test_the_fit_is_as_good_as_stated(figures):
     )
     assert round(fit_oven.rms(figures), 2) == stated_rms
     assert round(max(abs(figure.error) for figure in figures), 2) == stated_worst
+
+
+def test_the_doubtful_minimum_is_the_dip_after_the_first_maximum(oven, figures):
+    """So read it is met as the other figures are, and it is the only one that changes."""
+    dipped, left_out = (fit_oven.all_figures(oven, doubt) for doubt in ("dip", "leave-out"))
+    label = "proportional, 50 °C", "steady minimum"
+    for ours, dip, left in zip(figures, dipped, left_out, strict=True):
+        doubtful = (ours.row, ours.name) == label
+        assert (dip == ours) != doubtful
+        assert left.found == ours.found
+        assert left.counts != doubtful
+        if doubtful:
+            assert abs(dip.error) <= SENSOR_STEP_K / 2 + 0.05  # their steps, their digits
+    worst = max((each for each in dipped if each.counts), key=lambda each: abs(each.error))
+    assert (worst.row, worst.name) == ("PID, 50 °C", "maximum")
+    count = len(figures)
+    squares = {
+        doubt: count * fit_oven.rms(found) ** 2
+        for doubt, found in (("keep", figures), ("dip", dipped))
+    }
+    point = fit_oven.point_of(fit_oven.values_of_file(oven))
+    assert fit_oven.values_of(point) == pytest.approx(fit_oven.values_of_file(oven))
+    assert fit_oven.squares(oven, point, "dip") == pytest.approx(squares["dip"])
+    left = fit_oven.squares(oven, point, "leave-out")
+    assert left == pytest.approx((count - 1) * fit_oven.rms(left_out) ** 2)
+
+
+def test_a_dip_is_after_the_first_maximum():
+    log = np.array(
+        [(20.0, 0), (30.0, 1), (51.0, 1), (48.5, 1), (51.0, 1), (49.0, 1)],
+        [("temperature_c", "f4"), ("has_reading", "u1")],
+    )
+    assert fit_oven.dip_c(log) == 48.5
 
 
 def ours(oven, setpoint_c):
