@@ -9,6 +9,7 @@ from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
 from heatwright.sim.reference.inputs import Gains, Orders
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, RELAY_FAULTS
+from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
 from heatwright.sim.reference.resumed import resumed
@@ -105,7 +106,7 @@ class Player:
         values = self._begun_with(0, row)
         code = int(row["fault.code"])
         tripped = self._reference.fault_code and (
-            code not in RELAY_FAULTS or self._is_equal(values, row)
+            code not in (*RELAY_FAULTS, MONITOR_LIMIT) or self._is_equal(values, row)
         )
         time_s = float(row["time_s"])
         if code and tripped:
@@ -194,6 +195,17 @@ def _orders(row: np.void, *, lost: bool) -> Orders:
         orders = orders._replace(maximum_c=Single(row["guard.maximum_c"]))
     if "program.order" in names:
         orders = orders._replace(program=(int(row["program.order"]), int(row["program.argument"])))
+    monitors = [name.partition(".")[0] for name in names if name.endswith(".warns")]
+    if monitors:
+        orders = orders._replace(
+            monitors={
+                each.removeprefix("monitor_"): (
+                    int(row[f"{each}.reading_status"]),
+                    int(row[f"{each}.reading_raw"]),
+                )
+                for each in monitors
+            }
+        )
     if "mode" in names:
         orders = orders._replace(
             mode=int(row["mode"]),

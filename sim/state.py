@@ -11,7 +11,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.native.snapshots import Snapshots
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, programmed
+from heatwright.spec import Controller, monitors_of, programmed
 
 LOADED = "program.c:loaded"
 """Where the firmware keeps the copy of the program."""
@@ -22,8 +22,8 @@ class StateLog:
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
     others behind ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
-    ``current.``, ``response.``. ``loaded`` is the copy of the program that a programmed
-    loop works off.
+    ``current.``, ``response.``, ``monitor_NAME.``. ``loaded`` is the copy of the program that a
+    programmed loop works off.
     """
 
     def __init__(
@@ -81,6 +81,7 @@ def _columns(variables: Variables, controller: Controller, name: str) -> dict[st
         "output.": f"output_{loop.heater}",
         "current.": f"current_{loop.heater}",
         "response.": f"response_{name}",
+        **{f"monitor_{each}.": f"monitor_{each}" for each in monitors_of(controller, name)},
     }
     found = {
         f"{prefix}{member}": f"{source}.{member}"

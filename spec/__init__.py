@@ -60,6 +60,7 @@ from heatwright.spec.loops import (
     Setpoint,
 )
 from heatwright.spec.max31856 import Max31856
+from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,
@@ -132,6 +133,7 @@ __all__ = [
     "Max31855",
     "Max31856",
     "ModbusRtu",
+    "Monitor",
     "Nextion",
     "OnOff",
     "Output",
@@ -179,6 +181,7 @@ __all__ = [
     "load",
     "load_text",
     "modbus_of",
+    "monitors_of",
     "must_release",
     "nextion_of",
     "programmed",
@@ -187,4 +190,5 @@ __all__ = [
     "starts_enabled",
     "switched",
     "tunable",
+    "watching_loop",
 ]

@@ -49,3 +49,5 @@ def _by_parts(controller: Controller) -> Iterator[int]:
         yield 24
     if controller.safety.relay_feedback is not None:
         yield from (25, 26)
+    if controller.monitors:
+        yield 27

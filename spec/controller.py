@@ -23,6 +23,7 @@ from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.derived import with_derived
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
+from heatwright.spec.monitors import Monitors
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.programs import Programs
@@ -122,6 +123,9 @@ class Controller(Model):
     sensors: Annotated[Mapping[Name, Sensor], Filled] = Field(description="Sensors by name.")
     outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
     loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
+    monitors: Monitors = Field(
+        ReadOnlyDict({}), description="Sensors of no loop, by the monitor's name."
+    )
     programs: Programs | None = Field(None, description="Ramp programs of one loop.")
     safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog and relay.")
     interfaces: tuple[Interface, ...] = Field(

@@ -340,6 +340,24 @@ class HeatedLoop:
             coasting.append((late_s + time_s, over_k))
         return coasting
 
+    def way_k(self, node: str, ambient_c: float, spread: float) -> float:
+        """How far above its surroundings full power takes a node, up to the highest setpoint, K.
+
+        spread -- by which resistances may be larger: what is hotter than the sensor is so by more.
+        """
+        plant, place, most_k = (
+            self.at(ambient_c),
+            self.nodes.index(node),
+            self.highest_c - ambient_c,
+        )
+        quick_s, peak_k = plant.fastest_s() / 4, 0.0
+        course = plant.course(plant.start(0.0), self.full_w, quick_s, 64 * quick_s)
+        for _, state in islice(course, MOST_RISE):
+            if plant.sensed_k(state) >= most_k:
+                break
+            peak_k = max(peak_k, state[place])
+        return peak_k + spread * max(0.0, peak_k - most_k)
+
     @property
     def overshoot_k(self) -> float:
         """How far full power takes the sensor beyond the highest setpoint, K."""

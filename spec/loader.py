@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Collection
 from json import dumps
 from pathlib import Path as FilePath
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -24,6 +24,10 @@ from heatwright.spec.user_file import STDIN, read_file
 
 MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
+
+
+LATER = ("monitors", "proof")
+"""Keys that the language got when there were firmwares already."""
 
 
 class Spec(NamedTuple):
@@ -45,10 +49,20 @@ class Spec(NamedTuple):
 
 
 def digest(controller: Controller) -> str:
-    """CRC-32 of the canonical JSON of a controller without its simulation and comparison."""
+    """CRC-32 of the canonical JSON of a controller without its simulation and comparison.
+
+    Keys of `LATER` that are not used are left out: what is stored under an older digest stays good.
+    """
     shaping = controller.model_dump(by_alias=True, exclude={"simulation", "comparison"})
+    shaping = _without_unused(shaping)
     text = dumps(shaping, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return f"{zlib.crc32(text.encode()):08x}"
+
+
+def _without_unused(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    return {key: _without_unused(each) for key, each in value.items() if each or key not in LATER}
 
 
 def load(path: str | os.PathLike[str]) -> Spec:

@@ -199,6 +199,13 @@ _RULES = (
         "The safety relay's contact says open although the relay is on.",
         "Check the relay's coil, its driver and its feedback contact.",
     ),
+    Rule(
+        27,
+        "monitor_limit",
+        "MONITOR HOT",
+        "A monitored part reached its limit.",
+        "Let it cool; find out what heats it, or no longer cools it.",
+    ),
 )
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}

@@ -1,5 +1,6 @@
 """Sensors: one model for each kind."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -14,6 +15,7 @@ from heatwright.spec.analog_sensors import (
 )
 from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import PinName
+from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import refuse
@@ -126,3 +128,8 @@ Sensor = Annotated[
     Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor,
     Field(discriminator="kind"),
 ]
+
+
+def shortest_period_s(sensor: Thermometer) -> float:
+    """Whole ticks for a conversion, and the reading."""
+    return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)

@@ -32,6 +32,7 @@ LAST_RULE_OF_MASTERS = 23
 LAST_RULE_OF_PROGRAMS = 24
 LAST_RULE_OF_RELAYS = 26
 """Of those with a contact that says what they do."""
+LAST_RULE_OF_MONITORS = 27
 
 
 def rule_macro(rule: Rule) -> str:
@@ -57,6 +58,8 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_PROGRAMS
     if controller.safety.relay_feedback:
         last = LAST_RULE_OF_RELAYS
+    if controller.monitors:
+        last = LAST_RULE_OF_MONITORS
     return [
         {
             "macro": rule_macro(rule),

@@ -31,6 +31,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         stop
         | _of_programs(controller)
         | _of_relay(controller)
+        | _of_monitors(controller)
         | {
             "watchdog_reset": f"a reset after {quantity(controller.safety.watchdog_s, 's')} "
             "without the main loop",
@@ -56,6 +57,11 @@ def _of_relay(controller: Controller) -> dict[str, str]:
         "relay_welded": f"the contact says closed {late} after it was opened, and at the start",
         "relay_open": f"the contact says open {late} after it was closed",
     }
+
+
+def _of_monitors(controller: Controller) -> dict[str, str]:
+    limits = [f"{name}: {each.limit_c:g} °C or more" for name, each in controller.monitors.items()]
+    return {"monitor_limit": "; ".join(limits)} if limits else {}
 
 
 def _of_current(spec: Spec, heater: str) -> dict[str, str]:

@@ -10,12 +10,13 @@ from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
 from heatwright.generator.plan.guard import guard_constants
+from heatwright.generator.plan.monitors import plan_monitors
 from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, ThreePosition
+from heatwright.spec import Controller, Loop, ThreePosition, monitors_of
 from heatwright.spec.commands import (
     commanded,
     countdown_of,
@@ -95,6 +96,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "heater": loop.heater,
         "plotter": plotted,
         "relay_judged": relay.is_judged_by(source.controller, name),
+        "monitors": list(monitors_of(source.controller, name)),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,
         "countdown": countdown_of(source.controller, name) is not None,
@@ -143,9 +145,11 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
     )
     measured = plan_current(source, name, loop)
+    monitored = plan_monitors(Source(source.spec, ()), name, loop)
     return Part(
         files=(
             *measured.files,
+            *monitored.files,
             File(f"src/loop_{name}.h", "src/loop.h.j2", context),
             File(f"src/loop_{name}.c", "src/loop.c.j2", context),
             File(f"src/guard_{name}.h", "src/guard.h.j2", guard, ("protection",)),
@@ -156,8 +160,9 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
             *((File("src/mode.h", "src/mode.h"),) if context["tunable"] else ()),
             *((File("src/state.h", "src/state.h"),) if told else ()),
         ),
-        groups=(Group(f"Loop {name}", constants), *measured.groups),
+        groups=(Group(f"Loop {name}", constants), *measured.groups, *monitored.groups),
         start_calls=(
+            *monitored.start_calls,
             Call(Stage.SENSE, f"guard_{name}.h", f"guard_{name}_reset();"),
             Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_start();"),
         ),

@@ -56,6 +56,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
             {"code": TYPE_CODES.index(letter), "letter": letter} for letter in selectable_of(sensor)
         ],
         "energy": power_w is not None,
+        "monitors": bool(controller.monitors),
     }
     log = fault_log()
     files = (

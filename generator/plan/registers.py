@@ -109,6 +109,7 @@ def _controller(spec: Spec) -> Iterable[Register]:
         "discretes", 0, "fault_latched", "bit", "A fault is latched: all heaters are off.",
         Stored("0xFF", "&fault.code"),
     )  # fmt: skip
+    yield from _warnings(spec.controller)
     yield Register(
         "inputs", 0, "map_version", "u16", "Version of this map.",
         Stored("MAP_NUMBER", "MODBUS_MAP_VERSION"),
@@ -132,6 +133,27 @@ def _controller(spec: Spec) -> Iterable[Register]:
         yield _word(address, name, f"{meaning}; wraps.", f"modbus_counters.{name}")
 
 
+def _warnings(controller: Controller) -> Iterable[Register]:
+    """What monitors say; their places come behind all that every controller has."""
+    if controller.monitors:
+        yield _byte(
+            FIRST_MONITOR, "warnings", "Bits of the monitors that warn: 1 the first, 2 the second.",
+            "seen.warnings",
+        )  # fmt: skip
+    for number, name in enumerate(controller.monitors):
+        yield Register(
+            "discretes", 1 + number, f"warning_{name}", "bit",
+            f"The monitor {name} warns: it is too warm.", Stored("0xFF", f"&monitor_{name}.warns"),
+        )  # fmt: skip
+        yield _celsius(
+            FIRST_MONITOR + 1 + number, f"monitor_{name}",
+            f"Last good reading of the monitor {name}; {NO_TEMPERATURE} before the first.",
+            Stored("MAP_WORD", f"&seen.monitor_{name}"),
+        )  # fmt: skip
+
+
+FIRST_MONITOR = 16
+"""Address of what they say together; their readings follow."""
 _COUNTERS = {
     "messages": "Frames on the line with a good CRC, to any slave",
     "errors": "Frames that were damaged: CRC, parity, framing, overrun, length",

@@ -121,11 +121,14 @@ def _converter(site: Site) -> Iterator[Fault]:
 
 
 def _others_on_the_adc(site: Site) -> tuple[str, ...]:
-    thermometers = site.controller.thermometers
+    controller = site.controller
+    found = {
+        name: loop.sensor for name, loop in controller.loops.items() if name != site.loop_name
+    } | {f"monitor_{name}": monitor.sensor for name, monitor in controller.monitors.items()}
     return tuple(
         name
-        for name, loop in site.controller.loops.items()
-        if name != site.loop_name and isinstance(thermometers[loop.sensor], AnalogSensor)
+        for name, sensor in found.items()
+        if isinstance(controller.thermometers[sensor], AnalogSensor)
     )
 
 

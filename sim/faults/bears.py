@@ -9,7 +9,7 @@ import numpy as np
 
 from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.plants import Temperatures, full_power, nodes_of, plant_of, profile_c
-from heatwright.spec import Controller, Loop, ThermalNetwork
+from heatwright.spec import Controller, ThermalNetwork
 
 LONGEST_S = 24 * 3600.0
 SPARE = 0.1
@@ -53,9 +53,12 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 def room_c(controller: Controller, wished_c: float) -> float:
     """Return the temperature nearest to a wished one at which no loop is at fault at rest, °C."""
+    loops = controller.loops.values()
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(
-        loop.protection.maximum_c - _away_k(controller, loop) for loop in controller.loops.values()
+        *(each.protection.maximum_c - _away_k(controller, each.sensor) for each in loops),
+        *(each.limit_c - _away_k(controller, each.sensor) for each in controller.monitors.values()),
+        math.inf,
     )
     return max(least_c, min(most_c, wished_c))
 
@@ -63,14 +66,14 @@ def room_c(controller: Controller, wished_c: float) -> float:
 def coldest_c(controller: Controller, name: str) -> float:
     """Return from where on a loop that rests is not at fault, °C."""
     loop = controller.loops[name]
-    return loop.protection.minimum_c + _away_k(controller, loop)
+    return loop.protection.minimum_c + _away_k(controller, loop.sensor)
 
 
-def _away_k(controller: Controller, loop: Loop) -> float:
+def _away_k(controller: Controller, sensor: str) -> float:
     """Return how far from its limits a machine rests: a step of its sensor, and its noise."""
-    sense = controller.simulation.plant.sense[loop.sensor] if controller.simulation else None
+    sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0
-    return REST_K + controller.thermometers[loop.sensor].step_k + noise_k
+    return REST_K + controller.thermometers[sensor].step_k + noise_k
 
 
 def _derived_at_c(

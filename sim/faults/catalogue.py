@@ -14,6 +14,7 @@ from heatwright.sim.faults import (
     heaters,
     masters,
     memory,
+    monitors,
     operators,
     processor,
     programs,
@@ -73,6 +74,7 @@ def _of_controller(site: Site) -> list[Fault]:
     return [
         *processor.faults(site),
         *relays.faults(site),
+        *monitors.faults(site),
         *memory.faults(site),
         *operators.faults(site),
         *masters.faults(site),

@@ -58,9 +58,9 @@ class Fault:
     processor is reset. off_within_s -- bound on the time from the cause to heater off, where the
     loop's heater must be off before; all_off -- and so must those of all other loops. sensor_lies
     -- whether the loop's sensor itself says what its tip does not feel; others_lie -- the other
-    loops whose sensors do so; current_lies -- whether a sensor of a current says what does not
-    flow. again -- whether it is acknowledged while the cause goes on. judge -- looks at the world
-    at the end and says what is wrong, or "".
+    loops whose sensors do so, and monitors, as monitor_NAME; current_lies -- whether a sensor of a
+    current says what does not flow. again -- whether it is acknowledged while the cause goes on.
+    judge -- looks at the world at the end and says what is wrong, or "".
     """
 
     id: str

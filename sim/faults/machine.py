@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
-from heatwright.spec import Heating, Loop, OnOff, Pid, PwmOutput, ThermalNetwork
+from heatwright.spec import Controller, Heating, Loop, OnOff, Pid, PwmOutput, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
@@ -221,10 +221,15 @@ def sensor_step_k(site: Place) -> float:
 
 def blur_k(site: Place, temperature_c: float) -> float:
     """Return how far from the tip an analog chain may read, K; 0 for a chip of its own."""
-    sensor = site.controller.thermometers[site.loop.sensor]
+    return sensor_blur_k(site.controller, site.loop.sensor, temperature_c)
+
+
+def sensor_blur_k(controller: Controller, name: str, temperature_c: float) -> float:
+    """Return the same of any sensor."""
+    sensor = controller.thermometers[name]
     if not isinstance(sensor, AnalogSensor):
         return 0.0
-    return float(sensor.step_at_k(temperature_c, site.controller.board.mcu))
+    return float(sensor.step_at_k(temperature_c, controller.board.mcu))
 
 
 def _powered(site: Place, share: float, *, cooled: bool = False) -> dict[str, float]:

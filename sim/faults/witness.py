@@ -14,10 +14,10 @@ import numpy as np
 
 from heatwright.sim.circuits import current_v, reference_v
 from heatwright.sim.faults.currents import CODES
-from heatwright.sim.faults.machine import blur_k, sensor_step_k
-from heatwright.sim.faults.world import Site, World
+from heatwright.sim.faults.machine import sensor_blur_k
+from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
-from heatwright.spec import CurrentSensor
+from heatwright.spec import CurrentSensor, monitors_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.timers import TICK_S
 
@@ -51,7 +51,8 @@ def counting(world: World) -> tuple[str, ...]:
 def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> Iterator[str]:
     """Yield where the firmware differs from the reference model, or its readings from the truth.
 
-    lying -- the loops whose sensors fail; current_lies -- whether one of a current does.
+    lying -- the loops and monitors whose sensors fail; current_lies -- whether one of a current
+    does.
     """
     logs = {name: world.device.steps(name) for name in world.site.controller.loops}
     idle = [name for name, log in logs.items() if not len(log)]
@@ -64,22 +65,30 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
     for name, played in replay_all(world.site.controller, logs).items():
         if played.mismatches:
             yield f"{name} differs from the reference model: {played.first[0]}"
+        loop = world.site.controller.loops[name]
         if name not in lying:
-            yield from _untrue(world, name)
+            yield from _untrue(world, name, loop.sensor, "")
+        for each, monitor in monitors_of(world.site.controller, name).items():
+            if f"monitor_{each}" not in lying:
+                yield from _untrue(world, name, monitor.sensor, f"monitor_{each}.")
         if not current_lies:
             yield from _not_flowed(world, name)
 
 
-def _untrue(world: World, name: str) -> Iterator[str]:
-    """Compare each good reading with what the tip felt from a period and a conversion before on."""
-    site = Site(world.site.controller, name, world.site.program)
+def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
+    """Compare each good reading with what the tip felt from a period and a conversion before on.
+
+    prefix -- of its members in the log of the loop in whose steps it is read.
+    """
+    controller = world.site.controller
     log = world.device.steps(name)
-    good = log[(log["reading_status"] == 0) & (log["has_reading"] == 1)]
-    read_c = good["reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"]
-    times_s, tips_c = world.tips_c(site.loop.sensor)
-    thermometer = site.controller.thermometers[site.loop.sensor]
-    conversion_s = thermometer.conversion_s
-    age_s = conversion_s + site.loop.period_s + world.step_s
+    status, has = log[f"{prefix}reading_status"], log[f"{prefix}has_reading"]
+    good = log[(status == 0) & (has == 1)]
+    single = f"{prefix}reading_c"
+    read_c = good[single if single in (log.dtype.names or ()) else f"{prefix}temperature_c"]
+    times_s, tips_c = world.tips_c(sensor)
+    thermometer = controller.thermometers[sensor]
+    age_s = thermometer.conversion_s + controller.loops[name].period_s + world.step_s
     ends_c = thermometer.range_c if thermometer.kind in SATURATE else None
     first = np.searchsorted(times_s, good["time_s"] - age_s)
     last = np.searchsorted(times_s, good["time_s"] + world.step_s)
@@ -87,11 +96,12 @@ def _untrue(world: World, name: str) -> Iterator[str]:
         felt_c, found_c = tips_c[max(0, begin - 1) : end + 1], float(read_c[row])
         if ends_c is not None:
             felt_c = np.clip(felt_c, *ends_c)
-        off_k = sensor_step_k(site) + blur_k(site, found_c)
+        off_k = thermometer.step_k + sensor_blur_k(controller, sensor, found_c)
         if not felt_c.min() - off_k <= found_c <= felt_c.max() + off_k:
             yield (
-                f"{name} read {found_c:.2f} °C at {good['time_s'][row]:.2f} s, where its sensor "
-                f"felt {felt_c.min():.2f} to {felt_c.max():.2f} °C"
+                f"{sensor} of {prefix.rstrip('.') or name} read {found_c:.2f} °C at "
+                f"{good['time_s'][row]:.2f} s, where it felt {felt_c.min():.2f} to "
+                f"{felt_c.max():.2f} °C"
             )
             return
 

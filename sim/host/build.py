@@ -116,6 +116,8 @@ def _names(parts: Parts) -> list[str]:
     control += [f"{name}.c" for name in program_files(parts)]
     control += ["relay.c"] * (parts.relay is not None)
     control += ["countdown.c"] * parts.countdown
+    for name, sensor, _, has_table in parts.monitors:
+        control += [f"monitor_{name}.c", *([f"celsius_{sensor}.c"] * has_table)]
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 
 

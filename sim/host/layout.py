@@ -31,6 +31,7 @@ def declarations(project: Path, *loops: Parts) -> Any:
         names += [f"current_{parts.heater}"] * (parts.current is not None)
         names += ["state"] * parts.switched
         names += program_files(parts)
+        names += [f"monitor_{name}" for name, *_ in parts.monitors]
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in dict.fromkeys(names)), HERE / "world.h"):
@@ -58,6 +59,7 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         structures["current."] = f"current_{parts.heater}_state"
     if parts.programmed:
         structures["program."] = "program_state"
+    structures |= {f"monitor_{name}.": f"monitor_{name}_state" for name, *_ in parts.monitors}
     fields = [
         (f"{prefix}{name}", _width(field.type))
         for prefix, structure in structures.items()

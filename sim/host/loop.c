@@ -2,7 +2,7 @@
  *
  * Compiled once for each loop. The names of the loop and its parts come from the command line: LOOP,
  * SENSOR, HEATER, perhaps FAN, COOLER, CURRENT, HAS_STATE, and what can be commanded: HOSTED or
- * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, PROGRAMMED; RAW is the type of the sensor's readings; the
+ * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, PROGRAMMED; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
  * firmware's headers are included there, too.
  */
 #include "world.h"
@@ -61,6 +61,33 @@ void JOIN(sensor_, CURRENT, _begin)(void)
 {
     current_asked = true;
 }
+#endif
+
+#ifdef MONITORS
+/* For each monitor: its sensor, the type of its readings, and those that it may give. */
+#define MONITOR(NAME, TYPE, ...)                                                                   \
+    static bool JOIN(NAME, _asked, );                                                              \
+    uint8_t JOIN(sensor_, NAME, _take)(TYPE *raw)                                                  \
+    {                                                                                              \
+        static const TYPE readings[HOST_READINGS] = { __VA_ARGS__ };                               \
+        const uint8_t given = SELF.input.monitored;                                                \
+        const bool was_asked = JOIN(NAME, _asked, );                                               \
+        JOIN(NAME, _asked, ) = false;                                                              \
+        if (!was_asked) {                                                                          \
+            return FAULT_SENSOR_STALE;                                                             \
+        }                                                                                          \
+        if (given < HOST_READINGS) {                                                               \
+            memcpy(raw, &readings[given], sizeof *raw);                                            \
+            return READING_OK;                                                                     \
+        }                                                                                          \
+        return (uint8_t)(given - HOST_BAD);                                                        \
+    }                                                                                              \
+    void JOIN(sensor_, NAME, _begin)(void)                                                         \
+    {                                                                                              \
+        JOIN(NAME, _asked, ) = true;                                                               \
+    }
+MONITORS
+#undef MONITOR
 #endif
 
 /* ---- pins ---- */
@@ -154,6 +181,11 @@ static void start(void)
     JOIN(guard_, LOOP, _reset)();
 #ifdef PROGRAMMED
     program_start_up();
+#endif
+#ifdef MONITORS
+#define MONITOR(NAME, ...) JOIN(sensor_, NAME, _begin)();
+    MONITORS
+#undef MONITOR
 #endif
     JOIN(loop_, LOOP, _start)();
 }
@@ -257,6 +289,11 @@ static uint32_t state(uint8_t *to)
 #endif
 #ifdef PROGRAMMED
     end = put(end, &program, sizeof program);
+#endif
+#ifdef MONITORED
+#define MONITOR(NAME) end = put(end, &JOIN(monitor_, NAME, ), sizeof JOIN(monitor_, NAME, ));
+    MONITORED
+#undef MONITOR
 #endif
 #ifdef HOSTED
     *end++ = JOIN(loop_, LOOP, _is_ready)();

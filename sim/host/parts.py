@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor
+from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of
 from heatwright.spec.commands import commanded, countdown_of, programmed, switched, tunable
 from heatwright.spec.timers import allocate
 
@@ -40,6 +41,29 @@ class Parts(NamedTuple):
     """The safety relay's output."""
     countdown: bool
     """People may set a time after which the loop goes off."""
+    monitors: tuple[tuple[str, str, str, bool], ...]
+    """What is judged in the loop's steps: name, sensor, the C type and the values of its readings,
+    and whether a table makes temperatures of them."""
+
+
+def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
+    """Return raw readings of a monitor: about both ends of the warning, and about the limit."""
+    monitor = controller.monitors[name]
+    sensor = controller.thermometers[monitor.sensor]
+    ideal = import_module(f"heatwright.sim.reference.{sensor.kind}").IdealSensor(
+        sensor, controller.board
+    )
+    ends_c = monitor.warning_c - monitor.hysteresis_k
+    step_k = sensor.step_at_k(monitor.warning_c, controller.board.mcu)
+    low_c, high_c = sensor.range_c
+    wished = (
+        *(ends_c + step_k * steps for steps in (-2, 0, 1)),
+        *(monitor.warning_c + step_k * steps for steps in (-1, 0, 1)),
+        *(monitor.limit_c + step_k * steps for steps in (-1, 0, 1)),
+    )
+    found = [ideal.read(min(max(each_c, low_c), high_c)) for each_c in wished]
+    assert not any(status for status, _ in found)  # noqa: S101 - the language sees to it
+    return tuple(raw for _, raw in found)
 
 
 def parts_of(controller: Controller) -> tuple[Parts, ...]:
@@ -69,6 +93,16 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         programmed=programmed(controller, name),
         relay=controller.safety.relay,
         countdown=countdown_of(controller, name) is not None,
+        monitors=tuple(
+            (
+                each,
+                monitor.sensor,
+                f"{_raw_type(controller.sensors[monitor.sensor])},"
+                + ",".join(map(str, monitor_readings(controller, each))),
+                controller.sensors[monitor.sensor].kind in TABLED,
+            )
+            for each, monitor in monitors_of(controller, name).items()
+        ),
     )
 
 
@@ -128,6 +162,12 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
         headers += [f"sensor_{parts.current}.h", f"current_{parts.heater}.h"]
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
+    if parts.monitors:
+        listed = "".join(f"MONITOR({sensor},{types})" for _, sensor, types, _ in parts.monitors)
+        flags.append(f"-DMONITORS={listed}")
+        flags.append("-DMONITORED=" + "".join(f"MONITOR({name})" for name, *_ in parts.monitors))
+        for name, sensor, *_ in parts.monitors:
+            headers += [f"sensor_{sensor}.h", f"monitor_{name}.h"]
     if parts.fan:
         flags += _line_flags(controller, "FAN", parts.fan)
         headers.append(f"output_{parts.fan}.h")

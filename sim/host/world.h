@@ -22,7 +22,10 @@ struct host_input {
     uint16_t silent_ticks; /* since the master was heard */
     uint8_t order; /* to the program: PROGRAM_* of program.order */
     uint8_t argument;
+    uint8_t monitored; /* all monitors of the loop: which of their readings, or HOST_BAD + a status */
 };
+
+enum { HOST_READINGS = 9, HOST_BAD = 16 };
 
 /* Commands to a loop that a host or a master commands. */
 enum {

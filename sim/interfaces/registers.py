@@ -71,6 +71,11 @@ def _controller(controller: Controller) -> Iterator[Register]:
     counters = ("messages", "errors", "exceptions", "requests", "unanswered", "overruns")
     for number, name in enumerate(("acknowledgements", *counters)):
         yield Register("input_register", 9 + number, name)
+    if controller.monitors:
+        yield Register("input_register", 16, "warnings")
+    for number, name in enumerate(controller.monitors):
+        yield Register("discrete_input", 1 + number, f"warning_{name}", "bit")
+        yield Register("input_register", 17 + number, f"monitor_{name}", "i16", TENTH)
 
 
 def _loop(controller: Controller, name: str) -> Iterator[Register]:

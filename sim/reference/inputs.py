@@ -1,5 +1,7 @@
 """What goes into a control step of some loops beside reading and setpoint (docs/control.md)."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from heatwright.sim.reference.numbers import ZERO, Single
@@ -39,6 +41,8 @@ class Orders(NamedTuple):
     """The operator's critical temperature; needed where it is adjustable."""
     relay_fault: int = 0
     """What the watch of the safety relay has found."""
+    monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
+    """By monitor that is judged in the step: its reading's status and raw number."""
 
 
 NO_ORDERS = Orders()

@@ -6,12 +6,13 @@ from heatwright.sim.reference.guard_rules import Look
 from heatwright.sim.reference.inputs import AUTOMATIC, NO_ORDERS, Orders
 from heatwright.sim.reference.limiter import limiter_of
 from heatwright.sim.reference.members import Member, Value, prefixed
+from heatwright.sim.reference.monitor import MonitorModel
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.output import HeaterOutput, heater_of
 from heatwright.sim.reference.program import ProgramRun
 from heatwright.sim.reference.reading import Readings, Seen
 from heatwright.sim.reference.response import response_of
-from heatwright.spec import Controller, programmed
+from heatwright.spec import Controller, monitors_of, programmed
 
 Record = dict[str, Value]
 """Every member of the state after a step, by the names of docs/control.md."""
@@ -43,12 +44,16 @@ class Reference:
     def __init__(self, controller: Controller, loop: str) -> None:
         """Build the model from the specification alone."""
         spec = controller.loops[loop]
-        self._readings = Readings(controller, loop)
+        self._readings = Readings(controller, spec.sensor)
         self._guard = Guard(spec, self._readings.raw_width)
         self.steering = Steering(controller, loop)
         self.limiter = limiter_of(controller, spec.heater, spec.period_s)
         self.program = _program(controller, loop)
         self._response = response_of(spec)
+        self._monitors = {
+            name: MonitorModel(controller, name, spec.period_s)
+            for name in monitors_of(controller, loop)
+        }
         self._has_cooler = spec.cooler is not None
         self._minds_master = spec.protection.master_lost_after_s is not None
         self.output: HeaterOutput = heater_of(controller, spec.heater)
@@ -155,9 +160,12 @@ class Reference:
         )
 
     def _mind_others(self, orders: Orders) -> None:
-        """Watch what is not the loop's own: the safety relay and the master."""
+        """Watch what is not the loop's own: the safety relay, the monitors, and the master."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.relay_fault, temperature_c)
+        for name, monitor in self._monitors.items():
+            code = monitor.step(*orders.monitors[name])
+            self._trip(code, monitor.temperature_c)
         if orders.master_lost and self._minds_master and orders.enabled:
             self._trip(MASTER_LOST, temperature_c)
 
@@ -227,6 +235,11 @@ class Reference:
             *prefixed("output", self.output.members),
             *prefixed("current", self.limiter.members if self.limiter else ()),
             *prefixed("response", self._response.members if self._response else ()),
+            *(
+                member
+                for name, monitor in self._monitors.items()
+                for member in prefixed(f"monitor_{name}", monitor.members)
+            ),
         )
 
     def _values(self, setpoint: Single, orders: Orders) -> tuple[Value, ...]:
@@ -247,6 +260,7 @@ class Reference:
             *self.output.values(),
             *(self.limiter.values() if self.limiter else ()),
             *(self._response.values() if self._response else ()),
+            *(value for monitor in self._monitors.values() for value in monitor.values()),
         )
 
 

@@ -14,7 +14,14 @@ from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.sampling import Sampler
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, CurrentSensor, ThreePosition, programmed, switched
+from heatwright.spec import (
+    Controller,
+    CurrentSensor,
+    ThreePosition,
+    monitors_of,
+    programmed,
+    switched,
+)
 from heatwright.spec.commands import countdown_of
 
 SECOND_US = 1_000_000
@@ -37,8 +44,13 @@ class ModelledLoop:
         self.countdown = _countdown(controller, name, self.operator)
         self.is_ready = False
         """Whether the last step found the temperature near enough to the setpoint."""
-        self._sampler = Sampler(controller, self.spec, noise_k)
-        self._felt_c = 0.0
+        self._monitors = {
+            each: (monitor.sensor, Sampler(controller, monitor.sensor))
+            for each, monitor in monitors_of(controller, name).items()
+        }
+        own = (self.spec.sensor, Sampler(controller, self.spec.sensor, noise_k))
+        self._samplers = (own, *self._monitors.values())
+        self._felt_c = {sensor: 0.0 for sensor, _ in self._samplers}
         self._ammeter = _ammeter(controller, self.spec.heater)
         self._amperes = 0.0
         self._period_us = round(self.spec.period_s * SECOND_US)
@@ -49,23 +61,26 @@ class ModelledLoop:
 
     def sense(self, sensor: str, felt: float) -> None:
         """Give a sensor this temperature from now on, °C, or this current, A."""
-        if sensor == self.spec.sensor:
-            self._felt_c = felt
+        if sensor in self._felt_c:
+            self._felt_c[sensor] = felt
         elif self._ammeter is not None and sensor == self._ammeter[0]:
             self._amperes = felt
 
     @property
     def due_us(self) -> int:
-        """When there is something to do next: a look at the sensor, or a step."""
-        return self._sampler.due_us(self._step_us)
+        """When there is something to do next: a look at a sensor, or a step."""
+        return min(sampler.due_us(self._step_us) for _, sampler in self._samplers)
 
     def do(self) -> bool:
         """Do what is due; tell whether it was a step."""
-        if not self._sampler.is_done:
-            self._sampler.look(self._felt_c)
-            return False
-        status, raw = self._sampler.take()
-        orders = self.operator.orders
+        due_us = self.due_us
+        for sensor, sampler in self._samplers:
+            if not sampler.is_done and sampler.due_us(self._step_us) == due_us:
+                sampler.look(self._felt_c[sensor])
+                return False
+        (status, raw), *others = [sampler.take() for _, sampler in self._samplers]
+        monitors = dict(zip(self._monitors, others, strict=True))
+        orders = self.operator.orders._replace(monitors=monitors)
         if self._ammeter is not None:
             orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
         record = self.reference.step(status, raw, self.operator.setpoint_c, orders=orders)

@@ -43,11 +43,10 @@ class Average:
 
 
 class Readings:
-    """What a loop knows of its temperature."""
+    """What is known of a sensor's temperature."""
 
-    def __init__(self, controller: Controller, loop: str) -> None:
-        """Start without a reading."""
-        name = controller.loops[loop].sensor
+    def __init__(self, controller: Controller, name: str) -> None:
+        """Start without a reading; name -- of the sensor."""
         sensor = controller.thermometers[name]
         kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
         self._convert = kind.converter(sensor, controller.board)

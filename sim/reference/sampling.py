@@ -5,28 +5,28 @@ from random import Random
 from typing import Any
 
 from heatwright.sim.coupling import sums_noise
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller
 
 SECOND_US = 1_000_000
 TICK_US = 10_000
 
 
 class Sampler:
-    """The reading of a loop's sensor for the next step.
+    """The reading of a sensor for the next step of a loop.
 
     Its codes are all of one moment; but if the machine makes them noisy each is of its own tick,
     for their sum is less noisy than one of them.
     """
 
-    def __init__(self, controller: Controller, loop: Loop, noise_k: float = 0.0) -> None:
-        """Find out when to look.
+    def __init__(self, controller: Controller, name: str, noise_k: float = 0.0) -> None:
+        """Find out when to look at the sensor of a name.
 
         noise_k -- standard deviation of what each look adds to what is felt, K.
         """
-        sensor = controller.sensors[loop.sensor]
+        sensor = controller.sensors[name]
         kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
         self._sensor: Any = kind.IdealSensor(sensor, controller.board)
-        self._each = sums_noise(controller, loop.sensor)
+        self._each = sums_noise(controller, name)
         early_us = round(self._sensor.sampled_before_step_s * SECOND_US)
         self._early_us = [early_us]
         if self._each:

@@ -18,6 +18,7 @@ from heatwright.spec.checks import (
     logs,
     master,
     memory,
+    monitors,
     orders,
     pins,
     plant,
@@ -53,6 +54,10 @@ CHECKS: tuple[Check, ...] = (
     references.heaters_can_heat,
     references.heaters_do_not_always_run,
     references.loops_go_by_thermometers,
+    monitors.monitor_sensors,
+    monitors.monitors_have_a_step,
+    monitors.monitors_in_order,
+    monitors.monitors_in_time,
     references.everything_used,
     references.names_apart_in_c,
     cooling.coolers_have_a_use,
@@ -177,6 +182,7 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_radiation,
     plant.plant_nodes,
     plant.plant_covers_loops,
+    monitors.plant_covers_monitors,
     senses.senses_fit,
     senses.currents_are_sensed,
     plant.heat_arrives,
@@ -208,4 +214,6 @@ def _check_one(controller: Controller, whole: bool, *, any_setpoint: bool = True
     found = [finding for each in CHECKS for finding in each(controller)]
     if whole:
         found += thermal(controller, any_setpoint=any_setpoint)
+        if controller.simulation is not None:
+            found += monitors.monitors_hold(controller, controller.simulation)
     return found

@@ -10,7 +10,7 @@ from heatwright.spec.checks.timing import periods_s
 from heatwright.spec.controller import Controller
 from heatwright.spec.max31856 import Max31856
 from heatwright.spec.quantity import duration
-from heatwright.spec.sensors import Ds18b20, Thermometer
+from heatwright.spec.sensors import Ds18b20, Thermometer, shortest_period_s
 from heatwright.spec.thermocouples import Max31855
 from heatwright.spec.timers import TICK_S
 
@@ -26,11 +26,6 @@ def conversion_fits(controller: Controller) -> Findings:
                 f"Use at least {duration(needed_s)}{_or_less(sensor, loop.period_s)}",
                 (("sensors", loop.sensor),),
             )
-
-
-def shortest_period_s(sensor: Thermometer) -> float:
-    """Whole ticks for a conversion, and the reading."""
-    return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)
 
 
 def _what_takes_so_long(sensor: Thermometer) -> str:

@@ -146,8 +146,11 @@ def everything_used(controller: Controller) -> Findings:
     """
     if any(True for each in (loop_parts, output_sensors, relay_is_there) for _ in each(controller)):
         return
+    if any(each.sensor not in controller.sensors for each in controller.monitors.values()):
+        return
     used = {loop.sensor for loop in controller.loops.values()}
     used.update(current_sensors(controller).values())
+    used.update(monitor.sensor for monitor in controller.monitors.values())
     for name, sensor in controller.sensors.items():
         if name in used:
             continue
@@ -162,8 +165,8 @@ def everything_used(controller: Controller) -> Findings:
             yield Finding(
                 ("sensors", name),
                 "no loop uses this sensor",
-                "Delete it, or name it in a loop",
-                (("loops",),),
+                "Delete it, or name it in a loop or a monitor",
+                (("loops",), ("monitors",)),
             )
     driven = driven_by_loops(controller) | driven_by_host(controller) | {controller.safety.relay}
     for name, output in controller.outputs.items():
@@ -206,7 +209,7 @@ def names_apart_in_c(controller: Controller) -> Findings:
     Everything made from a name carries it in front (`output_heater`, `output_heater_start()`), so
     no name may go on where another of its section ends; a number may, for no function begins so.
     """
-    for section in ("sensors", "outputs", "loops"):
+    for section in ("sensors", "outputs", "loops", "monitors"):
         names = getattr(controller, section)
         for name in names:
             words = name.split("_")

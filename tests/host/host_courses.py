@@ -4,7 +4,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from host_reference import Way, alone, fill_currents, ways_of
+from host_reference import HOST_BAD, Way, alone, fill_currents, ways_of
 from host_stretches import LONGEST, Stretch, Walk
 from host_stretches_commanded import CommandedWalk, current_of
 from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
@@ -29,6 +29,11 @@ CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
 OTHER_CODES = ("over", "leak")
 """Those of them whose codes are those of the current sensor of `host_specs`."""
+
+RARE = 0.1
+"""Share of the changes of what is monitored that may be a fault."""
+LONG = 300
+"""Steps without a reading that eight bits cannot count."""
 
 LONG_SILENCE = [
     Stretch("setpoint", 1, 3),
@@ -85,6 +90,7 @@ def _begun(random: Random, kind: str) -> Stretch:
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
     inputs = _walked(controller, course)
+    fill_monitors(controller, Random(len(course)), inputs)  # noqa: S311 - no secret
     if current_of(controller):
         fill_currents({"": Way(controller)}, {"": inputs})
     return inputs
@@ -94,6 +100,20 @@ def _walked(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     ((name, _),) = controller.loops.items()
     walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else CommandedWalk
     return walk(controller).inputs(course)
+
+
+def fill_monitors(controller: Controller, random: Random, inputs: NDArray[Any]) -> None:
+    """Let what is monitored become warm and cool, and now and then too hot, or not be heard."""
+    given, left = 0, 0
+    for row in inputs if controller.monitors else ():
+        if not left:
+            bad = HOST_BAD + random.choice((1, 2, 17))
+            rarely = (6, 7, 8, bad) if random.random() < RARE else ()
+            given = random.choice((*range(6), bad, *rarely))
+            left = random.choice((1, 1, 2, 5))
+            left = LONG if given == bad and random.random() < RARE else left
+        left -= 1
+        row["monitored"] = given
 
 
 def random_inputs(
@@ -112,6 +132,7 @@ def random_inputs(
     inputs = {}
     for name, rows in courses.items():
         inputs[name] = again = np.resize(rows, min(wanted, most) // ticks[name])
+        fill_monitors(alone(controller, name), random, again)
         taken = 0
         for row in again:
             row["acknowledge"] |= random.random() < hasty

@@ -9,6 +9,7 @@ from host_commands import Commands
 from numpy.typing import NDArray
 
 from heatwright.sim.host.firmware import READY, STATE, Run
+from heatwright.sim.host.parts import monitor_readings
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.course import course_of
 from heatwright.sim.reference.current import IdealSensor
@@ -17,9 +18,11 @@ from heatwright.sim.reference.inputs import Gains, Orders
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import pwm_period
 from heatwright.sim.reference.program_state import ProgramState
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller, DigitalOutput, monitors_of
 
 TICK_US = 10_000
+HOST_READINGS, HOST_BAD = 9, 16
+"""Of a row's `monitored`: see sim/host/world.h."""
 TRIPPED_BY, TRIPPED_C = 6, 21.5
 SLACK = 0.001
 """Of counts: the reference has shares of a time, which do not add up to the last bit."""
@@ -50,7 +53,8 @@ class Expected(NamedTuple):
 def alone(controller: Controller, name: str) -> Controller:
     """A controller as one of its loops sees it: as if there were no other."""
     only = type(controller.loops)({name: controller.loops[name]})
-    return controller.model_copy(update={"loops": only})
+    monitors = type(controller.loops)(monitors_of(controller, name))
+    return controller.model_copy(update={"loops": only, "monitors": monitors})
 
 
 class Way:
@@ -76,6 +80,8 @@ class Way:
         self._holds = self._holds or self._cooler_holds  # the heater waits for it
         lost_s = self._loop.protection.master_lost_after_s
         self._silence_ticks = None if lost_s is None else round(lost_s * 100)
+        self._monitors = {each: monitor_readings(controller, each) for each in controller.monitors}
+        self._heard = dict.fromkeys(self._monitors, 0)
         self._current = getattr(output, "current", None)
         if self._current is not None:
             sensor = controller.sensors[self._current.sensor]
@@ -194,9 +200,17 @@ class Way:
     def _orders(self, row: Any) -> Orders:
         silence = self._silence_ticks
         return self._commands.orders._replace(
+            monitors=self._monitored(int(row["monitored"])),
             current_raw=int(row["current_raw"]),
             master_lost=silence is not None and int(row["silent_ticks"]) >= silence,
         )
+
+    def _monitored(self, given: int) -> dict[str, tuple[int, int]]:
+        """What each monitor reads; a failed reading leaves the code as it was."""
+        if given < HOST_READINGS:
+            self._heard = {name: raws[given] for name, raws in self._monitors.items()}
+        status = max(0, given - HOST_BAD)
+        return {name: (status, raw) for name, raw in self._heard.items()}
 
     def _told(self, record: Record) -> list[int | bool]:
         if not self._commands.commanded:

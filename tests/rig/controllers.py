@@ -5,6 +5,7 @@ to three loops from what pins and timers are left, each with a plant and protect
 it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
 """
 
+import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cache
 from itertools import islice
@@ -15,18 +16,31 @@ import yaml
 from hypothesis import assume
 from hypothesis import strategies as st
 from rig.controllers_loops import AMBIENT_C, FEED_MM_PER_S, LoopDraw, Served, joined
-from rig.controllers_parts import Draws, Part, Resources, Sensors, Unsuited, text
+from rig.controllers_parts import (
+    Draws,
+    Part,
+    Resources,
+    Sensors,
+    Unsuited,
+    step_k,
+    text,
+    usable_c,
+)
 from suite import SEED
 
 from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST
+from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.uses import LCD_KEYPAD_PINS
 
 NAMES = ("air", "bed", "plate_2")
+MONITORS = ("drivers", "camera")
+HOTTEST_BOX_C = 45.0
+"""No room, and no loop, makes a monitored box warmer."""
 CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
 BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
 LENGTH_S = 60.0
@@ -104,6 +118,7 @@ class _Controller:
         self._relay()
         self._leds_without_meaning_yet()
         self._loops()
+        self._monitors()
         self._host()
         self._programs()
         self._logs()
@@ -191,7 +206,7 @@ class _Controller:
         self.feeds = False
         other = not self.has_keys and draws.seldom()
         reference = draws.one("internal", "3 V") if other else "supply"
-        sensors = Sensors(left, reference)
+        self.sensors = sensors = Sensors(left, reference)
         if self.served_by_host:
             self._fans_and_feed()
         self.loops: list[LoopDraw] = []
@@ -201,6 +216,46 @@ class _Controller:
             cold = len(self.names) > 1
             self.loops.append(LoopDraw(name, sensors, self._served(name), spare, cold=cold))
         self._simulated &= all(loop.start_c == AMBIENT_C for loop in self.loops)
+
+    def _monitors(self) -> None:
+        """Watch what belongs to no loop; in a box of its own, which one of the loops may warm."""
+        draws = self.draws
+        self.monitors: dict[str, Part] = {}
+        self.watched: list[Any] = []
+        for name in MONITORS:
+            if not self._spare() or not draws.seldom():
+                continue
+            part, sensor = self.sensors.draw(self.left.pins, chosen=False, cold=True)
+            part.pop("moving_average", None)
+            slow_s = shortest_period_s(sensor)
+            period_s = next((each.period_s for each in self.loops if each.period_s >= slow_s), None)
+            floor_c, ceiling_c = usable_c(sensor)
+            wide_k = max(2.1 * step_k(sensor, self.board.mcu, floor_c, ceiling_c), 0.5)
+            if period_s is None or floor_c > 0 or ceiling_c - 3 * wide_k < HOTTEST_BOX_C:
+                continue
+            limit_c = draws.number(HOTTEST_BOX_C + 2 * wide_k, ceiling_c, 80, 0.1)
+            warning_c = draws.number(20, limit_c - wide_k - 0.1, limit_c - 10, 0.1)
+            monitor: Part = {"sensor": f"{name}_probe", "warning": text(warning_c, "°C")}
+            monitor["limit"] = text(limit_c, "°C")
+            most_k = min(30.0, warning_c - max(floor_c, 0))
+            hysteresis_k = draws.number(min(wide_k, most_k), most_k, 2, 0.1)
+            monitor |= {"hysteresis": text(hysteresis_k, "K")} if hysteresis_k != 2 else {}
+            starts = math.ceil(round(sensor.first_s / period_s, 6)) if sensor.first_s else 1
+            stale_s = draws.number((1 + starts) * period_s, 255 * period_s, 5, period_s)
+            monitor |= {"stale_after": text(stale_s, "s")} if stale_s != 5 else {}
+            self.monitors[name] = monitor
+            node = draws.one(None, self.loops[0])
+            self.watched.append((name, part, node))
+
+    def _boxes(self, plant: Part) -> None:
+        """Add what the monitors watch to the machine."""
+        for name, _, warmer in self.watched:
+            plant["nodes"][f"{name}_box"] = "200 J/K"
+            plant["links"].append({"between": [f"{name}_box", "ambient"], "resistance": "2 K/W"})
+            if warmer is not None:
+                warm = [f"{name}_box", warmer.name]
+                plant["links"].append({"between": warm, "resistance": "20000 K/W"})
+            plant["sense"][f"{name}_probe"] = {"node": f"{name}_box", "lag": "5 s"}
 
     def _fans_and_feed(self) -> None:
         """Give the host something to switch."""
@@ -405,6 +460,7 @@ class _Controller:
             "sense": joined(loops, "sense"), **({"fans": fans} if fans else {}),
             **({"radiation": radiation} if radiation else {}),
         }  # fmt: skip
+        self._boxes(plant)
         if self.draws.seldom():
             plant["initial"] = text(self.draws.one(AMBIENT_C, 24), "°C")
         if self.draws.one(True, True, True, False):  # else what full power makes of it
@@ -473,9 +529,11 @@ class _Controller:
         """Write the file."""
         whole: Part = {
             "heatwright": 1, "controller": self.identity,
-            "sensors": joined(self.loops, "sensors"),
+            "sensors": joined(self.loops, "sensors")
+            | {f"{name}_probe": part for name, part, _ in self.watched},
             "outputs": {**joined(self.loops, "outputs"), **self.outputs},
             "loops": {loop.name: loop.parts() for loop in self.loops},
+            **({"monitors": self.monitors} if self.monitors else {}),
             **({"programs": self.programs} if self.programs else {}), "safety": self.safety,
             **({"interfaces": self.interfaces} if self.interfaces else {}),
             **({"simulation": self._simulation()} if self._simulated else {}),

@@ -183,6 +183,7 @@ HEADINGS = {
     "TimeProportionalOutput": "time_proportional", "Loop": "loops", "Link": "links",
     "IntegralLimits": "integral", "OutputLimits": "output", "Segment": "segments",
     "FanEffect": "fans", "Event": "scenario", "ComparisonRow": "comparison",
+    "Monitor": "monitors",
 }  # fmt: skip
 """Of the models whose heading is not their own name."""
 
@@ -249,6 +250,8 @@ def put_in(fragment: str) -> str:
         around["interfaces"] = "[{kind: gcode, loops: {T0: air}, steppers: {E: feed}}]"
     if "kind: max6675" in fragment:  # it may be wrong by 5.25 K, and ends at 0 °C
         loop["protection"] = "{minimum: 6 °C}"
+    if "monitors:" in fragment:
+        plant["sense"]["electronics"] = "{node: air}"
     if "kind: current" in fragment:  # the plant must have it
         plant["sense"]["wire"] = "{of: heater}"
     rest = [f"{key}: {flow(value)}\n" for key, value in around.items() if key not in given]

@@ -335,5 +335,6 @@ def _last_code(controller: Controller) -> int:
         23: "modbus_rtu" in kinds,
         24: bool(controller.programs),
         26: bool(controller.safety.relay_feedback),
+        27: bool(controller.monitors),
     }
     return max(code for code, there in last.items() if there)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
@@ -32,7 +33,7 @@ def plan(source: Source, interface: Gcode) -> Part:
     """Plan line, commands and answers."""
     context = _context(source, interface)
     return Part(
-        files=tuple(_files(context)),
+        files=(*_files(context), *told(Source(source.spec, ()))),
         groups=(Group("G-code host", tuple(_constants(source, interface))),),
         pins=(_receiving_pin(source),),
         start_calls=(Call(Stage.OPERATE, "gcode.h", "gcode_start();"),),
@@ -122,6 +123,7 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
             {"number": int(key[1:]), "output": output, "where": source.at("fans", key).where}
             for key, output in sorted(interface.fans.items())
         ],
+        "monitors": bool(controller.monitors),
         "temperature_pieces": _temperature_pieces(interface),
         "tick_ms": TICK_MS,
         "receive_vector": uart.receive_vector,

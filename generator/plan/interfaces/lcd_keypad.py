@@ -6,6 +6,7 @@ from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.menu import Shown, plan_menu
+from heatwright.generator.plan.monitors import shown as plan_warning
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
@@ -41,6 +42,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     }
     by_program = programmed(controller, interface.loop)
     shown = (plan_menu if by_program else _plan_panel)(source, interface)
+    warning_files, warning_constants = plan_warning(Source(source.spec, ()), interface.loop)
     keypad = {
         "where": source.where,
         "shared_adc": has_sensors(controller),
@@ -64,10 +66,11 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             File("src/keypad.c", "interfaces/keypad.c.j2", keypad),
             File("src/panel.h", "interfaces/panel.h"),
             *shown.files,
+            *warning_files,
             File("src/text.h", "src/text.h"),
             File("src/text.c", "src/text.c"),
         ),
-        groups=(Group("LCD keypad shield", (*constants, *shown.constants)),),
+        groups=(Group("LCD keypad shield", (*constants, *shown.constants, *warning_constants)),),
         pins=(
             *(
                 driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
@@ -113,6 +116,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "hosted": not switched(controller, interface.loop),
         "must_release": must_release(controller),
         "countdown": interface.countdown is not None,
+        "monitors": bool(controller.monitors),
     }
     whole = all(
         value.is_integer()

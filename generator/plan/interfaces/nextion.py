@@ -8,6 +8,7 @@ from typing import Any
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import components, whats
 from heatwright.generator.plan.nextion.words import words
@@ -68,6 +69,7 @@ def _files(source: Source, interface: Nextion) -> Iterable[File]:
         yield File("src/nextion_points.c", "interfaces/nextion_points.c.j2", context)
     yield File("src/text.h", "src/text.h")
     yield File("src/text.c", "src/text.c")
+    yield from told(Source(source.spec, ()))
     yield from documents(source, interface)
 
 
@@ -90,6 +92,7 @@ def _context(source: Source, interface: Nextion) -> dict[str, Any]:
         "prefix": prefix_of(interface.loop),
         "sensor": loop.sensor,
         "programs": programmed(controller, interface.loop),
+        "monitors": bool(controller.monitors),
         "tunable": tunable(controller, interface.loop),
         "adjustable": loop.protection.maximum_adjustable,
         "selectable": bool(selectable_types(controller)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
@@ -26,6 +27,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "response": source.controller.loops[interface.loop].response is not None,
         "response_where": Source(source.spec, ("loops", interface.loop, "response")).where,
         "programmed": programmed(source.controller, interface.loop),
+        "monitors": bool(source.controller.monitors),
         **_registers(board, interface.port),
     }
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
@@ -54,6 +56,8 @@ def plan(source: Source, interface: SerialLog) -> Part:
             File("src/log_port.h", "interfaces/log_port.h"),
             File("src/log_port.c", "interfaces/log_port.c.j2", context),
             *ring,
+            *told(Source(source.spec, ())),
+            *(_numbers() if source.controller.monitors else ()),
         ),
         groups=(Group("Serial log", _constants(source, interface)),),
         pins=(pulled_up(source, "log_rx", receives, "from the computer that reads the log"),),
@@ -64,6 +68,10 @@ def plan(source: Source, interface: SerialLog) -> Part:
             Wiring(label(receives), "serial log, from the computer", f"{line}; send `help`"),
         ),
     )
+
+
+def _numbers() -> tuple[File, ...]:
+    return File("src/text.h", "src/text.h"), File("src/text.c", "src/text.c")
 
 
 def _registers(board: Board, port: int) -> dict[str, object]:

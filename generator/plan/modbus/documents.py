@@ -172,6 +172,6 @@ def _member(register: Register) -> dict[str, Any]:
 def _type(register: Register) -> str:
     if register.kind == "bit":
         return "bool"
-    if register.name.endswith(".temperature"):
+    if register.name.endswith(".temperature") or register.name.startswith("monitor_"):
         return "float | None"
     return "int" if register.kind != "f32" and register.scale == 1 else "float"

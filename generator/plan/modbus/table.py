@@ -34,6 +34,7 @@ def map_context(source: Source) -> dict[str, Any]:
         "tables": tables,
         "sizes": {str(table["name"]): len(table["rows"]) for table in tables},
         "loops": loops,
+        "monitors": list(source.controller.monitors),
         "gains": any(loop["tunable"] for loop in loops),
         "state_fault": STATE_FAULT,
         "state_valid": STATE_VALID,
@@ -93,4 +94,6 @@ def _headers(source: Source) -> list[dict[str, str]]:
             headers[f"current_{loop.heater}.h"] = f"current_{loop.heater}"
         if tunable(controller, name) and loop.autotune is not None:
             headers[f"autotune_{name}.h"] = f"autotune_{name}"
+    for name in controller.monitors:
+        headers[f"monitor_{name}.h"] = f"monitor_{name}"
     return [{"name": name, "symbols": symbol} for name, symbol in sorted(headers.items())]

@@ -102,7 +102,7 @@ def components(
 
 def _known(source: Source, interface: Nextion) -> list[What]:
     """All that there is to be shown; a machine without programs has less."""
-    known = [*_control(interface), *_settings(source, interface)]
+    known = [*_control(source, interface), *_settings(source, interface)]
     if programmed(source.controller, interface.loop):
         known += _program()
         heater = source.controller.outputs[source.controller.loops[interface.loop].heater]
@@ -136,8 +136,9 @@ def _of_page(page: Page, *, of_fault: bool) -> Iterable[dict[str, object]]:
             yield {"stem": f"{prefix}{stem}", "row": row, "shows": f"SHOWS_{shown[stem]}"}
 
 
-def _control(interface: Nextion) -> list[What]:
+def _control(source: Source, interface: Nextion) -> list[What]:
     loop = f"loop_{interface.loop}"
+    alarm = "alarm_word()" if source.controller.monitors else "WORD_OF_FAULTS + fault.code"
     return [
         What("SHOWS_TEMPERATURE", "AS_NUMBER", f"steps({loop}.temperature_c, 1.0f)"),
         What("SHOWS_EXACT_TEMPERATURE", "AS_TENTHS", f"tenths({loop}.temperature_c)"),
@@ -147,7 +148,7 @@ def _control(interface: Nextion) -> list[What]:
         What("SHOWS_ENABLED", "AS_NUMBER", f"{loop}.enabled"),
         What("SHOWS_STATE", "AS_WORD", "state_word()"),
         What("SHOWS_ALARM", "AS_SWITCH", "fault.code != FAULT_NONE"),
-        What("SHOWS_ALARM_WORD", "AS_WORD", "WORD_OF_FAULTS + fault.code"),
+        What("SHOWS_ALARM_WORD", "AS_WORD", alarm),
         What("SHOWS_FAULT_TEMPERATURE", "AS_TENTHS", "tenths(fault.temperature_c)"),
         What("SHOWS_LISTED", "AS_LISTED", "fault_log_count()"),
     ]

@@ -34,6 +34,7 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
         "INTERRUPTED": ("paused by a fault",),
         "KINDS": _KINDS,
         "FAULTS": ("", *_faults(controller)),
+        **({"WARNINGS": _warnings(controller)} if controller.monitors else {}),
     }
     found: list[str] = []
     first: dict[str, int] = {}
@@ -46,3 +47,8 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 def _faults(controller: Controller) -> list[str]:
     """By their codes, which have no gaps."""
     return [f"E{rule['code']:02d} {rule['display']}" for rule in rules(controller)]
+
+
+def _warnings(controller: Controller) -> tuple[str, ...]:
+    """By the monitors' numbers; a name leaves this much of the line."""
+    return tuple(f"warm: {name}" for name in controller.monitors)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.spec import Controller, Loop, Max31856
+from heatwright.spec import Controller, Loop, Max31856, monitors_of
 from heatwright.spec.sensors import Thermometer
 
 
@@ -30,9 +30,10 @@ def current_sensor(controller: Controller, loop: Loop) -> str | None:
 
 
 def shortest_period_s(controller: Controller, name: str) -> float:
-    """Find the shortest period of the loops that go by a sensor, or measure their heater by it."""
+    """Find the shortest period of the loops that read a sensor, be it their monitor's."""
     return min(
         loop.period_s
-        for loop in controller.loops.values()
+        for loop_name, loop in controller.loops.items()
         if name in {loop.sensor, current_sensor(controller, loop)}
+        or any(name == each.sensor for each in monitors_of(controller, loop_name).values())
     )

@@ -1,0 +1,99 @@
+"""Monitors: sensors of no loop, their limits, and what tells people of them."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.sensors.common import raw_type
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop, Monitor, monitors_of
+
+MOST_TURN_STEPS = 128
+TURN_S = 2.0
+"""A warning on a small display takes turns with what else is there, each so long or a step."""
+
+
+def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
+    """Plan the monitors that are judged in the steps of a loop."""
+    found = monitors_of(root.controller, loop_name)
+    return Part(
+        files=tuple(
+            file for name, each in found.items() for file in _files(root, name, each, loop_name)
+        ),
+        groups=tuple(
+            Group(f"Monitor {name}", _constants(root.at("monitors", name), name, each, loop))
+            for name, each in found.items()
+        ),
+        start_calls=tuple(
+            Call(Stage.CONTROL, f"sensor_{each.sensor}.h", f"sensor_{each.sensor}_begin();")
+            for each in found.values()
+        ),
+    )
+
+
+def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> list[File]:
+    at = root.at("monitors", name)
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "prefix": f"MONITOR_{name.upper()}",
+        "sensor": monitor.sensor,
+        "raw": raw_type(root.controller.thermometers[monitor.sensor]),
+        "loop": loop_name,
+        "where": at.where,
+        "warning_where": at.at("warning").where,
+        "limit_where": at.at("limit").where,
+        "stale_where": at.at("stale_after").where,
+    }
+    return [
+        File(f"src/monitor_{name}.{end}", f"src/monitor.{end}.j2", context) for end in ("h", "c")
+    ]
+
+
+def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Constant, ...]:
+    prefix = f"MONITOR_{name.upper()}"
+    ends_c = monitor.warning_c - monitor.hysteresis_k
+    return (
+        at.at("warning").number(
+            f"{prefix}_WARNING_C", monitor.warning_c, quantity(monitor.warning_c, "degC")
+        ),
+        at.at("hysteresis").number(
+            f"{prefix}_WARNING_END_C", ends_c, f"{quantity(monitor.hysteresis_k, 'K')} below it"
+        ),
+        at.at("limit").number(
+            f"{prefix}_LIMIT_C", monitor.limit_c, quantity(monitor.limit_c, "degC")
+        ),
+        at.at("stale_after").count(
+            f"{prefix}_STALE_STEPS",
+            steps(monitor.stale_after_s, loop.period_s),
+            f"{quantity(monitor.stale_after_s, 's')} in periods of {quantity(loop.period_s, 's')}",
+        ),
+    )
+
+
+def told(root: Source) -> tuple[File, ...]:
+    """Plan what interfaces ask for the monitors; nothing where there are none."""
+    names = list(root.controller.monitors)
+    if not names:
+        return ()
+    context = {"monitors": names, "where": root.at("monitors").where}
+    return (
+        File("src/monitors.h", "src/monitors.h"),
+        File("src/monitors.c", "src/monitors.c.j2", context),
+    )
+
+
+def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constant, ...]]:
+    """Plan the warning on a display of two lines that shows a loop."""
+    if not root.controller.monitors:
+        return (), ()
+    context = {"loop_name": loop_name, "where": root.at("monitors").where}
+    period_s = root.controller.loops[loop_name].period_s
+    turn = 1
+    while turn * period_s < TURN_S and turn < MOST_TURN_STEPS:
+        turn *= 2
+    return (
+        *told(root),
+        File("src/monitors_shown.h", "interfaces/monitors_shown.h"),
+        File("src/monitors_shown.c", "interfaces/monitors_shown.c.j2", context),
+    ), (Constant("PANEL_WARNING_STEPS", f"{turn}u", "a warning and the setpoint take turns"),)

@@ -1,0 +1,70 @@
+"""Monitors: sensors of no loop, that warn of a temperature and stop the heaters at another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, Field
+
+from heatwright.spec.base import Model, Name, ReadOnlyDict, Reference, Temperature
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.sensors import shortest_period_s
+from heatwright.spec.units import DIFFERENCE, DURATION
+
+if TYPE_CHECKING:
+    from heatwright.spec.controller import Controller
+
+MOST_MONITORS = 8
+"""Each has an address of its own among a Modbus controller's, and a bit."""
+
+
+class Monitor(Model):
+    """A sensor that belongs to no loop, and what it is watched for."""
+
+    sensor: Reference = Field(description="The sensor; no loop goes by it.")
+    warning_c: Temperature = Field(
+        alias="warning", description="From here on people are told; nothing else happens."
+    )
+    limit_c: Temperature = Field(
+        alias="limit", description="Rule `monitor_limit`: from here on all heaters are off."
+    )
+    hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
+        2.0, alias="hysteresis", description="So far below `warning` the warning ends."
+    )
+    stale_after_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
+        5.0, alias="stale_after", description="No valid reading for so long is a fault."
+    )
+
+
+def _few(value: Mapping[str, Monitor]) -> Mapping[str, Monitor]:
+    if len(value) > MOST_MONITORS:
+        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_MONITORS}")
+    return ReadOnlyDict(value)
+
+
+Monitors = Annotated[Mapping[Name, Monitor], AfterValidator(_few)]
+
+
+def watching_loop(controller: Controller, name: str) -> str | None:
+    """Name the loop in whose control step a monitor is judged; None where there is none.
+
+    It is the first one whose period holds a reading of the monitor's sensor.
+    """
+    sensor = controller.thermometers.get(controller.monitors[name].sensor)
+    if sensor is None:
+        return None
+    needed_s = shortest_period_s(sensor)
+    return next(
+        (loop for loop, each in controller.loops.items() if each.period_s >= needed_s), None
+    )
+
+
+def monitors_of(controller: Controller, loop: str) -> dict[str, Monitor]:
+    """List the monitors that are judged in a loop's control step, in the order of the file."""
+    return {
+        name: monitor
+        for name, monitor in controller.monitors.items()
+        if watching_loop(controller, name) == loop
+    }
