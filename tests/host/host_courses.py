@@ -30,7 +30,7 @@ CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 OTHER_CODES = ("over", "leak")
 """Those of them whose codes are those of the current sensor of `host_specs`."""
 
-RARE = 0.1
+RARE = 0.25
 """Share of the changes of what is monitored that may be a fault."""
 LONG = 300
 """Steps without a reading that eight bits cannot count."""
