@@ -1,10 +1,12 @@
 """The pages of every spec with a touch display: all fits, nothing overlaps, all code can be run;
 the documents for the Nextion editor say all of them, and nothing breaks those."""
 
+import copy
 import json
 import re
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hosted_kiln import PAGE, SPEC, TOUCHED
@@ -14,6 +16,7 @@ from rig.specs import EXAMPLES, changed, example, files_of, spec_of
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.output import compare
 from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.nextion.documents import KINDS
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.interfaces.nextion_codes import LONGEST_NAME
 from heatwright.sim.interfaces.nextion_display import Display
@@ -132,12 +135,11 @@ def test_every_page_is_reached_and_left(pages: tuple[Page, ...]) -> None:
 # -- the documents for the Nextion editor
 
 
-def test_the_data_and_the_page_to_read_have_every_component_and_every_line() -> None:
-    data, to_read = FILES["nextion/pages.json"], FILES["nextion/pages.md"]
+def test_the_data_have_every_component_and_every_line() -> None:
+    data = FILES["nextion/pages.json"]
     for page, told in zip(display_pages(TOUCHED), json.loads(data)["pages"], strict=True):
         assert (told["id"], told["name"]) == (page.id, page.name)
         assert told["postinitialize"] == list(page.postinitialize)
-        assert f"## {page.id}: page `{page.name}`" in to_read
         for part, other in zip(page.components, told["components"], strict=True):
             assert (other["id"], other["name"]) == (part.id, part.name)
             assert other["place"] == [part.x, part.y, part.w, part.h]
@@ -145,10 +147,71 @@ def test_the_data_and_the_page_to_read_have_every_component_and_every_line() -> 
             assert (other["scope"] == "global") == part.shared
             for event in ("press", "release", "timer"):
                 assert other.get(event, []) == list(getattr(part, event))
-            assert f"| {part.id} | " in to_read
-            assert f"| `{part.name}` |" in to_read
-            for line in (*part.press, *part.release, *part.timer):
-                assert f"    {line}\n" in to_read
+
+
+ROW = re.compile(r"\| (\d+) \| `(\w+)` \| (as it is|new ([\w -]+)|copy `([\w.]+)`) \| (.*) \|")
+PART = re.compile(r'(\w+) ("(?:[^"\\]|\\.)*"|-?\d+)(?:; |$)')
+STEP = re.compile(r"^(?:\| \d.*|`(.+)`, ([\w ]+) Event:\n\n((?:    .*\n)+))", re.MULTILINE)
+EVENTS = {"Touch Press": "press", "Touch Release": "release", "Timer": "timer",
+          "Preinitialize": "preinitialize", "Postinitialize": "postinitialize"}  # fmt: skip
+Made = dict[str, dict[str, Any]]
+
+
+def built(to_read: str) -> dict[str, Made]:
+    """Do with pages and components what the page to read says, as somebody at the editor would."""
+    pages: dict[str, Made] = {}
+    for text in re.split(r"^## ", to_read, flags=re.MULTILINE)[1:]:
+        name = re.match(r"\d+: page `(\w+)`", text)[1]  # type: ignore[index]
+        of = re.search(r"^Copy page `(\w+)`", text, re.MULTILINE)
+        page = pages[name] = copy.deepcopy(pages[of[1]]) if of else {"": {}}
+        for line in STEP.finditer(text):
+            if row := ROW.fullmatch(line[0].strip()):
+                number, part, how, kind, like, told = row.groups()
+                if kind:
+                    page[part] = {"kind": kind}
+                elif like:
+                    other, _, old = like.rpartition(".")
+                    page[part] = copy.deepcopy(pages[other or name][old])
+                assert how == "as it is" or kind or like
+                told_of_it = PART.findall(unmarked(told))
+                page[part] |= {key: json.loads(value) for key, value in told_of_it}
+                page[part]["id"] = int(number)
+            else:
+                owner, event, lines = line[1], line[2], line[3]
+                code = [each[4:] for each in lines.splitlines()]
+                part = "" if owner.startswith("page ") else owner
+                page[part][EVENTS[event]] = [] if code == ["(nothing)"] else code
+    return pages
+
+
+def unmarked(text: str) -> str:
+    """Undo what Markdown needs."""
+    return re.sub(r"\\(.)", r"\1", text)
+
+
+def test_whoever_does_what_the_page_to_read_says_has_all_pages() -> None:
+    """With copies, of which only what differs is told: every component, attribute, line of code."""
+    to_read = FILES["nextion/pages.md"]
+    pages = display_pages(TOUCHED)
+    found = built(to_read)
+    assert list(found) == [page.name for page in pages]
+    for page in pages:
+        made = found[page.name]
+        assert made.pop("").items() >= {"postinitialize": list(page.postinitialize)}.items()
+        assert list(made) == [part.name for part in page.components]
+        for part in page.components:
+            here = {"x": part.x, "y": part.y, "w": part.w, "h": part.h} if part.w else {}
+            code = {each: list(getattr(part, each)) for each in ("press", "release", "timer")}
+            due = {
+                "kind": KINDS[part.kind], "id": part.id, **here, **part.attributes,
+                "vscope": "global" if part.shared else "local",
+                **{event: lines for event, lines in code.items() if lines},
+            }  # fmt: skip
+            has = {key: value for key, value in made[part.name].items() if value != []}
+            assert has == due, f"{page.name}.{part.name}"
+    typed, in_all = map(int, re.findall(r"typed: (\d+) values and .* of (\d+)\.", to_read)[0])
+    rows = sum(1 + len(PART.findall(unmarked(row[5]))) for row in ROW.findall(to_read))
+    assert rows * 0.7 < typed < in_all / 3
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from heatwright.generator.plan.nextion.copies import Making, Step, makings, values
 from heatwright.generator.plan.parts import File
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import markdown
@@ -36,6 +37,7 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
     """Plan nextion/pages.md and nextion/pages.json."""
     identity = source.controller.identity
     pages = display_pages(source.controller)
+    made = makings(pages)
     context = {
         "title": markdown(identity.title or identity.name),
         "digest": source.spec.digest,
@@ -43,7 +45,9 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
         "width": WIDTH,
         "height": HEIGHT,
         "fonts": [{"number": number, "height": height} for number, height in enumerate(FONTS)],
-        "pages": [_page(page) for page in pages],
+        "pages": [_page(making) for making in made],
+        "typed": sum(step.typed for making in made for step in making.steps),
+        "in_all": sum(_all(page) for page in pages),
     }
     yield File("nextion/pages.md", "interfaces/nextion_pages.md.j2", context)
     lines = [json.dumps(_data(page), ensure_ascii=False) for page in pages]
@@ -54,38 +58,60 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
     )
 
 
-def _page(page: Page) -> dict[str, Any]:
+def _all(page: Page) -> int:
+    """Count what would be typed without copies."""
+    return sum(
+        len(values(each)) + sum(map(bool, (each.press, each.release, each.timer)))
+        for each in page.components
+    )
+
+
+def _page(making: Making) -> dict[str, Any]:
+    page = making.page
     own = {"preinitialize": page.preinitialize, "postinitialize": page.postinitialize}
     return {
         "number": page.id,
         "name": page.name,
         "meaning": page.meaning,
         "bco": page.bco,
-        "components": [_component(each) for each in page.components],
+        "of": making.of.name if making.of else "",
+        "blocks": _blocks(making),
         "codes": [
-            {"of": of, "event": EVENTS[event], "lines": lines}
-            for of, events in (
-                (f"page {page.name}", own),
-                *((each.name, _events(each)) for each in page.components),
-            )
-            for event, lines in events.items()
-            if lines
+            _told(f"page {page.name}", event, lines) for event, lines in own.items() if lines
         ],
     }
 
 
-def _component(component: Component) -> dict[str, Any]:
+def _blocks(making: Making) -> list[dict[str, Any]]:
+    """Have a table end where code is to be put in: what is copied later has it, too."""
+    blocks: list[dict[str, Any]] = []
+    for step in making.steps:
+        if not blocks or blocks[-1]["codes"]:
+            blocks.append({"steps": [], "codes": []})
+        blocks[-1]["steps"].append(_step(step, making.page))
+        blocks[-1]["codes"] += [
+            _told(step.component.name, event, lines) for event, lines in step.code.items()
+        ]
+    return blocks
+
+
+def _told(of: str, event: str, lines: tuple[str, ...]) -> dict[str, Any]:
+    return {"of": of, "event": EVENTS[event], "lines": lines}
+
+
+def _step(step: Step, page: Page) -> dict[str, Any]:
+    made = f"new {KINDS[step.component.kind]}"
+    if step.of:
+        other, old = step.of
+        made = f"copy `{old.name}`" if other is page else f"copy `{other.name}.{old.name}`"
     return {
-        "id": component.id,
-        "name": component.name,
-        "kind": KINDS[component.kind],
-        "scope": "global" if component.shared else "local",
-        "place": f"{component.x}, {component.y}, {component.w}, {component.h}"
-        if component.w
-        else "",
-        "attributes": ", ".join(
+        "id": step.component.id,
+        "name": step.component.name,
+        "made": made,
+        "set": "; ".join(
             f"{name} {markdown(json.dumps(value, ensure_ascii=False))}"
-            for name, value in component.attributes.items()
+            for name, value in step.set.items()
+            if name != "objname"
         ),
     }
 

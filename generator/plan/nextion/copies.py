@@ -1,0 +1,110 @@
+"""What is to be typed into the editor: how a component or a page differs from an earlier one.
+
+The editor imports no text, but copies components and pages with all that they hold. So whatever is
+like something earlier is made of a copy of it, and only what differs is typed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from heatwright.spec.nextion import Component, Page
+
+EVENTS = ("press", "release", "timer")
+Value = int | str
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """How one component is made.
+
+    of -- whose copy it is, as its page and itself; none: a new one, or that of a copied page. set
+    -- what is typed; code -- events whose code is replaced; without lines it is deleted.
+    """
+
+    component: Component
+    of: tuple[Page, Component] | None
+    set: Mapping[str, Value]
+    code: Mapping[str, tuple[str, ...]]
+
+    @property
+    def typed(self) -> int:
+        """Values and events that are typed."""
+        return len(self.set) + len(self.code)
+
+
+@dataclass(frozen=True, slots=True)
+class Making:
+    """How a page is made. of -- whose copy it is; steps -- what is made, or changed in the copy."""
+
+    page: Page
+    of: Page | None
+    steps: tuple[Step, ...]
+
+
+def makings(pages: Iterable[Page]) -> list[Making]:
+    """Find how each page is made with the least typing."""
+    found: list[Making] = []
+    for page in pages:
+        earlier = [each.page for each in found]
+        like = next((each for each in earlier if _shape(each) == _shape(page)), None)
+        found.append(_copied(page, like) if like else _built(page, earlier))
+    return found
+
+
+def values(component: Component) -> dict[str, Value]:
+    """List all that the editor's table of attributes shows of a component, but its number."""
+    placed = {"x": component.x, "y": component.y, "w": component.w, "h": component.h}
+    scope = "global" if component.shared else "local"
+    return {
+        "objname": component.name,
+        "vscope": scope,
+        **(placed if component.w else {}),
+        **component.attributes,
+    }
+
+
+def _shape(page: Page) -> list[tuple[str, str]]:
+    return [(each.kind, each.name) for each in page.components]
+
+
+def _copied(page: Page, like: Page) -> Making:
+    """Change what differs in a copied page, whose components are where they were."""
+    steps = (
+        Step(new, None, _differs(new, old), _code(new, old))
+        for new, old in zip(page.components, like.components, strict=True)
+    )
+    return Making(page, like, tuple(each for each in steps if each.typed))
+
+
+def _built(page: Page, earlier: list[Page]) -> Making:
+    steps: list[Step] = []
+    for new in page.components:
+        others = [(page, each.component) for each in steps]
+        others += [(other, each) for other in earlier for each in other.components]
+        able = [(other, old) for other, old in others if _can_be(new, old)]
+        ways = [Step(new, None, values(new), _code(new, None))]
+        ways += [Step(new, of, _differs(new, of[1], moved=True), _code(new, of[1])) for of in able]
+        steps.append(min(ways, key=lambda way: way.typed))
+    return Making(page, None, tuple(steps))
+
+
+def _can_be(new: Component, old: Component) -> bool:
+    """Tell whether one can be a copy: a component has the attributes of its kind."""
+    return old.kind == new.kind and values(old).keys() == values(new).keys()
+
+
+def _differs(new: Component, old: Component, *, moved: bool = False) -> dict[str, Value]:
+    """List what differs. moved -- a copy lies where the editor puts it, with a name of its own."""
+    had = values(old)
+    again = {"objname", "x", "y"} if moved else set()
+    return {
+        name: value for name, value in values(new).items() if name in again or had[name] != value
+    }
+
+
+def _code(new: Component, old: Component | None) -> dict[str, tuple[str, ...]]:
+    found = {event: getattr(new, event) for event in EVENTS}
+    had = {event: getattr(old, event) if old else () for event in EVENTS}
+    return {event: lines for event, lines in found.items() if lines != had[event]}
