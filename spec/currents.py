@@ -44,12 +44,14 @@ class Current(Model):
 
     sensor: Reference = Field(description="Sensor of the kind `current` in the heater's wire.")
     limit_a: _Ampere | None = Field(
-        None, alias="limit", description="Mean current that the duty is reduced to; `pwm` only."
+        None,
+        alias="limit",
+        description="Root mean square that the duty is reduced to; `pwm` only.",
     )
     trip_a: _Ampere | None = Field(
         None,
         alias="trip",
-        description="Rule `over_current`: mean current that is a fault; else 1.25 times the limit.",
+        description="Rule `over_current`: what is a fault, as the limit; else 1.25 times that.",
     )
 
     @model_validator(mode="after")
@@ -63,12 +65,12 @@ class Current(Model):
 
     @property
     def over_a(self) -> float:
-        """Mean current that is a fault, A."""
+        """What is a fault, A; as the limit, a root mean square at full duty."""
         if self.trip_a is not None:
             return self.trip_a
         return TRIP_FACTOR * (self.limit_a or 0.0)
 
     @property
     def nominal_a(self) -> float:
-        """Mean current that is the most in healthy operation, A: the limit, if there is one."""
+        """The most in healthy operation, A: the limit, if there is one; as that."""
         return self.over_a / TRIP_FACTOR if self.limit_a is None else self.limit_a

@@ -19,6 +19,7 @@ from heatwright.spec.outputs import (
     Switch,
     TimeProportionalOutput,
     always_running,
+    limit_w,
 )
 from heatwright.spec.simulation import AMBIENT, Simulation
 
@@ -412,11 +413,7 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 
 def _full_w(loop: Loop, heater: Switch) -> float:
     """Return the most the algorithm asks for, as far as the current's limit lets it have it, W."""
-    current, supply_v = getattr(heater, "current", None), getattr(heater, "supply_v", None)
-    limit_w = math.inf
-    if current is not None and current.limit_a is not None:
-        limit_w = float(current.limit_a) * float(supply_v or math.inf)
-    return min((heater.power_w or 0.0) * full_percent(loop.algorithm) / 100, limit_w)
+    return min((heater.power_w or 0.0) * full_percent(loop.algorithm) / 100, limit_w(heater))
 
 
 def full_percent(algorithm: Algorithm) -> float:

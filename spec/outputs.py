@@ -1,5 +1,6 @@
 """Outputs: what switches heaters and fans."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
@@ -77,9 +78,14 @@ class PwmOutput(Model):
     @property
     def full_share(self) -> float:
         """Share of the time that makes the rated power from the supply: (rated/supply)²."""
+        return self.mean_of_rms**2
+
+    @property
+    def mean_of_rms(self) -> float:
+        """Mean current at full duty, for each ampere of its root mean square: rated/supply."""
         if self.supply_v is None or self.rated_v is None:
             return 1.0
-        return (self.rated_v / self.supply_v) ** 2
+        return self.rated_v / self.supply_v
 
 
 class TimeProportionalOutput(Model):
@@ -166,3 +172,17 @@ def full_a(output: Switch) -> float | None:
         return None
     rated_v = getattr(output, "rated_v", None) or supply_v
     return float(supply_v * output.power_w / rated_v**2)
+
+
+def full_rms_a(output: Switch) -> float | None:
+    """Return the root mean square of a load's current at full duty, A; None as of `full_a`."""
+    peak_a = full_a(output)
+    return None if peak_a is None else peak_a * float(getattr(output, "mean_of_rms", 1.0))
+
+
+def limit_w(output: Switch) -> float:
+    """Return the power that the limit of a load's current leaves, W; infinite without one."""
+    current, rms_a = getattr(output, "current", None), full_rms_a(output)
+    if current is None or current.limit_a is None or rms_a is None:
+        return math.inf
+    return float((output.power_w or 0.0) * (current.limit_a / rms_a) ** 2)

@@ -10,6 +10,7 @@ import click
 
 from heatwright.cli.command import Command
 from heatwright.cli.ends import Status, unusable
+from heatwright.cli.loads import loads, told
 from heatwright.cli.options import File, json_option, print_json
 
 if TYPE_CHECKING:
@@ -31,8 +32,9 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
     spec has a machine, the reference model runs it as `verify` would run it when all is well: no
-    protection may trip; and the reserve of each heater is told. A reserve below 30 % is warned of,
-    and a firmware that certainly does not fit its board.
+    protection may trip; and the reserve of each heater is told, and what currents flow where one is
+    measured, or rated for less than its supply. A reserve below 30 % is warned of, and a firmware
+    that certainly does not fit its board.
     """
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
@@ -51,6 +53,11 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
         print_json(
             {
                 "good": [{"file": str(path), "digest": spec.digest} for path, spec in good],
+                "loads": [
+                    {"file": str(path), **each}
+                    for path, spec in good
+                    for each in loads(spec.controller)
+                ],
                 "problems": [problem._asdict() for problem in problems],
                 "reserves": [
                     {"file": str(path), **reserve_json(each)}
@@ -65,6 +72,8 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
             click.echo(f"{path}: good")
             for reserve in reserves(spec.controller):
                 click.echo(f"  {reserve}")
+            for load in loads(spec.controller):
+                click.echo(f"  {told(load)}")
             for warning in _warnings(spec):
                 click.echo(f"Warning: {warning}")
         for problem in problems:

@@ -15,12 +15,15 @@ under three quarters of its rated current, before it carries more."""
 RULES_S = 0.5
 """Time for which there must be too much or too little current."""
 
+LEAST_PERCENT = 0.1
+"""The least that a limit is: that of a wire which trips comes later, and squares stay numbers."""
+
 FEWEST_STEPS = 5
 """Of such a time: the filter of the current may be as slow as one control step, and has left less
 than 2 % of what was four of them ago."""
 
 IDLE_SHARE = 0.05
-"""Of the nominal current: less is none."""
+"""Of the nominal current's mean at full duty: less is none."""
 
 IDLE_CODES = 3
 """Steps of the ADC that are none either: its offset and linearity (data sheets, ADC
@@ -60,23 +63,29 @@ def plan_current(source: Source, name: str, loop: Loop) -> Part:
 
 
 def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Constant]:
-    idle_a, idle_words = _idle(at, current)
     heater = at.controller.outputs[loop.heater]
     assert isinstance(heater, DigitalOutput | PwmOutput)  # noqa: S101 - it has a current
     assert heater.power_w is not None and heater.supply_v is not None  # noqa: S101, PT018 - checked
     power, supply = quantity(heater.power_w, "W"), quantity(heater.supply_v, "V")
+    factor, mean = 1.0, ""
+    if isinstance(heater, PwmOutput) and heater.rated_v is not None:
+        factor = heater.mean_of_rms
+        mean = f" rms x {quantity(heater.rated_v, 'V')} / {supply}"
+    idle_a, idle_words = _idle(at, current, factor, mean)
     limit = []
     if current.limit_a is not None:
-        shown = quantity(current.limit_a, "A")
+        shown = f"{quantity(current.limit_a, 'A')}{mean or ' rms'}: its mean at full duty"
         limit = [
-            at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a, shown),
+            at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a * factor, shown),
             at.at("limit").number(
                 f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "begins with it, rises by it in a step"
             ),
+            at.at("limit").number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "not less than this"),
         ]
+    over = f"{quantity(current.over_a, 'A')}{mean or ' rms'}: its mean at full duty"
     return [
         *limit,
-        at.at("trip").number(f"{prefix}_TRIP_A", current.over_a, quantity(current.over_a, "A")),
+        at.at("trip").number(f"{prefix}_TRIP_A", current.over_a * factor, over),
         at.number(f"{prefix}_IDLE_A", idle_a, idle_words),
         at.number(
             f"{prefix}_AMPERES_PER_PERCENT",
@@ -87,15 +96,16 @@ def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Co
     ]
 
 
-def _idle(at: Source, current: Current) -> tuple[float, str]:
+def _idle(at: Source, current: Current, factor: float, mean: str) -> tuple[float, str]:
     sensor = at.controller.sensors[current.sensor]
     assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the spec asks for one
-    share_a = IDLE_SHARE * current.nominal_a
+    share_a = IDLE_SHARE * current.nominal_a * factor
     full_v = reference_v(sensor, at.controller.board.mcu)
     codes_a = IDLE_CODES * full_v / 1024 / sensor.scale_v_per_a
     if codes_a > share_a:
         return codes_a, f"{IDLE_CODES} steps of the ADC: less is none"
-    return share_a, f"{IDLE_SHARE:.0%} of {quantity(current.nominal_a, 'A')}: less is none"
+    nominal = quantity(current.nominal_a, "A") + mean
+    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less is none"
 
 
 def _steps(loop: Loop) -> tuple[int, str]:

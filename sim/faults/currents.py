@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.sim.circuits import reference_v
 from heatwright.sim.faults.world import Site
-from heatwright.sim.reference.limiter import IDLE_ADC_STEPS, IDLE_SHARE
+from heatwright.sim.reference.limiter import IDLE_ADC_STEPS, IDLE_SHARE, rms_to_mean
 from heatwright.spec import Current, CurrentSensor, DigitalOutput, PwmOutput, full_a
 
 CODES = 1024
@@ -14,16 +14,17 @@ SOFT_START = 0.25
 class Measured:
     """A heater whose current is measured, in amperes.
 
-    full_a -- while it is on; mean_a -- at a duty of 100 %; idle_a -- what counts as a current at
-    all; over_a -- what trips.
+    full_a -- while it is on; mean_a -- at a duty of 100 %; the others are means at that duty, too:
+    idle_a -- what counts as a current at all; over_a -- what trips; limit_a -- what it is held to.
     """
 
     def __init__(self, output: DigitalOutput | PwmOutput, current: Current, step_a: float) -> None:
         self.full_a = full_a(output) or 0.0
         self.mean_a = (output.power_w or 0.0) / (output.supply_v or 1.0)
-        self.idle_a = max(IDLE_SHARE * current.nominal_a, IDLE_ADC_STEPS * step_a)
-        self.over_a = current.over_a
-        self.limit_a = current.limit_a
+        root = rms_to_mean(output)
+        self.idle_a = max(IDLE_SHARE * current.nominal_a * root, IDLE_ADC_STEPS * step_a)
+        self.over_a = current.over_a * root
+        self.limit_a = None if current.limit_a is None else current.limit_a * root
 
 
 def measured(site: Site) -> Measured | None:

@@ -19,6 +19,7 @@ IDLE_SHARE = 0.05
 IDLE_ADC_STEPS = 3
 START_PERCENT = Single(25)
 """Where a heater begins, and by how much its limit grows in a step."""
+LEAST_PERCENT = Single(0.1)
 HALF, TWO = Single(0.5), Single(2)
 
 
@@ -42,9 +43,10 @@ class Limiter:
             raise ValueError(message)
         current = output.current
         self.amperes_of = _converter(controller, current)
-        self._limit = None if current.limit_a is None else Single(current.limit_a)
-        self._trip = Single(current.over_a)
-        idle_a = max(IDLE_SHARE * current.nominal_a, IDLE_ADC_STEPS * self.amperes_of.step_a)
+        root = rms_to_mean(output)
+        self._limit = None if current.limit_a is None else Single(current.limit_a * root)
+        self._trip = Single(current.over_a * root)
+        idle_a = max(IDLE_SHARE * current.nominal_a * root, IDLE_ADC_STEPS * self.amperes_of.step_a)
         self.idle_a = Single(idle_a)
         self.amperes_per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
         self._lasting = max(FEWEST_STEPS, steps(LASTING_S, period_s))
@@ -105,8 +107,17 @@ class Limiter:
     def _limited(self, limit_a: Single) -> Single:
         if self._applied == ZERO:
             return START_PERCENT
-        wanted = self._applied * limit_a / self._amperes if self._amperes > ZERO else FULL
+        told = self._amperes >= self.idle_a
+        root = self._applied * limit_a / max(self._amperes, self.idle_a)
+        wanted = max(root * root / FULL, LEAST_PERCENT if told else START_PERCENT)
         return min(wanted, self._limit_percent + START_PERCENT, FULL)
+
+
+def rms_to_mean(output: DigitalOutput | PwmOutput) -> float:
+    """Return the mean current at full duty for an ampere of its root mean square."""
+    if not isinstance(output, PwmOutput) or not output.supply_v or not output.rated_v:
+        return 1.0
+    return output.rated_v / output.supply_v
 
 
 def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter | None:

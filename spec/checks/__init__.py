@@ -67,6 +67,7 @@ CHECKS: tuple[Check, ...] = (
     currents.currents_are_known,
     currents.currents_are_held,
     currents.limits_can_begin,
+    currents.limits_can_be_told,
     currents.currents_can_be_read,
     current_timing.currents_in_time,
     current_timing.currents_can_be_smoothed,

@@ -115,6 +115,30 @@ def limits_can_begin(controller: Controller) -> Findings:
             )
 
 
+def limits_can_be_told(controller: Controller) -> Findings:
+    """Find limits that hold a wire of too little resistance to less than counts as a current.
+
+    At the first duty such a wire may take all but what trips; the limit then goes by the square.
+    """
+    for each in measured(controller):
+        limit_a, over_a = each.current.limit_a, each.current.over_a
+        if limit_a is None or over_a <= limit_a:
+            continue
+        held_a = FIRST_SHARE * limit_a**2 / over_a
+        if held_a < each.idle_a:
+            coarse = IDLE_STEPS * each.step_a >= IDLE_SHARE * each.current.nominal_a
+            yield Finding(
+                ("sensors", each.current.sensor, "scale") if coarse else (*each.path, "trip"),
+                f"a wire of {each.name} that takes almost the {number(over_a)} A of rule "
+                f"over_current as soon as it is on is held to a mean of {about(held_a)} A, less "
+                f"than the {about(each.idle_a)} A that are taken for none",
+                "Use a larger scale, or a larger limit"
+                if coarse
+                else f"Use at most {number(FIRST_SHARE / IDLE_SHARE * limit_a)} A",
+                (each.path, ("sensors", each.current.sensor)),
+            )
+
+
 def currents_can_be_read(controller: Controller) -> Findings:
     """Hold the sensor's full scale to the trip, and its steps to what is none."""
     for each in measured(controller):

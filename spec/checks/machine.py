@@ -15,6 +15,7 @@ from heatwright.spec.outputs import (
     Switch,
     TimeProportionalOutput,
     always_running,
+    limit_w,
 )
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import Simulation
@@ -69,7 +70,7 @@ class Machine:
         """The most the algorithm asks for, as far as the current's limit lets it have it."""
         algorithm = self.loop.algorithm
         share = algorithm.output.maximum_percent / 100 if isinstance(algorithm, Pid) else 1.0
-        return min(self.power_w * share, self._limit_w)
+        return min(self.power_w * share, limit_w(self.output))
 
     @property
     def limit_a(self) -> float:
@@ -78,14 +79,9 @@ class Machine:
         return math.inf if current is None or current.limit_a is None else float(current.limit_a)
 
     @property
-    def _limit_w(self) -> float:
-        """Power that the limit of the current leaves."""
-        return self.limit_a * float(getattr(self.output, "supply_v", None) or math.inf)
-
-    @property
     def is_limited(self) -> bool:
         """True if the heater has as much power as the limit of its current leaves it."""
-        return self.full_power_w == self._limit_w
+        return self.full_power_w == limit_w(self.output)
 
     @property
     def reaches(self) -> bool:

@@ -9,7 +9,7 @@ from heatwright.spec.circuits import reference_v
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES
 from heatwright.spec.currents import Current, CurrentSensor
-from heatwright.spec.outputs import DigitalOutput, PwmOutput
+from heatwright.spec.outputs import DigitalOutput, PwmOutput, full_rms_a
 from heatwright.spec.problems import Path
 
 IDLE_SHARE = 0.05
@@ -26,7 +26,7 @@ class Measured(NamedTuple):
     current: Current
     sensor: CurrentSensor
     step_a: float
-    """Step of the ADC."""
+    """Step of the ADC; this and the next as root mean squares at full duty, as limit and trip."""
     highest_a: float
     """The most it reads."""
 
@@ -37,10 +37,8 @@ class Measured(NamedTuple):
 
     @property
     def full_a(self) -> float | None:
-        """Mean current at full duty, A; None if nobody knows."""
-        if self.output.power_w is None or self.output.supply_v is None:
-            return None
-        return self.output.power_w / self.output.supply_v
+        """Root mean square of the current at full duty, A; None if nobody knows."""
+        return full_rms_a(self.output)
 
     @property
     def idle_a(self) -> float:
@@ -56,6 +54,7 @@ def measured(controller: Controller) -> Iterator[Measured]:
         sensor = controller.sensors.get(output.current.sensor)
         if isinstance(sensor, CurrentSensor):
             full_scale_v = reference_v(sensor, controller.board.mcu)
-            step_a = full_scale_v / CODES / sensor.scale_v_per_a
-            highest_a = (CODES - 0.5) * step_a - sensor.offset_v / sensor.scale_v_per_a
+            scale_v_per_a = sensor.scale_v_per_a * getattr(output, "mean_of_rms", 1.0)
+            step_a = full_scale_v / CODES / scale_v_per_a
+            highest_a = (CODES - 0.5) * step_a - sensor.offset_v / scale_v_per_a
             yield Measured(name, output, output.current, sensor, step_a, highest_a)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
@@ -29,12 +31,13 @@ def heater_suffices(machine: Machine) -> Findings:
 
 def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
     """Tell that the limit of the heater's current leaves too little power."""
-    share = machine.plant.power_w(machine.target_k) / machine.full_power_w
+    needed_share = machine.plant.power_w(machine.target_k) / machine.full_power_w
+    needed_a = machine.limit_a * math.sqrt(needed_share)
     return Finding(
         ("outputs", machine.loop.heater, "current", "limit"),
         f"it leaves {about(machine.full_power_w)} W, which end at {about(highest_c)} °C in this "
         f"plant and never reach the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-        f"Use at least {rounded_up(machine.limit_a * share)} A, or a lower highest setpoint",
+        f"Use at least {rounded_up(needed_a)} A, or a lower highest setpoint",
         machine.because_of,
     )
 

@@ -19,7 +19,7 @@ from heatwright.cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
-MACHINES = ("oven", "kiln", "chamber", "feeder")
+MACHINES = ("oven", "kiln", "chamber", "feeder", "fabricator")
 """The machines whose published figures the page compares with ours."""
 
 

@@ -63,8 +63,10 @@ def test_step_1_the_setpoint_is_in_force_at_once(accepted):
 
 
 def test_step_6_the_cooling_indicator_is_lit_until_it_is_cool(accepted):
+    controller = accepted.controller
+    step_k = controller.sensors[LOOP].step_at_k(MILD_C, controller.board.mcu)
     log = accepted.between(COOLER_S, OFF_S)
-    cooled_s = first_s(log, log["temperature_c"] <= MILD_C + DEAD_BAND_K)
+    cooled_s = first_s(log, log["temperature_c"] <= MILD_C + DEAD_BAND_K + step_k)
     seen = shown(accepted.device.lights, COOLER_S, cooled_s)
     assert len(seen) > 100
     assert {(each["cooling"], each["heating"]) for each in seen} == {("lit", "dark")}
@@ -85,7 +87,7 @@ def test_step_4_the_temperature_climbs_to_250_in_102_seconds_and_to_300(accepted
     trace = accepted.trace
     reached = trace.temperatures_c["block"] >= PUBLISHED_C
     assert float(trace.times_s[reached.argmax()]) - heats_s <= PUBLISHED_S
-    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6)
+    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6, rel=1 / 5662)
 
 
 def assert_held(run):
@@ -112,12 +114,23 @@ def test_they_are_with_other_noise_too(seed):
     assert_held(modelled("fabricator", *ACCEPTANCE[:2], {"for": f"{COOLER_S + 1} s"}, seed=seed))
 
 
+def test_the_cold_end_is_20_to_40_k_warmer_than_its_surroundings():
+    """Once the nozzle has been hot for long; at its first 300 °C it is on its way there."""
+    held = modelled("fabricator", *ACCEPTANCE[:2], {"for": "1200 s"})
+    hot = held.trace.times_s > 1000
+    over_k = held.trace.temperatures_c["cold_end"][hot] - 20.0
+    assert over_k.min() > 20.0
+    assert over_k.max() < 40.0
+
+
 def test_a_supply_of_less_current_is_not_overdrawn():
-    """With a limit below what the wire takes, the mean keeps to it by a step of its ADC."""
-    weaker = spec_of(changed("fabricator", ("limit: 3 A", "limit: 1.2 A"))).controller
+    """Of a limit below what the wire takes no more is left open than half a step of the ADC."""
+    weaker = spec_of(changed("fabricator", ("limit: 3 A", "limit: 2.5 A"))).controller
     weak = modelled(weaker, *ACCEPTANCE[:2], {"for": "60 s"})
     heating = (weak.trace.times_s > ON_S + 5) & (weak.trace.times_s < 60)
-    assert abs(weak.trace.currents_a["current"][heating] - 1.2).max() <= 5 / 1024 / 0.2
+    mean_a = weak.trace.currents_a["current"][heating]
+    limit_mean_a, step_a = 2.5**2 * 8.542 / 43, 5 / 1024 / 0.5
+    assert abs((mean_a * 43 / 8.542) ** 0.5 - 2.5).max() <= 2.5 * step_a / 2 / limit_mean_a
     assert set(weak.log["fault.code"]) == {0}
 
 

@@ -53,7 +53,7 @@ BARE = changed(
 HELD = changed(
     "fabricator",
     (", current: {sensor: current, limit: 3 A}", ""),
-    ("  current: {kind: current, pin: PA1, scale: 0.2 V/A, oversample: 4}\n", ""),
+    ("  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4}\n", ""),
     (", current: {of: heater}", ""),
     ("{kind: digital, pin: PD6}",
      "{kind: digital, pin: PD6, minimum_on: 1500 ms, minimum_off: 3 s}"),

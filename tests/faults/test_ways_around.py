@@ -11,27 +11,57 @@ from heatwright.sim.faults.world import Weather, World
 
 SIX_SIGMA_K = 6 * 0.8
 """Of the machine's noise."""
+COLD_C = 50.0
+"""Where the cooler's work is done."""
 COOLED_S = 600.0
 """Ten time constants of the cooled block."""
-LIMIT_A = 1.2
+LIMIT_A = 2.5
 RAMP_PERCENT = 25.0
 SETTLED_S = 6.0
 """Five times what a limited heater takes to its limit, and more."""
 
 
-def test_a_switch_that_conducts_for_ever_is_cooled_to_where_it_burns_nothing() -> None:
-    site = site_of("fabricator")
-    world = starts.heating(site)
+NO_RELAY = (
+    ("  supply_relay: {kind: digital, pin: PD7}\n", ""),
+    ("  relay: supply_relay              # a switch that has died would put 216 W on the wire for"
+     " ever\n", ""),
+    ("  relay_feedback: PD3              # its mirror contact, closed to ground while it is open\n",
+     ""),
+)  # fmt: skip
+WEAK = changed("fabricator", *NO_RELAY, (", rated: 25.58 V", ""))
+"""The same power from the whole supply: all that a switch that has died can give."""
+STRONG = changed("fabricator", *NO_RELAY)
+"""It can give the wire the whole supply, which is (43/25.58)² of its power."""
+
+
+def died(spec: str) -> World:
+    """A switch that has died while it heats, ten time constants after the fault."""
+    world = starts.heating(site_of(spec))
     world.wiring.heat["heater"] = shorted
     world.switch(on=False)
     world.until(lambda now: now.fault != 0, 10.0)
     world.run(COOLED_S)
-    ambient_c = starts.ambient_c(site)
+    return world
+
+
+def test_a_switch_that_conducts_for_ever_gets_nothing_behind_an_open_relay() -> None:
+    world = died("fabricator")
+    _, flowed_a = world.currents_a("current")
+    assert flowed_a[-1] == pytest.approx(0.0, abs=1e-6)
+    assert world.sensed_c < COLD_C
+
+
+@pytest.mark.parametrize("spec", [WEAK, STRONG])
+def test_without_a_relay_it_is_cooled_to_where_the_whole_supply_holds_it(spec: str) -> None:
+    """A cooler that is as strong as the rated power does not suffice for a stronger supply."""
+    world = died(spec)
+    site, ambient_c = world.site, starts.ambient_c(world.site)
     cooled_c, uncooled_c = (
         steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled) for cooled in (True, False)
     )
     assert world.sensed_c == pytest.approx(cooled_c, abs=SIX_SIGMA_K)
-    assert cooled_c < site.loop.protection.maximum_c < uncooled_c
+    assert (cooled_c < site.loop.protection.maximum_c) is (spec == WEAK)
+    assert uncooled_c > site.loop.protection.maximum_c
 
 
 @pytest.mark.parametrize("after_s", [0.0, 0.05, 0.1])

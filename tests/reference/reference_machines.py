@@ -13,7 +13,7 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.program_state import RESTORING
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
-from heatwright.spec import Controller, load_text
+from heatwright.spec import Controller, PwmOutput, load_text
 
 
 class Player:
@@ -246,10 +246,14 @@ class Nozzle(Player):
         self.enabled = 1
         self.ohm = 25.0
         """Of the heater at 50 V; what it draws follows from the last duty."""
+        heater = self.controller.outputs["heater"]
+        assert isinstance(heater, PwmOutput)
+        self.full = ((heater.rated_v or 50.0) / 50.0) ** 2
+        """Share of the time that it is on at full duty."""
         self.amperes: float | None = None
 
     def step(self, status: int, raw: int, **said: Any) -> Record:
-        share = float(self.reference.duty_percent) / 100
+        share = float(self.reference.duty_percent) / 100 * self.full
         amperes = 50.0 / self.ohm * share if self.amperes is None else self.amperes
         wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_of(amperes)), **said)
         if self.operated:

@@ -183,20 +183,23 @@ class LoopDraw:
     def _current(self) -> None:
         draws = self.draws
         self.heater["supply"] = supply = draws.one("24 V", "12 V", "230 V")
-        full_a = self.power_w / float(supply.split()[0])
+        mean_of_rms = draws.one(1.0, 0.5) if self.heater_kind == "pwm" else 1.0
+        rated_v = float(supply.split()[0]) * mean_of_rms
+        self.heater |= {"rated": text(rated_v, "V")} if mean_of_rms < 1 else {}
+        full_a = self.power_w / rated_v
         held: Part = {}
         most_a = full_a
         if self.heater_kind == "pwm" and draws.some():
             most_a = tidy(full_a * draws.one(0.8, 0.5, 1.2))
             held["limit"] = text(most_a, "A")
-            self.full_w = min(self.full_w, most_a * float(supply.split()[0]))
+            self.full_w = min(self.full_w, self.power_w * (most_a / full_a) ** 2)
         over_a = 1.25 * most_a
         if "limit" not in held or draws.some():
             over_a = tidy(max(1.0, draws.one(1.5, 1.2, 3.0)) * most_a)
             held["trip"] = text(over_a, "A")
         full_v = {"supply": 5.0, "internal": 1.1}.get(self.reference) or 3.0
         part: Part = {"kind": "current", "pin": self.amps_pin}
-        part["scale"] = f"{text(tidy(0.85 * full_v / over_a))} V/A"
+        part["scale"] = f"{text(tidy(0.85 * full_v / over_a / mean_of_rms))} V/A"
         if draws.some():
             part["offset"] = text(tidy(0.05 * full_v), "V")
         most = round(self.period_s / TICK_S)

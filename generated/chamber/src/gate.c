@@ -40,11 +40,12 @@ static void renew(uint16_t *ticks, uint16_t count)
 
 void gate_tick(void)
 {
-    const bool healthy = main_ticks != 0 && fault.code == FAULT_NONE;
+    const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
+    const bool healthy = left != 0 && fault.code == FAULT_NONE;
 
-    if (main_ticks != 0) {
-        main_ticks--;
-        if (main_ticks == 0) {
+    if (left != 0) {
+        main_ticks = (uint8_t)(left - 1u);
+        if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
         }
     }

@@ -28,8 +28,9 @@ ISR(TIMER2_COMP_vect)
         return;
     }
     part = 0;
-    if (ticks_waiting < MOST_TICKS_WAITING) {
-        ticks_waiting++;
+    const uint8_t waiting = ticks_waiting; /* read once, as it stands still here */
+    if (waiting < MOST_TICKS_WAITING) {
+        ticks_waiting = (uint8_t)(waiting + 1u);
     }
     gate_tick();
 }

@@ -14,11 +14,13 @@
 #include "fault.h"  /* fault */
 #include "output_cooler.h" /* output_cooler_tick */
 #include "output_heater.h" /* output_heater_tick */
+#include "relay.h" /* relay_look, relay_switch */
 #include "reset.h" /* reset_hang_mark */
 
 static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
 static uint16_t nozzle_ticks;
 static uint16_t nozzle_sensor_ticks;
+static volatile bool nozzle_wanted;
 
 /* True while the permit lasts; uses up one tick of it. */
 static bool spend(uint16_t *ticks)
@@ -40,16 +42,21 @@ static void renew(uint16_t *ticks, uint16_t count)
 
 void gate_tick(void)
 {
-    const bool healthy = main_ticks != 0 && fault.code == FAULT_NONE;
+    const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
+    const bool healthy = left != 0 && fault.code == FAULT_NONE;
 
-    if (main_ticks != 0) {
-        main_ticks--;
-        if (main_ticks == 0) {
+    if (left != 0) {
+        main_ticks = (uint8_t)(left - 1u);
+        if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
         }
     }
 
-    /* fabricator.yaml:22 loops.nozzle.heater */
+    /* fabricator.yaml:41 safety.relay: it is closed before the first heater comes on, and opened after the last. */
+    const bool relay_is_ready = relay_look();
+    bool relay_is_wanted = false;
+
+    /* fabricator.yaml:24 loops.nozzle.heater */
     bool nozzle_permitted = healthy;
     if (!spend(&nozzle_ticks)) {
         nozzle_permitted = false;
@@ -57,10 +64,19 @@ void gate_tick(void)
     if (!spend(&nozzle_sensor_ticks)) {
         nozzle_permitted = false;
     }
-    /* fabricator.yaml:23 loops.nozzle.cooler: the one that is on keeps the other off. The cooler needs no
+    if (!nozzle_wanted) {
+        nozzle_permitted = false; /* off: the relay need not be closed */
+    }
+    relay_is_wanted = relay_is_wanted || nozzle_permitted;
+    if (!relay_is_ready) {
+        nozzle_permitted = false;
+    }
+    /* fabricator.yaml:25 loops.nozzle.cooler: the one that is on keeps the other off. The cooler needs no
      * permit: with the main loop hanging it stays as it was asked last. */
     output_heater_tick(nozzle_permitted && !output_cooler_is_on());
     output_cooler_tick(!output_heater_is_on());
+
+    relay_switch(relay_is_wanted);
 }
 
 void gate_renew_main(void)
@@ -77,6 +93,11 @@ void gate_renew_nozzle(void)
 void gate_renew_nozzle_sensor(void)
 {
     renew(&nozzle_sensor_ticks, LOOP_NOZZLE_SENSOR_PERMIT_TICKS);
+}
+
+void gate_want_nozzle(bool wanted)
+{
+    nozzle_wanted = wanted;
 }
 
 void gate_close_nozzle(void)

@@ -3,7 +3,9 @@
 #ifndef GATE_H
 #define GATE_H
 
-/* Once a tick, from the timer interrupt: count the permits down, then switch each heater. */
+#include <stdbool.h> /* bool */
+
+/* Once a tick, from the timer interrupt: count the permits down, then switch each heater and the relay. */
 void gate_tick(void);
 
 /* The main loop is alive. */
@@ -12,6 +14,9 @@ void gate_renew_main(void);
 /* Loop nozzle has decided; it has had a good reading. */
 void gate_renew_nozzle(void);
 void gate_renew_nozzle_sensor(void);
+
+/* Whether loop nozzle is on: while it is off its heater is, and nothing closes the relay for it. */
+void gate_want_nozzle(bool wanted);
 
 /* What it has decided no longer holds: its heater is off until it decides anew. */
 void gate_close_nozzle(void);

@@ -11,6 +11,7 @@
 #include "loop_nozzle.h" /* loop_nozzle_start, loop_nozzle_tick */
 #include "modbus.h" /* modbus_start, modbus_tick */
 #include "output_heater.h" /* output_heater_start */
+#include "relay.h" /* relay_start */
 #include "reset.h" /* reset_report */
 #include "sensor_current.h" /* sensor_current_tick */
 #include "sensor_nozzle.h" /* sensor_nozzle_tick */
@@ -18,10 +19,11 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_1S); /* fabricator.yaml:38 safety.watchdog */
+    wdt_enable(WDTO_1S); /* fabricator.yaml:40 safety.watchdog */
     settings_start();
     reset_report();
     output_heater_start();
+    relay_start();
     guard_nozzle_reset();
     adc_start();
     modbus_start();

@@ -6,7 +6,7 @@
 #include <avr/io.h>  /* PORT, DDR and PIN registers */
 #include <stdbool.h> /* bool */
 
-/* PD5: output heater, active high (fabricator.yaml:16 outputs.heater.pin) */
+/* PD5: output heater, active high (fabricator.yaml:17 outputs.heater.pin) */
 static inline void pin_output_heater_on(void)
 {
     PORTD |= (1u << 5);
@@ -27,7 +27,7 @@ static inline bool pin_output_heater_is_on(void)
     return (PIND & (1u << 5)) != 0;
 }
 
-/* PD6: output cooler, active high (fabricator.yaml:17 outputs.cooler.pin) */
+/* PD6: output cooler, active high (fabricator.yaml:18 outputs.cooler.pin) */
 static inline void pin_output_cooler_on(void)
 {
     PORTD |= (1u << 6);
@@ -48,13 +48,45 @@ static inline bool pin_output_cooler_is_on(void)
     return (PIND & (1u << 6)) != 0;
 }
 
-/* PD0: from the master (fabricator.yaml:41 interfaces[0]) */
+/* PD7: the safety relay, active high (fabricator.yaml:19 outputs.supply_relay.pin) */
+static inline void pin_output_supply_relay_on(void)
+{
+    PORTD |= (1u << 7);
+}
+
+static inline void pin_output_supply_relay_off(void)
+{
+    PORTD &= (uint8_t)~(1u << 7);
+}
+
+static inline void pin_output_supply_relay_drive(void)
+{
+    DDRD |= (1u << 7);
+}
+
+static inline bool pin_output_supply_relay_is_on(void)
+{
+    return (PIND & (1u << 7)) != 0;
+}
+
+/* PD3: mirror contact of the relay (fabricator.yaml:42 safety.relay_feedback) */
+static inline void pin_relay_contact_pull_up(void)
+{
+    PORTD |= (1u << 3);
+}
+
+static inline bool pin_relay_contact_is_high(void)
+{
+    return (PIND & (1u << 3)) != 0;
+}
+
+/* PD0: from the master (fabricator.yaml:45 interfaces[0]) */
 static inline void pin_modbus_rx_pull_up(void)
 {
     PORTD |= (1u << 0);
 }
 
-/* PB0: LED `enabled`, active high (fabricator.yaml:42 interfaces[1].leds) */
+/* PB0: LED `enabled`, active high (fabricator.yaml:46 interfaces[1].leds) */
 static inline void pin_led_nozzle_enabled_on(void)
 {
     PORTB |= (1u << 0);
@@ -75,7 +107,7 @@ static inline bool pin_led_nozzle_enabled_is_on(void)
     return (PINB & (1u << 0)) != 0;
 }
 
-/* PB1: LED `heating`, active high (fabricator.yaml:42 interfaces[1].leds) */
+/* PB1: LED `heating`, active high (fabricator.yaml:46 interfaces[1].leds) */
 static inline void pin_led_nozzle_heating_on(void)
 {
     PORTB |= (1u << 1);
@@ -96,7 +128,7 @@ static inline bool pin_led_nozzle_heating_is_on(void)
     return (PINB & (1u << 1)) != 0;
 }
 
-/* PB2: LED `cooling`, active high (fabricator.yaml:42 interfaces[1].leds) */
+/* PB2: LED `cooling`, active high (fabricator.yaml:46 interfaces[1].leds) */
 static inline void pin_led_nozzle_cooling_on(void)
 {
     PORTB |= (1u << 2);
@@ -117,7 +149,7 @@ static inline bool pin_led_nozzle_cooling_is_on(void)
     return (PINB & (1u << 2)) != 0;
 }
 
-/* PB3: LED `communicating`, active high (fabricator.yaml:42 interfaces[1].leds) */
+/* PB3: LED `communicating`, active high (fabricator.yaml:46 interfaces[1].leds) */
 static inline void pin_led_nozzle_communicating_on(void)
 {
     PORTB |= (1u << 3);

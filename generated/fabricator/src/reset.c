@@ -20,6 +20,8 @@ __attribute__((naked, used, section(".init1"))) static void heaters_off(void)
     pin_output_heater_drive();
     pin_output_cooler_off();
     pin_output_cooler_drive();
+    pin_output_supply_relay_off();
+    pin_output_supply_relay_drive();
 }
 
 /* .init3: the stack exists, variables do not. A watchdog that fired is still running.

@@ -18,8 +18,9 @@ static uint32_t seconds;
 
 ISR(TIMER1_COMPA_vect)
 {
-    if (ticks_waiting < MOST_TICKS_WAITING) {
-        ticks_waiting++;
+    const uint8_t waiting = ticks_waiting; /* read once, as it stands still here */
+    if (waiting < MOST_TICKS_WAITING) {
+        ticks_waiting = (uint8_t)(waiting + 1u);
     }
     gate_tick();
 }

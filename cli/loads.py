@@ -1,0 +1,45 @@
+"""What supply and switch of a heater bear: the current while it is on, and in the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from heatwright.spec import Controller
+
+NOTHING_LESS = 1.0
+
+
+def loads(controller: Controller) -> Iterator[dict[str, Any]]:
+    """Yield the currents of each load that is driven for a part of the time only, or limited.
+
+    Each with `output`, `peak_a` while it is on, `rms_a` and `mean_a` at full duty, and the powers
+    `full_w` at full duty and `dead_w` of a switch that conducts for ever. A load without both power
+    and supply is left out.
+    """
+    from heatwright.spec import PwmOutput, full_a  # noqa: PLC0415
+
+    for name, output in controller.outputs.items():
+        if not isinstance(output, PwmOutput) or output.power_w is None:
+            continue
+        peak_a = full_a(output)
+        if peak_a is None or (output.full_share == NOTHING_LESS and output.current is None):
+            continue
+        yield {
+            "output": name,
+            "peak_a": peak_a,
+            "rms_a": peak_a * output.mean_of_rms,
+            "mean_a": peak_a * output.full_share,
+            "full_w": output.power_w,
+            "dead_w": output.power_w / output.full_share,
+        }
+
+
+def told(load: dict[str, Any]) -> str:
+    """Return it as a line."""
+    return (
+        f"{load['output']}: supply and switch bear {load['peak_a']:.3g} A while it is on; at full "
+        f"duty that is {load['rms_a']:.3g} A rms, {load['mean_a']:.3g} A in the mean, "
+        f"{load['full_w']:.3g} W; a switch that has died gives {load['dead_w']:.3g} W."
+    )
