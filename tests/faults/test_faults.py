@@ -40,7 +40,8 @@ WARM_TWO = changed(
 )  # fmt: skip
 """Where one sensor is lost, the other loop heats on until that is a fault."""
 GENTLE = changed(
-    changed("fabricator").split("\ncomparison:")[0], ("    cooler: cooler\n", ""), ("  cooler: {kind: digital, pin: PD6}\n", ""),
+    changed("fabricator").split("\ncomparison:")[0],
+    ("    cooler: cooler\n", ""), ("  cooler: {kind: digital, pin: PD6}\n", ""),
     ("kind: three_position, dead_band: 2 K, hysteresis: 1.5 K, lead: 2.2 s, lead_filter: 0.8 s",
      "kind: pid, kp: 1, ki: 0.01"), ("runaway: {above: 20 K, for: 60 s}", "runaway: off"),
     ("    fans: {cooler: {link: [block, ambient], factor: 4}}\n", ""), (", PB2: cooling", ""),

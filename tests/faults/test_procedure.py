@@ -115,7 +115,7 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "air read .* °C at .* s, where its sensor felt": lambda _: replace(
         faults_of("chamber")["frozen"], sensor_lies=False
     ),
-    "nozzle measured 0.01 A at .* s, where .* A flowed": lambda _: replace(
+    "nozzle measured 0.00 A at .* s, where .* A flowed": lambda _: replace(
         faults_of("fabricator")["current_sensor_torn"], current_lies=False
     ),
     "nozzle measured 1.33 A at .* s, where 1.78 to 1.78 A flowed": lambda _: making(
