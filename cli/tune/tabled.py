@@ -105,6 +105,9 @@ def block(row: Judged, loop: str = "") -> str:
     ]
     if gains.kd:
         lines.append(f"  derivative_filter: {about(gains.filter_s)} s")
+    if gains.integral_percent is not None:
+        least, most = (about(end) for end in gains.integral_percent)
+        lines.append(f"  integral: {{minimum: {least} %, maximum: {most} %}}")
     return "\n".join(lines) + "\n"
 
 
@@ -125,6 +128,8 @@ def _row_json(row: Judged | Failed, tried: Tried | None) -> dict[str, Any]:
             "ki": rounded(gains.ki),
             "kd": rounded(gains.kd),
             "derivative_filter_s": rounded(gains.filter_s),
+            "integral_percent": gains.integral_percent
+            and [rounded(end) for end in gains.integral_percent],
         },
         "margins": {
             "stable": found.stable,

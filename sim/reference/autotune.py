@@ -57,6 +57,8 @@ class Tuner:
         ("kp", "f4"),
         ("ki", "f4"),
         ("kd", "f4"),
+        ("integral_minimum", "f4"),
+        ("integral_maximum", "f4"),
     )
 
     def __init__(self, loop: Loop, autotune: Autotune, algorithm: Pid) -> None:
@@ -131,7 +133,7 @@ class Tuner:
         self._from_c = self._rise = self._peak_c = ZERO
         self._hysteresis_k = self._high_c = ZERO
         self._swing_sum = self._peak_sum = ZERO
-        self._found = Found(ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+        self._found = Found(*[ZERO] * len(Found._fields))
 
     def _look(self, moment: Moment) -> None:
         temperature_c, last_c, target_c = moment

@@ -7,6 +7,8 @@ from heatwright.spec import Autotune, Pid
 
 PER_LATE, PER_DEAD = Single(0.35), Single(2)
 LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
+BELOW_HOLD, PER_HOLD = Single(12), Single(1.5)
+"""Where the integral's limits are proposed, %."""
 THREE, FOUR, SIX = Single(3), Single(4), Single(6)
 
 
@@ -19,6 +21,8 @@ class Constants(NamedTuple):
     least_s: Single
     start_percent: Single
     band_k: Single | None
+    limits_percent: tuple[Single, Single]
+    """Of the integral."""
 
     @classmethod
     def of(cls, algorithm: Pid, autotune: Autotune, period_s: float) -> "Constants":
@@ -31,6 +35,7 @@ class Constants(NamedTuple):
             Single(1.35 * (algorithm.derivative_filter_s + period_s)),
             clamp(ZERO, Single(limits.minimum_percent), Single(limits.maximum_percent)),
             None if algorithm.band_k is None else Single(algorithm.band_k),
+            (Single(limits.minimum_percent), Single(limits.maximum_percent)),
         )
 
 
@@ -59,6 +64,8 @@ class Found(NamedTuple):
     kp: Single
     ki: Single
     kd: Single
+    integral_minimum: Single
+    integral_maximum: Single
 
 
 def found_by(swings: Swings, constants: Constants) -> Found:
@@ -79,7 +86,16 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     gain = constants.swing_percent / (both * quick_s)
     kd = gain * lag_s
     slow_s = _ratio(rise, hold_percent, gain, kd, constants) * quick_s
-    return Found(hold_percent, lag_s, dead_s, gain + kd / slow_s, gain / slow_s, kd)
+    return Found(
+        hold_percent,
+        lag_s,
+        dead_s,
+        gain + kd / slow_s,
+        gain / slow_s,
+        kd,
+        clamp(hold_percent - BELOW_HOLD, *constants.limits_percent),
+        clamp(hold_percent * PER_HOLD, *constants.limits_percent),
+    )
 
 
 def _quick(late_s: Single, dead_s: Single, constants: Constants) -> Single:

@@ -16,6 +16,8 @@ class Gains(NamedTuple):
     """%·s/K."""
     filter_s: float
     """Time constant of the derivative, s; without meaning where kd is 0."""
+    integral_percent: tuple[float, float] | None = None
+    """Limits proposed for the integral, %, where the power that holds is known."""
 
 
 class Series(NamedTuple):

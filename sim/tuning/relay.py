@@ -50,4 +50,5 @@ def relay(
     if result != DONE:
         raise TuningFailed(RESULTS.get(result, "it did not start"))
     kp, ki, kd = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
-    return Gains(kp, ki, kd, spec.algorithm.derivative_filter_s)
+    least, most = (float(last[f"autotune.integral_{end}"]) for end in ("minimum", "maximum"))
+    return Gains(kp, ki, kd, spec.algorithm.derivative_filter_s, (least, most))

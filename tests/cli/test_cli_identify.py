@@ -195,6 +195,8 @@ def test_the_firmwares_own_experiment(heatwright: Heatwright, name: str, at: flo
     assert relay["margins"]["gain"] >= 2
     assert relay["margins"]["phase_deg"] >= 45
     assert relay["closed_loop"]["overshoot"] <= 1
+    least, most = relay["gains"]["integral_percent"]
+    assert 0 <= least < most <= 100
 
 
 def test_an_experiment_that_fails_is_told(heatwright: Heatwright) -> None:

@@ -244,7 +244,7 @@ ENDS = {
         ["PID Autotune failed! Stopped", "ok", "echo:M104 Invalid extruder 7", "ok"], "200"),
     "a tuning": (
         [*spoken("M301 P1 I2 D3"), TUNING, tuning_ends(2), ticks(10)],
-        ["Kp: 1.00000 Ki: 2.00000 Kd: 3.00000",
+        ["Kp: 1.00000 Ki: 2.00000 Kd: 3.00000", "Integral: {minimum: 0.0 %, maximum: 0.0 %}",
          "PID Autotune finished! The gains are in use and stored.", "ok"], "200"),
     **{f"a tuning: {why}": ([TUNING, tuning_ends(result), ticks(10)],
                             [f"PID Autotune failed! {why}", "ok"], "200")

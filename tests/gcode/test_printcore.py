@@ -130,6 +130,10 @@ def test_it_tunes_stores_and_shows(host: PrintrunHost, board: LiveBoard) -> None
     found = next(line for line in host.heard if line.startswith("Kp: "))
     assert [float(text) for text in found.split()[1::2]] == pytest.approx(gains, abs=1e-5)
     assert gains == [board.ask(f"autotune_nozzle.{gain}") for gain in ("kp", "ki", "kd")]
+    held = 100 * (200 - 20) / 14.7 / 40  # % that the plant's losses take
+    proposed = next(line for line in host.heard if line.startswith("Integral: "))
+    least, most = (float(text) for text in re.findall(r"[\d.]+", proposed))
+    assert (least, most) == (23.5, pytest.approx(1.5 * held, rel=0.05))  # 12 below is the spec's
     board.ask("cut")
     host.ask("M503", "echo:  M301 E0 P")
     assert gains == [board.ask(f"settings.nozzle_{gain}") for gain in ("kp", "ki", "kd")]

@@ -92,7 +92,8 @@ PADE = 0.065
 def constants(**changes):
     numbers = {"period_s": PERIOD_S, "swing_percent": 100, "filter_s": 1, "least_s": 1.35 * 1.1}
     singles = {name: Single(each) for name, each in (numbers | {"start_percent": 0}).items()}
-    return Constants(**{**singles, "band_k": None, **changes})
+    wide = (Single(0), Single(100))
+    return Constants(**{**singles, "band_k": None, "limits_percent": wide, **changes})
 
 
 def swung(rise, fall, lag_s, dead_s, on_s):
@@ -155,10 +156,20 @@ def test_the_gains_are_skogestads():
     assert (found.lag_s, found.dead_s) == (pytest.approx(5.0, rel=1e-5), pytest.approx(0, abs=1e-5))
     gain = 1 / (0.024 * 0.35 * 5.0)
     assert found.kd == pytest.approx(gain * 5.0, rel=1e-5)
+    assert found.integral_minimum == pytest.approx(100 / 3 - 12)
+    assert found.integral_maximum == pytest.approx(50)
     # The way down to the setpoint: 100 % and the derivative's share, of which it lacks a third.
     slow_s = max(10, (100 + gain * 5.0 * 1.6) / (100 / 3)) * 0.35 * 5.0
     assert found.ki == pytest.approx(gain / slow_s, rel=1e-5)
     assert found.kp == pytest.approx(gain * (1 + 5.0 / slow_s), rel=1e-5)
+
+
+@pytest.mark.parametrize("limits", [(25, 40), (0, 30), (60, 80), (-20, 10)])
+def test_the_limits_that_it_proposes_are_within_those_there_are(limits):
+    least, most = map(Single, limits)
+    found = found_by(FOUR, constants(limits_percent=(least, most)))
+    assert found.integral_minimum == pytest.approx(min(max(100 / 3 - 12, least), most))
+    assert found.integral_maximum == pytest.approx(min(max(50, least), most))
 
 
 @pytest.mark.parametrize(

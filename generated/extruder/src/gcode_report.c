@@ -371,7 +371,11 @@ static bool tuned(void)
     case 2:
         return say_gain(PSTR(" Kd: "), report_tool, 'D');
     case 3:
-        return say(PSTR("\nPID Autotune finished! The gains are in use and stored.\n"));
+        return say_number(PSTR("\nIntegral: {minimum: "), tool_integral_minimum(report_tool), 1);
+    case 4:
+        return say_number(PSTR(" %, maximum: "), tool_integral_maximum(report_tool), 1);
+    case 5:
+        return say(PSTR(" %}\nPID Autotune finished! The gains are in use and stored.\n"));
     default:
         return false;
     }

@@ -101,6 +101,18 @@ uint8_t tool_tuning(uint8_t tool)
     return autotune_nozzle.result;
 }
 
+float tool_integral_minimum(uint8_t tool)
+{
+    (void)tool; /* there is one */
+    return autotune_nozzle.integral_minimum;
+}
+
+float tool_integral_maximum(uint8_t tool)
+{
+    (void)tool; /* there is one */
+    return autotune_nozzle.integral_maximum;
+}
+
 uint8_t tool_switches(uint8_t tool)
 {
     (void)tool; /* there is one */

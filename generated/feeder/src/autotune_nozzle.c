@@ -18,6 +18,8 @@ static const float SLOPE_K = 10.0f;     /* below it: there the slope's measureme
 static const float RELAY_FROM_K = 1.0f; /* below it: the top before was the first overshoot */
 static const float LEAST_HYSTERESIS_K = 1.0f;
 static const float MOST_HYSTERESIS_K = 5.0f;
+static const float BELOW_HOLD_PERCENT = 12.0f; /* the integral's least is so far below what holds */
+static const float PER_HOLD = 1.5f;            /* and its most so many times that */
 
 struct autotune_nozzle_state autotune_nozzle;
 
@@ -101,6 +103,17 @@ static void find_gains(float both, float late)
     autotune_nozzle.ki = gain / slow;
 }
 
+/* Of the integral, about the power that holds the target, within the limits there are. */
+static void propose_limits(void)
+{
+    const float hold = autotune_nozzle.hold_percent;
+
+    autotune_nozzle.integral_minimum = limit(
+        hold - BELOW_HOLD_PERCENT, LOOP_NOZZLE_INTEGRAL_MINIMUM, LOOP_NOZZLE_INTEGRAL_MAXIMUM);
+    autotune_nozzle.integral_maximum = limit(
+        hold * PER_HOLD, LOOP_NOZZLE_INTEGRAL_MINIMUM, LOOP_NOZZLE_INTEGRAL_MAXIMUM);
+}
+
 /* What the swings say of the machine, and the gains for it. */
 static void judge(void)
 {
@@ -127,6 +140,7 @@ static void judge(void)
     autotune_nozzle.dead_s = limit((peak - share * rise * late) / (rise - share * rise), 0.0f, late);
     autotune_nozzle.lag_s = late - autotune_nozzle.dead_s;
     find_gains(both, late);
+    propose_limits();
     /* In this sense, so that what is not a number is of no use either. */
     if (autotune_nozzle.kp <= GAIN_MAXIMUM && autotune_nozzle.ki <= GAIN_MAXIMUM
         && autotune_nozzle.kd <= GAIN_MAXIMUM) {

@@ -32,6 +32,8 @@ struct autotune_nozzle_state {
     float kp; /* the gains found, %/K */
     float ki; /* %/(K*s) */
     float kd; /* %*s/K */
+    float integral_minimum; /* proposed for the integral, % */
+    float integral_maximum;
 };
 
 extern struct autotune_nozzle_state autotune_nozzle;

@@ -42,6 +42,10 @@ void tool_stop_tuning(uint8_t tool);
 /* What has become of its tuning: AUTOTUNE_*. */
 uint8_t tool_tuning(uint8_t tool);
 
+/* The limits of its integral that the last one proposes, %. */
+float tool_integral_minimum(uint8_t tool);
+float tool_integral_maximum(uint8_t tool);
+
 /* How often its relay has switched on. */
 uint8_t tool_switches(uint8_t tool);
 
