@@ -53,7 +53,7 @@ OCCUR = {
         "duty_percent": {0, 25, 50, 75, 100},
     },
     "kiln": {
-        "program.state": {0, 1, 2, 3}, "program.ended": {0, 2, 3}, "fault.code": {0, 6},
+        "program.state": {0, 1, 2, 3}, "program.ended": {0, 2}, "fault.code": {0, 6},
         "program.order": {0, 1, 2, 3, 4, 5, 6}, "guard.maximum_c": {1150.0, 25.0, 900.0},
     },
 }  # fmt: skip
