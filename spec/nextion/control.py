@@ -70,15 +70,14 @@ def debug_page(number: int, top_c: int, *, tunable: bool, measured: bool) -> Pag
     sheet.text("kd", (64, 150, 130, 40), LONGEST_NUMBER, pco=AMBER)
     sheet.text("t", (330, 10, 130, 40), LONGEST_NUMBER)
     sheet.text("sp", (330, 60, 130, 40), LONGEST_NUMBER)
-    if measured:
-        sheet.number("settled", (380, 110, 120, 40))
-        sheet.text("over", (380, 160, 120, 40), LONGEST_NUMBER)
     sheet.add("waveform", "chart", (0, 240, *CONTROL_CHART_PX), waveform_attributes())
     sheet.switch("on", (560, 10, 110, 60), "on", switched("on", "#2"), longest=2)
     sheet.label("lt", (260, 10, 60, 40), "T °C")
     sheet.label("lsp", (260, 60, 60, 40), "set")
     sheet.label("lot", (10, 10, 70, 40), "out %")
-    if measured:
+    if measured:  # behind the chart, whose number is that of the author's pages
+        sheet.number("settled", (380, 110, 120, 40))
+        sheet.text("over", (380, 160, 120, 40), LONGEST_NUMBER)
         sheet.label("lsettled", (260, 110, 110, 40), "settled s")
         sheet.label("lover", (260, 160, 110, 40), "over K")
     sheet.label("ltop", (0, 210, 120, 28), f"{top_c} °C")

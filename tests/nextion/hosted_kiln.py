@@ -32,7 +32,7 @@ loops:
   chamber:
     {sensor: chamber, heater: element, period: 1 s,
      setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1100 °C},
-     algorithm: {kind: pid, kp: 7.6, ki: 0.026, kd: 51},
+     algorithm: {kind: pid, kp: 7.6, ki: 0.026, kd: 51}, response: {within: 3 K, for: 20 s},
      protection: {maximum: 1150 °C, maximum_adjustable: true, minimum: -40 °C, rise_rate: 2000 K/s,
                   heating: off, rising_while_off: off, frozen: off, runaway: off}}
 programs:

@@ -181,7 +181,7 @@
 /* number of the chart on page main */
 #define NEXTION_CHART_ID 24u
 /* number of the chart on page debug */
-#define NEXTION_RUNNING_ID 9u
+#define NEXTION_RUNNING_ID 7u
 /* pixels across, 10 h */
 #define NEXTION_CHART_COLUMNS 600u
 /* pixels */

@@ -117,9 +117,9 @@ static const char NAME_31[] PROGMEM = "debug.ki";
 static const char NAME_32[] PROGMEM = "debug.kd";
 static const char NAME_33[] PROGMEM = "debug.t";
 static const char NAME_34[] PROGMEM = "debug.sp";
-static const char NAME_35[] PROGMEM = "debug.settled";
-static const char NAME_36[] PROGMEM = "debug.over";
-static const char NAME_37[] PROGMEM = "debug.on";
+static const char NAME_35[] PROGMEM = "debug.on";
+static const char NAME_36[] PROGMEM = "debug.settled";
+static const char NAME_37[] PROGMEM = "debug.over";
 static const char NAME_38[] PROGMEM = "thermo.type";
 static const char NAME_39[] PROGMEM = "faults.l";
 static const char NAME_40[] PROGMEM = "t";
@@ -197,9 +197,9 @@ static const struct component COMPONENTS[] PROGMEM = {
     { NAME_32, 0, SHOWS_KD },
     { NAME_33, 0, SHOWS_EXACT_TEMPERATURE },
     { NAME_34, 0, SHOWS_EXACT_SETPOINT },
-    { NAME_35, 0, SHOWS_SETTLING },
-    { NAME_36, 0, SHOWS_OVERSHOOT },
-    { NAME_37, 0, SHOWS_ENABLED },
+    { NAME_35, 0, SHOWS_ENABLED },
+    { NAME_36, 0, SHOWS_SETTLING },
+    { NAME_37, 0, SHOWS_OVERSHOOT },
     { NAME_38, 0, SHOWS_TYPE },
     { NAME_39, 1, SHOWS_LISTED },
     { NAME_39, 2, SHOWS_LISTED },
