@@ -8,7 +8,7 @@ import numpy as np
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
 from heatwright.sim.reference.inputs import Gains, Orders
-from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, RELAY_FAULTS
+from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, WATCHED_FAULTS
 from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
@@ -106,7 +106,7 @@ class Player:
         values = self._begun_with(0, row)
         code = int(row["fault.code"])
         tripped = self._reference.fault_code and (
-            code not in (*RELAY_FAULTS, MONITOR_LIMIT) or self._is_equal(values, row)
+            code not in (*WATCHED_FAULTS, MONITOR_LIMIT) or self._is_equal(values, row)
         )
         time_s = float(row["time_s"])
         if code and tripped:
@@ -186,7 +186,7 @@ class Player:
 def _orders(row: np.void, *, lost: bool) -> Orders:
     names = _names(row)
     code = int(row["fault.code"])
-    orders = Orders(master_lost=lost, relay_fault=code if code in RELAY_FAULTS else 0)
+    orders = Orders(master_lost=lost, watch_fault=code if code in WATCHED_FAULTS else 0)
     if "enabled" in names:
         orders = orders._replace(enabled=int(row["enabled"]))
     if "current.raw" in names:

@@ -79,6 +79,7 @@ from heatwright.spec.programs import (
     Programs,
     Segment,
 )
+from heatwright.spec.proofs import proofs, proven_in
 from heatwright.spec.sensors import Analog, Ds18b20, Rtd, Sensor, Thermistor
 from heatwright.spec.shape import kinds
 from heatwright.spec.simulation import (
@@ -185,6 +186,8 @@ __all__ = [
     "must_release",
     "nextion_of",
     "programmed",
+    "proofs",
+    "proven_in",
     "row_controller",
     "row_loop",
     "starts_enabled",

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16)
@@ -51,3 +52,5 @@ def _by_parts(controller: Controller) -> Iterator[int]:
         yield from (25, 26)
     if controller.monitors:
         yield 27
+    if proofs(controller):
+        yield 28

@@ -33,6 +33,18 @@ _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
 
 
+class Proof(Model):
+    """A contact that says that a fan turns."""
+
+    pin: PinName = Field(description="Pin at a contact that the stream of air closes to ground.")
+    within_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] = Field(
+        5.0,
+        alias="within",
+        description="Rule `fan_stopped`: so long the fan may take to start, or the contact to "
+        "close again.",
+    )
+
+
 class DigitalOutput(Model):
     """Switched on and off: a relay, or a fan."""
 
@@ -56,6 +68,9 @@ class DigitalOutput(Model):
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)
+    proof: Proof | None = Field(
+        None, description="What says that a loop's fan turns, in place of believing its pin."
+    )
 
 
 class PwmOutput(Model):

@@ -206,6 +206,13 @@ _RULES = (
         "A monitored part reached its limit.",
         "Let it cool; find out what heats it, or no longer cools it.",
     ),
+    Rule(
+        28,
+        "fan_stopped",
+        "FAN STOPPED",
+        "Nothing proves that the fan turns although it is on.",
+        "Check the fan, its supply and its filter, then the contact and its wires.",
+    ),
 )
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}

@@ -16,7 +16,7 @@ from heatwright.spec.interfaces import (
     Nextion,
     SerialLog,
 )
-from heatwright.spec.outputs import Output
+from heatwright.spec.outputs import DigitalOutput, Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
 
@@ -53,13 +53,23 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
             for key, pin_name in pins_of(part).items():
                 if pin_name in board.pins:
                     yield PinUse(board.pins[pin_name], (section, name, key), "")
-    feedback = controller.safety.relay_feedback
-    if feedback is not None and feedback in board.pins:
-        yield PinUse(board.pins[feedback], ("safety", "relay_feedback"), "the relay's feedback")
+    for path, pin_name, purpose in contact_pins(controller):
+        if pin_name in board.pins:
+            yield PinUse(board.pins[pin_name], path, purpose)
     for index, interface in enumerate(controller.interfaces):
         for keys, name, purpose in interface_pins(board, interface):
             if name in board.pins:
                 yield PinUse(board.pins[name], ("interfaces", index, *keys), purpose)
+
+
+def contact_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
+    """List the pins at contacts: where the file names them, and what they are for."""
+    for name, output in controller.outputs.items():
+        if isinstance(output, DigitalOutput) and output.proof is not None:
+            yield ("outputs", name, "proof", "pin"), output.proof.pin, "the proof that a fan turns"
+    if controller.safety.relay_feedback is not None:
+        path: Path = ("safety", "relay_feedback")
+        yield path, controller.safety.relay_feedback, "the relay's feedback"
 
 
 def pins_of(part: Sensor | Output) -> dict[str, str]:

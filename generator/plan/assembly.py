@@ -13,6 +13,7 @@ from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
 from heatwright.generator.plan.programs import programs as plan_programs
 from heatwright.generator.plan.project import project_files
+from heatwright.generator.plan.proof import plan_proofs
 from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_period_s
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
@@ -67,6 +68,7 @@ def plan_firmware(spec: Spec) -> Plan:
         *zip((("loops", name) for name in controller.loops), control, strict=True),
         *((("interfaces", index), part) for index, part in enumerate(interfaces)),
         ((), settings),
+        *((("outputs",), part) for part in plan_proofs(root)),
         (("programs",), plan_programs(root)),
         *((("programs",), part) for part in _program(root, loops)),
     ]

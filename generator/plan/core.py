@@ -8,7 +8,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.commands import gcode_of, modbus_of
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.timers import tick_interval
@@ -33,6 +33,7 @@ LAST_RULE_OF_PROGRAMS = 24
 LAST_RULE_OF_RELAYS = 26
 """Of those with a contact that says what they do."""
 LAST_RULE_OF_MONITORS = 27
+LAST_RULE_OF_PROOFS = 28
 
 
 def rule_macro(rule: Rule) -> str:
@@ -60,6 +61,8 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_RELAYS
     if controller.monitors:
         last = LAST_RULE_OF_MONITORS
+    if proofs(controller):
+        last = LAST_RULE_OF_PROOFS
     return [
         {
             "macro": rule_macro(rule),
@@ -147,6 +150,7 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
+        "proven": list(proofs(root.controller)),
     }
     return Part(
         files=(

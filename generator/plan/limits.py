@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Protection, Spec
+from heatwright.spec import Controller, Protection, Spec, proofs
 from heatwright.spec.commands import gcode_of
 
 
@@ -32,6 +32,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         | _of_programs(controller)
         | _of_relay(controller)
         | _of_monitors(controller)
+        | _of_proofs(controller)
         | {
             "watchdog_reset": f"a reset after {quantity(controller.safety.watchdog_s, 's')} "
             "without the main loop",
@@ -57,6 +58,14 @@ def _of_relay(controller: Controller) -> dict[str, str]:
         "relay_welded": f"the contact says closed {late} after it was opened, and at the start",
         "relay_open": f"the contact says open {late} after it was closed",
     }
+
+
+def _of_proofs(controller: Controller) -> dict[str, str]:
+    limits = [
+        f"nothing proves for {quantity(proof.within_s, 's')} that {name} turns"
+        for name, proof in proofs(controller).items()
+    ]
+    return {"fan_stopped": "; ".join(limits)} if limits else {}
 
 
 def _of_monitors(controller: Controller) -> dict[str, str]:

@@ -16,7 +16,7 @@ from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, ThreePosition, monitors_of
+from heatwright.spec import Controller, Loop, ThreePosition, monitors_of, proofs, proven_in
 from heatwright.spec.commands import (
     commanded,
     countdown_of,
@@ -59,6 +59,7 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "fan": loop.fan,
         "where": source.at("heater").where,
         "fan_where": source.at("fan").where,
+        "fan_proven": loop.fan in proofs(controller),
         "cooler": loop.cooler,
         "cooler_where": source.at("cooler").where,
         "stored": loop.setpoint.stored,
@@ -96,6 +97,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "heater": loop.heater,
         "plotter": plotted,
         "relay_judged": relay.is_judged_by(source.controller, name),
+        "proven": proven_in(source.controller, name),
         "monitors": list(monitors_of(source.controller, name)),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of
+from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of, proofs
 from heatwright.spec.commands import commanded, countdown_of, programmed, switched, tunable
 from heatwright.spec.timers import allocate
 
@@ -41,6 +41,8 @@ class Parts(NamedTuple):
     """The safety relay's output."""
     countdown: bool
     """People may set a time after which the loop goes off."""
+    proven: tuple[str, ...]
+    """Fans whose proof is asked for."""
     monitors: tuple[tuple[str, str, str, bool], ...]
     """What is judged in the loop's steps: name, sensor, the C type and the values of its readings,
     and whether a table makes temperatures of them."""
@@ -93,6 +95,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         programmed=programmed(controller, name),
         relay=controller.safety.relay,
         countdown=countdown_of(controller, name) is not None,
+        proven=tuple(proofs(controller)),
         monitors=tuple(
             (
                 each,

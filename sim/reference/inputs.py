@@ -39,8 +39,8 @@ class Orders(NamedTuple):
     """Order to the program that waits to be taken, and its argument; (0, 0): none."""
     maximum_c: Single | None = None
     """The operator's critical temperature; needed where it is adjustable."""
-    relay_fault: int = 0
-    """What the watch of the safety relay has found."""
+    watch_fault: int = 0
+    """What the watch of the safety relay, or of a fan, has found."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
     """By monitor that is judged in the step: its reading's status and raw number."""
 

@@ -19,7 +19,8 @@ Record = dict[str, Value]
 
 EMERGENCY_STOP = 19
 MASTER_LOST = 23
-RELAY_FAULTS = (25, 26)
+WATCHED_FAULTS = (25, 26, 28)
+"""Of the relay and of fans: found between the steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
 """While a fault is latched the cooler runs, unless a reading tells that it is colder."""
@@ -162,7 +163,7 @@ class Reference:
     def _mind_others(self, orders: Orders) -> None:
         """Watch what is not the loop's own: the safety relay, the monitors, and the master."""
         temperature_c = self._readings.mean.temperature_c
-        self._trip(orders.relay_fault, temperature_c)
+        self._trip(orders.watch_fault, temperature_c)
         for name, monitor in self._monitors.items():
             code = monitor.step(*orders.monitors[name])
             self._trip(code, monitor.temperature_c)

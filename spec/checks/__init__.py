@@ -51,6 +51,7 @@ CHECKS: tuple[Check, ...] = (
     references.relay_is_there,
     references.loops_share_no_part,
     references.fans_run,
+    references.proofs_are_of_fans,
     references.heaters_can_heat,
     references.heaters_do_not_always_run,
     references.loops_go_by_thermometers,

@@ -13,7 +13,7 @@ from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
-from heatwright.spec.uses import SERIAL_PORT, PinUse, named_pins, pin_uses, pins_of
+from heatwright.spec.uses import SERIAL_PORT, PinUse, contact_pins, named_pins, pin_uses, pins_of
 
 _BOARD: Path = ("controller", "board")
 
@@ -53,8 +53,8 @@ def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
         for name, part in parts.items():
             for key, pin_name in pins_of(part).items():
                 yield (section, name, key), pin_name
-    if controller.safety.relay_feedback is not None:
-        yield ("safety", "relay_feedback"), controller.safety.relay_feedback
+    for path, pin_name, _ in contact_pins(controller):
+        yield path, pin_name
     for index, interface in enumerate(controller.interfaces):
         for keys, pin_name, _ in named_pins(interface):
             yield ("interfaces", index, *keys), pin_name

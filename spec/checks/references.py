@@ -12,6 +12,7 @@ from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
+from heatwright.spec.quantity import duration
 from heatwright.spec.suggest import advice
 
 
@@ -113,6 +114,33 @@ def fans_run(controller: Controller) -> Findings:
                 f"a fan that runs with its loop {NOT_BUILT}",
                 "Write runs: always",
             )
+
+
+def proofs_are_of_fans(controller: Controller) -> Findings:
+    """Find proofs that nobody goes by, and that come after the rule for failed heat."""
+    for name, output in controller.outputs.items():
+        proof = getattr(output, "proof", None)
+        if proof is None:
+            continue
+        path: Path = ("outputs", name, "proof")
+        loops = {key: loop for key, loop in controller.loops.items() if loop.fan == name}
+        if not loops:
+            yield Finding(
+                path,
+                f"no loop names {name} as its fan, so nobody would go by its proof",
+                "Delete it, or write fan: at the loop that needs its air",
+                (("loops",),),
+            )
+        for key, loop in loops.items():
+            heating = loop.protection.heating
+            if heating is not None and proof.within_s >= heating.within_s:
+                yield Finding(
+                    (*path, "within"),
+                    f"without proof there is no heat, and the loop {key} takes that for a dead "
+                    f"heater after {duration(heating.within_s)}",
+                    f"Use less than {duration(heating.within_s)}",
+                    (("loops", key, "protection", "heating"),),
+                )
 
 
 def heaters_can_heat(controller: Controller) -> Findings:

@@ -145,6 +145,8 @@ class LoopDraw:
         elif self._spare_pins >= 4 and draws.seldom():
             part = {"kind": "digital", "pin": self.left.digital(), "runs": "always"}
             part |= draws.maybe({"active": "low"})
+            if self._spare_pins >= 5 and draws.some():
+                part["proof"] = {"pin": self.left.digital(), "within": draws.one("5 s", "1 s")}
             self.outputs[f"{self.name}_fan"] = part
             self.fan_factor = draws.one(1.0, 2.5)
 

@@ -336,5 +336,6 @@ def _last_code(controller: Controller) -> int:
         24: bool(controller.programs),
         26: bool(controller.safety.relay_feedback),
         27: bool(controller.monitors),
+        28: any(getattr(each, "proof", None) for each in controller.outputs.values()),
     }
     return max(code for code, there in last.items() if there)
