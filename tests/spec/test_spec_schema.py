@@ -250,6 +250,8 @@ def put_in(fragment: str) -> str:
         around["interfaces"] = "[{kind: gcode, loops: {T0: air}, steppers: {E: feed}}]"
     if "kind: max6675" in fragment:  # it may be wrong by 5.25 K, and ends at 0 °C
         loop["protection"] = "{minimum: 6 °C}"
+    if "proof:" in fragment:
+        loop["fan"] = "fan"
     if "monitors:" in fragment:
         plant["sense"]["electronics"] = "{node: air}"
     if "kind: current" in fragment:  # the plant must have it
