@@ -17,6 +17,7 @@ from rig.specs import EXAMPLES, controller_of
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.indicators import Indicators
 from heatwright.sim.live import Clock, run
 from heatwright.sim.native.characters import EIGHT_N_ONE, Format
 from heatwright.sim.sensors.adc_sensor import AdcSensor
@@ -94,6 +95,7 @@ class _Watched(Clock):
             "steps": lambda: device.steps(next(iter(self._loops))),
             "hits": lambda: self._noise.hits,
             "said": lambda: [line.text for line in device.host.lines],
+            "lights": self._lights,
             "resets": lambda: len(device.avr.take_resets()),
             "cut": self._cut,
             "noise": lambda: self._disturb(on=True),
@@ -102,6 +104,10 @@ class _Watched(Clock):
             "sound": lambda: self._wire(Wiring()),
         }
         self._pipe.send(known.get(asked, lambda: device.read(asked).item())())
+
+    def _lights(self) -> dict[str, str]:
+        (leds,) = (each for each in self._device.interfaces if isinstance(each, Indicators))
+        return dict(leds.lights())
 
     def _disturb(self, *, on: bool) -> None:
         self._noise.is_on = on
@@ -140,8 +146,8 @@ class LiveBoard:
 
     def ask(self, what: str) -> Any:
         """Return a variable by its name, the "steps" so far, what was "said" before the noise,
-        the noise's "hits", the number of "resets"; or "cut" the power and give it back, let there
-        be "noise" or "quiet", let all sensors be "torn" off or "sound".
+        the noise's "hits", the number of "resets", the LEDs' "lights"; or "cut" the power and give
+        it back, let there be "noise" or "quiet", let all sensors be "torn" off or "sound".
         """
         self._pipe.send(what)
         return self._pipe.recv()
