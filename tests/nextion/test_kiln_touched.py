@@ -97,7 +97,8 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     },
     "11 a segment is marked": [("bprog b1; p4", {"points_marked": 4})],
     "12 and 16 a fault, its page, the list, the acknowledgement": [
-        (f"{START}; wait 5; break; wait 8", {"fault.code": 17, "page": "fault17", STATE: INTERRUPTED}),
+        (f"{START}; wait 5; break; wait 8",
+         {"fault.code": 17, "page": "fault17", STATE: INTERRUPTED}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
         ("mend; wait 3; ack", {"fault.code": 0}),
         ("back", {"page": "main", "ERROR.en": 0, "main.bco": GROUND})],
