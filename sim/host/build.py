@@ -114,6 +114,7 @@ def _names(parts: Parts) -> list[str]:
     if parts.current:
         control += [f"current_{parts.heater}.c", f"amperes_{parts.current}.c"]
     control += [f"{name}.c" for name in program_files(parts)]
+    control += [f"response_{parts.loop}.c"] * parts.response
     control += [f"proof_{fan}.c" for fan in parts.proven]
     control += ["relay.c"] * (parts.relay is not None)
     control += ["countdown.c"] * parts.countdown

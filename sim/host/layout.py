@@ -31,6 +31,7 @@ def declarations(project: Path, *loops: Parts) -> Any:
         names += [f"current_{parts.heater}"] * (parts.current is not None)
         names += ["state"] * parts.switched
         names += program_files(parts)
+        names += [f"response_{parts.loop}"] * parts.response
         names += [f"monitor_{name}" for name, *_ in parts.monitors]
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
@@ -59,6 +60,8 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         structures["current."] = f"current_{parts.heater}_state"
     if parts.programmed:
         structures["program."] = "program_state"
+    if parts.response:
+        structures["response."] = f"response_{parts.loop}_state"
     structures |= {f"monitor_{name}.": f"monitor_{name}_state" for name, *_ in parts.monitors}
     fields = [
         (f"{prefix}{name}", _width(field.type))

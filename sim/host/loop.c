@@ -290,6 +290,9 @@ static uint32_t state(uint8_t *to)
 #ifdef PROGRAMMED
     end = put(end, &program, sizeof program);
 #endif
+#ifdef RESPONSE
+    end = put(end, &JOIN(response_, LOOP, ), sizeof JOIN(response_, LOOP, ));
+#endif
 #ifdef MONITORED
 #define MONITOR(NAME) end = put(end, &JOIN(monitor_, NAME, ), sizeof JOIN(monitor_, NAME, ));
     MONITORED

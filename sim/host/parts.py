@@ -41,6 +41,8 @@ class Parts(NamedTuple):
     """The safety relay's output."""
     countdown: bool
     """People may set a time after which the loop goes off."""
+    response: bool
+    """Settling time and overshoot of the last setpoint are measured."""
     proven: tuple[str, ...]
     """Fans whose proof is asked for."""
     monitors: tuple[tuple[str, str, str, bool], ...]
@@ -95,6 +97,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         programmed=programmed(controller, name),
         relay=controller.safety.relay,
         countdown=countdown_of(controller, name) is not None,
+        response=loop.response is not None,
         proven=tuple(proofs(controller)),
         monitors=tuple(
             (
@@ -165,6 +168,9 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
         headers += [f"sensor_{parts.current}.h", f"current_{parts.heater}.h"]
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
+    if parts.response:
+        flags.append("-DRESPONSE")
+        headers.append(f"response_{parts.loop}.h")
     if parts.monitors:
         listed = "".join(f"MONITOR({sensor},{types})" for _, sensor, types, _ in parts.monitors)
         flags.append(f"-DMONITORS={listed}")
