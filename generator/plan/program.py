@@ -32,10 +32,12 @@ def plan(root: Source, loop: dict[str, object]) -> Part:
 
 
 def _context(source: Source, programs: Programs, loop: dict[str, object]) -> dict[str, Any]:
-    power = source.at("after_power_loss")
+    power, controller = source.at("after_power_loss"), source.controller
+    moved = controller.loops[programs.loop]
     return {
         "name": loop["name"],
         "prefix": loop["prefix"],
+        "averaged": controller.thermometers[moved.sensor].moving_average > 1,
         "where": source.where,
         "holds_at_end": programs.at_end == "hold",
         "at_end_where": source.at("at_end").where,

@@ -120,7 +120,7 @@ class Reference:
         if acknowledge:
             self.acknowledge()
         self._steps = (self._steps + 1) & 0xFFFF
-        self._readings.take(status, raw)
+        self._readings.take(status, raw, anew=bool(self._guard.fresh))
         orders, setpoint = self._run_program(status, orders, setpoint)
         look = self._look(self._readings.mean, raw, setpoint, orders)
         self._mind_others(orders)
@@ -142,7 +142,10 @@ class Reference:
             return orders, setpoint
         temperature_c = self._readings.mean.temperature_c
         code, self.order_waits = self.program.step(
-            orders.program, None if status else temperature_c, fault=bool(self.fault_code)
+            orders.program,
+            None if status else temperature_c,
+            reading_c=self._readings.single.temperature_c,
+            fault=bool(self.fault_code),
         )
         self._trip(code, temperature_c)
         self.steering.follow(self.program.now.rate_k_per_s)

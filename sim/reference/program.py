@@ -55,6 +55,7 @@ class ProgramRun:
         after = programs.after_power_loss
         self._way = Way(programs, loop.period_s)
         self._number = 0
+        self._reading_c = ZERO
         self._resumes_k = Single(after.resume_within_k) if after.resume_within_k else None
         self._else_pauses = after.otherwise == "pause"
         self._keeps = programs.on_fault == "pause"
@@ -99,13 +100,19 @@ class ProgramRun:
             now.waited = 0
 
     def step(
-        self, order: tuple[int, int], temperature_c: Single | None, *, fault: bool
+        self,
+        order: tuple[int, int],
+        temperature_c: Single | None,
+        *,
+        reading_c: Single,
+        fault: bool,
     ) -> tuple[int, bool]:
         """Do the program's part of a step.
 
         Args:
             order: what waits to be taken, and its argument.
             temperature_c: what the control goes by, None without a valid reading.
+            reading_c: the last reading by itself.
             fault: whether a fault is latched.
 
         Returns:
@@ -114,6 +121,7 @@ class ProgramRun:
         """
         now = self.now
         now.leap = now.order = now.argument = 0
+        self._reading_c = reading_c
         now.rate_k_per_s = ZERO
         self.handed_over = None
         if fault:
@@ -168,11 +176,12 @@ class ProgramRun:
         if now.order == STOP:
             self._end(STOPPED)
         elif temperature_c is not None:
-            self._go_on_if_near(temperature_c)
+            self._go_on_if_near()
 
-    def _go_on_if_near(self, temperature_c: Single) -> None:
+    def _go_on_if_near(self) -> None:
         now = self.now
-        if self._resumes_k is not None and abs(temperature_c - now.before_c) <= self._resumes_k:
+        gone_k = abs(self._reading_c - now.before_c)
+        if self._resumes_k is not None and gone_k <= self._resumes_k:
             now.state = RETURNING
             now.leap = 1
         elif self._else_pauses:
@@ -198,7 +207,7 @@ class ProgramRun:
             now.leap = 1
             return True
         elif now.order == RESUME and now.state == INTERRUPTED and temperature_c is not None:
-            self._go_on_if_near(temperature_c)
+            self._go_on_if_near()
             return True
         elif now.order == SKIP and now.state == RUNNING:
             self._begin(now.segment + 1)

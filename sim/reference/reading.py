@@ -30,9 +30,9 @@ class Average:
         self._turn = 0
         self._share = Single(1 / number)
 
-    def take(self, reading_c: Single) -> Single:
-        """Take in a reading and return the mean."""
-        if not self._window:
+    def take(self, reading_c: Single, *, anew: bool) -> Single:
+        """Take in a reading, alone if the mean begins anew, and return the mean."""
+        if anew:
             self._window = [reading_c] * self._number
         self._window[self._turn] = reading_c
         self._turn = (self._turn + 1) % self._number
@@ -71,8 +71,8 @@ class Readings:
         self.mean = Seen(ZERO, ZERO)
         """What the control goes by."""
 
-    def take(self, status: int, raw: int) -> None:
-        """Take in what the sensor said."""
+    def take(self, status: int, raw: int, *, anew: bool) -> None:
+        """Take in what the sensor said; `anew`: what it said before counts no more."""
         self.gap = self.missing + 1 if self._has_reading else 1
         self._status, self._raw = status, raw
         if status:
@@ -80,7 +80,7 @@ class Readings:
             self.single, self.mean = _kept(self.single), _kept(self.mean)
             return
         reading_c = self._convert(raw)
-        mean_c = self._average.take(reading_c) if self._average else reading_c
+        mean_c = self._average.take(reading_c, anew=anew) if self._average else reading_c
         self.single = self._after(self.single, reading_c)
         self.mean = self._after(self.mean, mean_c)
         self.missing = 0

@@ -44,7 +44,7 @@ static float mean_with(float reading_c)
     float sum_c = 0.0f;
 
     for (uint8_t i = 0; i < LOOP_CHAMBER_READINGS; i++) {
-        if (i == slot || !loop_chamber.has_reading) {
+        if (i == slot || guard_chamber.fresh) { /* a reset, or a fault: what was read counts no more */
             window_c[i] = reading_c;
         }
         sum_c += window_c[i];

@@ -172,7 +172,7 @@ static void jump(void)
 /* kiln.yaml:53 programs.after_power_loss */
 static void restore(void)
 {
-    const float gone_k = loop_chamber.temperature_c - program.before_c;
+    const float gone_k = loop_chamber.reading_c - program.before_c;
 
     if (gone_k <= PROGRAM_RESUME_WITHIN_K && gone_k >= -PROGRAM_RESUME_WITHIN_K) {
         program.state = PROGRAM_RETURNING;
