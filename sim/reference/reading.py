@@ -32,7 +32,7 @@ class Average:
 
     def take(self, reading_c: Single, *, anew: bool) -> Single:
         """Take in a reading, alone if the mean begins anew, and return the mean."""
-        if anew:
+        if anew or not self._window:
             self._window = [reading_c] * self._number
         self._window[self._turn] = reading_c
         self._turn = (self._turn + 1) % self._number
@@ -71,7 +71,7 @@ class Readings:
         self.mean = Seen(ZERO, ZERO)
         """What the control goes by."""
 
-    def take(self, status: int, raw: int, *, anew: bool) -> None:
+    def take(self, status: int, raw: int, *, anew: bool = False) -> None:
         """Take in what the sensor said; `anew`: what it said before counts no more."""
         self.gap = self.missing + 1 if self._has_reading else 1
         self._status, self._raw = status, raw
