@@ -79,10 +79,10 @@ def listened(text: str, divisor: int = 103) -> SerialPlotter:
 
 
 def test_lines_are_understood() -> None:
-    plotter = listened("$49.87 50.00 10.00 -0.34;\\n$1;\\r\\n$-2.5 3;\\n")
+    plotter = listened("$49.87 50.00 10.00 -0.34;\\n$1.00;\\n$-2.50 3.00;\\n")
     due = [(49.87, 50.0, 10.0, -0.34), (1.0,), (-2.5, 3.0)]
     assert [line.values for line in plotter.lines] == due
-    assert plotter.garbage == 0
+    assert (plotter.ended, plotter.garbage) == (2, 0)
     assert plotter.lines[0].time_s == pytest.approx(25 * 10 * 16 * 104 / CLOCK_HZ, abs=1e-4)
 
 

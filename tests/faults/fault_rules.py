@@ -105,6 +105,8 @@ def rules_of(controller: Controller) -> Rules:
         found |= _RELAY
     if controller.programs:
         found |= _PROGRAMS
+        if controller.programs.on_fault == "pause":
+            found |= _of(sensor_short="power_cut_in_interrupted_program")
     measured = getattr(controller.outputs[loop.heater], "current", None) is not None
     return found | _still(controller, loop, measured) | _heat(controller, loop, measured)
 

@@ -73,6 +73,8 @@ STOPPED = changed(
 )  # fmt: skip
 """A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
+ELSEWHERE = {"monitor_limit", "fan_stopped"}
+"""Of what only some machines have: test_monitors.py and test_proofs.py trip them."""
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
 
@@ -91,7 +93,7 @@ def test_the_catalogue_has_each_once_and_no_other(machine: str) -> None:
 
 
 def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
-    assert {rule for _, _, rule in CASES} >= KNOWN
+    assert {rule for _, _, rule in CASES} >= KNOWN - ELSEWHERE
 
 
 def test_a_spec_without_machine(chamber: Controller) -> None:

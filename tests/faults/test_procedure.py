@@ -112,7 +112,7 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "air differs from the reference model: step .* guard.heating_steps is": lambda fault: making(
         fault, miscount
     ),
-    "air read .* °C at .* s, where its sensor felt": lambda _: replace(
+    "air of air read .* °C at .* s, where it felt": lambda _: replace(
         faults_of("chamber")["frozen"], sensor_lies=False
     ),
     "nozzle measured 0.00 A at .* s, where .* A flowed": lambda _: replace(
