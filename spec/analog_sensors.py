@@ -18,6 +18,7 @@ from heatwright.spec.coarseness import largest_step_k, step_at_k
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
+from heatwright.spec.tolerances import Accuracy
 from heatwright.spec.units import BETA, RESISTANCE, TEMPERATURE, VOLTAGE, VOLTAGE_PER_KELVIN
 
 Ohm = Annotated[float, Quantity(RESISTANCE, least=0.01)]
@@ -49,6 +50,9 @@ class AnalogSensor(Averaged):
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+    accuracy: Accuracy | None = Field(
+        None, description="What is asked of the chain; `check` warns where its parts cost more."
     )
 
     def error_k(self, temperature_c: float) -> float:

@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from heatwright.spec.analog_sensors import FullScale, Volt
-from heatwright.spec.base import Model, PinName, Reference, WholeNumber
+from heatwright.spec.base import DEFAULTS, Model, PinName, Reference, WholeNumber
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.tolerances import VoltageTolerances
 from heatwright.spec.units import CURRENT, VOLTAGE_PER_AMPERE
 
 TRIP_FACTOR = 1.25
@@ -36,6 +37,9 @@ class CurrentSensor(Model):
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+    tolerances: VoltageTolerances = Field(
+        DEFAULTS, validate_default=True, description="How exact sensor and reference are."
     )
 
 

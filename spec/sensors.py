@@ -14,13 +14,14 @@ from heatwright.spec.analog_sensors import (
     VoltPerKelvin,
 )
 from heatwright.spec.averaging import Averaged
-from heatwright.spec.base import PinName
+from heatwright.spec.base import DEFAULTS, PinName
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.thermocouples import Max6675, Max31855
+from heatwright.spec.tolerances import RtdTolerances, ThermistorTolerances, VoltageTolerances
 from heatwright.spec.units import BITS, COEFFICIENT
 
 
@@ -80,6 +81,9 @@ class Thermistor(AnalogSensor):
     """A thermistor in a voltage divider on a pin of the ADC."""
 
     kind: Literal["thermistor"]
+    tolerances: ThermistorTolerances = Field(
+        DEFAULTS, validate_default=True, description="How exact the parts are."
+    )
     divider: Divider = Field(description="The resistor beside the thermistor.")
     curve: Curve = Field(description="Its law: beta, Steinhart-Hart, points, codes.")
 
@@ -88,6 +92,9 @@ class Rtd(AnalogSensor):
     """A platinum element after IEC 60751 or on a line, in a divider or behind an amplifier."""
 
     kind: Literal["rtd"]
+    tolerances: RtdTolerances = Field(
+        DEFAULTS, validate_default=True, description="How exact the parts are."
+    )
     element: Literal["pt100", "pt1000"] = Field(description="100 Ω or 1000 Ω at 0 °C.")
     alpha_ppm_per_k: Annotated[float, Quantity(COEFFICIENT, least=3500.0, most=4000.0)] | None = (
         Field(
@@ -114,6 +121,9 @@ class Analog(AnalogSensor):
     """A sensor that gives a voltage in proportion to the temperature."""
 
     kind: Literal["analog"]
+    tolerances: VoltageTolerances = Field(
+        DEFAULTS, validate_default=True, description="How exact sensor and reference are."
+    )
     scale_v_per_k: VoltPerKelvin = Field(alias="scale", description="Voltage for each kelvin.")
     offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 °C.")
     open_reads: Literal["low", "high"] = Field(

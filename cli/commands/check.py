@@ -32,10 +32,12 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
     spec has a machine, the reference model runs it as `verify` would run it when all is well: no
-    protection may trip; and the reserve of each heater is told, and what currents flow where one is
-    measured, or rated for less than its supply. A reserve below 30 % is warned of, and a firmware
-    that certainly does not fit its board.
+    protection may trip; and the reserve of each heater is told, what currents flow where one is
+    measured, or rated for less than its supply, and what the tolerances of the parts of each sensor
+    on the ADC cost. Warned of are a reserve below 30 %, parts that cost more than the sensor's
+    `accuracy`, and a firmware that certainly does not fit its board.
     """
+    from heatwright.cli.budget import budgets_json, show_budgets  # noqa: PLC0415
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
     from heatwright.spec.reserve import reserves  # noqa: PLC0415
@@ -52,7 +54,14 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     if as_json:
         print_json(
             {
-                "good": [{"file": str(path), "digest": spec.digest} for path, spec in good],
+                "good": [
+                    {
+                        "file": str(path),
+                        "digest": spec.digest,
+                        "budgets": budgets_json(spec.controller),
+                    }
+                    for path, spec in good
+                ],
                 "loads": [
                     {"file": str(path), **each}
                     for path, spec in good
@@ -74,6 +83,7 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
                 click.echo(f"  {reserve}")
             for load in loads(spec.controller):
                 click.echo(f"  {told(load)}")
+            show_budgets(spec.controller)
             for warning in _warnings(spec):
                 click.echo(f"Warning: {warning}")
         for problem in problems:
@@ -96,7 +106,8 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 
 
 def _warnings(spec: Spec) -> Iterator[Problem]:
-    """Warn of heaters with little reserve, and of a firmware that no compiler makes fit."""
+    """Warn of little reserve, of inexact parts, of a firmware that no compiler makes fit."""
+    from heatwright.cli.budget import too_inexact  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
     from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
     from heatwright.spec.loader import problem_of  # noqa: PLC0415
@@ -104,6 +115,7 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
 
     for finding in small_reserves(spec.controller):
         yield problem_of(spec.tree, finding)
+    yield from too_inexact(spec)
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):
         return

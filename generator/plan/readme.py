@@ -15,6 +15,7 @@ from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
+from heatwright.spec.budget import budgets
 from heatwright.spec.commands import (
     gcode_of,
     keypad_of,
@@ -39,6 +40,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "lines": lines(controller),
         "loops": _loops(spec),
+        "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "countdown": _countdown(controller),
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),

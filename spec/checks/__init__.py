@@ -36,6 +36,7 @@ from heatwright.spec.checks import (
     tenths,
     timers,
     timing,
+    tolerances,
     windows,
 )
 from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
@@ -82,6 +83,9 @@ CHECKS: tuple[Check, ...] = (
     analog.codes_are_of_the_circuit,
     analog.ranges_can_be_shown,
     analog.one_reference,
+    tolerances.tolerances_have_a_part,
+    tolerances.tolerances_leave_a_voltage,
+    tolerances.accuracy_within_range,
     pins.heater_pins_stay_off,
     pins.jtag_pins_are_free,
     timers.clock_ticks,

@@ -3,7 +3,17 @@
 import math
 from typing import Any, NamedTuple
 
-from rig.controllers_parts import NARROWEST_K, Part, Sensors, Unsuited, step_k, text, tidy, usable_c
+from rig.controllers_parts import (
+    NARROWEST_K,
+    Part,
+    Sensors,
+    Unsuited,
+    own_draws,
+    step_k,
+    text,
+    tidy,
+    usable_c,
+)
 
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.checks.timing import MOST_MISSING
@@ -209,6 +219,8 @@ class LoopDraw:
         oversample = draws.number(1, min(32, most), 4)
         part |= {"oversample": int(oversample)}
         part |= {"reference": self.reference} if self.reference != "supply" else {}
+        exact = {"scale": "1 %", "offset": "5 mV", "reference": "20 mV"}
+        part |= own_draws(part).maybe({"tolerances": exact})
         self.sensors[f"{self.name}_amps"] = part
         self.sense[f"{self.name}_amps"] = {"of": f"{self.name}_heater"}
         self.heater["current"] = {"sensor": f"{self.name}_amps", **held}

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection
+from random import Random
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -64,6 +65,14 @@ class Draws:
         way = self.one("plain", "first", "last", "between", "between")
         ends = {"plain": plain, "first": first, "last": last}
         return round(ends.get(way, self._between(first, last)) * step, 9)
+
+
+def own_draws(part: Part) -> Draws:
+    """Give draws that follow from what was drawn of a part, and use up no random number.
+
+    For what shapes no machine: the machines that a seed gives stay as they are.
+    """
+    return Draws(Random(repr(part)).randint)  # noqa: S311 - no secret
 
 
 class Resources:
@@ -280,7 +289,27 @@ class Sensors:
             low_c, high_c = max(low_c, -45.0), max(high_c, 60.0)
         first = self.draws.number(math.ceil(low_c), min(10, high_c - NARROWEST_K), 0)
         last = self.draws.number(first + NARROWEST_K, math.floor(high_c), high_c)
-        return part | {"range": f"{text(first)} °C .. {text(last)} °C"}
+        part |= {"range": f"{text(first)} °C .. {text(last)} °C"}
+        draws = own_draws(part)
+        part |= draws.maybe({"tolerances": self._tolerances(draws, kind, part)})
+        within = text(draws.number(0.1, 50, 1, 0.1), "K")
+        return part | draws.maybe({"accuracy": {"within": within}})
+
+    @staticmethod
+    def _tolerances(draws: Draws, kind: str, part: Part) -> Part:
+        """Say how exact some or all parts of a chain are."""
+        percent = text(draws.number(0, 5, 1, 0.01), "%")
+        off = text(draws.number(0, 100, 6), "mV")
+        told: Part = draws.maybe({"reference": off}) | draws.maybe({"adc": draws.number(0, 5, 2)})
+        if kind == "analog":
+            return told | {"scale": percent} | draws.maybe({"offset": off})
+        element = draws.one("A", "AA", "B", "C") if kind == "rtd" else percent
+        told |= {"element": element} | draws.maybe({"resistors": percent})
+        if "beta" in part.get("curve", {}):
+            told |= draws.maybe({"beta": percent})
+        if "amplifier" in part or "supply" in part["divider"] or "reference" in part:
+            told |= draws.maybe({"supply": draws.one(off, "reference")})
+        return told
 
 
 def usable_c(sensor: Any) -> tuple[float, float]:

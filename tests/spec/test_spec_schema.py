@@ -183,7 +183,8 @@ HEADINGS = {
     "TimeProportionalOutput": "time_proportional", "Loop": "loops", "Link": "links",
     "IntegralLimits": "integral", "OutputLimits": "output", "Segment": "segments",
     "FanEffect": "fans", "Event": "scenario", "ComparisonRow": "comparison",
-    "Monitor": "monitors",
+    "Monitor": "monitors", "ThermistorTolerances": "tolerances of a thermistor",
+    "RtdTolerances": "tolerances of an rtd", "VoltageTolerances": "tolerances of a voltage",
 }  # fmt: skip
 """Of the models whose heading is not their own name."""
 

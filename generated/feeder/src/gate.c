@@ -50,7 +50,7 @@ void gate_tick(void)
         }
     }
 
-    /* feeder.yaml:27 loops.nozzle.heater */
+    /* feeder.yaml:29 loops.nozzle.heater */
     bool nozzle_permitted = healthy;
     if (!spend(&nozzle_ticks)) {
         nozzle_permitted = false;

@@ -116,7 +116,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec efff4a6d\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec a1ad94cc\n"));
 }
 
 static bool latched_fault(void)
@@ -277,7 +277,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec efff4a6d PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec a1ad94cc PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

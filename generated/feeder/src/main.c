@@ -18,7 +18,7 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_1S); /* feeder.yaml:42 safety.watchdog */
+    wdt_enable(WDTO_1S); /* feeder.yaml:44 safety.watchdog */
     settings_start();
     reset_report();
     output_heater_start();

@@ -6,7 +6,7 @@
 #include <avr/io.h>  /* PORT, DDR and PIN registers */
 #include <stdbool.h> /* bool */
 
-/* D9 = PB1: output heater, active low (feeder.yaml:20 outputs.heater.pin) */
+/* D9 = PB1: output heater, active low (feeder.yaml:22 outputs.heater.pin) */
 static inline void pin_output_heater_on(void)
 {
     PORTB &= (uint8_t)~(1u << 1);
@@ -27,7 +27,7 @@ static inline bool pin_output_heater_is_on(void)
     return (PINB & (1u << 1)) == 0;
 }
 
-/* D7 = PD7: output fan, active high (feeder.yaml:21 outputs.fan.pin) */
+/* D7 = PD7: output fan, active high (feeder.yaml:23 outputs.fan.pin) */
 static inline void pin_output_fan_on(void)
 {
     PORTD |= (1u << 7);
@@ -48,7 +48,7 @@ static inline bool pin_output_fan_is_on(void)
     return (PIND & (1u << 7)) != 0;
 }
 
-/* D4 = PD4: steps of feed (feeder.yaml:22 outputs.feed.step) */
+/* D4 = PD4: steps of feed (feeder.yaml:24 outputs.feed.step) */
 static inline void pin_output_feed_step_high(void)
 {
     PORTD |= (1u << 4);
@@ -64,7 +64,7 @@ static inline void pin_output_feed_step_drive(void)
     DDRD |= (1u << 4);
 }
 
-/* D5 = PD5: direction of feed, high is forward (feeder.yaml:22 outputs.feed.direction) */
+/* D5 = PD5: direction of feed, high is forward (feeder.yaml:24 outputs.feed.direction) */
 static inline void pin_output_feed_direction_high(void)
 {
     PORTD |= (1u << 5);
@@ -80,7 +80,7 @@ static inline void pin_output_feed_direction_drive(void)
     DDRD |= (1u << 5);
 }
 
-/* D6 = PD6: driver of feed, active low (feeder.yaml:22 outputs.feed.enable) */
+/* D6 = PD6: driver of feed, active low (feeder.yaml:24 outputs.feed.enable) */
 static inline void pin_output_feed_enable_on(void)
 {
     PORTD &= (uint8_t)~(1u << 6);
@@ -101,7 +101,7 @@ static inline bool pin_output_feed_enable_is_on(void)
     return (PIND & (1u << 6)) == 0;
 }
 
-/* D0 = PD0: from the host (feeder.yaml:45 interfaces[0]) */
+/* D0 = PD0: from the host (feeder.yaml:47 interfaces[0]) */
 static inline void pin_host_rx_pull_up(void)
 {
     PORTD |= (1u << 0);

@@ -1,0 +1,67 @@
+"""Error budgets of a spec's sensors on the ADC, as tables and for machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from heatwright.spec import Controller, Problem, Spec
+from heatwright.spec.budget import Budget, budgets, judged
+from heatwright.spec.quantity import about, celsius, number
+
+
+def show_budgets(controller: Controller) -> None:
+    """Print what the parts of each chain cost over its range."""
+    found_of = dict(budgets(controller))
+    if not found_of:
+        return
+    from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
+
+    for name, found in found_of.items():
+        heading(f"{name}: what its parts cost, ± {found.unit}")
+        show(table(("part", "tolerance", *found.heads), found.rows, text_columns=2))
+        if found.untold:
+            heading(f"not told, and not in it: tolerances.{', '.join(found.untold)}")
+
+
+def budgets_json(controller: Controller) -> dict[str, Any]:
+    """Return the same for machines, by the sensors' names."""
+    return {name: _json(found) for name, found in budgets(controller)}
+
+
+def _json(found: Budget) -> dict[str, Any]:
+    return {
+        "unit": found.unit,
+        "at": found.places,
+        "parts": [line._asdict() for line in found.lines],
+        "worst": found.worst,
+        "root_of_squares": found.root,
+        "not_told": found.untold,
+    }
+
+
+def too_inexact(spec: Spec) -> Iterator[Problem]:
+    """Warn of chains whose parts cost more than is asked of them, or do not tell it."""
+    controller = spec.controller
+    for name, sensor in controller.sensors.items():
+        asked = getattr(sensor, "accuracy", None)
+        if asked is None:
+            continue
+        found, place = judged(sensor, controller.board.mcu)
+        path = ("sensors", name, "accuracy")
+        if found.worst[place] > asked.within_k:
+            costly = max(found.lines, key=lambda line: line.errors[place])
+            yield spec.tree.problem(
+                path,
+                f"in the worst case the parts cost {about(found.worst[place])} K at "
+                f"{celsius(found.places[place])}, {about(found.root[place])} K as root of the sum "
+                f"of squares, and {number(asked.within_k)} K is asked for",
+                f"Use better parts (most costs {costly.part}: {about(costly.errors[place])} K), or "
+                "calibrate the chain",
+            )
+        elif found.untold:
+            yield spec.tree.problem(
+                path,
+                f"whether {number(asked.within_k)} K is kept cannot be told",
+                f"Write tolerances: {', '.join(found.untold)}",
+            )

@@ -1,0 +1,85 @@
+"""How exact the parts of an analog chain are, as their maker or the data sheet says."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+
+from heatwright.spec.base import ABSOLUTE_ZERO_C, BareNumber, Model
+from heatwright.spec.quantity import Quantity, QuantityRange
+from heatwright.spec.units import DIFFERENCE, PERCENT, TEMPERATURE, VOLTAGE
+
+USUAL_ADC_STEPS = 2.0
+"""Absolute accuracy of the chips' ADC, its quantization with it (data sheets, "ADC
+characteristics", typical, at conversion clocks up to 200 kHz)."""
+
+Share = Annotated[float, Quantity(PERCENT, least=0.0, most=50.0)]
+_Volts = Annotated[float, Quantity(VOLTAGE, least=0.0, most=5.0)]
+_SupplyVolts = Annotated[
+    float | Literal["reference"], Quantity(VOLTAGE, least=0.0, most=5.0, words=("reference",))
+]
+
+
+class _Tolerances(Model):
+    """What all chains on the ADC have."""
+
+    reference_v: _Volts | None = Field(
+        None, alias="reference", description="± of the ADC's full scale."
+    )
+    adc_steps: Annotated[float, BareNumber(0.0, 32.0, "2", closed=True)] = Field(
+        USUAL_ADC_STEPS, alias="adc", description="± of the ADC itself, in its steps."
+    )
+
+    @model_serializer(mode="wrap")
+    def _nothing_if_nothing_is_told(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Dump no keys where none is used: the spec's digest then leaves `tolerances` out."""
+        return dump(self) if self.model_fields_set else {}
+
+
+class _CircuitTolerances(_Tolerances):
+    """What circuits of resistors have."""
+
+    resistors_percent: Share | None = Field(
+        None, alias="resistors", description="± of each resistor of the circuit."
+    )
+    supply_v: _SupplyVolts | None = Field(
+        None,
+        alias="supply",
+        description="± of what feeds the circuit; `reference`: it is the ADC's reference itself.",
+    )
+
+
+class ThermistorTolerances(_CircuitTolerances):
+    """Of a thermistor in its divider."""
+
+    element_percent: Share | None = Field(
+        None, alias="element", description="± of the thermistor's resistance."
+    )
+    beta_percent: Share | None = Field(
+        None, alias="beta", description="± of its beta; only of a curve by beta."
+    )
+
+
+class RtdTolerances(_CircuitTolerances):
+    """Of a platinum element in its circuit."""
+
+    element_class: Literal["AA", "A", "B", "C"] | None = Field(
+        None, alias="element", description="Class of the element after IEC 60751."
+    )
+
+
+class VoltageTolerances(_Tolerances):
+    """Of a sensor that gives a voltage."""
+
+    scale_percent: Share | None = Field(None, alias="scale", description="± of the scale.")
+    offset_v: _Volts | None = Field(None, alias="offset", description="± of the offset.")
+
+
+class Accuracy(Model):
+    """What is asked of a chain."""
+
+    within_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
+        alias="within", description="Largest error that may be, ±."
+    )
+    between_c: (
+        Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] | None
+    ) = Field(None, alias="between", description="At these temperatures; left out: the range.")
