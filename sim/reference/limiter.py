@@ -110,7 +110,8 @@ class Limiter:
         told = self._amperes >= self.idle_a
         root = self._applied * limit_a / max(self._amperes, self.idle_a)
         wanted = max(root * root / FULL, LEAST_PERCENT if told else START_PERCENT)
-        return min(wanted, self._limit_percent + START_PERCENT, FULL)
+        rising = self._limit_percent + START_PERCENT
+        return min(wanted, rising if rising <= FULL else FULL)
 
 
 def rms_to_mean(output: DigitalOutput | PwmOutput) -> float:

@@ -1,10 +1,13 @@
 """Whether a heater's current is watched and limited as in the reference, to the very limits."""
 
 from collections.abc import Iterator
+from math import inf, nan
+from typing import Any
 
 import numpy as np
 from host_scale import scale_of
 from host_stretches_commanded import current_of
+from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
@@ -15,6 +18,8 @@ RAWS = 1024
 MILD_C = 30.0
 LASTS = 60
 """Steps in which each pair stays: a limit rises to its end, and a fault would come."""
+UPSETS = (nan, inf, 1e30)
+"""What a bit that flips in RAM may make of the limit, and what is no duty."""
 
 
 def current_problem(host: Host) -> str:
@@ -43,6 +48,23 @@ def current_problem(host: Host) -> str:
             found = [row[f"current.{member}"] for member in members] + [row["fault.code"]]
             if found != wanted:
                 return f"{applied} % at {raw}, step {step}: {found}, not {wanted}"
+    return _upset(host, inputs, limiter) if "limit_percent" in members else ""
+
+
+def _upset(host: Host, inputs: NDArray[Any], limiter: Limiter) -> str:
+    """Say which wrong limit is not the right one again in the next step; empty if none."""
+    parts = host.build.parts
+    applied = Single(60)
+    for upset in (None,) * LASTS + UPSETS:
+        if upset is not None:
+            getattr(host.library, f"current_{parts.heater}").limit_percent = upset
+        getattr(host.library, f"loop_{parts.loop}").duty_percent = applied
+        host.library.fault.code = 0
+        row = host.run(inputs).states[0]
+        limiter.measure(int(inputs["current_raw"][0]), applied)
+        found = row["current.limit_percent"]
+        if found != limiter.top_percent:
+            return f"a limit of {upset} becomes {found}, not {limiter.top_percent}"
     return ""
 
 

@@ -24,7 +24,7 @@ static void limit(void)
         return;
     }
     float percent = current_heater.limit_percent + CURRENT_HEATER_RAMP_PERCENT;
-    if (percent > 100.0f) {
+    if (!(percent <= 100.0f)) { /* negated: what is not a number would stay, and limit nothing */
         percent = 100.0f;
     }
     const bool told = current_heater.amperes >= CURRENT_HEATER_IDLE_A;

@@ -407,10 +407,9 @@ bool program_pause(void)
 
 bool program_resume(void)
 {
-    if (program.state == PROGRAM_INTERRUPTED) {
-        return give(PROGRAM_RESUME, 0);
-    }
-    return program.state == PROGRAM_PAUSED && give(PROGRAM_RESUME, 0);
+    const bool rests = program.state == PROGRAM_PAUSED || program.state == PROGRAM_INTERRUPTED;
+
+    return rests && give(PROGRAM_RESUME, 0);
 }
 
 bool program_skip(void)
