@@ -271,12 +271,13 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         f"{state}.reading_status",
     )  # fmt: skip
     tuning = tunable(controller, name) and loop.autotune is not None
+    measured = loop.response is not None
     if current_sensor(controller, loop) is not None:
         yield Register(
             "inputs", block + 5, f"{name}.current", "u16", "Mean current of the heater.",
             Stored("MAP_HUNDREDTHS", f"&current_{loop.heater}.amperes"), scale=0.01, unit="A",
         )  # fmt: skip
-    elif tuning:
+    elif tuning or measured:
         yield Register(
             "inputs", block + 5, f"{name}.current", "u16", "No current is measured: 0.",
             Stored("MAP_NUMBER", "0"), scale=0.01, unit="A",
@@ -288,3 +289,26 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
             "5 too hot, 6 no use.",
             f"autotune_{name}.result",
         )  # fmt: skip
+    elif measured:
+        yield Register(
+            "inputs", block + 6, f"{name}.tuning", "u16", "No command tunes it: 0.",
+            Stored("MAP_NUMBER", "0"),
+        )  # fmt: skip
+    if measured:
+        yield from _response(name, block + 7)
+
+
+def _response(name: str, first: int) -> Iterable[Register]:
+    yield _byte(
+        first, f"{name}.responses", "Setpoints that have settled since the reset; wraps at 256.",
+        f"response_{name}.measured",
+    )  # fmt: skip
+    yield Register(
+        "inputs", first + 1, f"{name}.settling_time", "f32",
+        "Time until the last of them was near for good.",
+        Stored("MAP_WORD", f"&response_{name}.settling_s"), unit="s",
+    )  # fmt: skip
+    yield Register(
+        "inputs", first + 3, f"{name}.overshoot", "i16", "How far beyond it the temperature was.",
+        Stored("MAP_TENTHS", f"&response_{name}.overshoot_k"), scale=0.1, unit="K",
+    )  # fmt: skip

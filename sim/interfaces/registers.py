@@ -91,13 +91,20 @@ def _loop(controller: Controller, name: str) -> Iterator[Register]:
     yield Register("input_register", 4, "reading")
     is_tunable = tunable(controller, name)
     has_autotune = is_tunable and loop.autotune is not None
-    if getattr(controller.outputs[loop.heater], "current", None) or has_autotune:
+    is_measured = loop.response is not None
+    has_current = bool(getattr(controller.outputs[loop.heater], "current", None))
+    if has_current or has_autotune or is_measured:
         yield Register("input_register", 5, "current", "u16", HUNDREDTH)
     if is_tunable:
         yield from _tunable()
     if has_autotune:
         yield Register("coil", 2, "tune", "bit")
+    if has_autotune or is_measured:
         yield Register("input_register", 6, "tuning")
+    if is_measured:
+        yield Register("input_register", 7, "responses")
+        yield Register("input_register", 8, "settling_time", "f32")
+        yield Register("input_register", 10, "overshoot", "i16", TENTH)
 
 
 def _tunable() -> Iterator[Register]:

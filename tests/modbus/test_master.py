@@ -3,11 +3,13 @@ and as the judge of slaves that do one thing wrong each."""
 
 from operator import attrgetter
 
+import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ, compiled, powered, whole
 from rig.specs import controller_of
 from test_bare_line import slave_of
 
+from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.modbus_bus import Bus
@@ -15,7 +17,8 @@ from heatwright.sim.interfaces.modbus_rtu import ANSWER_S, ModbusMaster
 from heatwright.sim.interfaces.registers import Register
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
-from heatwright.spec import BOARDS
+from heatwright.sim.replay import replay
+from heatwright.spec import BOARDS, Event
 
 SPEC = """
 heatwright: 1
@@ -102,6 +105,30 @@ def test_what_it_writes_arrives_and_it_shows_a_loop_the_change_from_off_to_on() 
     assert device.master.values["air.duty"] == pytest.approx(33.3)
     assert device.master.refusals == []
     assert not device.master.is_busy
+
+
+def test_it_reads_how_a_loop_has_answered() -> None:
+    """Settling time and overshoot of a setpoint: as the course of the readings itself has them."""
+    controller = controller_of("barrel")
+    die, setpoint_c = controller.loops["die"], 60
+    assert die.response is not None
+    device = AvrDevice(controller, whole("barrel"))
+    orders = {"die.setpoint": f"{setpoint_c} °C", "die.ki": 0.5, "die.enabled": True}
+    lines = ({"at": "1 s", "write": orders}, {"for": "30 min"})
+    trace = bench(controller, device, [Event.model_validate(line) for line in lines])
+    log = trace.steps["die"]
+    assert not replay(controller, log, "die").mismatches
+    held = log[log["enabled"] == 1]
+    error_k = held["temperature_c"].astype(float) - setpoint_c
+    long = round(die.response.for_s / die.period_s) + 1
+    near = np.abs(error_k) <= die.response.within_k
+    entered = next(step for step in range(len(near)) if near[step : step + long].all())
+    over_k = max(0.0, error_k[: entered + long].max())
+    read = device.master.values
+    assert (read["barrel.responses"], read["die.responses"]) == (0, 1)
+    assert read["die.settling_time"] == entered * die.period_s > 60
+    assert read["die.overshoot"] == pytest.approx(over_k, abs=0.051)
+    assert over_k > 0.1
 
 
 def test_a_power_cut_leaves_the_master_where_it_was() -> None:

@@ -47,17 +47,19 @@ loops:
     period: 1 s
     algorithm: {kind: on_off, hysteresis: 1 K}
     setpoint: {initial: 20 °C, minimum: 10 °C, maximum: 70.5 °C}
+    response: {within: 2 K, for: 1 min}
     protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s, frozen: off}
 interfaces:
   - {kind: modbus_rtu, address: 17, baud: 1200, parity: odd, driver_enable: D37}
 """
-"""A loop with gains and one with a measured current."""
+"""A loop with gains, and one with a measured current and a measured response."""
 ADDRESS = 17
 LETTERS = {
     "fault": "f", "fault_temperature": "F", "fault_time": "T", "uptime": "n", "air.missing": "m",
     "air.temperature": "t", "air.has_reading": "h", "air.reading": "r", "air.duty": "d",
     "air.setpoint_in_force": "c", "air.states": "S", "bed.states": "B", "air.tuning": "a",
     "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",
+    "bed.responses": "e", "bed.settling_time": "s", "bed.overshoot": "o",
 }  # fmt: skip
 """Of world.c, by the names that the oracle knows them by."""
 
@@ -106,7 +108,7 @@ READ_ALL = [
     for text in (
         "01 0000 0003", "01 0064 0003", "01 00c8 0001", "02 0000 0001", "02 0064 0005",
         "02 00c8 0005", "03 0064 0008", "03 00c8 0001", "04 0000 0010", "04 0064 0007",
-        "04 00c8 0006",
+        "04 00c8 000b",
     )
 ]  # fmt: skip
 WORLDS: tuple[dict[str, float], ...] = (
@@ -117,9 +119,11 @@ WORLDS: tuple[dict[str, float], ...] = (
      "air.setpoint_in_force": -5, "air.states": 2, "air.tuning": 3, "bed.current": -0.5,
      "bed.has_reading": 1, "bed.temperature": 55.55, "bed.missing": 3},
     {"air.missing": 0, "air.temperature": 4000, "fault_temperature": -4000, "fault_time": 100000,
-     "uptime": 262144, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0},
+     "uptime": 262144, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0,
+     "bed.responses": 255, "bed.settling_time": 70000.5, "bed.overshoot": 2.25},
     {"air.temperature": 20.05, "air.states": 13, "uptime": 5, "fault_temperature": 285.44,
-     "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1},
+     "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1, "bed.responses": 1,
+     "bed.settling_time": 0.1, "bed.overshoot": 0},
 )  # fmt: skip
 """What changes about the slave, round by round."""
 FAULTS = (0, 1, 22)
@@ -198,7 +202,7 @@ def _steps(seed: int, count: int) -> Iterator[bytes | tuple[str, float]]:
 # -- requests by chance: right ones near the edges of a map, wrong lengths and values, damage ------
 
 FUNCTIONS = (1, 2, 3, 4, 5, 6, 15, 16, 17, 22, 23, 43, 43, 16, 5)
-ADDRESSES = (*range(-1, 4), *range(8, 18), *range(97, 110), *range(197, 208), 299, 300, 0x8000)
+ADDRESSES = (*range(-1, 4), *range(8, 18), *range(97, 110), *range(197, 213), 299, 300, 0x8000)
 SHORT = (0, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 9)
 COUNTS = (*SHORT, 16, 17, 121, 122, 123, 124, 125, 126, 1968, 2000, 2001)
 WORDS = (

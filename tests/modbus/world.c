@@ -22,6 +22,7 @@
 #include "modbus.h"
 #include "modbus_line.h"
 #include "pins.h"
+#include "response_bed.h"
 #include "settings.h"
 
 void USART0_RX_vect(void);
@@ -39,6 +40,7 @@ struct fault_state fault;
 struct settings settings;
 struct autotune_air_state autotune_air;
 struct current_hot_bed_state current_hot_bed;
+struct response_bed_state response_bed;
 
 static uint8_t cycles_asked;
 static unsigned kept, defaulted;
@@ -254,6 +256,9 @@ static void set(uint8_t what)
     case 'B': bed.state = (uint8_t)value; break;
     case 'a': autotune_air.result = (uint8_t)value; break;
     case 'A': current_hot_bed.amperes = value; break;
+    case 'e': response_bed.measured = (uint8_t)value; break;
+    case 's': response_bed.settling_s = value; break;
+    case 'o': response_bed.overshoot_k = value; break;
     default: wrong("what is that?");
     }
 }

@@ -8,6 +8,8 @@
 #include "config.h" /* LOOP_CHAMBER_* */
 #include "loop_chamber.h" /* loop_chamber */
 
+enum { RESPONSE_NONE, RESPONSE_OUTSIDE, RESPONSE_INSIDE, RESPONSE_SETTLED }; /* `state` */
+
 struct response_chamber_state response_chamber;
 
 /* Another setpoint. One that moves step by step is approached from where it comes. */

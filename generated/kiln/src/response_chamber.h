@@ -6,10 +6,8 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t */
 
-enum { RESPONSE_NONE, RESPONSE_OUTSIDE, RESPONSE_INSIDE, RESPONSE_SETTLED };
-
 struct response_chamber_state {
-    uint8_t state;     /* RESPONSE_*: of the setpoint that is measured */
+    uint8_t state;     /* of the setpoint that is measured: 0 none, 1 outside, 2 inside, 3 settled */
     uint8_t rising;    /* it is approached from below */
     uint8_t measured;  /* results since the reset, wraps */
     uint16_t steps;    /* since the setpoint is this */

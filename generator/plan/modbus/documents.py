@@ -35,7 +35,7 @@ READ_FUNCTIONS: dict[Table, str] = {
 }
 FORMS: dict[Kind, str] = {"bit": "", "u16": "H", "i16": "h", "u32": "I", "f32": "f"}
 """Letters of Python's `struct`."""
-SUFFIXES = {"°C": "_c", "%": "_percent", "A": "_a", "s": "_s"}
+SUFFIXES = {"°C": "_c", "%": "_percent", "A": "_a", "s": "_s", "K": "_k"}
 PARITIES = {"even": "E", "odd": "O", "none": "N"}
 
 

@@ -94,6 +94,8 @@ def _headers(source: Source) -> list[dict[str, str]]:
             headers[f"current_{loop.heater}.h"] = f"current_{loop.heater}"
         if tunable(controller, name) and loop.autotune is not None:
             headers[f"autotune_{name}.h"] = f"autotune_{name}"
+        if loop.response is not None:
+            headers[f"response_{name}.h"] = f"response_{name}"
     for name in controller.monitors:
         headers[f"monitor_{name}.h"] = f"monitor_{name}"
     return [{"name": name, "symbols": symbol} for name, symbol in sorted(headers.items())]
