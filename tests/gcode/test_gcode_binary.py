@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from gcode_world import BinaryBoard
+from printrun.utils import parse_temperature_report
 from rig.specs import example
 
 from heatwright.sim.faults.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
@@ -59,6 +60,20 @@ def test_a_flood_costs_no_step(board: BinaryBoard, name: str) -> None:
     assert is_in_time(board)
     board.wait(2.0)
     assert board.told("\nM105")[-1].startswith("ok T:")
+
+
+def test_monitors_are_told_behind_all_that_hosts_look_for() -> None:
+    """By their names; 0.0 before the first reading, as of a tool."""
+    printer = BinaryBoard("printer", nozzle=20.0, plate=20.0, electronics=45.0)
+    (told,) = printer.told("M105")
+    head, number = told.rsplit(":", 1)
+    assert re.fullmatch(r"ok T:\d+\.\d /0\.0 B:\d+\.\d /0\.0 @:0 B@:0 drivers", head)
+    assert float(number) == pytest.approx(45.0, abs=0.2)
+    assert parse_temperature_report(told).keys() == {"T", "B"}
+    printer.sense("electronics", 70.0)
+    printer.wait(3.0)
+    assert "echo:warning, too warm: drivers at " in " ".join(printer.heard())
+    assert parse_temperature_report(printer.told("M105")[-1]).keys() == {"T", "B"}
 
 
 def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoard) -> None:

@@ -39,6 +39,7 @@ CONFIG = {
 
 MACHINE = "printer"
 TARGETS_C = {"tool0": 200.0, "bed": 60.0}
+MONITOR, MONITOR_C = "drivers", (15.0, 60.0)
 DAMAGED = 0.005
 """Of the bytes, both ways: about one line in ten is hit."""
 CABLE = Cable(115200, speed=20.0, to_board_share=DAMAGED, to_host_share=DAMAGED, spares=b"Resend")
@@ -194,6 +195,8 @@ def test_it_prints_is_refused_meets_a_fault_and_goes_on(octoprint: OctoPrint, se
         board.ask("quiet")
         octoprint.connect(board.port)
         octoprint.heat()
+        felt = octoprint.ask("printer")["temperature"][MONITOR]
+        assert MONITOR_C[0] < felt["actual"] < MONITOR_C[1]
         printed(octoprint, board, first)
 
         for refused in ("M104 S400", "G1 E5 F60", "M140 S400"):

@@ -124,7 +124,7 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
             for key, output in sorted(interface.fans.items())
         ],
         "monitors": bool(controller.monitors),
-        "temperature_pieces": _temperature_pieces(interface),
+        "temperature_pieces": _temperature_pieces(interface, source.controller.monitors),
         "tick_ms": TICK_MS,
         "receive_vector": uart.receive_vector,
         "send_vector": uart.send_vector,
@@ -151,11 +151,12 @@ def _served(interface: Gcode) -> str:
     return f"{', '.join(first)} and {last} by their numbers".capitalize()
 
 
-def _temperature_pieces(interface: Gcode) -> list[dict[str, str]]:
+def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[dict[str, str]]:
     """One number each of `T:201.3 /200.0 B:60.1 /60.0 @:127 B@:31`, in the order of Marlin's.
 
     The numbers of each tool follow where there are several. The active tool and the bed are shown
-    as cold and off where there is none: there are hosts that look for them.
+    as cold and off where there is none: there are hosts that look for them. Monitors come last,
+    by their names, as those hosts that know further sensors read them.
     """
     tools = sorted(key for key in interface.loops if key not in NUMBERS)
     bed = "TOOL_BED" if "B" in interface.loops else None
@@ -169,6 +170,7 @@ def _temperature_pieces(interface: Gcode) -> list[dict[str, str]]:
     duties = {"@": shown.pop("T"), **{f"{key}@": each for key, each in shown.items() if each}}
     duties |= {f"@{number}": number for number in several.values()}
     numbers += [(f" {key}:", each and f"shown_duty({each})", 0) for key, each in duties.items()]
+    numbers += [(f" {name}:", f"monitors_celsius({n})", 1) for n, name in enumerate(monitors, 1)]
     return _pieces(numbers)
 
 
