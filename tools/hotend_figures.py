@@ -1,0 +1,105 @@
+"""Print the hotend's published figures beside ours: gains and limits in counts of 255, and M303.
+
+What its firmware's users look up by hand, the limits of the integral, is here what M303 proposes
+after it has tuned at the lowest and at the highest temperature of a print, from cold, with the
+reference model, which the firmware equals bit for bit.
+
+    python tools/hotend_figures.py spec/examples/extruder.yaml
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.reference.output import rated_share
+from heatwright.sim.tuning.orders import tune
+from heatwright.sim.tuning.trial import ending
+from heatwright.spec import Controller, Pid, PwmOutput, Thermistor, load
+
+HEATER, LOOP, SENSOR = "heater", "nozzle", "nozzle"
+COUNTS = 255
+"""Full duty of the published firmware."""
+CODES = 1023
+"""Full scale of its ADC, and of ours."""
+RATED_V, SUPPLY_V = 12.0, 18.0
+CYCLES = 5
+COLDEST_C, PLA_C, ABS_C = 170.0, 180.0, 240.0
+
+Figure = tuple[str, str, float, int]
+"""What it is, as published, ours, digits."""
+
+
+@click.command()
+@click.argument("path", metavar="SPEC", type=click.Path(path_type=Path, exists=True))
+def main(path: Path) -> None:
+    """Print the figures of a spec's hotend."""
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in ("figure", "published", "ours", "residual"):
+        table.add_column(heading, justify="left" if heading == "figure" else "right")
+    for what, published, ours, digits in figures(load(path).controller):
+        residual = round(ours - float(published.rsplit(maxsplit=1)[-1]), digits) + 0.0
+        table.add_row(what, published, f"{ours:.{digits}f}", f"{residual:+.{digits}f}")
+    Console(width=100).print(table)
+
+
+def figures(controller: Controller) -> Iterator[Figure]:
+    """Yield the figures of a controller, and of its machine."""
+    spec, heater, sensor = (
+        controller.loops[LOOP],
+        controller.outputs[HEATER],
+        controller.sensors[SENSOR],
+    )
+    law = spec.algorithm
+    assert isinstance(law, Pid)  # noqa: S101 - else it has no such figures
+    assert law.band_k is not None  # noqa: S101 - the same
+    assert isinstance(heater, PwmOutput)  # noqa: S101 - the same
+    assert isinstance(sensor, Thermistor)  # noqa: S101 - the same
+    yield "four readings of the ADC are at most", "4092", sensor.oversample * CODES, 0
+    yield "PID within ±, K", "10", law.band_k, 0
+    yield "P, counts/K", "24", counts(law.kp), 2
+    yield "I, counts/(K·s)", "0.88", counts(law.ki), 2
+    yield "D, counts·s/K", "80", counts(law.kd), 1
+    yield "integral at least, counts", "60", counts(law.integral.minimum_percent), 0
+    yield "integral at most, counts", "150", counts(law.integral.maximum_percent), 0
+    overfed = heater.model_copy(update={"supply_v": SUPPLY_V, "rated_v": RATED_V})
+    yield "a heater of 12 V from 18 V, counts", "113", COUNTS * rated_share(overfed), 0
+    widest = law.integral.model_copy(update={"minimum_percent": 0.0, "maximum_percent": 100.0})
+    free = spec.model_copy(update={"algorithm": law.model_copy(update={"integral": widest})})
+    hotend = controller.with_loop(LOOP, free)
+    cold, pla, abs_ = (tuned(hotend, celsius) for celsius in (COLDEST_C, PLA_C, ABS_C))
+    below = counts(float(cold["autotune.hold_percent"] - cold["autotune.integral_minimum"]))
+    yield "least integral below what 170 °C takes, counts", "about 30", below, 0
+    yield "most integral at 180 °C, counts", "about 130", most(pla), 0
+    yield "most integral at 240 °C, counts", "about 180", most(abs_), 0
+
+
+def counts(percent: float) -> float:
+    """Return a share of full duty, or a gain, in the published firmware's counts."""
+    return percent * COUNTS / 100
+
+
+def most(last: np.void) -> float:
+    """Return the proposed maximum of the integral, in counts."""
+    return counts(float(last["autotune.integral_maximum"]))
+
+
+def tuned(controller: Controller, celsius: float) -> np.void:
+    """Tune from cold, and return the last control step."""
+    spec = controller.loops[LOOP]
+    assert spec.autotune is not None  # noqa: S101 - else M303 would be refused
+    events = (*tune(controller, LOOP, celsius, CYCLES), ending(spec.autotune.timeout_s))
+    last: np.void = bench(controller, ReferenceDevice(controller), events).steps[LOOP][-1]
+    assert last["autotune.result"] == 2  # noqa: S101 - done
+    return last
+
+
+if __name__ == "__main__":
+    main()
