@@ -103,6 +103,9 @@ class AvrDevice:
             proof.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
+        self._talkers = [*self._parts(GcodeHost), *self._pluggable]
+        self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
+        self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
         self._watch_interlocks()
         for master in self._parts(ModbusMaster):
             master.serve(registers(self._controller))
@@ -187,24 +190,13 @@ class AvrDevice:
             self._run_to(wake)
             self.feed()
         self._run_to(cycle)
-        if cycle >= self._feed_at or self._talks():
+        if cycle >= self._feed_at or any(part.is_busy for part in self._talkers):
             self.feed()
 
     def _wake_cycle(self) -> int | None:
         """Return the cycle at which somebody outside wants to hear and to talk."""
-        wakes = [
-            part.wake_cycle
-            for part in self.interfaces
-            if isinstance(part, GcodeHost | LcdKeypad | ModbusMaster | Nextion)
-        ]
-        return min((wake for wake in wakes if wake is not None), default=None)
-
-    def _talks(self) -> bool:
-        return any(
-            part.is_busy
-            for part in self.interfaces
-            if isinstance(part, GcodeHost | ModbusMaster | Nextion)
-        )
+        wakes = [wake for part in self._wakers if (wake := part.wake_cycle) is not None]
+        return min(wakes) if wakes else None
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
@@ -288,9 +280,8 @@ class AvrDevice:
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
         for interface in self.interfaces:
             interface.feed(pins, sent)
-        for output in self.outputs.values():
-            if isinstance(output, Stepper):
-                output.feed(pins, sent)
+        for stepper in self._steppers:
+            stepper.feed(pins, sent)
         for recorder in (*self.interlocks.values(), *self._recorders):
             recorder.feed(pins, sent)
         self._feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)

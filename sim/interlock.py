@@ -38,6 +38,8 @@ class Interlock:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records)."""
         del sent
+        if not len(pins):
+            return
         heater, cooler = self._pins
         mine = pins[(pins["pin"] == heater) | (pins["pin"] == cooler)]
         if not len(mine):

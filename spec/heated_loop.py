@@ -10,7 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from heatwright.spec.algorithms import Algorithm, Pid
-from heatwright.spec.loops import MOST_STEPS, Loop
+from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Loop
 from heatwright.spec.matrices import Vector
 from heatwright.spec.neighbours import Neighbour, warmed_k
 from heatwright.spec.network import Heated
@@ -390,7 +390,8 @@ class HeatedLoop:
         least_s = max(seconds, shortest_s, SHORTEST_STEPS * period_s)
         unit = 10.0 ** (math.floor(math.log10(least_s)) - 1)
         rounded_s = whole(least_s / unit + (1e-9 if whole is math.floor else -1e-9)) * unit
-        return min(max(rounded_s, SHORTEST_STEPS * period_s), MOST_STEPS * period_s)
+        most_s = min(MOST_STEPS * period_s, LONGEST_RULE_S)
+        return min(max(rounded_s, SHORTEST_STEPS * period_s), most_s)
 
 
 def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> float:

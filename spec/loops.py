@@ -20,6 +20,11 @@ MOST_STEPS = 65535
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
+LONGEST_RULE_S = 86_400.0
+"""A day: a rule that looks on for longer protects nobody, and no machine can be run through it."""
+
+_RuleTime = Annotated[float, Quantity(DURATION, least=0.01, most=LONGEST_RULE_S)]
+
 
 class Setpoint(Model):
     """What the operator may ask for."""
@@ -53,7 +58,7 @@ class Heating(Limits):
     """Rule `heating_failed`: full power must raise the temperature."""
 
     rise_k: _Rise = Field(2.0, alias="rise", description="Rise that full power must bring.")
-    within_s: _Time = Field(
+    within_s: _RuleTime = Field(
         120.0,
         alias="within",
         description="Time it may take. Left out: from the plant, or 2 min.",
@@ -71,13 +76,13 @@ class Runaway(Limits):
     below_k: _Rise | None = Field(
         None, alias="below", description="How far below is too far; left out: no such rule."
     )
-    for_s: _Time = Field(60.0, alias="for", description="Time it must last.")
+    for_s: _RuleTime = Field(60.0, alias="for", description="Time it must last.")
 
 
 class Frozen(Limits):
     """Rule `sensor_frozen`: with more heat than holding needs, readings must move."""
 
-    for_s: _Time = Field(
+    for_s: _RuleTime = Field(
         600.0,
         alias="for",
         description="Time of such heat without the smallest movement. Left out: from the plant, or "
@@ -99,7 +104,7 @@ class RisingWhileOff(Limits):
         alias="rise",
         description="Rise above the lowest since then. Left out: from the plant, or 10 K.",
     )
-    settle_s: _Time = Field(
+    settle_s: _RuleTime = Field(
         120.0,
         alias="settle",
         description="Time after switching off in which it may coast up. Left out: from the plant, "

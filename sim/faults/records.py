@@ -100,6 +100,8 @@ class HeaterLog:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records)."""
         del sent
+        if not len(pins):
+            return
         start_s = self._device.time_s - self._device.avr.time_s
         for pin, active in self._active.items():
             mine = pins[pins["pin"] == pin]

@@ -130,6 +130,8 @@ class GcodeHost:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
+        if not len(sent):
+            return
         mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
         for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):
             data = bytes([value]) if self.noise is None else self.noise.to_host(bytes([value]))

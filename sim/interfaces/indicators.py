@@ -84,6 +84,8 @@ class Indicators:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take the processor's pin changes."""
         del sent
+        if not len(pins):
+            return
         for led in self.leds.values():
             led.feed(pins)
 

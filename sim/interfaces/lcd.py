@@ -87,6 +87,8 @@ class Lcd:
         What changes in the same cycle as E counts as changing after its fall and before its rise:
         too late or too early.
         """
+        if not len(events):
+            return
         bits = self._bits[events["pin"]]
         mine = bits != 0
         if not mine.any():

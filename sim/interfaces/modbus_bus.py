@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -95,18 +95,24 @@ class Bus:
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> list[Frame]:
         """Take pin changes and bytes of the UARTs; return the frames that have ended."""
-        self._follow(pins)
-        clock_hz, now_s = self._avr.clock_hz, self._avr.time_s
-        for record in sent[(sent["uart"] == self._number) & ~sent["lost"]]:
-            cycles = Format.of(int(record["format"])).bits * int(record["bit_cycles"])
-            end = int(record["end"])
-            self._coming.append(_Byte((end - cycles) / clock_hz, end / clock_hz, record))
+        if len(pins):
+            self._follow(pins)
+        if len(sent):
+            self._coming += self._bytes(sent)
+        now_s = self._avr.time_s
         found: list[Frame] = []
         while self._coming and self._coming[0].end_s <= now_s:
             self._take(self._coming.pop(0), found)
         if self._frame and not self._coming:
             self._close(now_s, found)
         return found
+
+    def _bytes(self, sent: NDArray[Any]) -> Iterator[_Byte]:
+        clock_hz = self._avr.clock_hz
+        for record in sent[(sent["uart"] == self._number) & ~sent["lost"]]:
+            cycles = Format.of(int(record["format"])).bits * int(record["bit_cycles"])
+            end = int(record["end"])
+            yield _Byte((end - cycles) / clock_hz, end / clock_hz, record)
 
     def _take(self, byte: _Byte, found: list[Frame]) -> None:
         if not self._is_driven(byte.start_s, byte.end_s):

@@ -88,6 +88,8 @@ class SerialLog:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
+        if not len(sent):
+            return
         mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
         if not len(mine):
             return

@@ -62,6 +62,8 @@ class SerialPlotter:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
+        if not len(sent):
+            return
         mine = sent[(sent["uart"] == self._uart) & ~sent["lost"]]
         if not len(mine):
             return

@@ -17,7 +17,7 @@ from rig.controllers_parts import (
 
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.checks.timing import MOST_MISSING
-from heatwright.spec.loops import MOST_STEPS
+from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS
 
 TICK_S = 0.01
 LONGEST_PERIOD_S = 600.0
@@ -335,7 +335,8 @@ class LoopDraw:
         self.loop["ready_within"] = text(tidy(self.draws.one(1.5, 4.0) * least_k), "K")
 
     def _protection(self) -> None:
-        draws, longest_s = self.draws, MOST_STEPS * self.period_s
+        draws = self.draws
+        longest_s = min(MOST_STEPS * self.period_s, LONGEST_RULE_S)
         rules: Part = {"maximum": text(self.maximum_c, "°C")}
         if self.high_c + 15 <= self.maximum_c and draws.some():
             margin_k = self.coasts_k + self.band_k + self.error_k + 0.2
@@ -384,7 +385,7 @@ class LoopDraw:
         self._rule(rules, "frozen", {"for": self._time(for_s), "holding": holding})
 
     def _time(self, seconds: float) -> str:
-        longest_s = MOST_STEPS * self.period_s
+        longest_s = min(MOST_STEPS * self.period_s, LONGEST_RULE_S)
         return text(min(max(math.ceil(seconds), math.ceil(self.period_s)), longest_s), "s")
 
     def _rule(self, rules: Part, name: str, part: Part) -> None:
