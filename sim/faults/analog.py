@@ -12,7 +12,7 @@ import numpy as np
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import reading_s, steps
+from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k, watch_s
 from heatwright.sim.faults.readings import no_reading
@@ -150,30 +150,38 @@ def _contacts(site: Site) -> Iterator[Fault]:
     sensor = _sensor(site)
     if not isinstance(sensor, Analog):
         jump = partial(_jump, site, sensor)
-        yield jump("contact_corrodes", lambda _, more: Wiring(series_ohm=more))
-        yield jump("insulation_leaks", lambda ohm, more: Wiring(parallel_ohm=ohm**2 / more))
+        yield jump("contact_corrodes", max, lambda ohm, seen: Wiring(series_ohm=seen - ohm))
+        yield jump(
+            "insulation_leaks", min, lambda ohm, seen: Wiring(parallel_ohm=1 / (1 / seen - 1 / ohm))
+        )
 
 
 def _jump(
-    site: Site, sensor: Thermistor | Rtd, name: str, wiring: Callable[[float, float], Wiring]
+    site: Site,
+    sensor: Thermistor | Rtd,
+    name: str,
+    which: Callable[[list[float]], float],
+    wiring: Callable[[float, float], Wiring],
 ) -> Fault:
-    """Change what the circuit sees of the element by what it would in twice the allowed rate.
+    """Have the circuit see the element that far away that it would move at twice the allowed rate.
 
-    wiring -- from the element's resistance and that change.
+    which -- of the resistances there, hotter and colder, the one it sees; wiring -- from the
+    element's own resistance and that one.
     """
 
     def cause(world: World) -> None:
         limit_k = site.loop.protection.rise_rate_k_per_s * site.loop.period_s
-        around_c = np.array([0.0, 2 * limit_k + 2 * sensor_step_k(site)]) + world.tip_c
-        here_ohm, there_ohm = (float(ohm) for ohm in element_ohm(sensor, around_c))
-        _wire(wiring(here_ohm, abs(there_ohm - here_ohm)))(world)
+        jump_k = 2 * limit_k + 2 * sensor_step_k(site)
+        around_c = world.tip_c + np.array([0.0, jump_k, -jump_k])
+        here_ohm, *there_ohm = element_ohm(sensor, np.maximum(around_c, COLDEST_C)).tolist()
+        _wire(wiring(here_ohm, which(there_ohm)))(world)
 
     return Fault(
         name,
         lambda: starts.heating(site),
         cause,
         _wire(Wiring()),
-        trip=Trip((), reading_s(site.loop)),
+        trip=Trip((), answer_s(site.loop)),  # as far as that the reading may be none at all
         sensor_lies=True,
     )
 

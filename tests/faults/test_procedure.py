@@ -171,6 +171,14 @@ def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
     assert worlds[0].bears_c["plate"] > 85.0 + late_k
 
 
+@pytest.mark.parametrize("fault", ["contact_corrodes", "insulation_leaks"])
+def test_a_spoilt_circuit_jumps_as_far_as_a_wide_rule_lets_pass(fault: str) -> None:
+    """Twice the resistance of a thermistor is some 20 K: a jump is one of the reading."""
+    text, wider = re.subn("rise_rate: .*", "rise_rate: 200 K/s", bed("hotend", interface=KEYS))
+    assert wider
+    assert try_fault(faults_of(text)[fault]).detail == ""
+
+
 def test_json() -> None:
     near_s = partial(pytest.approx, abs=1)
     assert found().as_json() == {
