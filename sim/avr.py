@@ -17,6 +17,7 @@ from heatwright.sim.elf import Elf
 from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
+from heatwright.sim.native.fan import Fan
 from heatwright.sim.native.hw import Hw, Range
 from heatwright.sim.native.log import Log
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
@@ -249,6 +250,29 @@ class Avr:
         pins = self.pins.watch(coil), None if contact is None else self.pins.watch(contact)
         return Relay(
             self._owner, *pins, active_high=active_high, operate_s=operate_s, release_s=release_s
+        )
+
+    def fan(
+        self,
+        motor: str,
+        line: str,
+        *,
+        active_high: bool,
+        full_hz: float,
+        lag_s: float,
+    ) -> Fan:
+        """Put a fan's motor on a pin, and the open collector of its tachometer on another.
+
+        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
+        """
+        self.pins.pull(motor, "low" if active_high else "high")
+        pins = self.pins.watch(motor), self.pins.watch(line, logged=False)
+        return Fan(
+            self._owner,
+            *pins,
+            active_high=active_high,
+            full_hz=full_hz,
+            lag_s=lag_s,
         )
 
     def snapshots(self, counter: Range, ram: Range) -> Snapshots:

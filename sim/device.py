@@ -24,11 +24,11 @@ from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
 from heatwright.sim.outputs.switch import Switch
-from heatwright.sim.proof import AirflowSwitch
+from heatwright.sim.proof import proofs_of
 from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, digest, proofs
+from heatwright.spec import Controller, digest
 from heatwright.spec.commands import for_display
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.program_orders import Order, ProgramOrder
@@ -65,8 +65,8 @@ class AvrDevice:
 
     elf -- the binary, with debug information. Once made it is powered on, and its time is 0.
     avr -- the processor; sensors, outputs, interfaces -- what is wired to it, by the spec's names;
-    relay -- what is in series with the heaters, if anything is; proofs -- contacts in the air of
-    fans, by the fan.
+    relay -- what is in series with the heaters, if anything is; proofs -- what proves that
+    fans turn, by the fan.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -86,7 +86,7 @@ class AvrDevice:
         self._resets: list[NDArray[Any]] = []
         self.interlocks: dict[str, Interlock] = {}
         self.relay = SafetyRelay() if controller.safety.relay is not None else None
-        self.proofs = {fan: AirflowSwitch(fan) for fan in proofs(controller)}
+        self.proofs = proofs_of(controller)
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:

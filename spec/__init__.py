@@ -64,9 +64,11 @@ from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,
+    Proof,
     PwmOutput,
     Stepper,
     Switch,
+    Tachometer,
     TimeProportionalOutput,
     full_a,
 )
@@ -147,6 +149,7 @@ __all__ = [
     "Program",
     "ProgramOrder",
     "Programs",
+    "Proof",
     "Protection",
     "Published",
     "PwmOutput",
@@ -167,6 +170,7 @@ __all__ = [
     "SteinhartHartCurve",
     "Stepper",
     "Switch",
+    "Tachometer",
     "ThermalNetwork",
     "Thermistor",
     "ThreePosition",

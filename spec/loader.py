@@ -26,7 +26,7 @@ MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
 
 
-LATER = ("monitors", "proof", "tolerances", "accuracy")
+LATER = ("monitors", "proof", "tolerances", "accuracy", "tachometer")
 """Keys that the language got when there were firmwares already."""
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from heatwright.spec.base import Model, PinName, WholeNumber
+from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import Current
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import (
@@ -16,11 +17,15 @@ from heatwright.spec.units import (
     LENGTH,
     POWER,
     SPEED,
+    SPIN,
     VOLTAGE,
 )
 
 SLOWEST_PWM_HZ = 1.0
 """Slower is the business of a time-proportional output."""
+
+WINDOW_PULSES = 16
+"""Pulses of a tachometer, at the slowest speed that is proof, over which its speed is found."""
 
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
@@ -33,15 +38,63 @@ _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
 
 
-class Proof(Model):
-    """A contact that says that a fan turns."""
+class Tachometer(Model):
+    """Pulses that a fan makes as it turns, counted to a speed."""
 
-    pin: PinName = Field(description="Pin at a contact that the stream of air closes to ground.")
+    speed_rpm: Annotated[float, Quantity(SPIN, least=60.0)] = Field(
+        alias="speed", description="What it turns at, by its data sheet."
+    )
+    pulses: Annotated[int, WholeNumber("a number of pulses", 1, 12, 2)] = Field(
+        2, description="In each revolution."
+    )
+    minimum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
+        None, alias="minimum", description="Slower is no proof; default half of its speed."
+    )
+    maximum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
+        None, alias="maximum", description="Faster is no fan; default one and a half of its speed."
+    )
+
+    @property
+    def slowest_rpm(self) -> float:
+        """Slowest speed that is proof."""
+        return self.speed_rpm / 2 if self.minimum_rpm is None else self.minimum_rpm
+
+    @property
+    def fastest_rpm(self) -> float:
+        """Fastest speed that is proof."""
+        return self.speed_rpm * 1.5 if self.maximum_rpm is None else self.maximum_rpm
+
+    def pulses_hz(self, speed_rpm: float) -> float:
+        """Return the pulses in a second at a speed."""
+        return speed_rpm * self.pulses / 60
+
+    @property
+    def window_ticks(self) -> int:
+        """Ticks over which pulses are counted: `WINDOW_PULSES` of the slowest speed."""
+        slowest_hz = self.pulses_hz(self.slowest_rpm)
+        return math.ceil(WINDOW_PULSES / slowest_hz / TICK_S - 1e-9)
+
+    @property
+    def window_s(self) -> float:
+        """The same, s."""
+        return self.window_ticks * TICK_S
+
+
+class Proof(Model):
+    """What says that a fan turns: a contact in its air, or its tachometer."""
+
+    pin: PinName = Field(
+        description="Pin at a contact that the stream of air closes to ground, or at the "
+        "tachometer's wire."
+    )
     within_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] = Field(
         5.0,
         alias="within",
-        description="Rule `fan_stopped`: so long the fan may take to start, or the contact to "
-        "close again.",
+        description="Rule `fan_stopped`: so long the fan may take to start, or nothing prove that "
+        "it turns.",
+    )
+    tachometer: Tachometer | None = Field(
+        None, description="The pin has the pulses of a tachometer, and no contact."
     )
 
 

@@ -1,7 +1,7 @@
 """Quantities: text with a unit on one side, a number in the base unit on the other.
 
 Base units are s, °C, K, W, Ω, V, A, Hz, mm, % (0..100) and bit, and J/K, K/W, K/s, V/K, m², W/m²K,
-mm/s, mm/s², J/(K·mm), ppm/K.
+mm/s, mm/s², J/(K·mm), ppm/K, rpm.
 A conversion is decimal and rounded once, so `20 ms` is exactly the float 0.02.
 """
 

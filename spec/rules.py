@@ -211,7 +211,7 @@ _RULES = (
         "fan_stopped",
         "FAN STOPPED",
         "Nothing proves that the fan turns although it is on.",
-        "Check the fan, its supply and its filter, then the contact and its wires.",
+        "Check the fan, its supply and its filter, then what proves it, and its wires.",
     ),
 )
 

@@ -17,12 +17,17 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import ModbusRtu
 from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
+from heatwright.spec.proofs import proofs
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
 from heatwright.spec.quantity import number
 from heatwright.spec.sensors import Ds18b20
 
 TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
+
+PULSE_LOOKS = 10
+"""Looks at the line of a tachometer in one tick, at least: in every second interrupt of the timer,
+and never in that of the tick, which is long."""
 
 MOST_DIVIDER = 255
 """Interrupts of the timer in one tick, counted in a byte."""
@@ -64,10 +69,13 @@ class NoTimer(Exception):
         self.problems = problems
 
 
-def tick_interval(clock_hz: int, timer: Timer) -> Interval | None:
-    """Divide the clock exactly into ticks: fewest interrupts first, then the finest count."""
+def tick_interval(clock_hz: int, timer: Timer, looks: int = 0) -> Interval | None:
+    """Divide the clock exactly into ticks: fewest interrupts first, then the finest count.
+
+    looks -- at a line in a tick, at least, in every second interrupt.
+    """
     cycles, rest = divmod(clock_hz, round(1 / TICK_S))
-    for divider in range(1, MOST_DIVIDER + 1):
+    for divider in range(2 * looks or 1, MOST_DIVIDER + 1, 2 if looks else 1):
         for prescaler in timer.prescalers:
             counts, left = divmod(cycles, divider * prescaler)
             if rest == 0 and left == 0 and 1 < counts <= 1 << timer.bits:
@@ -78,6 +86,21 @@ def tick_interval(clock_hz: int, timer: Timer) -> Interval | None:
 def ticks_at_all(board: Board) -> bool:
     """Tell whether any timer of the board divides its clock into ticks."""
     return any(tick_interval(board.clock_hz, timer) for timer in board.timers.values())
+
+
+def looks(controller: Controller) -> int:
+    """Return how often a tick looks at lines of tachometers, at least; 0 without any."""
+    counted = any(proof.tachometer for proof in proofs(controller).values())
+    return PULSE_LOOKS if counted else 0
+
+
+def looks_in_tick(controller: Controller) -> int:
+    """Return how often a tick looks at lines of tachometers, of which there are some."""
+    board = controller.board
+    timer = board.timers[allocate(controller).tick]
+    interval = tick_interval(board.clock_hz, timer, looks(controller))
+    assert interval is not None  # noqa: S101 - it was given a timer that can
+    return interval.divider // 2
 
 
 def allocate(controller: Controller) -> TimerUse:
@@ -92,11 +115,14 @@ def allocate(controller: Controller) -> TimerUse:
     free = [number for number in board.timers if number not in made.taken]
     problems = [*made.problems, *_too_fast(controller)]
     short: list[TimerProblem] = []
-    tick = _best_for_tick(board, free)
+    tick = _best_for_tick(board, free, looks(controller))
     if tick is not None:
         free.remove(tick)
     elif ticks_at_all(board):
-        short.append(_none_left(board, ("controller", "board"), "the tick of 10 ms", made))
+        user = "the tick of 10 ms" + ", with looks at a tachometer each 1 ms," * bool(
+            looks(controller)
+        )
+        short.append(_none_left(board, ("controller", "board"), user, made))
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
     wires = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
@@ -117,11 +143,11 @@ def allocate(controller: Controller) -> TimerUse:
     return TimerUse(tick, one_wire, made.channels, steppers, next(iter(silences.values()), None))
 
 
-def _best_for_tick(board: Board, free: list[int]) -> int | None:
+def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
     """Choose the timer with the fewest interrupts; of equals not timer 0, then the lowest."""
     rated = []
     for number_ in free:
-        interval = tick_interval(board.clock_hz, board.timers[number_])
+        interval = tick_interval(board.clock_hz, board.timers[number_], looks)
         if interval is not None:
             rated.append((interval.divider, number_ == 0, number_))
     return min(rated)[2] if rated else None

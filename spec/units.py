@@ -125,6 +125,7 @@ RESISTIVITY = Dimension(
     1e6,
     _prefixed("Ωmm2/m", "", "ohmmm2/m"),
 )
+SPIN = Dimension("speed of rotation", "rpm", "1500 rpm", "rpm", 1e6, _prefixed("rpm"))
 AIR_SPEED = Dimension("speed of air", "m/s", "2 m/s", "m/s", 1e3, _prefixed("m/s"))
 BETA = Dimension("beta value", "K", "3950 K", "K", 2e4, _prefixed("K"))
 VOLTAGE_PER_KELVIN = Dimension(

@@ -11,7 +11,7 @@ from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.commands import gcode_of, modbus_of
 from heatwright.spec.rules import RULES, Rule
-from heatwright.spec.timers import tick_interval
+from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
 MOST_PERMIT_TICKS = 65_535
@@ -112,7 +112,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
 def clock(root: Source, timer: int) -> Part:
     """The tick on `timer`."""
     board = root.controller.board
-    interval = tick_interval(board.clock_hz, board.timers[timer])
+    interval = tick_interval(board.clock_hz, board.timers[timer], looks(root.controller))
     assert interval is not None  # noqa: S101 - the spec gave the tick a timer that can
     derived = f"{board.clock_hz / 1e6:g} MHz / {interval.prescaler} / {interval.counts}"
     constants = [
@@ -131,7 +131,12 @@ def clock(root: Source, timer: int) -> Part:
         "setup": compare_match(names, interval, "CLOCK_COMPARE"),
         "shared": names.shared,
     }
-    context = {"tick": tick, "tick_ms": TICK_MS, "modbus": modbus_of(root.controller) is not None}
+    context = {
+        "tick": tick,
+        "tick_ms": TICK_MS,
+        "modbus": modbus_of(root.controller) is not None,
+        "counted": [name for name, each in proofs(root.controller).items() if each.tachometer],
+    }
     return Part(
         files=(
             File("src/clock.h", "src/clock.h.j2", context),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Protection, Spec, proofs
+from heatwright.spec import Controller, Proof, Protection, Spec, proofs
 from heatwright.spec.commands import gcode_of
 
 
@@ -62,10 +62,15 @@ def _of_relay(controller: Controller) -> dict[str, str]:
 
 def _of_proofs(controller: Controller) -> dict[str, str]:
     limits = [
-        f"nothing proves for {quantity(proof.within_s, 's')} that {name} turns"
+        f"nothing proves for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
         for name, proof in proofs(controller).items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}
+
+
+def _speeds(proof: Proof) -> str:
+    fan = proof.tachometer
+    return f" at {fan.slowest_rpm:g} to {fan.fastest_rpm:g} rpm" if fan else ""
 
 
 def _of_monitors(controller: Controller) -> dict[str, str]:

@@ -1,12 +1,18 @@
-"""The contact that says that a fan turns."""
+"""What says that a fan turns: a contact in its air, or the pulses of its tachometer."""
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, ticks
-from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Wiring
+import math
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, lifted
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, proofs
+from heatwright.spec import Controller, Tachometer, proofs
+from heatwright.spec.timers import looks_in_tick
+
+CONTACT = "a contact to ground: closed while air flows"
+TACHOMETER = "the fan's tachometer: an open collector, with 4.7 kΩ to the supply at the board"
 
 
 def plan_proofs(root: Source) -> list[Part]:
@@ -18,7 +24,14 @@ def _proof(source: Source, name: str) -> Part:
     controller: Controller = source.controller
     proof = proofs(controller)[name]
     pin = controller.board.pins[proof.pin]
-    context = {"name": name, "NAME": name.upper(), "where": source.where}
+    fan = proof.tachometer
+    context = {
+        "name": name,
+        "NAME": name.upper(),
+        "where": source.where,
+        "counted": fan is not None,
+        "counted_where": source.at("tachometer").where,
+    }
     within = source.at("within").count(
         f"PROOF_{name.upper()}_TICKS", ticks(proof.within_s), quantity(proof.within_s, "s")
     )
@@ -26,10 +39,27 @@ def _proof(source: Source, name: str) -> Part:
         files=tuple(
             File(f"src/proof_{name}.{end}", f"src/proof.{end}.j2", context) for end in ("h", "c")
         ),
-        groups=(Group(f"Proof of {name}", (within,)),),
+        groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),
-        wiring=(
-            Wiring(label(pin), f"output `{name}`", "a contact to ground: closed while air flows"),
-        ),
+        wiring=(Wiring(label(pin), f"output `{name}`", CONTACT if fan is None else TACHOMETER),),
+    )
+
+
+def _counts(source: Source, name: str, fan: Tachometer | None) -> tuple[Constant, ...]:
+    """Bound the pulses of a window: what the slowest speed makes at least, the fastest at most."""
+    if fan is None:
+        return ()
+    prefix, at = f"PROOF_{name.upper()}", source.at("tachometer")
+    slow_hz, fast_hz = fan.pulses_hz(fan.slowest_rpm), fan.pulses_hz(fan.fastest_rpm)
+    least = math.floor(slow_hz * fan.window_s + 1e-9)
+    most = math.ceil(fast_hz * fan.window_s - 1e-9)
+    in_tick = looks_in_tick(source.controller)
+    looks, each_us = fan.window_ticks * in_tick, 1000 * TICK_MS / in_tick
+    slow, fast = quantity(fan.slowest_rpm, "rpm"), quantity(fan.fastest_rpm, "rpm")
+    window = f"{quantity(fan.window_s, 's')}: {least} pulses at {slow}"
+    return (
+        at.count(f"{prefix}_WINDOW_LOOKS", looks, f"{window}, {each_us:g} us from look to look"),
+        at.at("minimum").count(f"{prefix}_LEAST", least, f"{slow}, {fan.pulses} in a revolution"),
+        at.at("maximum").count(f"{prefix}_MOST", most, f"{fast}, {fan.pulses} in a revolution"),
     )

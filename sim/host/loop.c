@@ -65,12 +65,14 @@ void JOIN(sensor_, CURRENT, _begin)(void)
 
 #ifdef MONITORS
 /* For each monitor: its sensor, the type of its readings, and those that it may give. */
-#define MONITOR(NAME, TYPE, ...)                                                                   \
+#define MONITOR(NAME, NUMBER, TYPE, ...)                                                           \
     static bool JOIN(NAME, _asked, );                                                              \
     uint8_t JOIN(sensor_, NAME, _take)(TYPE *raw)                                                  \
     {                                                                                              \
         static const TYPE readings[HOST_READINGS] = { __VA_ARGS__ };                               \
-        const uint8_t given = SELF.input.monitored;                                                \
+        const uint8_t only = SELF.input.monitored / HOST_ONLY;                                     \
+        const bool is_meant = only == 0 || only == (NUMBER);                                       \
+        const uint8_t given = is_meant ? SELF.input.monitored % HOST_ONLY : 0;                     \
         const bool was_asked = JOIN(NAME, _asked, );                                               \
         JOIN(NAME, _asked, ) = false;                                                              \
         if (!was_asked) {                                                                          \

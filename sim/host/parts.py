@@ -8,9 +8,12 @@ from typing import NamedTuple
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of, proofs
 from heatwright.spec.commands import commanded, countdown_of, programmed, switched, tunable
-from heatwright.spec.timers import allocate
+from heatwright.spec.timers import TICK_S, allocate, looks, looks_in_tick
 
 TABLED = ("thermistor", "rtd", "analog")
+
+HOST_SHORTED = 2
+"""Of world.h: a line that is held at ground."""
 
 PORTS = "ABCDEFGHJKL"
 """In the order of include/avr/io.h."""
@@ -135,6 +138,9 @@ def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[st
     for parts in loops:
         flags += ["-DPROGRAMMED"] * parts.programmed
         headers += [f"{name}.h" for name in program_files(parts)]
+    flags.append(f"-DLOOKS={looks_of(controller)}")
+    headers += [f"proof_{fan}.h" for fan in first.proven]
+    flags += _proof_flags(controller)
     if first.stepper:
         flags.append(f"-DSTEPPER={first.stepper}")
         headers.append(f"output_{first.stepper}.h")
@@ -146,6 +152,30 @@ def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[st
         flags += [f"-DCONTACT_PORT={PORTS.index(contact.port)}"]
         flags += [f"-DCONTACT_MASK=(1u<<{contact.bit})"]
     return [*flags, *_included(headers)]
+
+
+def looks_of(controller: Controller) -> int:
+    """Return how often a tick looks at the lines of tachometers; once where there are none."""
+    return looks_in_tick(controller) if looks(controller) else 1
+
+
+def healthy_line(controller: Controller, fan: str) -> int:
+    """Return `proof_line` of world.h of a fan that is well: looks in a pulse, or HOST_SHORTED."""
+    counted = proofs(controller)[fan].tachometer
+    if counted is None:
+        return HOST_SHORTED
+    return round(looks_of(controller) / TICK_S / counted.pulses_hz(counted.speed_rpm))
+
+
+def _proof_flags(controller: Controller) -> list[str]:
+    listed, counted = "", ""
+    for fan, proof in proofs(controller).items():
+        pin = controller.board.pins[proof.pin]
+        place = f"{PORTS.index(pin.port)},(1u<<{pin.bit}),{healthy_line(controller, fan)}"
+        listed += f"PROOF({fan},{place})"
+        if proof.tachometer is not None:
+            counted += f"PROOF({fan},{proof.tachometer.window_ticks})"
+    return [f"-DPROOFS={listed}"] * bool(listed) + [f"-DCOUNTED={counted}"] * bool(counted)
 
 
 def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
@@ -172,7 +202,10 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
         flags.append("-DRESPONSE")
         headers.append(f"response_{parts.loop}.h")
     if parts.monitors:
-        listed = "".join(f"MONITOR({sensor},{types})" for _, sensor, types, _ in parts.monitors)
+        listed = "".join(
+            f"MONITOR({sensor},{number},{types})"
+            for number, (_, sensor, types, _) in enumerate(parts.monitors, 1)
+        )
         flags.append(f"-DMONITORS={listed}")
         flags.append("-DMONITORED=" + "".join(f"MONITOR({name})" for name, *_ in parts.monitors))
         for name, sensor, *_ in parts.monitors:

@@ -2,7 +2,7 @@
  *
  * Linked first, so that its data begin the memory that a reset restores. Names come from the command
  * line: LOOPS has LOOP(name) for each loop, in the order of the specification, and perhaps there are
- * STEPPER, RELAY and its CONTACT, PROGRAMMED; the firmware's headers are included there, too.
+ * STEPPER, RELAY and its CONTACT, PROGRAMMED, PROOFS and those of them that are COUNTED; the firmware's headers are included there, too.
  */
 #include "world.h"
 
@@ -127,6 +127,20 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
 
 /* ---- pins ---- */
 
+#ifdef PROOFS
+/* A line to ground, which its pull-up makes high where nobody holds it low. A pulse is high in its
+ * second half, and where it has no middle for longer low. */
+static bool is_grounded(uint16_t healthy)
+{
+    const uint16_t line = world->proof_line == HOST_PROVES ? healthy : world->proof_line;
+
+    if (line <= HOST_SHORTED) {
+        return line == HOST_SHORTED;
+    }
+    return world->looks % line < (line + 1u) / 2u;
+}
+#endif
+
 uint8_t host_level(uint8_t port)
 {
     uint8_t level = host_port[port];
@@ -144,10 +158,50 @@ uint8_t host_level(uint8_t port)
         level = (uint8_t)(closed ? level | CONTACT_MASK : level & ~CONTACT_MASK);
     }
 #endif
+#ifdef PROOFS
+#define PROOF(NAME, PORT, MASK, HEALTHY)                                                           \
+    if (port == (PORT) && is_grounded(HEALTHY)) {                                                  \
+        level = (uint8_t)(level & ~(MASK));                                                        \
+    }
+    PROOFS
+#undef PROOF
+#endif
     return level;
 }
 
 /* ---- the firmware's life ---- */
+
+/* The clock's interrupts of a tick, but for the gate. */
+static void look_at_lines(void)
+{
+    for (uint8_t i = 0; i < LOOKS; i++) {
+        world->looks++;
+#ifdef COUNTED
+#define PROOF(NAME, WINDOW) JOIN(proof_, NAME, _sample)();
+        COUNTED
+#undef PROOF
+#endif
+    }
+}
+
+/* What is counted has been so for a window. */
+static void begin_proofs(void)
+{
+    world->looks = 0;
+#ifdef PROOFS
+#define PROOF(NAME, ...) JOIN(proof_, NAME, _start)();
+    PROOFS
+#undef PROOF
+#endif
+#ifdef COUNTED
+#define PROOF(NAME, WINDOW)                                                                        \
+    for (uint8_t i = 0; i < (WINDOW); i++) {                                                       \
+        look_at_lines();                                                                           \
+    }
+    COUNTED
+#undef PROOF
+#endif
+}
 
 void host_power_up(void)
 {
@@ -167,6 +221,7 @@ void host_power_up(void)
     JOIN(pin_output_, RELAY, _off)();
 #endif
     settings_start();
+    begin_proofs();
 #ifdef CONTACT_PORT
     relay_start();
 #endif
@@ -213,6 +268,7 @@ static void note(const struct host_loop *loop, struct host_course *course)
 void host_tick(void)
 {
     world->ticks++;
+    look_at_lines();
     gate_tick();
     for (uint8_t i = 0; i < LOOP_COUNT; i++) {
         look_at_pins(loops[i]);

@@ -22,10 +22,11 @@ struct host_input {
     uint16_t silent_ticks; /* since the master was heard */
     uint8_t order; /* to the program: PROGRAM_* of program.order */
     uint8_t argument;
-    uint8_t monitored; /* all monitors of the loop: which of their readings, or HOST_BAD + a status */
+    uint8_t monitored; /* monitors of the loop: which of their readings, or HOST_BAD + a status; and
+                        * HOST_ONLY * n: only the n-th, the others have their first reading */
 };
 
-enum { HOST_READINGS = 9, HOST_BAD = 16 };
+enum { HOST_READINGS = 9, HOST_BAD = 16, HOST_ONLY = 64 };
 
 /* Commands to a loop that a host or a master commands. */
 enum {
@@ -80,6 +81,8 @@ struct host_world {
     uint8_t main_hangs;       /* only the timer interrupt still comes */
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
     uint8_t fan_stands_still; /* nothing drives the fan's line */
+    uint16_t proof_line;      /* what proves that fans turn: HOST_*, or looks at it that a pulse lasts */
+    uint32_t looks;           /* at it, since the reset */
     uint32_t ticks;           /* since the reset */
     uint32_t heater_counts;   /* by which the heater was on, over all ticks since the reset */
     uint8_t eeprom[4096];
@@ -94,6 +97,8 @@ struct host_world {
     uint32_t feed_halts;      /* ticks in which the gate stopped the feed */
     int16_t torn;             /* what the write that it fails in leaves; below 0: the old byte */
 };
+
+enum { HOST_PROVES = 0, HOST_TORN = 1, HOST_SHORTED = 2 };
 
 struct host_world *host_world(void);
 

@@ -161,6 +161,14 @@ int hw_relay_closed(hw_relay *r);               /* the main contacts */
 uint64_t hw_relay_closed_cycles(hw_relay *r);
 uint64_t hw_relay_operations(hw_relay *r);      /* how often they have moved */
 
+/* A fan: its motor's pin and the level that drives it, the pin of its tachometer's open collector;
+   pulses per cycle at full speed, time constant in cycles. pace: of full speed; noise: pulses per
+   cycle that are on the line instead, or 0; low: share of a pulse that is low, above 0, below 1. */
+typedef struct hw_fan hw_fan;
+hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, double lag);
+void hw_fan_fail(hw_fan *f, double pace, double noise, double low, int wire);
+double hw_fan_speed(hw_fan *f);                 /* pulses per cycle */
+
 /* Profile: one instruction at a time. function: of each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
                      int functions);

@@ -120,6 +120,7 @@ void hw_free(hw *h) {
     onewire_free(h);
     spi_free(h);
     relay_free(h);
+    fan_free(h);
     profile_free(h);
     fast_free(h);
     while (h->compares) {

@@ -23,6 +23,7 @@
 #define HW_WIRES 8              /* 1-Wire slaves */
 #define HW_SPIS 8               /* SPI slaves */
 #define HW_RELAYS 4
+#define HW_FANS 4
 #define HW_TIMERS 40
 #define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
 
@@ -79,6 +80,7 @@ struct pin {
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles, rises;
     hw_relay *relay;            /* whose coil it drives */
+    hw_fan *fan;                /* whose motor it drives */
     struct wire_listener listeners[HW_WIRES];
     int listener_count;
 };
@@ -200,6 +202,8 @@ struct hw {
     int spi_count;
     hw_relay *relays[HW_RELAYS];
     int relay_count;
+    hw_fan *fans[HW_FANS];
+    int fan_count;
     struct profile *profile;
 };
 
@@ -229,6 +233,8 @@ void onewire_free(hw *h);
 void spi_free(hw *h);
 void relay_coil(hw_relay *r, int high);
 void relay_free(hw *h);
+void fan_driven(hw_fan *f, int high);
+void fan_free(hw *h);
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);

@@ -94,6 +94,8 @@ void pin_update(hw *h, int number) {
         show(p, pin, bit);
         if (pin->relay)
             relay_coil(pin->relay, state & 1);
+        if (pin->fan)
+            fan_driven(pin->fan, state & 1);
     }
     tell(p, pin, bit);
 }

@@ -117,7 +117,7 @@ def _compile(folder: Path, includes: Path) -> Path:
     command += ["-isystem", str(includes), "-isystem", str(includes / "simavr")]
     command += ["-isystem", str(_python_headers()), "-I", str(HERE), *own, str(_glue(folder))]
     result = subprocess.run(  # noqa: S603 - our own command
-        [*command, "-lsimavr"], capture_output=True, text=True, check=False
+        [*command, "-lsimavr", "-lm"], capture_output=True, text=True, check=False
     )
     if result.returncode:
         why = next((line for line in result.stderr.splitlines() if "error" in line), "")

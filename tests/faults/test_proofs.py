@@ -1,5 +1,6 @@
 """A fan that has to prove that it turns, beside other outputs, loops and interfaces."""
 
+from collections.abc import Iterator
 from functools import cache
 
 import pytest
@@ -24,11 +25,20 @@ SHARED = changed(
     ("    heater: bed_heater\n", "    heater: bed_heater\n    fan: air\n"),
 )  # fmt: skip
 """Two loops with one fan: the first one's step judges it, both are without heat."""
+COUNTED = changed(
+    SHARED, ("proof: {pin: D6, within: 3 s}", "active: low, proof: {pin: D6, within: 3 s, "
+             "tachometer: {speed: 5800 rpm, pulses: 3, minimum: 900 rpm, maximum: 7000 rpm}}"),
+)  # fmt: skip
+"""As fast, and with limits as far apart, as can be counted."""
 MACHINES = {
     "dryer": ("dryer", "fan", ""),
+    "incubator": ("incubator", "fan", ""),
+    "counted": (COUNTED, "air", "hotend."),
     "chamber": (CHAMBER, "fan", ""),
     "printer": (SHARED, "air", "hotend."),
 }
+
+COUNTED_ALONE = ("weak", "proof_shorted", "proof_noisy")
 
 
 @cache
@@ -39,12 +49,26 @@ def faults_of(machine: str) -> dict[str, Fault]:
     return {fault.id: fault for fault in catalogue(controller, site.program)}
 
 
-@pytest.mark.parametrize("machine", MACHINES)
-@pytest.mark.parametrize("what", ["stuck", "proof_torn"])
+def unproven() -> Iterator[tuple[str, str]]:
+    for machine in MACHINES:
+        counted = COUNTED_ALONE if machine in {"incubator", "counted"} else ()
+        for what in ("stuck", "proof_torn", *counted):
+            yield machine, what
+
+
+@pytest.mark.parametrize(("machine", "what"), list(unproven()))
 def test_no_heat_without_proof(machine: str, what: str) -> None:
     _, fan, prefix = MACHINES[machine]
     result = try_fault(faults_of(machine)[f"{prefix}{fan}_{what}"])
     assert (result.detail, result.rule) == ("", "fan_stopped")
+
+
+@pytest.mark.parametrize("machine", ["incubator", "counted"])
+@pytest.mark.parametrize("what", ["turns_slow", "turns_fast"])
+def test_a_fan_at_its_limits_is_proof(machine: str, what: str) -> None:
+    _, fan, prefix = MACHINES[machine]
+    result = try_fault(faults_of(machine)[f"{prefix}{fan}_{what}"])
+    assert (result.detail, result.rule) == ("", None)
 
 
 def test_air_that_comes_back_in_time_is_no_fault() -> None:

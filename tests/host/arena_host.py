@@ -11,6 +11,7 @@ from host_control import control_problem, prepare_control
 from host_current import current_problem
 from host_gate import gate_problem
 from host_power import power_problem
+from host_proof import proof_problem
 from host_switching import switching_problem
 from host_text import all_text_problems
 from storage_progress import ordered_wrongly
@@ -76,6 +77,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "control": lambda host: control_problem(host, name, courses),
         "gate": gate_problem,
         "current": current_problem,
+        "proof": proof_problem,
         "text": all_text_problems,
         "settings": lambda host: SettingsKept(host, short=True).problem(),
     }

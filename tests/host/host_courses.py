@@ -4,7 +4,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from host_reference import HOST_BAD, Way, alone, fill_currents, ways_of
+from host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_currents, ways_of
 from host_stretches import LONGEST, Stretch, Walk
 from host_stretches_commanded import CommandedWalk, current_of
 from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
@@ -104,16 +104,17 @@ def _walked(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
 
 def fill_monitors(controller: Controller, random: Random, inputs: NDArray[Any]) -> None:
     """Let what is monitored become warm and cool, and now and then too hot, or not be heard."""
-    given, left = 0, 0
+    given, only, left = 0, 0, 0
     for row in inputs if controller.monitors else ():
         if not left:
             bad = HOST_BAD + random.choice((1, 2, 17))
-            rarely = (6, 7, 8, bad) if random.random() < RARE else ()
+            rarely = (6, 7, 7, 8, bad) if random.random() < RARE else ()
             given = random.choice((*range(6), bad, *rarely))
+            only = random.randint(0, min(3, len(controller.monitors)))
             left = random.choice((1, 1, 2, 5))
-            left = LONG if given == bad and random.random() < RARE else left
+            left = LONG if given == bad and random.random() < RARE / 3 else left
         left -= 1
-        row["monitored"] = given
+        row["monitored"] = given + HOST_ONLY * only
 
 
 def random_inputs(

@@ -21,7 +21,7 @@ from heatwright.sim.reference.program_state import ProgramState
 from heatwright.spec import Controller, DigitalOutput, monitors_of
 
 TICK_US = 10_000
-HOST_READINGS, HOST_BAD = 9, 16
+HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
 """Of a row's `monitored`: see sim/host/world.h."""
 TRIPPED_BY, TRIPPED_C = 6, 21.5
 SLACK = 0.001
@@ -207,10 +207,14 @@ class Way:
 
     def _monitored(self, given: int) -> dict[str, tuple[int, int]]:
         """What each monitor reads; a failed reading leaves the code as it was."""
-        if given < HOST_READINGS:
-            self._heard = {name: raws[given] for name, raws in self._monitors.items()}
-        status = max(0, given - HOST_BAD)
-        return {name: (status, raw) for name, raw in self._heard.items()}
+        only, given = divmod(given, HOST_ONLY)
+        found = {}
+        for number, (name, raws) in enumerate(self._monitors.items(), 1):
+            what = given if only in {0, number} else 0
+            if what < HOST_READINGS:
+                self._heard[name] = raws[what]
+            found[name] = max(0, what - HOST_BAD), self._heard[name]
+        return found
 
     def _told(self, record: Record) -> list[int | bool]:
         if not self._commands.commanded:

@@ -8,7 +8,7 @@ from mutation.engine import Case
 from mutation.known import entry_of, listed
 
 PROTECTION = ("guard_", "gate", "fault.", "reset", "relay", "current_", "settings", "programs",
-              "progress", "countdown")  # fmt: skip
+              "progress", "countdown", "proof_", "monitor_")  # fmt: skip
 """Beginnings of the names of files that protect: of them every mutant is killed or listed."""
 LEAST_KILLED = 0.95
 """Of the mutants of other files that are not equivalent."""

@@ -157,8 +157,26 @@ class LoopDraw:
             part |= draws.maybe({"active": "low"})
             if self._spare_pins >= 5 and draws.some():
                 part["proof"] = {"pin": self.left.digital(), "within": draws.one("5 s", "1 s")}
+                self._tachometer(part["proof"])
             self.outputs[f"{self.name}_fan"] = part
             self.fan_factor = draws.one(1.0, 2.5)
+
+    def _tachometer(self, proof: Part) -> None:
+        """Now and then the pin has pulses; a fan whose speed and limits can be counted."""
+        draws = own_draws({**proof, **self.outputs})
+        if not draws.some():
+            return
+        pulses = draws.one(2, 1, 4, 12)
+        slowest, fastest = 8 * 60 / pulses, 350 * 60 / pulses
+        speed = draws.number(2 * slowest, fastest / 1.5, 3000)
+        part = {"speed": text(speed, "rpm"), "pulses": pulses}
+        least = speed / 2
+        if draws.some():
+            least = draws.number(max(slowest, speed / 10), 0.8 * speed, speed / 2)
+            most = draws.number(1.2 * speed, min(fastest, 12 * least), 1.5 * speed)
+            part |= {"minimum": text(least, "rpm"), "maximum": text(most, "rpm")}
+        window_s = math.ceil(16 / (least * pulses / 60) * 100) / 100
+        proof |= {"tachometer": part, "within": text(math.ceil(1 + 2 * window_s), "s")}
 
     def _machine(self) -> None:
         """Choose how quick the machine is, and how strong its heater."""
