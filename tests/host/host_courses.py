@@ -90,7 +90,7 @@ def _begun(random: Random, kind: str) -> Stretch:
 def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
     inputs = _walked(controller, course)
-    fill_monitors(controller, Random(len(course)), inputs)  # noqa: S311 - no secret
+    fill_monitors(controller, Random(repr(course)), inputs)  # noqa: S311 - no secret
     if current_of(controller):
         fill_currents({"": Way(controller)}, {"": inputs})
     return inputs
@@ -108,7 +108,7 @@ def fill_monitors(controller: Controller, random: Random, inputs: NDArray[Any]) 
     for row in inputs if controller.monitors else ():
         if not left:
             bad = HOST_BAD + random.choice((1, 2, 17))
-            rarely = (6, 7, 7, 8, bad) if random.random() < RARE else ()
+            rarely = (6, 7, 8, bad) if random.random() < RARE else ()
             given = random.choice((*range(6), bad, *rarely))
             only = random.randint(0, min(3, len(controller.monitors)))
             left = random.choice((1, 1, 2, 5))
