@@ -75,22 +75,24 @@ def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
     A code of so many readings is the middle of its step, (code / readings + 1/2) / 1024 of the
     reference; between pairs it is linear over the temperature. Beyond them ln R is, over 1/T.
     """
-    at_c, ohms, volts = _coded(sensor)
+    assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one
+    full_v = sensor.reference if isinstance(sensor.reference, float) else SUPPLY_V
+    at_c, volts = _coded(sensor.curve.codes, sensor.curve.readings, full_v)
     inside = _element_ohm(sensor, np.interp(celsius, at_c, volts))
-    kelvin = celsius + ZERO_C
-    cold = interpolated_ohm(kelvin, tuple(zip(at_c[:2], ohms[:2], strict=True)))
-    hot = interpolated_ohm(kelvin, tuple(zip(at_c[-2:], ohms[-2:], strict=True)))
+    if np.min(celsius) >= at_c[0] and np.max(celsius) <= at_c[-1]:
+        return inside
+    points = tuple(zip(at_c.tolist(), _element_ohm(sensor, volts).tolist(), strict=True))
+    cold, hot = (interpolated_ohm(celsius + ZERO_C, each) for each in (points[:2], points[-2:]))
     return np.where(celsius < at_c[0], cold, np.where(celsius > at_c[-1], hot, inside))
 
 
 @lru_cache(maxsize=16)
-def _coded(sensor: Thermistor) -> tuple[Array, Array, Array]:
-    """Return a table's temperatures, ascending, with the element's ohms and the pin's volts."""
-    assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one
-    codes, at_c = np.array(sorted(sensor.curve.codes, key=lambda pair: pair[1])).T
-    full_v = sensor.reference if isinstance(sensor.reference, float) else SUPPLY_V
-    volts = (codes / sensor.curve.readings + 0.5) / 1024 * full_v
-    return at_c, _element_ohm(sensor, volts), volts
+def _coded(
+    codes: tuple[tuple[int, float], ...], readings: int, full_v: float
+) -> tuple[Array, Array]:
+    """Return a table's temperatures, ascending, with the pin's volts."""
+    sums, at_c = np.array(sorted(codes, key=lambda pair: pair[1])).T
+    return at_c, (sums / readings + 0.5) / 1024 * full_v
 
 
 def _element_ohm(sensor: Thermistor, volts: Array) -> Array:
