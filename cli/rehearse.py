@@ -11,14 +11,14 @@ from heatwright.spec import Problem, Spec
 from heatwright.spec.loader import problem_of
 
 if TYPE_CHECKING:
-    from heatwright.sim.rehearsal import Tripped
+    from heatwright.sim.rehearsal import Part, Tripped
     from heatwright.spec import Controller
 
 
 @dataclass(frozen=True)
 class _Piece:
     controller: Controller
-    part: str | None
+    part: Part
 
 
 def rehearsed(spec: Spec) -> tuple[Problem, ...]:
@@ -29,9 +29,7 @@ def rehearsed(spec: Spec) -> tuple[Problem, ...]:
     if not pieces:
         return ()
     with talk() as shown:
-        jobs = [
-            shown.begin(f"Running {each.part or 'the scenario'}", waits=True) for each in pieces
-        ]
+        jobs = [shown.begin(f"Running {each.part}", waits=True) for each in pieces]
         tripped = [each for found in spread(_rehearse, pieces, jobs) for each in found]
         if tripped:
             shown.begin("Looking for numbers that would do")

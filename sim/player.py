@@ -14,6 +14,7 @@ from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
 from heatwright.sim.reference.resumed import resumed
 from heatwright.spec import Controller
+from heatwright.spec.adjusted import KINDS
 
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
 STARTS = "autotune.starts"
@@ -193,6 +194,9 @@ def _orders(row: np.void, *, lost: bool) -> Orders:
         orders = orders._replace(current_raw=int(row["current.raw"]))
     if "guard.maximum_c" in names:
         orders = orders._replace(maximum_c=Single(row["guard.maximum_c"]))
+    keyed = {kind.field: f"algorithm.{kind.field}" for kind in KINDS}
+    numbers = {field: Single(row[name]) for field, name in keyed.items() if name in names}
+    orders = orders._replace(numbers=numbers)
     if "program.order" in names:
         orders = orders._replace(program=(int(row["program.order"]), int(row["program.argument"])))
     monitors = [name.partition(".")[0] for name in names if name.endswith(".warns")]

@@ -15,8 +15,10 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plot_data import faults
 from heatwright.sim.scenario import long_enough, unasked
 from heatwright.spec import Controller, ThermalNetwork
+from heatwright.spec.adjusted import Setting, extremes, with_setting, words
 from heatwright.spec.checks import check
 from heatwright.spec.checks.finding import Finding
+from heatwright.spec.commands import keypad_of
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, rounded_up
 from heatwright.spec.rules import RULES
@@ -70,18 +72,32 @@ NUMBERS = {
 """By the id of the rule; those of the others are facts of machine and sensor."""
 
 
+class Part(NamedTuple):
+    """What there is to rehearse: the scenario (None), or a loop; and what keys have set there."""
+
+    loop: str | None
+    setting: Setting = ()
+
+    def __str__(self) -> str:
+        """Say it in a few words."""
+        if self.loop is None:
+            return "the scenario"
+        return f"{self.loop} with {words(self.setting)}" if self.setting else self.loop
+
+
 class Tripped(NamedTuple):
     """A rule that tripped although the machine is well.
 
     loop, rule -- whose, and its id; part -- the loop that was taken through its setpoints, or None:
-    the scenario was played; machine -- on which one, None: on the plant as it is; time_s -- when;
-    reading_c, setpoint_c -- of the loop then.
+    the scenario was played; machine -- on which one, None: on the plant as it is; setting -- what
+    keys had set; time_s -- when; reading_c, setpoint_c -- of the loop then.
     """
 
     loop: str
     rule: str
     part: str | None
     machine: Healthy | None
+    setting: Setting
     time_s: float
     reading_c: float
     setpoint_c: float
@@ -91,26 +107,33 @@ class _TrippedError(Exception):
     """Ends a course: what follows a trip is of no interest."""
 
 
-def parts(controller: Controller) -> tuple[str | None, ...]:
-    """Return what there is to rehearse: the scenario (None) and each loop; without machine none."""
-    return () if controller.simulation is None else (None, *controller.loops)
+def parts(controller: Controller) -> tuple[Part, ...]:
+    """Return what there is to rehearse: the scenario, each loop, and what keys can set of one.
+
+    Without a machine there is nothing.
+    """
+    if controller.simulation is None:
+        return ()
+    keypad = keypad_of(controller)
+    keyed = () if keypad is None else (Part(keypad.loop, each) for each in extremes(controller))
+    return (Part(None), *map(Part, controller.loops), *keyed)
 
 
-def rehearse(controller: Controller, part: str | None, progress: Progress) -> tuple[Tripped, ...]:
+def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tripped, ...]:
     """Rehearse one part, and return what trips; a loop is taken through its setpoints.
 
     Each machine that is well is tried, as `verify` tries it.
     """
-    if part is None:
+    if part.loop is None:
         found = _of_scenario(controller, progress)
         return () if found is None else (found,)
-    place = Place(controller, part)
+    place = Place(with_setting(controller, part.setting), part.loop)
     tried = list(machines(place))
     tripped = []
     for number, machine in enumerate(tried):
         tripped.append(_of_machine(place, machine))
         progress(number + 1, len(tried))
-    return tuple(each for each in tripped if each is not None)
+    return tuple(each._replace(setting=part.setting) for each in tripped if each is not None)
 
 
 def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Finding, ...]:
@@ -130,7 +153,7 @@ def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tr
             if loop == device.fault_loop:
                 row = log[np.searchsorted(log["time_s"], time_s)]
                 told = (float(row[name]) for name in TOLD)
-                return Tripped(loop, RULES[code].id, None, None, *told)
+                return Tripped(loop, RULES[code].id, None, None, (), *told)
     return None
 
 
@@ -152,6 +175,8 @@ def _finding(controller: Controller, tripped: Sequence[Tripped]) -> Finding:
         where = f"on a machine that is well ({first.machine.what})"
     if first.part not in {first.loop, None}:
         where += f", while {first.part} is taken through its setpoints"
+    if first.setting:
+        where += f", with {words(first.setting)}, as keys may set it"
     reason = (
         f"{first.rule} trips {where}: {duration(round(first.time_s, 1))} after the start, at "
         f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"
@@ -187,7 +212,8 @@ def _trips_again(controller: Controller, tripped: Tripped) -> bool:
     if tripped.part is None or tripped.machine is None:
         found = _of_scenario(controller)
     else:
-        found = _of_machine(Place(controller, tripped.part), tripped.machine)
+        place = Place(with_setting(controller, tripped.setting), tripped.part)
+        found = _of_machine(place, tripped.machine)
     return found is not None and found[:2] == tripped[:2]
 
 
@@ -282,4 +308,4 @@ class _World:
         device = self._device
         told = (device.last(device.fault_loop, name) for name in TOLD)
         rule = RULES[device.fault].id
-        return Tripped(device.fault_loop, rule, self.site.loop_name, self._machine, *told)
+        return Tripped(device.fault_loop, rule, self.site.loop_name, self._machine, (), *told)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
@@ -94,11 +95,12 @@ def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
 
 
 def settings_bytes(controller: Controller) -> int:
-    """Count the bytes of a record of settings: setpoints, maxima, gains, types."""
+    """Count the bytes of a record of settings: setpoints, maxima, gains, numbers, types."""
     kept = sum(
         4 * loop.setpoint.stored
         + 4 * loop.protection.maximum_adjustable
         + 12 * tunable(controller, name)
+        + 4 * len(numbers_of(controller, name))
         for name, loop in controller.loops.items()
     )
     return (

@@ -6,7 +6,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool
 
-from heatwright.spec.base import Filled, Model, PinName, ReadOnly, Reference, WholeNumber
+from heatwright.spec.algorithms import LARGEST_GAIN
+from heatwright.spec.base import (
+    BareNumber,
+    Filled,
+    Model,
+    PinName,
+    ReadOnly,
+    Reference,
+    WholeNumber,
+)
 from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.suggest import listed
@@ -84,6 +93,44 @@ class Countdown(Model):
     )
 
 
+_LEAST, _MOST = Field(description="Least to be set."), Field(description="Most to be set.")
+_STEP = Field(description="Change for each press of UP or DOWN.")
+
+
+class DifferenceRange(Model):
+    """Between which ends keys set a difference of temperatures, K."""
+
+    minimum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _LEAST]
+    maximum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _MOST]
+    step: Annotated[float, Quantity(DIFFERENCE, least=0.01), _STEP]
+
+
+class DurationRange(Model):
+    """Between which ends keys set a duration, s."""
+
+    minimum: Annotated[float, Quantity(DURATION, least=0.0), _LEAST]
+    maximum: Annotated[float, Quantity(DURATION, least=0.0), _MOST]
+    step: Annotated[float, Quantity(DURATION, least=0.01), _STEP]
+
+
+class GainRange(Model):
+    """Between which ends keys set a gain, in the gain's unit."""
+
+    minimum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _LEAST]
+    maximum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _MOST]
+    step: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5"), _STEP]
+
+
+class Adjust(Model):
+    """Numbers of the loop's algorithm that people set by keys."""
+
+    hysteresis: DifferenceRange | None = Field(None, description="Of on_off, three_position.")
+    lead: DurationRange | None = Field(None, description="Of on_off, three_position.")
+    kp: GainRange | None = Field(None, description="Of pid, %/K.")
+    ki: GainRange | None = Field(None, description="Of pid, %/(K·s).")
+    kd: GainRange | None = Field(None, description="Of pid, %·s/K.")
+
+
 class LcdKeypad(Model):
     """The Arduino LCD keypad shield: 16x2 characters, five keys on A0."""
 
@@ -94,6 +141,9 @@ class LcdKeypad(Model):
     )
     countdown: Countdown | None = Field(
         None, description="Let people set a time after which the loop goes off; left out, none."
+    )
+    adjust: Adjust | None = Field(
+        None, description="Numbers of the algorithm that people may set; left out, none."
     )
 
 

@@ -26,7 +26,7 @@ MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
 
 
-LATER = ("monitors", "proof", "tolerances", "accuracy", "tachometer")
+LATER = ("monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust")
 """Keys that the language got when there were firmwares already."""
 
 

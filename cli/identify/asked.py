@@ -22,7 +22,6 @@ from heatwright.sim.identify.columns import Column
 from heatwright.sim.tuning.delays import reading_age_s
 from heatwright.sim.tuning.process import power_of
 from heatwright.spec import Controller, Loop, SerialPlotter, load
-from heatwright.spec.commands import tunable
 from heatwright.spec.simulation import AMBIENT
 
 PLOTTER_FULL = 10.0
@@ -95,7 +94,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
         Scales(power_w, full, period_s or chosen.period_s),
         Structure(bodies, _names(controller, chosen)),
         reading_age_s(controller, chosen.sensor),
-        _plotter(controller, name, chosen),
+        _plotter(controller, name),
         name,
     )
 
@@ -111,7 +110,7 @@ def _names(controller: Controller, loop: Loop) -> Names:
     return Names(body or names.body, shell or names.shell, loop.heater, loop.sensor)
 
 
-def _plotter(controller: Controller, name: str, loop: Loop) -> tuple[int, int] | None:
+def _plotter(controller: Controller, name: str) -> tuple[int, int] | None:
     """Find the duty among the fields of the firmware's plotter line, and count them."""
     from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
 
@@ -119,6 +118,6 @@ def _plotter(controller: Controller, name: str, loop: Loop) -> tuple[int, int] |
         isinstance(each, SerialPlotter) and each.loop == name for each in controller.interfaces
     ):
         return None
-    titles = [field["title"] for field in fields(name, loop, by_host=tunable(controller, name))]
+    titles = [field["title"] for field in fields(controller, name)]
     places = [place for place, title in enumerate(titles) if title.startswith(("heater", "duty"))]
     return places[0], len(titles)

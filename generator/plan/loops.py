@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import autotune, relay
+from heatwright.generator.plan import adjusted, autotune, relay
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
@@ -71,6 +71,7 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "programmed": programmed(controller, name),
         "must_release": by_master and must_release(controller),
         "adjustable": loop.protection.maximum_adjustable,
+        "numbers": adjusted.named(source, name, prefix_of(name)),
     }
 
 
@@ -142,6 +143,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         *(_warmth(source, loop, prefix) if told and not by_host else ()),
         *permits(source, loop, prefix),
         *algorithm.constants,
+        *adjusted.range_constants(source, name, prefix),
         *(autotune.constants(source, loop, prefix) if experiment is not None else ()),
         *(_response(source, loop.response, loop.period_s, prefix) if loop.response else ()),
         *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),

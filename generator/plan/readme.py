@@ -15,6 +15,7 @@ from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.budget import budgets
 from heatwright.spec.commands import (
     gcode_of,
@@ -43,6 +44,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
         "countdown": _countdown(controller),
+        "numbers": _numbers(controller),
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
         "menu": any(
             isinstance(each, LcdKeypad) and programmed(controller, each.loop)
@@ -74,6 +76,15 @@ def _host(spec: Spec) -> dict[str, Any] | None:
             for address, name in names.items()
         ],
     }  # fmt: skip
+
+
+def _numbers(controller: Controller) -> list[str]:
+    """Say between which ends keys set which numbers."""
+    keypad = keypad_of(controller)
+    return [
+        f"{each.kind.key} from {each.minimum:g} to {quantity(each.maximum, each.kind.unit)}"
+        for each in (numbers_of(controller, keypad.loop) if keypad else ())
+    ]
 
 
 def _countdown(controller: Controller) -> str | None:

@@ -10,7 +10,7 @@ from heatwright.spec.eeprom import CELL_WRITES, layout, settings_bytes
 from heatwright.spec.max31856 import TYPE_CODES, Max31856, selectable_of
 
 SETTINGS_DELAY_S = 10.0
-LATE = ("a setpoint", "a maximum", "a type of thermocouple")
+LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")
 """What is saved so long after it was changed."""
 
 
@@ -27,12 +27,14 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         if selectable_of(sensor)
     ]
     constants = _layout(root)
-    if stored or adjustable or types:
+    numbers = any(loop["numbers"] for loop in loops)
+    if stored or adjustable or types or numbers:
         constants.append(
             Constant(
                 "SETTINGS_DELAY_TICKS",
                 f"{ticks(SETTINGS_DELAY_S)}u",
-                f"{_rested(stored, bool(adjustable), bool(types))} saved when it has rested 10 s",
+                f"{_rested(stored, bool(adjustable), bool(types), numbers)} saved when it has "
+                "rested 10 s",
             )
         )
     if tunable:
@@ -46,8 +48,8 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         "any_stored": stored,
         "any_tunable": tunable,
         "adjustable": adjustable,
-        "any_later": stored or bool(adjustable or types),
-        "any_kept": stored or tunable or bool(adjustable or types),
+        "any_later": stored or bool(adjustable or types or numbers),
+        "any_kept": stored or tunable or bool(adjustable or types or numbers),
         "save_delay": quantity(SETTINGS_DELAY_S, "s"),
     }
     return Part(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from heatwright.spec import modbus_of
+from heatwright.spec.adjusted import KINDS
 from heatwright.spec.commands import touched
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ HELD_S = 2.6
 """A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
 COARSE_STEPS = 10
 LONGEST_HOLD_S = 60.0
+PAGES = 1 + len(KINDS)
+"""The time's and one of each number are the most there can be beside the setpoint's."""
 OFF = ("OFF, UP: ", "Done UP: ")
 """How the display's second line begins with a loop that keys have switched off, or time."""
 
@@ -128,8 +131,9 @@ class _AtPanel(_AtKeys):
         if not on:
             world.press("left")
             return
-        if not world.screen[1].startswith(("Set temp ", *OFF)):
-            world.press("right")  # from the time to the setpoint
+        for _ in range(PAGES):
+            if not world.screen[1].startswith(("Set temp ", *OFF)):
+                world.press("right")  # from the time, or a number, to the setpoint
         if world.screen[1].startswith(OFF):
             world.press("up")
 

@@ -48,6 +48,7 @@ class Command(IntEnum):
     PERCENT = 12
     AUTOMATIC = 13
     MAXIMUM = 14
+    NUMBERS = 15
 
 
 class HostHangs(RuntimeError):

@@ -2,7 +2,7 @@
  *
  * Compiled once for each loop. The names of the loop and its parts come from the command line: LOOP,
  * SENSOR, HEATER, perhaps FAN, COOLER, CURRENT, HAS_STATE, and what can be commanded: HOSTED or
- * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, PROGRAMMED; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
+ * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, PROGRAMMED; NUMBERS that keys set; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
  * firmware's headers are included there, too.
  */
 #include "world.h"
@@ -256,6 +256,15 @@ static bool command(const struct host_input *asked)
     case HOST_STOP_TUNING:
         JOIN(loop_, LOOP, _stop_tuning)();
         break;
+#endif
+#ifdef NUMBERS
+    case HOST_NUMBERS: {
+        const float *next = asked->gains;
+#define NUMBER(MEMBER) SETTING(_##MEMBER) = *next++;
+        NUMBERS
+#undef NUMBER
+        break;
+    }
 #endif
 #ifdef ADJUSTABLE
     case HOST_MAXIMUM:

@@ -44,7 +44,8 @@ enum {
     HOST_DISABLE = 11,
     HOST_PERCENT = 12, /* a duty by hand of `value`, now or later */
     HOST_AUTOMATIC = 13,
-    HOST_MAXIMUM = 14 /* a critical temperature of `value` */
+    HOST_MAXIMUM = 14, /* a critical temperature of `value` */
+    HOST_NUMBERS = 15  /* what keys set of the algorithm, one by one, in `gains`: unbounded, as RAM is */
 };
 
 /* One loop, as world.c sees it; all of it is as at power-up after a reset. */

@@ -5,13 +5,16 @@ from typing import NamedTuple, Protocol
 
 from heatwright.sim.reference.autotune import SLOPE, Moment, Tuner
 from heatwright.sim.reference.guard_rules import Look
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.keyed import in_range
+from heatwright.sim.reference.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.pid import PidControl
 from heatwright.sim.reference.three_position import ThreePositionControl
 from heatwright.sim.reference.tunable_pid import TunablePid
 from heatwright.spec import Controller, Loop, Pid, commanded, programmed, switched, tunable
+from heatwright.spec.adjusted import Number, numbers_of
 
 ENABLED: Member = ("enabled", "u1")
 """Input of a switched loop."""
@@ -51,14 +54,18 @@ class Steering:
         spec = controller.loops[loop]
         self._switched = switched(controller, loop)
         self._zero_is_off = commanded(controller, loop) and not self._switched
-        self._pid = _tunable_pid(spec) if tunable(controller, loop) else None
+        self._has_modes = tunable(controller, loop)
+        self._numbers = numbers_of(controller, loop)
+        self._gains = gains_of(spec.algorithm)
+        sets_gains = bool(self._gains and self._numbers)
+        self._pid = _tunable_pid(spec) if self._has_modes or sets_gains else None
         if self._pid and isinstance(spec.algorithm, Pid) and programmed(controller, loop):
             self._pid.feed_forward = Single(spec.algorithm.feed_forward)
-        self._control: Control = self._pid or _constant(spec)
-        self.tuner = _tuner(spec) if self._pid else None
+        self._control: Control = self._pid or _constant(spec, self._numbers)
+        self.tuner = _tuner(spec) if self._has_modes else None
         self.inputs: tuple[Member, ...] = (
             *((ENABLED,) if self._switched else ()),
-            *(INPUTS if self._pid else ()),
+            *(INPUTS if self._has_modes else ()),
         )
         self.members: tuple[Member, ...] = prefixed("algorithm", self._control.members)
         if self.tuner:
@@ -110,7 +117,7 @@ class Steering:
         """Return the values of `inputs`."""
         return (
             *((orders.enabled,) if self._switched else ()),
-            *((orders.mode, orders.manual_percent) if self._pid else ()),
+            *((orders.mode, orders.manual_percent) if self._has_modes else ()),
         )
 
     def is_off(self, setpoint_c: Single, orders: Orders) -> bool:
@@ -122,11 +129,15 @@ class Steering:
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
         if isinstance(self._control, PidControl):
             self._control.top_percent = top_percent
+        numbers = in_range(self._numbers, orders.numbers)
+        if isinstance(self._control, KeyedSwitch):
+            self._control.take(numbers)
         if self._pid:
-            if orders.gains is None:
+            gains = orders.gains if self._has_modes else self._gains
+            if gains is None:
                 message = "A tunable loop needs its gains"
                 raise ValueError(message)
-            self._pid.take(orders.gains)
+            self._pid.take(gains._replace(**numbers))
             if orders.mode == MANUAL:
                 return self._pid.follow(
                     look.temperature_c, look.gap, look.setpoint_c, orders.manual_percent
@@ -134,10 +145,18 @@ class Steering:
         return self._control.step(look.temperature_c, look.last_c, look.gap, look.setpoint_c)
 
 
-def _constant(spec: Loop) -> Control:
+def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
     module = import_module(f"heatwright.sim.reference.{spec.algorithm.kind}")
-    control: Control = module.Control(spec.algorithm, spec.period_s)
+    keyed = [tuple(each.kind.field for each in numbers)] if numbers else []
+    control: Control = module.Control(spec.algorithm, spec.period_s, *keyed)
     return control
+
+
+def gains_of(algorithm: object) -> Gains | None:
+    """Return the gains that the specification gives an algorithm; None if it has none."""
+    if not isinstance(algorithm, Pid):
+        return None
+    return Gains(Single(algorithm.kp), Single(algorithm.ki), Single(algorithm.kd))
 
 
 def _tunable_pid(spec: Loop) -> TunablePid | None:

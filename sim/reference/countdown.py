@@ -17,8 +17,6 @@ class CountdownKeys:
         self._longest = round(spec.longest_s) // 60
         self._at_once = spec.counts == "at once"
         self._period_ms = round(loop.period_s * 1000)
-        self.sets_time = False
-        """Whether UP and DOWN set the time."""
         self.minutes = 0
         self.left: int | None = None
         """Steps until the loop goes off; None while the time does not count."""
@@ -31,16 +29,6 @@ class CountdownKeys:
         if self.left is None:
             return self.minutes
         return -(-self.left * self._period_ms // MINUTE_MS)
-
-    def take(self, key: str | None) -> bool:
-        """Take a key that was pressed; tell whether it was one for the time."""
-        if key == "right":
-            self.sets_time = not self.sets_time
-        elif self.sets_time and key in ("up", "down"):
-            self.change(up=key == "up")
-        else:
-            return False
-        return True
 
     def change(self, *, up: bool) -> None:
         """Press UP or DOWN."""

@@ -12,10 +12,12 @@ from heatwright.sim.reference.latch import Latch
 from heatwright.sim.reference.master import Master
 from heatwright.sim.reference.modelled_loop import SECOND_US, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.pages import Pages
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, Stepper, modbus_of, nextion_of
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
 
@@ -46,6 +48,7 @@ class ReferenceDevice:
         self._master = self._master_of(controller)
         self._display = self._display_of(controller)
         self._keypad = keypad_of(controller)
+        self._pages = self._pages_of(controller)
         self._key: str | None = None
         self.fault_loop = ""
         """The loop in whose step the first fault was found."""
@@ -66,6 +69,21 @@ class ReferenceDevice:
             return None
         operator = self._loops[nextion.loop].operator
         return Display(controller, operator, self._latch.acknowledge)
+
+    def _pages_of(self, controller: Controller) -> Pages:
+        if self._keypad is None:
+            return Pages(None, ())
+        return Pages(self.countdown, numbers_of(controller, self._keypad.loop))
+
+    @property
+    def page(self) -> str:
+        """What UP and DOWN change: `time`, a number by its key, or nothing, the setpoint."""
+        return self._pages.page
+
+    @property
+    def numbers(self) -> Mapping[str, Single]:
+        """What keys have set, by field of the algorithm."""
+        return self._pages.values
 
     @property
     def countdown(self) -> CountdownKeys | None:
@@ -134,7 +152,8 @@ class ReferenceDevice:
         if not pressed or self._keypad is None or (self._latch.code and key != "select"):
             return
         operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
-        if self.countdown is not None and self.countdown.take(key):
+        if self._pages.take(key):
+            self._loops[self._keypad.loop].operator.numbers = self._pages.values
             return
         if key == "up":
             operator.change(step_k)

@@ -41,6 +41,8 @@ class Orders(NamedTuple):
     """The operator's critical temperature; needed where it is adjustable."""
     watch_fault: int = 0
     """What the watch of the safety relay, or of a fan, has found."""
+    numbers: Mapping[str, Single] = MappingProxyType({})
+    """By field of the algorithm, what keys have set; needed where they can."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
     """By monitor that is judged in the step: its reading's status and raw number."""
 

@@ -1,23 +1,21 @@
 """On-off control with hysteresis and lead (docs/control.md, "on_off")."""
 
-from heatwright.sim.reference.lead import Lead
+from heatwright.sim.reference.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.spec import OnOff
 
 
-class OnOffControl:
+class OnOffControl(KeyedSwitch):
     """Switches at the setpoint on the temperature expected `lead` ahead."""
 
     full_percent = FULL
     """What the algorithm asks for at most."""
 
-    def __init__(self, algorithm: OnOff, period_s: float) -> None:
-        """Derive the constants."""
-        self._lead = Lead(algorithm.lead_s, algorithm.lead_filter_s, period_s)
-        self._has_width = algorithm.hysteresis_k > 0
-        self._half_width = Single(algorithm.hysteresis_k)
-        self.members: tuple[Member, ...] = (*self._lead.members, ("heating", "u1"))
+    def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
+        """Derive the constants; keyed -- the fields that keys set."""
+        super().__init__(algorithm, period_s, keyed)
+        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"))
         self.reset()
 
     def reset(self) -> None:
@@ -29,9 +27,9 @@ class OnOffControl:
         """Return the duty in percent."""
         expected_c = self._lead.expected_c(temperature_c, last_c, gap)
         if self._has_width:
-            if expected_c >= setpoint_c + self._half_width:
+            if expected_c >= setpoint_c + self._hysteresis:
                 self._heating = 0
-            elif expected_c <= setpoint_c - self._half_width:
+            elif expected_c <= setpoint_c - self._hysteresis:
                 self._heating = 1
         else:
             self._heating = 0 if expected_c >= setpoint_c else 1
@@ -39,7 +37,7 @@ class OnOffControl:
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
-        return (*self._lead.values(), self._heating)
+        return (*self._values(), self._heating)
 
 
 Control = OnOffControl

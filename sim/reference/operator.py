@@ -1,11 +1,14 @@
 """What keys and commands want of a loop (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.autotune import DONE, RUNNING, STOPPED
+from heatwright.sim.reference.control import gains_of
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.program_state import NO_ORDER
-from heatwright.spec import Controller, Pid, commanded, tunable
+from heatwright.spec import Controller, commanded, tunable
+from heatwright.spec.adjusted import numbers_of
 
 LARGEST_GAIN = 1e6
 
@@ -28,6 +31,8 @@ class Operator:
         self._highest_c = highest_c if loop.protection.maximum_adjustable else None
         self._critical_c = self._highest_c
         self._program = NO_ORDER
+        self.numbers: Numbers = given(numbers_of(controller, name))
+        """What keys have set."""
 
     @property
     def orders(self) -> Orders:
@@ -38,6 +43,7 @@ class Operator:
             self.gains,
             maximum_c=self._critical_c,
             program=self._program,
+            numbers=self.numbers,
         )
 
     @property
@@ -138,10 +144,3 @@ class Operator:
     def _go_off(self) -> None:
         self._mode = AUTOMATIC
         self.setpoint_c = ZERO
-
-
-def gains_of(algorithm: object) -> Gains | None:
-    """Return the gains that the specification gives an algorithm; None if it has none."""
-    if not isinstance(algorithm, Pid):
-        return None
-    return Gains(Single(algorithm.kp), Single(algorithm.ki), Single(algorithm.kd))

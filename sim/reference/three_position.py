@@ -1,24 +1,27 @@
 """Heater below a dead band, cooler above it (docs/control.md, "three_position")."""
 
-from heatwright.sim.reference.lead import Lead
+from heatwright.sim.reference.keyed import Numbers
+from heatwright.sim.reference.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.spec import ThreePosition
 
 
-class ThreePositionControl:
+class ThreePositionControl(KeyedSwitch):
     """Switches heater and cooler, never both, on the temperature expected `lead` ahead."""
 
     full_percent = FULL
     """What the algorithm asks for at most."""
 
-    def __init__(self, algorithm: ThreePosition, period_s: float) -> None:
-        """Derive the constants."""
-        self._lead = Lead(algorithm.lead_s, algorithm.lead_filter_s, period_s)
+    def __init__(
+        self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
+    ) -> None:
+        """Derive the constants; keyed -- the fields that keys set."""
+        super().__init__(algorithm, period_s, keyed)
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
         self.members: tuple[Member, ...] = (
-            *self._lead.members,
+            *self._members,
             ("heating", "u1"),
             ("cooling", "u1"),
         )
@@ -37,9 +40,15 @@ class ThreePositionControl:
         self.cooling = int(expected_c > setpoint_c + self._width(self.cooling))
         return FULL if self._heating else ZERO
 
+    def take(self, numbers: Numbers) -> None:
+        """Take over what keys have set: the band's inside follows the hysteresis."""
+        super().take(numbers)
+        if "hysteresis_k" in numbers:
+            self._inside = self._dead_band - self._hysteresis
+
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
-        return (*self._lead.values(), self._heating, self.cooling)
+        return (*self._values(), self._heating, self.cooling)
 
     def _width(self, on: int) -> Single:
         """Return how far from the setpoint heater or cooler has to be, to go or stay on."""

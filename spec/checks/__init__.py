@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from heatwright.spec.adjusted import extremes, with_setting
 from heatwright.spec.checks import (
+    adjusted,
     algorithms,
     analog,
     cooling,
@@ -130,6 +132,8 @@ CHECKS: tuple[Check, ...] = (
     interfaces.step_fits_range,
     interfaces.countdowns_have_a_use,
     interfaces.countdowns_count_minutes,
+    adjusted.numbers_have_a_use,
+    adjusted.numbers_in_range,
     ports.ports_exist,
     ports.one_interface_per_port,
     ports.baud_can_be_made,
@@ -199,13 +203,18 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
 
 
 def check(controller: Controller) -> list[Finding]:
-    """Run all checks; the rows of a comparison report only what their controller does not."""
+    """Run all checks.
+
+    The ends of what keys can set, and the rows of a comparison, report only what their controller
+    does not.
+    """
     found = [*plant.plant_names(controller)]
     if not found:
         found = [finding for each in SIMULATION_CHECKS for finding in each(controller)]
     whole = not found and not [*references.loop_parts(controller)]
     found += _check_one(controller, whole)
     own = {finding[:3] for finding in found}
+    found += _of_extremes(controller, whole, {*own})
     lost = {finding.path[1] for finding in rows_have_loops(controller)}
     for index, row in enumerate(controller.comparison):
         if index in lost:
@@ -214,6 +223,21 @@ def check(controller: Controller) -> list[Finding]:
             if finding[:3] not in own:
                 path = row_path(controller, index, finding.path)
                 found.append(finding._replace(path=path))
+    return found
+
+
+def _of_extremes(
+    controller: Controller, whole: bool, known: set[tuple[object, ...]]
+) -> list[Finding]:
+    """Check what keys can set, at its ends, where the range itself is one."""
+    if [*adjusted.numbers_have_a_use(controller), *adjusted.numbers_in_range(controller)]:
+        return []
+    found = []
+    for setting in extremes(controller):
+        for finding in _check_one(with_setting(controller, setting), whole):
+            if finding[:3] not in known:
+                known.add(finding[:3])
+                found.append(adjusted.of_extreme(controller, finding, setting))
     return found
 
 

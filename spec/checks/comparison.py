@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.spec.adjusted import fixed
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
@@ -35,7 +36,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     """Put a row's setpoint, algorithm and output in the place of its loop's own.
 
     The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
-    Other loops stay as they are after the power-up.
+    Other loops stay as they are after the power-up. No key sets a number of a row's algorithm.
 
     Raises:
         KeyError: there is no such loop.
@@ -59,6 +60,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
         update={
             "loops": ReadOnlyDict({**controller.loops, name: changed}),
             "outputs": ReadOnlyDict(outputs),
+            "interfaces": fixed(controller.interfaces),
             "comparison": (),
         }
     )

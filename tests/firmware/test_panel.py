@@ -16,6 +16,7 @@ from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
+from heatwright.spec.adjusted import numbers_of
 
 
 def started(phase_s: float = 0.0) -> AvrDevice:
@@ -90,7 +91,7 @@ def test_cheap_resistors(tolerance: float) -> None:
     assert device.read("fault.code") == 0
 
 
-TIMED = ("up", "right", "up", "right")
+TIMED = ("up", "right", "up")
 """On, for the shortest time."""
 KEYS = ("up", "down", "left", "right", "select")
 PLOTTER = "kind: serial_plotter, loop: air, baud: 9600"
@@ -102,11 +103,28 @@ def time_of(keys: str) -> tuple[str, str]:
     return "step: 10 K}", f"step: 10 K, countdown: {{{keys}}}}}"
 
 
+HYSTERESIS = "hysteresis: {minimum: 0 K, maximum: 0.6 K, step: 0.2 K}"
+LEAD = "lead: {minimum: 2.5 s, maximum: 20 s, step: 2.5 s}"
+
+
+def adjusted(numbers: str, others: str = "") -> tuple[str, str]:
+    """Let people set numbers."""
+    return "step: 10 K}", f"step: 10 K, adjust: {{{numbers}}}{others}}}"
+
+
 OTHERS = {
     "off at first": changed("chamber", STARTS),
     "a host": changed("chamber", (PLOTTER, "kind: gcode, loops: {T0: air}")),
     "a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
     "a time": changed("chamber", STARTS, time_of("longest: 3 min, step: 1 min")),
+    "numbers": changed("chamber", STARTS, adjusted(f"{HYSTERESIS}, {LEAD}")),
+    "a host and a number": changed(
+        "chamber", (PLOTTER, "kind: gcode, loops: {T0: air}"), adjusted(LEAD)
+    ),
+    "a time and a number": changed(
+        "chamber", STARTS, adjusted(HYSTERESIS, ", countdown: {longest: 3 min, step: 1 min}")
+    ),
+    "numbers of a PID": changed("oven", STARTS),
     "a master's time": changed(
         "chamber", STARTS, time_of("longest: 4 min, step: 2 min, counts: at once"),
         (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 2 s"),
@@ -120,7 +138,7 @@ def chosen(key: str, draw: Random, name: str) -> Callable[[Any], object]:
     turn = draw.random()
     if turn < (0.005 if "time" in name else 0.05):
         return lambda device: device.sense("air", 90.0)
-    if turn < 0.3 and name == "a host":
+    if turn < 0.3 and "a host" in name:
         line = draw.choice(("M104 S0", "M104 S55", "M104 S10"))
         return lambda device: device.send(line)
     if turn < 0.3 and name == "a master":
@@ -139,11 +157,13 @@ def test_any_keys_do_what_the_model_does(name: str) -> None:
     board = AvrDevice(controller, whole(OTHERS[name]) if name in OTHERS else test_start.program())
     model = ReferenceDevice(controller)
     shown, told = [], []
-    timed = TIMED if "time" in name else ()
-    for second in range(amount("panel_keys") * (4 if timed else 1)):
+    numbers = numbers_of(controller, "air")
+    first = [*TIMED] if "time" in name else ["up"] * bool(numbers)
+    first += ["right", "up", "up"] * len(numbers) + ["right"]
+    for second in range(amount("panel_keys") * (4 if "time" in name else 1)):
         act = chosen(draw.choice(KEYS), draw, name)
-        if second < len(timed):
-            act = methodcaller("press", timed[second])
+        if second < len(first):
+            act = methodcaller("press", first[second])
         for device in (board, model):
             device.advance(second + 0.15)
         shown.append([re.sub("VT=.", "VT", line.rstrip()) for line in board.shield.lcd.text])
@@ -156,6 +176,8 @@ def test_any_keys_do_what_the_model_does(name: str) -> None:
     ours, its = board.steps("air"), model.steps("air")
     for member in set(its.dtype.names or ()) - {"time_s"}:
         assert ours[member].tolist() == its[member].tolist(), member
+    for number in numbers:
+        assert len(np.unique(its[f"algorithm.{number.kind.field}"])) > 2
     period = 2 if "period: 2 s" in OTHERS.get(name, "") else 1
     for lines, wanted, row in zip(shown[period::period], told[period::period], its, strict=True):
         if not row["fault.code"]:
@@ -167,16 +189,75 @@ def lines_of(model: ReferenceDevice, board: AvrDevice, name: str) -> list[str]:
     setpoint, doing = f"{board.read(SETPOINT):.0f}°C", " VT"
     second = f"Set temp {setpoint}"
     if model.is_off("air"):
-        second = "OFF" if name == "a host" else f"OFF, UP: {setpoint}"
+        second = "OFF" if "a host" in name else f"OFF, UP: {setpoint}"
     if countdown := model.countdown:
         minutes, counts = countdown.minutes_left, countdown.left is not None
         clock = f"{minutes // 60}:{minutes % 60:02}"
         doing = f"{'-' if counts else ' '}{clock}" if minutes else doing
         doing = " OFF" if model.is_off("air") else doing
         second = second.replace("OFF,", "Done") if countdown.ended else second
-        if countdown.sets_time:
+        if model.page == "time":
             second = f"Off {'in' if counts else 'after'} {clock}" if minutes else "No time is set"
+    for number in numbers_of(controller_of(OTHERS.get(name, "chamber")), "air"):
+        kind = number.kind
+        if model.page == kind.key:
+            value = f"{model.numbers[kind.field]:.{number.decimals}f}"
+            second = f"{kind.title}{value}{kind.shown_unit}"
     return [f"T=19.0°C{doing}", second]
+
+
+OF_NUMBER = "settings.air_hysteresis_k", "algorithm_air.hysteresis_k"
+
+
+def numbered(eeprom: bytes = b"") -> AvrDevice:
+    """Return the chamber that is on, and whose display shows the hysteresis."""
+    text = OTHERS["numbers"]
+    device = AvrDevice(controller_of(text), whole(text))
+    device.avr.eeprom.contents = eeprom
+    device.sense("air", ROOM_C)
+    device.advance(1.5)
+    for key in ("up", "right"):
+        press(device, key)
+    return device
+
+
+def test_a_number_is_kept_when_it_has_rested() -> None:
+    """10 s after the last press, and not before."""
+    device = numbered()
+    assert device.shield.lcd.text[1] == "Hysteresis 0.0K "
+    for shown in ("0.2", "0.4", "0.6", "0.6"):
+        press(device, "up")
+        device.advance(device.time_s + 0.1)
+        assert device.shield.lcd.text[1] == f"Hysteresis {shown}K "
+    press(device, "down")
+    for waits_s, kept in ((9.5, "0.0"), (2.0, "0.4")):
+        device.advance(device.time_s + waits_s)
+        again = numbered(device.avr.eeprom.contents)
+        assert again.shield.lcd.text[1] == f"Hysteresis {kept}K "
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1e-3, 0.601, 1e30])
+def test_a_number_that_no_key_sets_is_the_specs(value: float) -> None:
+    """Damaged in RAM, from the next step on; while the loop is off, as soon as it is shown."""
+    bits = int(np.float32(value).view(np.uint32))
+    device = numbered()
+    press(device, "up")
+    device.advance(device.time_s + 2.0)
+    assert device.read(OF_NUMBER[1]) == np.float32(0.2)
+    put(device, OF_NUMBER[0], bits)
+    device.advance(device.time_s + 2.0)
+    assert [device.read(each) for each in OF_NUMBER] == [0, 0]
+    assert device.shield.lcd.text[1] == "Hysteresis 0.0K "
+    for key, wanted in (("up", 0.2), ("down", 0.0)):
+        press(device, "left")
+        press(device, "right")
+        put(device, OF_NUMBER[0], bits)
+        press(device, key)
+        assert device.read(OF_NUMBER[0]) == np.float32(wanted)
+    put(device, OF_NUMBER[0], bits)
+    device.advance(device.time_s + 2.0)
+    assert device.shield.lcd.text[1] == "Hysteresis 0.0K "
+    assert device.read("loop_air.enabled") == 0
 
 
 LONG = changed(

@@ -104,6 +104,9 @@ class Commands:
         if isinstance(operator, SwitchedOperator) and command in _SWITCHING:
             self._closes = command == Command.DISABLE
             return _SWITCHING[command](operator, value)
+        if command == Command.NUMBERS:
+            numbers = zip(operator.numbers, row["gains"], strict=False)  # it has as many or more
+            operator.numbers = {field: Single(value) for field, value in numbers}
         if operator.gains is None:
             return None
         return self._tuned(command, value, [float(each) for each in row["gains"]])

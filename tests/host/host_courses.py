@@ -11,6 +11,7 @@ from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWal
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import switched
 
 KINDS = (
@@ -25,6 +26,8 @@ SWITCH_KINDS = ("switch", "order_switched", "by_percent", "silence")
 """Of a switched loop, besides."""
 ADJUSTING_KINDS = ("critical",)
 """Where the operator may move the critical temperature, besides."""
+NUMBER_KINDS = ("numbers", "numbers")
+"""Where keys set numbers of the algorithm, besides."""
 CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
 OTHER_CODES = ("over", "leak")
@@ -148,5 +151,6 @@ def kinds_of(controller: Controller) -> tuple[str, ...]:
     kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
     kinds += SWITCH_KINDS * (2 * switched(controller, name))
     kinds += PROGRAM_KINDS * (3 * programmed(controller, name))
+    kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
     return kinds + CURRENT_KINDS * (2 * (current_of(controller) is not None))

@@ -3,10 +3,12 @@
 from random import Random
 from typing import Any
 
+import numpy as np
 from host_stretches import AS_DUE, NO_GAINS, Stretch, Walk
 
 from heatwright.sim.host.firmware import Command
 from heatwright.spec import Controller, Current
+from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.commands import switched
 
 ORDERS: tuple[tuple[Any, ...], ...] = (
@@ -68,6 +70,15 @@ def current_of(controller: Controller) -> Current | None:
     return getattr(controller.outputs[loop.heater], "current", None)
 
 
+def _about(number: Number) -> list[float]:
+    """Values of a number that count, and some beyond its ends, which do not."""
+    low, high = np.float32(number.minimum), np.float32(number.maximum)
+    inside = [low, high, (low + high) / 2, low + np.float32(number.step)]
+    up, down = np.float32(np.inf), np.float32(-np.inf)
+    beyond = [np.nextafter(low, down), np.nextafter(high, up), np.nan, up, down, -high]
+    return [float(each) for each in (*inside * 3, *beyond)]
+
+
 class CommandedWalk(Walk):
     _gains_now: tuple[float, ...] = (4.0, 0.02, 0.0)
 
@@ -76,6 +87,7 @@ class CommandedWalk(Walk):
         ((name, loop),) = controller.loops.items()
         self._switched = switched(controller, name)
         self._current = current_of(controller)
+        self._keyed = numbers_of(controller, name)
         self._lost_ticks = round((loop.protection.master_lost_after_s or 0) * 100)
         self._go_on()
 
@@ -150,6 +162,18 @@ class CommandedWalk(Walk):
         if stretch.value % 4:
             self._command = (Command.MAXIMUM, 85.0, NO_GAINS)
         self._hold(stretch)
+
+    def _numbers(self, stretch: Stretch) -> None:
+        """Have keys set numbers, now and then to what no key sets, and go where they tell."""
+        random = Random(stretch.value)  # noqa: S311
+        chosen = [random.choice(_about(each)) for each in self._keyed]
+        self._command = (Command.NUMBERS, 0.0, tuple([*chosen, 0.0, 0.0][:3]))
+        away = self._offsets_k
+        if self._keyed[0].kind.key == "hysteresis" and 0 <= chosen[0] < 10:
+            self._offsets_k = [chosen[0], -chosen[0], *away]
+        self._reach(stretch._replace(value=abs(stretch.value) | 1))
+        self._offsets_k = away
+        self._zigzag(stretch)
 
     def _order(self, stretch: Stretch) -> None:
         """Any command, also one that must be refused."""

@@ -31,7 +31,7 @@ KEPT: dict[type[Kept], tuple[str, ...]] = {
     Progresses: ("few", "usual", "pausing"),
     SettingsKept: (
         "few", "typed", "usual", "switch_lead", "pid_hold", "tuned_hot", "switched_by_host",
-        "tuned_by_master", "touched",
+        "tuned_by_master", "touched", "keyed_switch", "keyed_gains",
     ),
 }  # fmt: skip
 """Machines with programs; loops without and with a stored setpoint, gains, types."""

@@ -24,7 +24,8 @@ MOVES = {
     "hotplate": {
         "board: uno": "board: {board}", "D11": "PD2", "clock: D2": "clock: PD3", "D12": "PB0",
         "pin: D3,": "pin: PA0,",
-        "  - {kind: lcd_keypad, loop: plate, step: 5 K, countdown: {longest: 8 h}}\n": "",
+        "  - {kind: lcd_keypad, loop: plate, step: 5 K, countdown: {longest: 8 h}, "
+        "adjust: {hysteresis: {minimum: 0.5 K, maximum: 3 K, step: 0.5 K}}}\n": "",
         "    - {at: 5 s, press: up}                # on\n": "",
         "    - {at: 6 s, press: right}             # to the time\n": "",
         "    - {at: 7 s, press: up, times: 6}      # 30 min, from the setpoint on\n": "",

@@ -22,6 +22,8 @@ from rig.controllers_parts import (
     Resources,
     Sensors,
     Unsuited,
+    adjusted,
+    own_draws,
     step_k,
     text,
     usable_c,
@@ -329,6 +331,10 @@ class _Controller:
                 able: list[Part] = [{"counts": "at once"}]
                 able += [] if rests else [{}, {"longest": "1 h", "step": "10 min"}]
                 part["countdown"] = draws.one(*able)
+            has_gains = shown.kind == "pid" and (served.by_host or served.by_master)
+            if not (served.programmed or has_gains):
+                numbers = adjusted(own_draws(part), shown.algorithm)
+                part |= {"adjust": numbers} if numbers else {}
             self.interfaces.append(part)
 
     # Programs and logs

@@ -75,6 +75,30 @@ def own_draws(part: Part) -> Draws:
     return Draws(Random(repr(part)).randint)  # noqa: S311 - no secret
 
 
+NUMBERS = (
+    ("hysteresis", "K", 2, 4), ("lead", "s", 2, 9), ("kp", "", 4, 9), ("ki", "", 4, 8),
+    ("kd", "", 4, 8),
+)  # fmt: skip
+"""Keys, units, decimals and columns of what an LCD's keys may set."""
+
+
+def adjusted(draws: Draws, algorithm: Part) -> Part:
+    """Let keys set some of an algorithm's numbers, from a little below what they are up to that."""
+    part: Part = {}
+    for key, unit, most, room in NUMBERS:
+        value = float(str(algorithm.get(key, 0)).split()[0])
+        decimals = next((n for n in range(most + 1) if round(value, n) == value), most + 1)
+        low = round(draws.one(0.95, 0.9, 0.99) * value, min(decimals + 1, most))
+        decimals = next((n for n in range(most + 1) if round(low, n) == low), decimals)
+        fits = decimals <= most and len(f"{value:.{max(decimals, 1)}f}") <= room
+        if not fits or low >= value or draws.one(False, False, True):
+            continue
+        step = round(value - low, 4)
+        ends = {"minimum": low, "maximum": value, "step": step}
+        part[key] = {end: text(each, unit) if unit else each for end, each in ends.items()}
+    return part
+
+
 class Resources:
     """The pins and timers of a board that are left."""
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from heatwright.sim.interfaces.modbus_frames import crc
 from heatwright.spec import Controller, digest
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import tunable
 from heatwright.spec.eeprom import layout
 
@@ -74,7 +75,7 @@ PROGRESS_BYTES = 4 + _PROGRESS.size + 2 + 1
 
 
 class Settings(NamedTuple):
-    """A record of settings; without gains, a maximum or a type where the machine keeps none."""
+    """A record of settings; of gains, a maximum, a type, numbers those that the machine keeps."""
 
     code: int
     temperature_c: float
@@ -83,6 +84,7 @@ class Settings(NamedTuple):
     gains: tuple[float, ...]
     maximum_c: float | None = None
     type: int | None = None
+    numbers: tuple[float, ...] = ()
 
 
 class Memory:
@@ -98,8 +100,10 @@ class Memory:
         self.has_setpoint, self.has_gains = loop.setpoint.stored, tunable(controller, name)
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
+        self.numbers = numbers_of(controller, name)
+        places = self.has_setpoint + 3 * self.has_gains + self.has_maximum + len(self.numbers)
         self._settings = struct.Struct(
-            "<B4sHBBfI" + "f" * (self.has_setpoint + 3 * self.has_gains + self.has_maximum)
+            "<B4sHBBfI" + "f" * places
             + "B" * self.has_type
         )  # fmt: skip
         self.settings_bytes = 2 + self._settings.size
@@ -117,7 +121,8 @@ class Memory:
     ) -> bytes:
         head = (self.settings_bytes - 2, digest or self.digest, sequence & 0xFFFF)
         values = [kept.setpoint_c] * self.has_setpoint + [*kept.gains]
-        values += [kept.maximum_c or 0.0] * self.has_maximum + [kept.type or 0] * self.has_type
+        values += [kept.maximum_c or 0.0] * self.has_maximum + [*kept.numbers]
+        values += [kept.type or 0] * self.has_type
         body = self._settings.pack(*head, kept.code, seen, *kept[1:3], *values)
         return struct.pack("<H", crc16(body)) + body
 
@@ -130,7 +135,9 @@ class Memory:
         setpoint_c = kept.pop(0) if self.has_setpoint else self.initial_c
         gains = tuple(kept.pop(0) for _ in range(3 * self.has_gains))
         maximum_c = kept.pop(0) if self.has_maximum else None
-        return sequence, Settings(code, temperature_c, time_s, setpoint_c, gains, maximum_c, *kept)
+        numbers = tuple(kept.pop(0) for _ in self.numbers)
+        found = Settings(code, temperature_c, time_s, setpoint_c, gains, maximum_c, *kept)
+        return sequence, found._replace(numbers=numbers)
 
     def settings(self, image: bytes) -> Settings | None:
         """The newest valid record; numbers are near each other, but wrap."""

@@ -49,11 +49,13 @@ class SettingsKept(Kept):
         if not memory.has_maximum:
             maxima_c = (None, None, None)
         other = next(iter(self.codes_allowed - {own}), None)
+        ends = [(each.value, each.minimum, each.maximum) for each in memory.numbers]
+        numbers = [tuple(float(np.float32(each[way])) for each in ends) for way in range(3)]
         self.default, self.old, self.new = (
             Settings(*fault, *values)
             for fault, *values in zip(
                 ((0, 0.0, 0), (9, 21.5, 12345), (6, 86.25, 0)),
-                setpoints_c, gains, maxima_c, (own, other, own), strict=True,
+                setpoints_c, gains, maxima_c, (own, other, own), numbers, strict=True,
             )
         )  # fmt: skip
 
@@ -72,6 +74,8 @@ class SettingsKept(Kept):
             assert getattr(self.library, f"guard_{self._loop}_set_maximum")(kept.maximum_c)
         if kept.type is not None:
             assert self._set_type(kept.type)
+        for each, value in zip(self.memory.numbers, kept.numbers, strict=True):
+            self._put(each.kind.field, value)
 
     def _set_type(self, code: int) -> bool:
         return bool(getattr(self.library, f"settings_set_{self._kind}")(code))
@@ -94,9 +98,11 @@ class SettingsKept(Kept):
         maximum_c = getattr(settings, f"{self._loop}_maximum_c", None)
         kind = getattr(settings, self._kind, None)
         setpoint_c, gains = self._get("setpoint_c"), self.gains_now()
+        numbers = tuple(self._get(each.kind.field) for each in self.memory.numbers)
         return Settings(
-            fault.code, fault.temperature_c, fault.time_s, setpoint_c, gains, maximum_c, kind
-        )
+            fault.code, fault.temperature_c, fault.time_s, setpoint_c, gains, maximum_c, kind,
+            numbers,
+        )  # fmt: skip
 
     def known(self, image: bytes) -> Settings:
         """The newest; where none is sound a fault, unless it is the first that was cut short."""
@@ -132,11 +138,13 @@ class SettingsKept(Kept):
         kinds = self.codes_allowed - {default.type}
         chosen = [default._replace(type=each) for each in kinds]
         chosen += [default._replace(maximum_c=self.low_c)] * memory.has_maximum
-        for kept in chosen + [default._replace(setpoint_c=40.5)] * memory.has_setpoint:
+        chosen += [default._replace(setpoint_c=40.5)] * memory.has_setpoint
+        chosen += [default._replace(numbers=self.new.numbers)] * bool(memory.numbers)
+        for kept in chosen:
             self.boot(memory.blank)
             self._put("setpoint_c", kept.setpoint_c)
             self._choose(kept)
-            if kept.setpoint_c != default.setpoint_c:
+            if kept[3:4] + kept[7:] != default[3:4] + default[7:]:  # whoever sets it says so
                 self.library.settings_save_later()
             if self.tick(REST_TICKS):
                 yield "it is written at once"
@@ -307,6 +315,18 @@ class SettingsKept(Kept):
             self.boot_with(kept)
             gains = kept.gains if 0 <= gain <= GAIN_MAXIMUM else self.default.gains
             yield from self.expect(f"gain {each} of {gain}", kept._replace(gains=gains))
+        for place, each in enumerate(self.memory.numbers):
+            least, most = float(np.float32(each.minimum)), float(np.float32(each.maximum))
+            beyond = (least - 0.01, most + 0.01, nan, inf, -inf)
+            for value in (least, most, *beyond):
+                changed = [*self.old.numbers]
+                changed[place] = float(np.float32(value))
+                kept = self.old._replace(numbers=tuple(changed))
+                self.boot_with(kept)
+                if value in beyond:
+                    changed[place] = self.default.numbers[place]
+                wanted = kept._replace(numbers=tuple(changed))
+                yield from self.expect(f"{each.kind.key} of {value}", wanted)
         if not self.memory.has_maximum:
             return
         high = self.default.maximum_c

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import OnOff, ThreePosition
+from heatwright.spec.adjusted import numbers_of
 
 LEAST_SLOPE_K_PER_S = 1e-9
 
@@ -49,19 +50,40 @@ def least_slope(source: Source, prefix: str) -> Constant:
     return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less is none")
 
 
-def lead_words(algorithm: OnOff | ThreePosition) -> str:
+def by_keys(source: Source, name: str) -> frozenset[str]:
+    """Fields of a loop's algorithm that keys set."""
+    return frozenset(each.kind.field for each in numbers_of(source.controller, name))
+
+
+def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
+    """Where the numbers of a switching algorithm are: in constants, or where keys have set them."""
+    return {
+        field: f"algorithm_{name}.{field}" if field in keyed else f"{prefix}_{field.upper()}"
+        for field in ("hysteresis_k", "lead_s")
+    }
+
+
+def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
     """How far it looks ahead, for a comment; empty if it does not."""
+    if "lead_s" in keyed:
+        return "a lead"
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
 
 
 def lead_constants(
-    source: Source, algorithm: OnOff | ThreePosition, prefix: str, period_s: float
+    source: Source,
+    algorithm: OnOff | ThreePosition,
+    prefix: str,
+    period_s: float,
+    keyed: Collection[str],
 ) -> list[Constant]:
     """The numbers of the look ahead along the slope; none without a lead."""
-    if algorithm.lead_s == 0:
+    if not lead_words(algorithm, keyed):
         return []
     return [
-        source.at("lead").number(f"{prefix}_LEAD_S", algorithm.lead_s, lead_words(algorithm)),
+        source.at("lead").number(
+            f"{prefix}_LEAD_S", algorithm.lead_s, quantity(algorithm.lead_s, "s")
+        ),
         filter_weight(
             source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, period_s
         ),

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.algorithms.common import AlgorithmPlan, lead_constants, lead_words
+from heatwright.generator.plan.algorithms.common import (
+    AlgorithmPlan,
+    by_keys,
+    in_use,
+    lead_constants,
+    lead_words,
+)
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -11,11 +17,11 @@ from heatwright.spec import Loop, OnOff
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`; terms that are zero are left out."""
-    del name
-    algorithm = loop.algorithm
+    algorithm, keyed = loop.algorithm, by_keys(source, name)
     assert isinstance(algorithm, OnOff)  # noqa: S101 - found by its kind
     constants: list[Constant] = []
-    if algorithm.hysteresis_k > 0:
+    has_width = algorithm.hysteresis_k > 0 or "hysteresis_k" in keyed
+    if has_width:
         constants.append(
             source.at("hysteresis").number(
                 f"{prefix}_HYSTERESIS_K",
@@ -23,13 +29,14 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
                 quantity(algorithm.hysteresis_k, "K"),
             )
         )
-    constants += lead_constants(source, algorithm, prefix, loop.period_s)
+    constants += lead_constants(source, algorithm, prefix, loop.period_s, keyed)
     return AlgorithmPlan(
         template="algorithms/on_off",
         context={
             "where": source.where,
-            "lead": lead_words(algorithm),
-            "hysteresis": algorithm.hysteresis_k > 0,
+            "lead": lead_words(algorithm, keyed),
+            "hysteresis": has_width,
+            "in_use": in_use(name, prefix, keyed),
         },
         constants=tuple(constants),
         full_duty=source.number(f"{prefix}_FULL_DUTY_PERCENT", 100.0, "on-off control: 100 %"),

@@ -7,6 +7,7 @@ from typing import Any
 
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
+    by_keys,
     filter_weight,
     least_slope,
     per_period,
@@ -15,6 +16,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
+from heatwright.spec.adjusted import GAINS, sets_gains
 from heatwright.spec.algorithms import IntegralLimits, OutputLimits
 from heatwright.spec.commands import programmed, tunable
 
@@ -24,12 +26,25 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
     moved = programmed(source.controller, name) and loop.algorithm.feed_forward > 0
     terms = _Terms(
-        source, loop.algorithm, prefix, loop.period_s, tunable(source.controller, name), moved
+        source,
+        loop.algorithm,
+        prefix,
+        loop.period_s,
+        tunable(source.controller, name) or sets_gains(source.controller, name),
+        moved,
     )
     maximum = loop.algorithm.output.maximum_percent
     return AlgorithmPlan(
         template="algorithms/pid",
-        context=terms.context(f"algorithm_{name}"),
+        context={
+            **terms.context(f"algorithm_{name}"),
+            "gain": {
+                gain: f"settings.{name}_{gain}"
+                if tunable(source.controller, name) or gain in by_keys(source, name)
+                else f"{prefix}_{gain.upper()}"
+                for gain in GAINS
+            },
+        },
         constants=tuple(terms.constants()),
         full_duty=source.at("output", "maximum").number(
             f"{prefix}_FULL_DUTY_PERCENT", maximum, quantity(maximum, "%")
@@ -43,17 +58,18 @@ class _Terms:
     pid: Pid
     prefix: str
     period_s: float
-    tunable: bool
+    variable: bool
+    """Somebody sets gains: a host, a master, or people."""
     moved: bool
     """A program moves the setpoint, and its slope has a term of its own."""
 
     @property
     def integral(self) -> bool:
-        return self.tunable or self.pid.ki > 0
+        return self.variable or self.pid.ki > 0
 
     @property
     def derivative(self) -> bool:
-        return self.tunable or self.pid.kd > 0
+        return self.variable or self.pid.kd > 0
 
     def context(self, state: str) -> dict[str, Any]:
         """What the template asks; gains that may change are members of `state`."""
@@ -64,6 +80,7 @@ class _Terms:
         return {
             "where": self.source.where,
             "where_of": {key: self.source.at(key).where for key in keys},
+            "variable": self.variable,
             "integral": self.integral,
             "hold": self.pid.integral.while_limited == "hold",
             "derivative": self.derivative,
@@ -74,10 +91,10 @@ class _Terms:
             "newest": "slope" if self.pid.derivative_step == "previous" else "derivative",
             "dead_band": self.pid.dead_band_k > 0,
             "keeps": self.pid.keeps_output,
-            "kp": f"{state}.kp" if self.tunable else f"{self.prefix}_KP",
-            "kd": f"{state}.kd" if self.tunable else f"{self.prefix}_KD",
+            "kp": f"{state}.kp" if self.variable else f"{self.prefix}_KP",
+            "kd": f"{state}.kd" if self.variable else f"{self.prefix}_KD",
             "ki_per_step": f"{state}.ki * {self.prefix}_PERIOD_S"
-            if self.tunable
+            if self.variable
             else f"{self.prefix}_KI_PER_STEP",
         }
 
@@ -104,7 +121,7 @@ class _Terms:
 
     def _ki(self) -> list[Constant]:
         ki, period = quantity(self.pid.ki, "%/(K*s)"), quantity(self.period_s, "s")
-        if self.tunable:
+        if self.variable:
             return [
                 self._number("ki", "KI", self.pid.ki, "%/(K*s)"),
                 self._loop().at("period").number(f"{self.prefix}_PERIOD_S", self.period_s, period),

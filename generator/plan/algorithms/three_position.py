@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.algorithms.common import AlgorithmPlan, lead_constants, lead_words
+from collections.abc import Collection
+
+from heatwright.generator.plan.algorithms.common import (
+    AlgorithmPlan,
+    by_keys,
+    in_use,
+    lead_constants,
+    lead_words,
+)
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -11,19 +19,22 @@ from heatwright.spec import Loop, ThreePosition
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`; terms that are zero are left out."""
-    del name
-    algorithm = loop.algorithm
+    algorithm, keyed = loop.algorithm, by_keys(source, name)
     assert isinstance(algorithm, ThreePosition)  # noqa: S101 - found by its kind
     return AlgorithmPlan(
         template="algorithms/three_position",
         context={
             "where": source.where,
-            "lead": lead_words(algorithm),
-            "hysteresis": quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k else "",
+            "lead": lead_words(algorithm, keyed),
+            "hysteresis": _inwards(algorithm, keyed),
+            "inside": f"({prefix}_DEAD_BAND_K - algorithm_{name}.hysteresis_k)"
+            if "hysteresis_k" in keyed
+            else f"{prefix}_INSIDE_K",
+            "in_use": in_use(name, prefix, keyed),
         },
         constants=(
-            *_band(source, algorithm, prefix),
-            *lead_constants(source, algorithm, prefix, loop.period_s),
+            *_band(source, algorithm, prefix, keyed),
+            *lead_constants(source, algorithm, prefix, loop.period_s, keyed),
         ),
         full_duty=source.number(
             f"{prefix}_FULL_DUTY_PERCENT", 100.0, "three-position control: 100 %"
@@ -31,12 +42,27 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     )
 
 
-def _band(source: Source, algorithm: ThreePosition, prefix: str) -> list[Constant]:
+def _inwards(algorithm: ThreePosition, keyed: Collection[str]) -> str:
+    """How far what is on goes on into the band, for a comment; empty if it does not."""
+    if "hysteresis_k" in keyed:
+        return "a hysteresis"
+    return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k else ""
+
+
+def _band(
+    source: Source, algorithm: ThreePosition, prefix: str, keyed: Collection[str]
+) -> list[Constant]:
     band, inwards = quantity(algorithm.dead_band_k, "K"), quantity(algorithm.hysteresis_k, "K")
     constants = [
         source.at("dead_band").number(f"{prefix}_DEAD_BAND_K", algorithm.dead_band_k, band)
     ]
-    if algorithm.hysteresis_k > 0:
+    if "hysteresis_k" in keyed:
+        constants.append(
+            source.at("hysteresis").number(
+                f"{prefix}_HYSTERESIS_K", algorithm.hysteresis_k, inwards
+            )
+        )
+    elif algorithm.hysteresis_k > 0:
         constants.append(
             source.at("hysteresis").number(
                 f"{prefix}_INSIDE_K",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
@@ -116,6 +117,8 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "hosted": not switched(controller, interface.loop),
         "must_release": must_release(controller),
         "countdown": interface.countdown is not None,
+        "numbers": adjusted.named(source, interface.loop, prefix_of(interface.loop)),
+        "adjust_where": source.at("adjust").where,
         "monitors": bool(controller.monitors),
     }
     whole = all(
@@ -131,6 +134,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         Constant(
             "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
         ),
+        *adjusted.key_constants(source, interface.loop),
     )
     files = (File("src/panel.c", "interfaces/panel.c.j2", panel),)
     if interface.countdown is None:

@@ -7,7 +7,8 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
-from heatwright.spec import Loop, Pid, SerialPlotter
+from heatwright.spec import Controller, Pid, SerialPlotter
+from heatwright.spec.adjusted import numbers_of, sets_gains
 from heatwright.spec.boards import Board
 from heatwright.spec.commands import tunable
 from heatwright.spec.uart import baud_setting
@@ -16,7 +17,7 @@ from heatwright.spec.uart import baud_setting
 def plan(source: Source, interface: SerialPlotter) -> Part:
     """Plan transmitter and plotter for one loop."""
     controller = source.controller
-    board, loop = controller.board, controller.loops[interface.loop]
+    board = controller.board
     setting = baud_setting(board.clock_hz, interface.baud)
     constants = (
         source.at("baud").count(
@@ -28,7 +29,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
         "where": source.where,
         "loop_name": interface.loop,
         "with_return": interface.line_end == "CR LF",
-        "fields": fields(interface.loop, loop, by_host=tunable(controller, interface.loop)),
+        "fields": fields(controller, interface.loop),
     }
     return Part(
         files=(
@@ -70,8 +71,10 @@ def _registers(board: Board) -> dict[str, object]:
     }
 
 
-def fields(name: str, loop: Loop, *, by_host: bool) -> list[dict[str, str]]:
+def fields(controller: Controller, name: str) -> list[dict[str, str]]:
     """The fields of one line: title and C expression."""
+    loop = controller.loops[name]
+    keyed = [each.kind.field for each in numbers_of(controller, name)]
     common = [
         ("temperature in degC", f"loop_{name}.temperature_c"),
         ("setpoint in degC", f"loop_{name}.setpoint_c"),
@@ -79,23 +82,31 @@ def fields(name: str, loop: Loop, *, by_host: bool) -> list[dict[str, str]]:
     prefix, state = prefix_of(name), f"algorithm_{name}"
     if not isinstance(loop.algorithm, Pid):
         lead = f"{prefix}_LEAD_S * {state}.rate_k_per_s" if loop.algorithm.lead_s > 0 else "0.0f"
+        if "lead_s" in keyed:
+            lead = f"{state}.lead_s * {state}.rate_k_per_s"
         own = [
             ("heater, 0 or 10", f"0.1f * loop_{name}.duty_percent"),
             ("lead in K", lead),
         ]
     else:
-        own = _pid_fields(name, loop.algorithm, prefix, state, by_host=by_host)
+        own = _pid_fields(
+            name,
+            loop.algorithm,
+            prefix,
+            state,
+            variable=tunable(controller, name) or sets_gains(controller, name),
+        )
     return [{"title": title, "expression": expression} for title, expression in common + own]
 
 
 def _pid_fields(
-    name: str, algorithm: Pid, prefix: str, state: str, *, by_host: bool
+    name: str, algorithm: Pid, prefix: str, state: str, *, variable: bool
 ) -> list[tuple[str, str]]:
-    kd = f"{state}.kd" if by_host else f"{prefix}_KD"
+    kd = f"{state}.kd" if variable else f"{prefix}_KD"
     return [
         ("P in %", f"{state}.proportional"),
-        ("I in %", f"{state}.integral" if by_host or algorithm.ki > 0 else "0.0f"),
-        ("D in %", f"{kd} * {state}.derivative" if by_host or algorithm.kd > 0 else "0.0f"),
+        ("I in %", f"{state}.integral" if variable or algorithm.ki > 0 else "0.0f"),
+        ("D in %", f"{kd} * {state}.derivative" if variable or algorithm.kd > 0 else "0.0f"),
         ("sum / 10 in %", f"0.1f * {state}_unlimited()"),
         ("duty / 10 in %", f"0.1f * loop_{name}.duty_percent"),
     ]

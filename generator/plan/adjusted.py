@@ -1,0 +1,81 @@
+"""Numbers of an algorithm that keys set: their ranges, and what templates call them."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
+from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec.commands import keypad_of
+
+NAMES = {
+    "hysteresis": ("HYSTERESIS", "_K"),
+    "lead": ("LEAD", "_S"),
+    "kp": ("KP", ""),
+    "ki": ("KI", ""),
+    "kd": ("KD", ""),
+}
+"""How constants are called: between the loop's prefix and what they are of it, and behind."""
+
+
+def named(source: Source, name: str, prefix: str) -> list[dict[str, str]]:
+    """Say of each number of a loop what it and its constants are called, and where it stands."""
+    return [
+        {
+            "key": each.kind.key,
+            "member": each.kind.field,
+            "unit": each.kind.unit,
+            "title": each.kind.title,
+            "shown_unit": each.kind.shown_unit,
+            "where": _at(source, each).where,
+            "given": _constant(prefix, each, ""),
+            "minimum": _constant(prefix, each, "_MINIMUM"),
+            "maximum": _constant(prefix, each, "_MAXIMUM"),
+            "step": _constant("PANEL", each, "_STEP"),
+            "decimals": f"PANEL_{NAMES[each.kind.key][0]}_DECIMALS",
+        }
+        for each in numbers_of(source.controller, name)
+    ]
+
+
+def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
+    """Give the ends of the ranges."""
+    return [
+        _at(source, each)
+        .at(end)
+        .number(_constant(prefix, each, f"_{end.upper()}"), value, _said(each, value))
+        for each in numbers_of(source.controller, name)
+        for end, value in (("minimum", each.minimum), ("maximum", each.maximum))
+    ]
+
+
+def key_constants(source: Source, name: str) -> list[Constant]:
+    """Give what a press changes, and what the display shows."""
+    found = []
+    for each in numbers_of(source.controller, name):
+        at = _at(source, each)
+        found += [
+            at.at("step").number(
+                _constant("PANEL", each, "_STEP"), each.step, _said(each, each.step)
+            ),
+            at.count(
+                f"PANEL_{NAMES[each.kind.key][0]}_DECIMALS", each.decimals, "as many as it needs"
+            ),
+        ]
+    return found
+
+
+def _at(source: Source, each: Number) -> Source:
+    keypad = keypad_of(source.controller)
+    assert keypad is not None  # noqa: S101 - what else has numbers?
+    index = source.controller.interfaces.index(keypad)
+    return Source(source.spec, ("interfaces", index, "adjust", each.kind.key))
+
+
+def _constant(prefix: str, each: Number, what: str) -> str:
+    stem, unit = NAMES[each.kind.key]
+    return f"{prefix}_{stem}{what}{unit}"
+
+
+def _said(each: Number, value: float) -> str:
+    return quantity(value, each.kind.unit)

@@ -1,0 +1,123 @@
+"""Numbers of an algorithm that people set by keys: which, in which range, and their extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import NamedTuple
+
+from heatwright.spec.commands import keypad_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Interface, LcdKeypad
+from heatwright.spec.quantity import number
+
+COLUMNS = 16
+"""Of the display, in one line of which a number is shown with its name and unit."""
+MOST_DECIMALS = 4
+
+
+class Kind(NamedTuple):
+    """A number that the language has: its key, and how it is called elsewhere."""
+
+    key: str
+    field: str
+    """Of the algorithm, of its state and of the settings."""
+    title: str
+    """On the display, before the number."""
+    shown_unit: str
+    """And behind it."""
+    unit: str
+
+
+KINDS = (
+    Kind("hysteresis", "hysteresis_k", "Hysteresis ", "K", "K"),
+    Kind("lead", "lead_s", "Lead ", " s", "s"),
+    Kind("kp", "kp", "kp ", " %/K", "%/K"),
+    Kind("ki", "ki", "ki ", " %/Ks", "%/(K*s)"),
+    Kind("kd", "kd", "kd ", " %s/K", "%*s/K"),
+)
+GAINS = ("kp", "ki", "kd")
+
+
+class Number(NamedTuple):
+    """A number of one loop's algorithm, in its base unit."""
+
+    kind: Kind
+    value: float
+    """What the spec gives."""
+    minimum: float
+    maximum: float
+    step: float
+
+    @property
+    def decimals(self) -> int:
+        """As many as the display needs for whatever the keys can reach; one more than it has."""
+        reached = (self.value, self.minimum, self.maximum, self.step)
+        able = (
+            each
+            for each in range(MOST_DECIMALS + 1)
+            if all(round(value, each) == value for value in reached)
+        )
+        return next(able, MOST_DECIMALS + 1)
+
+    def words(self, value: float) -> str:
+        """Write the number at this value for a message."""
+        unit = "" if self.kind.key in GAINS else f" {self.kind.unit}"
+        return f"{self.kind.key} {number(value)}{unit}"
+
+
+Setting = tuple[tuple[Number, float], ...]
+"""What keys have set."""
+
+
+def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
+    """List what keys set of a loop's algorithm, in the order in which the display shows it."""
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.adjust is None or keypad.loop != loop_name:
+        return ()
+    algorithm = controller.loops[loop_name].algorithm
+    return tuple(
+        Number(kind, getattr(algorithm, kind.field), each.minimum, each.maximum, each.step)
+        for kind in KINDS
+        if (each := getattr(keypad.adjust, kind.key)) and hasattr(algorithm, kind.field)
+    )
+
+
+def sets_gains(controller: Controller, loop_name: str) -> bool:
+    """Tell whether keys set a gain of a loop."""
+    return any(each.kind.key in GAINS for each in numbers_of(controller, loop_name))
+
+
+def fixed(interfaces: tuple[Interface, ...]) -> tuple[Interface, ...]:
+    """Take the keys' numbers away: all are as the algorithm says."""
+    return tuple(
+        each.model_copy(update={"adjust": None}) if isinstance(each, LcdKeypad) else each
+        for each in interfaces
+    )
+
+
+def extremes(controller: Controller) -> Iterator[Setting]:
+    """List all that keys can set with each number at an end of its range; nothing without keys."""
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.loop not in controller.loops:
+        return
+    numbers = numbers_of(controller, keypad.loop)
+    ends = (((each, each.minimum), (each, each.maximum)) for each in numbers)
+    yield from product(*ends) if numbers else ()
+
+
+def with_setting(controller: Controller, setting: Setting) -> Controller:
+    """Put what keys have set in the place of what the spec says; no key sets it then."""
+    keypad = keypad_of(controller)
+    if keypad is None or not setting:
+        return controller
+    loop = controller.loops[keypad.loop]
+    values = {each.kind.field: value for each, value in setting}
+    algorithm = loop.algorithm.model_copy(update=values)
+    changed = controller.with_loop(keypad.loop, loop.model_copy(update={"algorithm": algorithm}))
+    return changed.model_copy(update={"interfaces": fixed(controller.interfaces)})
+
+
+def words(setting: Setting) -> str:
+    """Write what keys have set for a message."""
+    return ", ".join(each.words(value) for each, value in setting)

@@ -1,0 +1,147 @@
+"""Numbers that keys set: that they exist, fit the display, and bear every check at their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.spec.adjusted import (
+    COLUMNS,
+    GAINS,
+    KINDS,
+    MOST_DECIMALS,
+    Number,
+    Setting,
+    numbers_of,
+    words,
+)
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import keypad_of, programmed, tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Adjust
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import number
+
+MOST_STEPS = 1000
+"""From end to end: more are more presses than anybody makes, and in single precision no sum."""
+
+
+def numbers_have_a_use(controller: Controller) -> Findings:
+    """Find numbers that the algorithm has not, or that others set."""
+    for path, name, adjust in _places(controller):
+        kind = controller.loops[name].algorithm.kind
+        if programmed(controller, name):
+            yield Finding(
+                path,
+                f"programs move the loop {name}, and their menu has the numbers that can be set",
+                "Delete it",
+                (("programs",),),
+            )
+            continue
+        fields = type(controller.loops[name].algorithm).model_fields
+        for each in KINDS:
+            if getattr(adjust, each.key) is None:
+                continue
+            if each.field not in fields:
+                yield Finding(
+                    (*path, each.key),
+                    f"{kind} has no {each.key}",
+                    "Delete it",
+                    (("loops", name, "algorithm"),),
+                )
+            elif each.key in GAINS and tunable(controller, name):
+                yield Finding(
+                    (*path, each.key),
+                    f"a host, a master or a touch display sets the gains of the loop {name}",
+                    "Delete it",
+                    (("interfaces",),),
+                )
+        if not any(getattr(adjust, each.key) for each in KINDS):
+            yield Finding(path, "no number is named", "Name one, or delete it")
+
+
+def numbers_in_range(controller: Controller) -> Findings:
+    """Hold minimum ≤ the spec's number ≤ maximum, and steps to what can be pressed and shown."""
+    for path, name, _ in _places(controller):
+        for each in numbers_of(controller, name):
+            at: Path = (*path, each.kind.key)
+            own: Path = ("loops", name, "algorithm", each.kind.key)
+            if each.minimum >= each.maximum:
+                yield Finding(
+                    (*at, "minimum"),
+                    f"{_said(each, each.minimum)} is not below the maximum of "
+                    f"{_said(each, each.maximum)}",
+                    "Use less",
+                    ((*at, "maximum"),),
+                )
+            elif not each.minimum <= each.value <= each.maximum:
+                yield Finding(
+                    at,
+                    f"the algorithm's {each.words(each.value)} is not in this range",
+                    f"Widen it, or change {each.kind.key} of the loop {name}",
+                    (own,),
+                )
+            else:
+                yield from _steps(at, each, own)
+
+
+def _steps(at: Path, each: Number, own: Path) -> Findings:
+    range_of = round(each.maximum - each.minimum, 6)
+    if each.step > range_of:
+        yield Finding(
+            (*at, "step"),
+            f"a step of {_said(each, each.step)} is more than the whole range of "
+            f"{_said(each, range_of)}",
+            f"Use at most {_said(each, range_of)}",
+            (at,),
+        )
+    elif each.maximum > MOST_STEPS * each.step:
+        least = _said(each, each.maximum / MOST_STEPS)
+        yield Finding(
+            (*at, "step"),
+            f"{_said(each, each.step)} is less than a thousandth of {_said(each, each.maximum)}",
+            f"Use at least {least}",
+            (at,),
+        )
+    elif each.decimals > MOST_DECIMALS or _columns(each) > COLUMNS:
+        yield Finding(
+            at,
+            f"with {each.decimals} decimals {each.kind.key} has no room in the display's line of "
+            f"{COLUMNS} characters",
+            "Use fewer digits in minimum, maximum, step and in the algorithm's own number",
+            (own,),
+        )
+
+
+def of_extreme(controller: Controller, finding: Finding, setting: Setting) -> Finding:
+    """Say at which end of its range a number makes a finding, at the end where there is one."""
+    (place, _, _), *_ = _places(controller)
+    keypad = keypad_of(controller)
+    assert keypad is not None  # noqa: S101 - what else has set it?
+    path = finding.path
+    for each, value in setting:
+        if path == ("loops", keypad.loop, "algorithm", each.kind.key):
+            path = (*place, each.kind.key, "minimum" if value == each.minimum else "maximum")
+    return Finding(
+        path,
+        f"with {words(setting)}, as keys may set it, {finding.reason}",
+        finding.remedy,
+        (*finding.because_of, finding.path, place),
+    )
+
+
+def _places(controller: Controller) -> Iterator[tuple[Path, str, Adjust]]:
+    """List where the numbers of a keypad stand, whose they are, and what they are."""
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.adjust is None or keypad.loop not in controller.loops:
+        return
+    yield ("interfaces", controller.interfaces.index(keypad), "adjust"), keypad.loop, keypad.adjust
+
+
+def _columns(each: Number) -> int:
+    shown = f"{each.maximum:.{each.decimals}f}"
+    return len(f"{each.kind.title}{shown}{each.kind.shown_unit}")
+
+
+def _said(each: Number, value: float) -> str:
+    """Write a value as the spec would have it."""
+    return number(value) if each.kind.key in GAINS else f"{number(value)} {each.kind.unit}"
