@@ -60,6 +60,8 @@ def digest(controller: Controller) -> str:
 
 
 def _without_unused(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return [_without_unused(each) for each in value]
     if not isinstance(value, dict):
         return value
     return {key: _without_unused(each) for key, each in value.items() if each or key not in LATER}

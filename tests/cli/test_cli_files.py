@@ -55,17 +55,20 @@ def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) ->
 def test_what_trips_on_a_machine_that_is_well_is_told_with_a_number_that_does(
     heatwright: Heatwright,
 ) -> None:
-    name = changed("hotplate", ", lead: 6 s, lead_filter: 2 s", "")
+    name = changed("hotplate", "within: 60 s", "within: 40 s")
     assert heatwright(f"check {name} --quick").out.startswith(f"{name}: good\n")
     (found,) = heatwright(f"check {name} --json", status=2).json["problems"]
     assert found["path"] == "loops.plate.protection.heating.within"
+    assert ", with hysteresis 3 K, as keys may set it: " in found["reason"]
     weak = Path(name).read_text(encoding="utf-8")
     mended = weak.replace("within: 40 s", found["remedy"].removeprefix("Write "))
     Path(name).write_text(mended, encoding="utf-8")
     done = heatwright(f"check {name}")
     assert (done.out.splitlines()[0], done.err) == (
-        f"{name}: good", "Running the scenario …\nRunning plate …\n"
-    )  # fmt: skip
+        f"{name}: good",
+        "Running the scenario …\nRunning plate …\n"
+        "Running plate with hysteresis 0.5 K …\nRunning plate with hysteresis 3 K …\n",
+    )
 
 
 def test_a_started_spec_runs_in_the_model_as_it_expects(heatwright: Heatwright) -> None:

@@ -183,6 +183,7 @@ HEADINGS = {
     "TimeProportionalOutput": "time_proportional", "Loop": "loops", "Link": "links",
     "IntegralLimits": "integral", "OutputLimits": "output", "Segment": "segments",
     "FanEffect": "fans", "Event": "scenario", "ComparisonRow": "comparison",
+    **dict.fromkeys(("DifferenceRange", "DurationRange", "GainRange"), "range of a number"),
     "Monitor": "monitors", "ThermistorTolerances": "tolerances of a thermistor",
     "RtdTolerances": "tolerances of an rtd", "VoltageTolerances": "tolerances of a voltage",
 }  # fmt: skip
