@@ -18,7 +18,7 @@ def problem(program: Elf) -> str:
 
 
 def timed(name: str, spec: str, *tests: Callable[[], object]) -> Firmware:
-    """Return the chamber with a time that people set, and the tests of it as judges."""
+    """Return the chamber with a time or numbers that people set, and the tests of it as judges."""
 
     def judge(program: Elf) -> str:
         test_panel.whole = lambda _: program
@@ -26,7 +26,8 @@ def timed(name: str, spec: str, *tests: Callable[[], object]) -> Firmware:
             test()
         return ""
 
-    return Firmware(f"firmware/{name}", Program(spec), ("countdown", "panel"), (judge,))
+    broken = (*("countdown",) * ("countdown:" in spec), "panel")
+    return Firmware(f"firmware/{name}", Program(spec), broken, (judge,))
 
 
 MEMBERS = ("minutes", "counting", "left", "check")
@@ -49,6 +50,13 @@ ARENAS = [
             test_panel.OTHERS[name],
             partial(test_panel.test_any_keys_do_what_the_model_does, name),
         )
-        for name in ("a time", "a master's time")
+        for name in ("a time", "a master's time", "a time and a number")
+    ),
+    timed(
+        "numbers",
+        test_panel.OTHERS["numbers"],
+        test_panel.test_a_number_is_kept_when_it_has_rested,
+        partial(test_panel.test_a_number_that_no_key_sets_is_the_specs, -1e-3),
+        partial(test_panel.test_any_keys_do_what_the_model_does, "numbers"),
     ),
 ]
