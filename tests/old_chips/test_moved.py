@@ -46,9 +46,10 @@ MOVES = {
 
 
 def moved(name: str, board: str) -> str:
-    """Write the spec of an example for another board: other pins, the rest as it is."""
+    """Write the spec of an example for another board: other pins, and no rows, which name pins."""
     changes = ((old, new.replace("{board}", board)) for old, new in MOVES[name].items())
-    return changed(name.split(maxsplit=1)[0], *changes)
+    text, _, _ = changed(name.split(maxsplit=1)[0]).partition("\ncomparison:\n")
+    return changed(f"{text}\n", *changes)
 
 
 # PWM by interrupts has timer 1 of the extruder, PWM at its pin that of the fabricator.
