@@ -1,5 +1,6 @@
 """Thermocouples of any type behind a MAX31856."""
 
+import math
 from typing import Annotated, Literal, get_args
 
 from pydantic import Field
@@ -137,6 +138,7 @@ __all__ = [
     "TYPE_CODES",
     "Max31856",
     "ThermocoupleType",
+    "lowered",
     "selectable_of",
 ]
 
@@ -144,3 +146,27 @@ __all__ = [
 def selectable_of(sensor: object) -> tuple[str, ...]:
     """List the types of thermocouple that the operator may choose for a sensor; mostly none."""
     return sensor.selectable if isinstance(sensor, Max31856) else ()
+
+
+def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
+    """Find the highest setpoint of each type that may be chosen and bears less than the loop's own.
+
+    Args:
+        sensor: what the loop goes by.
+        setpoint_c: the loop's highest setpoint, °C.
+        maximum_c: the temperature from which on it is too hot, °C: with each type as far above.
+
+    Returns:
+        °C in tenths, by the types; mostly none.
+
+    """
+    found = {}
+    for kind in selectable_of(sensor):
+        assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
+        chosen = sensor.model_copy(update={"thermocouple": kind})
+        high_c = chosen.range_c[1]
+        reaches_c = high_c - chosen.error_k(high_c) - (maximum_c - setpoint_c)
+        highest_c = math.floor(10 * min(chosen.highest_c, reaches_c) + 1e-6) / 10
+        if highest_c < setpoint_c:
+            found[kind] = highest_c
+    return found

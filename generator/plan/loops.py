@@ -28,6 +28,7 @@ from heatwright.spec.commands import (
 )
 from heatwright.spec.indicated import indicated
 from heatwright.spec.loops import Response
+from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
 
 FULL_PERCENT = 100.0
 
@@ -72,6 +73,24 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "must_release": by_master and must_release(controller),
         "adjustable": loop.protection.maximum_adjustable,
         "numbers": adjusted.named(source, name, prefix_of(name)),
+        "types": _types(source, loop),
+    }
+
+
+def _types(source: Source, loop: Loop) -> dict[str, object] | None:
+    """Tell the types of thermocouple apart by what they bear; None if all bear the same."""
+    sensor = source.controller.sensors[loop.sensor]
+    highest = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
+    if not highest:
+        return None
+    coded = {letter: {"letter": letter, "code": TYPE_CODES.index(letter)} for letter in TYPE_CODES}
+    least, *others = sorted(highest, key=lambda letter: (highest[letter], letter))
+    whole = sorted(set(selectable_of(sensor)) - highest.keys())
+    return {
+        "least": coded[least],
+        "others": [coded[letter] for letter in others],
+        "whole": [coded[letter] for letter in whole],
+        "where": Source(source.spec, ("sensors", loop.sensor, "selectable")).where,
     }
 
 
@@ -138,6 +157,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
     bounded = bool(context["commanded"] or context["adjustable"]) or shown or loop.setpoint.stored
     constants = (
         *_loop_constants(source, loop, prefix, bounded=bounded),
+        *_types_constants(source, loop, prefix),
         *(_average(source, prefix, loop.sensor, readings) if readings > 1 else ()),
         *(_readiness(source, loop, prefix) if by_host else ()),
         *(_warmth(source, loop, prefix) if told and not by_host else ()),
@@ -245,6 +265,21 @@ def _loop_constants(source: Source, loop: Loop, prefix: str, *, bounded: bool) -
             for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
         ),
     ]
+
+
+def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """What is asked for, and borne, at most while a type is chosen that bears less."""
+    sensor = source.controller.sensors[loop.sensor]
+    setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
+    at = Source(source.spec, ("sensors", loop.sensor, "selectable"))
+    constants = []
+    for letter, highest_c in lowered(sensor, setpoint_c, maximum_c).items():
+        hottest_c = highest_c + (maximum_c - setpoint_c)
+        constants += [
+            at.number(f"{prefix}_SETPOINT_MAXIMUM_{letter}_C", highest_c, f"a type {letter}"),
+            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as ever"),
+        ]
+    return constants
 
 
 def _average(source: Source, prefix: str, sensor: str, readings: int) -> list[Constant]:

@@ -38,6 +38,7 @@ def _context(source: Source, programs: Programs, loop: dict[str, object]) -> dic
         "name": loop["name"],
         "prefix": loop["prefix"],
         "averaged": controller.thermometers[moved.sensor].moving_average > 1,
+        "types": loop["types"],
         "where": source.where,
         "holds_at_end": programs.at_end == "hold",
         "at_end_where": source.at("at_end").where,

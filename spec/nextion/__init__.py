@@ -11,7 +11,8 @@ import math
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
-from heatwright.spec.max31856 import selectable_of
+from heatwright.spec.loops import Loop
+from heatwright.spec.max31856 import HIGHEST_C, lowered, selectable_of
 from heatwright.spec.nextion.control import (
     debug_page,
     fault_page,
@@ -66,7 +67,7 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
         number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
     ]
     if types:
-        pages += [thermo_page(len(pages), types)]
+        pages += [thermo_page(len(pages), _highest_c(controller.loops[display.loop], controller))]
     pages += [faults_page(len(pages))]
     first = len(pages)
     pages += [fault_page(first + place, rule) for place, rule in enumerate(breakable(controller))]
@@ -78,6 +79,13 @@ def chart_top_c(controller: Controller) -> int:
     display = nextion_of(controller)
     assert display is not None  # noqa: S101 - only a display has charts
     return math.ceil(controller.loops[display.loop].protection.maximum_c / 100) * 100
+
+
+def _highest_c(loop: Loop, controller: Controller) -> dict[str, float]:
+    """Return what each type bears that may be chosen, °C: never more than what is asked of it."""
+    sensor = controller.sensors[loop.sensor]
+    less = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
+    return {kind: less.get(kind, HIGHEST_C[kind]) for kind in selectable_of(sensor)}
 
 
 def selectable_types(controller: Controller) -> tuple[str, ...]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from heatwright.spec.max31856 import HIGHEST_C, TYPE_CODES
+import math
+from collections.abc import Mapping
+
+from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion.keypads import asking
 from heatwright.spec.nextion.overview import switched, waveform_attributes
 from heatwright.spec.nextion.parts import (
@@ -46,15 +49,15 @@ def settings_page(number: int, *, adjustable: bool, selectable: bool, saves: boo
     return sheet.page()
 
 
-def thermo_page(number: int, selectable: tuple[str, ...]) -> Page:
+def thermo_page(number: int, highest_c: Mapping[str, float]) -> Page:
     """Lay out the choice of the thermocouple's type: each with the highest setpoint it bears."""
     sheet = Sheet("thermo", number, "Choice of the thermocouple's type.")
     sheet.text("type", (300, 5, 60, 50), 1, LARGE, pco=AMBER)
     sheet.label("title", (10, 5, 280, 50), "Thermocouple", LARGE)
-    for place, letter in enumerate(sorted(selectable)):
+    for place, letter in enumerate(sorted(highest_c)):
         x, y = 10 + 195 * (place % 4), 90 + 110 * (place // 4)
         code = (f'print "#15 {TYPE_CODES.index(letter)};"',)
-        text = f"{letter}  {HIGHEST_C[letter]:.0f} °C"
+        text = f"{letter}  {math.floor(highest_c[letter])} °C"
         sheet.button(f"type{letter}", (x, y, 180, 90), text, code)
     sheet.label("only", (10, 340, 600, 40), "Only while no program runs and the heater is off.")
     sheet.button("back", (690, 420, 100, 55), "back", ("page settings",))

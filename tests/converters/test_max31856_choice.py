@@ -4,13 +4,14 @@ from typing import Any
 
 import pytest
 from rig.avr import whole
-from rig.specs import example
+from rig.specs import changed, controller_of, example
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
+from heatwright.sim.replay import replay
 from heatwright.spec import Controller
 
-K, S = 3, 6
+K, N, S = 3, 4, 6
 """Codes of types, which the operator may choose."""
 CHOOSE_S = f"#15 {S};"
 ROOM_C = 25.0
@@ -76,3 +77,121 @@ def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> Non
     for order in (f"#2 1;{CHOOSE_S}", f"#2 0;{CHOOSE_S}"):
         cold.send(order)
         assert cold.chosen == (K, K)
+
+
+def test_not_when_a_program_waits_for_its_first_step(cold: Cold) -> None:
+    cold.send(f"#8 1;{CHOOSE_S}")
+    assert cold.device.read("program.state") != 0
+    assert cold.chosen == (K, K)
+
+
+# ---- a type that bears less than the kiln is asked for ----
+
+HOT = changed(
+    "kiln",
+    ("thermocouple: K\n", "thermocouple: S\n"),
+    ("selectable: [K, S]", "selectable: [N, S, K]"),
+    ("minimum: 0 °C, maximum: 1100 °C", "minimum: 0 °C, maximum: 1400 °C"),
+    ("maximum: 1150 °C", "maximum: 1450 °C"),
+    ("{to: 800 °C, over: 40 min}", "{to: 1300.1 °C, over: 40 min}"),
+    ("power: 484 W", "power: 1200 W"),
+).partition("\ncomparison:")[0]
+BORNE_C = {S: (1400, 1450), K: (1300, 1350), N: (1247, 1297)}
+"""Highest setpoint, and what is too hot. Of N the converter surely shows 1297.05 °C. The program's
+second target is too hot for a type K."""
+
+
+@pytest.fixture
+def hot() -> Cold:
+    return Cold(controller_of(HOT), whole(HOT))
+
+
+def settings(kiln: Cold) -> tuple[float, float]:
+    read = kiln.device.read
+    return float(read("settings.chamber_setpoint_c")), float(read("settings.chamber_maximum_c"))
+
+
+@pytest.mark.parametrize("code", [K, N])
+def test_a_type_that_bears_less_lowers_what_is_asked_for(hot: Cold, code: int) -> None:
+    highest_c, hottest_c = BORNE_C[code]
+    hot.send("#3 1400;#20 1450;")
+    assert settings(hot) == BORNE_C[S]
+    hot.send(f"#15 {code};")
+    assert hot.chosen == (code, code)
+    assert settings(hot) == BORNE_C[code]
+    hot.send("#3 500;#20 900;")
+    hot.send(f"#3 {highest_c}.1;#20 {hottest_c}.1;")
+    assert settings(hot) == (500, 900)
+    hot.send(f"#3 {highest_c};#20 {hottest_c};")
+    assert settings(hot) == BORNE_C[code]
+    hot.send(CHOOSE_S)
+    assert settings(hot) == BORNE_C[code], "nobody has asked for more"
+    hot.send("#3 1400;#20 1450;")
+    assert settings(hot) == BORNE_C[S]
+    log = hot.device.steps(hot.loop)
+    assert not replay(controller_of(HOT), log).mismatches
+    assert {1400, float(highest_c)} <= set(log["setpoint_c"].tolist())
+    assert {1450, float(hottest_c)} <= set(log["guard.maximum_c"].tolist())
+
+
+def heat(kiln: Cold, code: int, to_c: int) -> None:
+    """Choose a type, switch the kiln on, and let it be hot: slowly, for else it has jumped."""
+    kiln.send(f"#15 {code};#3 {BORNE_C[code][0]};#2 1;")
+    kiln.chip.wire = "BEJKNRST"[code]
+    for celsius in (*range(25, to_c, 9), to_c):
+        kiln.device.sense(kiln.sensor, celsius)
+        kiln.run(1.0)
+
+
+@pytest.mark.parametrize("code", [S, K, N])
+def test_it_is_too_hot_from_where_the_type_ends(hot: Cold, code: int) -> None:
+    hottest_c = BORNE_C[code][1]
+    heat(hot, code, hottest_c - 1)
+    hot.device.sense(hot.sensor, hottest_c - 0.5)
+    hot.run(2.0)
+    assert hot.device.read("fault.code") == 0
+    hot.device.sense(hot.sensor, hottest_c + 0.5)
+    hot.run(3.0)
+    assert hot.device.read("fault.code") == 6
+    assert not replay(controller_of(HOT), hot.device.steps(hot.loop)).mismatches
+
+
+def test_a_program_that_is_too_hot_for_the_type_does_not_start(hot: Cold) -> None:
+    hot.send(f"#15 {K};#8 1;")
+    assert hot.chosen == (K, K)
+    assert hot.device.read("program.state") == 0
+    hot.send("#13 1;#7 3,40,1300:;")
+    hot.run(3.0)
+    hot.send("#8 1;")
+    assert hot.device.read("program.state") != 0
+    hot.send("#17;")
+    hot.send(f"#15 {N};#8 1;")
+    assert hot.device.read("program.state") == 0
+    hot.send(f"{CHOOSE_S}#8 1;")
+    assert hot.device.read("program.state") != 0
+
+
+def test_nor_does_one_from_above_what_the_type_bears(hot: Cold) -> None:
+    hot.send("#7 3,40,900:;")
+    hot.run(3.0)
+    heat(hot, K, 1305)
+    hot.run(6.0)  # for the mean of the readings
+    hot.send("#2 0;#8 1;")
+    assert (hot.device.read("fault.code"), hot.device.read("program.state")) == (0, 0)
+    hot.device.sense(hot.sensor, 1299.0)
+    hot.run(6.0)
+    hot.send("#8 1;")
+    assert hot.device.read("program.state") != 0
+
+
+def test_what_was_kept_is_lowered_after_a_loss_of_power(hot: Cold) -> None:
+    """The type is kept, the setpoint is the first one again."""
+    hot.send(f"#15 {K};#20 1350;")
+    hot.run(12.0)
+    hot.device.power_cycle()
+    hot.device.sense(hot.sensor, ROOM_C)
+    hot.run(3.0)
+    assert hot.chosen == (K, K)
+    assert settings(hot) == (20, 1350)
+    hot.send("#3 1300.1;")
+    assert settings(hot) == (20, 1350)

@@ -18,6 +18,7 @@ from rig.controllers_parts import (
 from heatwright.spec.checks.reading import shortest_period_s
 from heatwright.spec.checks.timing import MOST_MISSING
 from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS
+from heatwright.spec.max31856 import lowered
 
 TICK_S = 0.01
 LONGEST_PERIOD_S = 600.0
@@ -58,6 +59,8 @@ class LoopDraw:
         chosen = served.has_menu and served.switched
         part, self.sensor = sensors.draw(spare_pins - 2, chosen=chosen, cold=cold)
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
+        self.lowers = "selectable" in part and own_draws(part).some()
+        """A type that bears less may be chosen."""
         self.sensors[f"{name}_felt"] = part
         self.reference = sensors.reference
         kinds = ["on_off", "pid"] + ["three_position"] * (self._spare_pins >= 3)
@@ -82,7 +85,7 @@ class LoopDraw:
 
     def _temperatures(self) -> None:
         """Choose the start and the maximum; the setpoints follow from the machine."""
-        self.floor_c, ceiling_c = usable_c(self.sensor)
+        self.floor_c, ceiling_c = usable_c(self.sensor, hottest_own=self.lowers)
         self.start_c = AMBIENT_C if self.floor_c < AMBIENT_C - 5 else math.ceil(self.floor_c) + 10.0
         least_c = self.start_c + 0.6 * (min(ceiling_c, self.start_c + 400) - self.start_c)
         self.maximum_c = self.draws.number(least_c, ceiling_c, 300, 0.1)
@@ -312,6 +315,11 @@ class LoopDraw:
         if not (served.by_host or served.by_master or served.switched):
             least_c = max(low_c, min(AMBIENT_C + 1, self.high_c))  # nobody asks for more
         first_c = draws.number(least_c, self.high_c, least_c, 0.1)
+        if self.lowers:
+            lesser = lowered(self.sensor, self.high_c, self.maximum_c).values()
+            first_c = min(first_c, *lesser, self.high_c)
+            if first_c < low_c:
+                raise Unsuited  # of that type nothing could be asked
         if served.zero_is_off and draws.some():
             low_c = first_c = 0.0
         self.low_c = low_c
@@ -359,7 +367,7 @@ class LoopDraw:
         if self.high_c + 15 <= self.maximum_c and draws.some():
             margin_k = self.coasts_k + self.band_k + self.error_k + 0.2
             rules = rules if margin_k > 15 else {}  # the default is lower
-        if self.served.has_menu and draws.some():
+        if self.served.has_menu and (draws.some() or self.lowers):
             rules["maximum_adjustable"] = True
         rules["minimum"] = text(self.minimum_c, "°C")
         falls = self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1

@@ -336,14 +336,18 @@ class Sensors:
         return told
 
 
-def usable_c(sensor: Any) -> tuple[float, float]:
-    """Give the lowest and the highest temperature that a sensor surely shows, of all its types."""
+def usable_c(sensor: Any, *, hottest_own: bool = False) -> tuple[float, float]:
+    """Give the lowest and the highest temperature that a sensor surely shows, of all its types.
+
+    hottest_own -- the highest is that of the type it begins with.
+    """
     kinds = [sensor]
     if isinstance(sensor, Max31856) and sensor.selectable:
         kinds = [sensor.model_copy(update={"thermocouple": each}) for each in sensor.selectable]
     lows, highs = zip(*(each.range_c for each in kinds), strict=True)
     errors_k = max(each.error_k(end) for each in kinds for end in each.range_c)
-    return max(lows) + errors_k, min(highs) - errors_k
+    high_c = sensor.highest_c if hottest_own else min(highs)
+    return max(lows) + errors_k, high_c - errors_k
 
 
 def step_k(sensor: Any, mcu: str, low_c: float, high_c: float) -> float:

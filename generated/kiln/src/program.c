@@ -393,6 +393,11 @@ bool program_start(uint8_t number)
     return load(number) && give(PROGRAM_START, number);
 }
 
+bool program_is_ordered(void)
+{
+    return next_order != PROGRAM_NO_ORDER;
+}
+
 bool program_pause(void)
 {
     const bool is_about_to = next_order == PROGRAM_START || next_order == PROGRAM_RESUME;

@@ -88,6 +88,9 @@ bool program_skip(void);
 bool program_jump(uint8_t segment);
 bool program_stop(void);
 
+/* Whether an order waits for the next step. */
+bool program_is_ordered(void);
+
 /* The program as it was when it was started: editing does not change the one that runs. */
 const struct stored_program *program_loaded(void);
 

@@ -47,7 +47,7 @@ bool sensor_chamber_choose(uint8_t code)
     if (loop_chamber.enabled || loop_chamber_is_enabled()) {
         return false;
     }
-    if (program.state != PROGRAM_IDLE) {
+    if (program.state != PROGRAM_IDLE || program_is_ordered()) {
         return false; /* it goes on with the readings of its beginning */
     }
     return settings_set_chamber_thermocouple(code);
