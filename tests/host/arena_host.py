@@ -14,6 +14,7 @@ from host_power import power_problem
 from host_proof import proof_problem
 from host_switching import switching_problem
 from host_text import all_text_problems
+from host_types import types_problem
 from storage_progress import ordered_wrongly
 from storage_settings import SettingsKept
 
@@ -79,6 +80,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "current": current_problem,
         "proof": proof_problem,
         "text": all_text_problems,
+        "types": types_problem,
         "settings": lambda host: SettingsKept(host, short=True).problem(),
     }
     if name in host_specs.COMMANDED:

@@ -11,6 +11,7 @@ from storage_host import Kept
 
 from heatwright.sim.host import Host
 from heatwright.spec import Controller
+from heatwright.spec.max31856 import lowered
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""
@@ -45,10 +46,16 @@ class SettingsKept(Kept):
             gains = ((), (), ())
         setpoints_c = (initial_c, 35.0, 40.5) if memory.has_setpoint else (initial_c,) * 3
         self.low_c, self._kind = setpoint.maximum_c + 5.0, f"{self.parts.sensor}_thermocouple"
-        maxima_c: tuple[float | None, ...] = (highest_c, self.low_c, setpoint.minimum_c)
+        less = lowered(sensor, setpoint.maximum_c, highest_c)
+        above_k = highest_c - setpoint.maximum_c
+        self._hottest_c = {
+            TYPES.index(each): float(np.float32(less[each] + above_k)) for each in less
+        }
+        other = next(iter(self.codes_allowed - {own}), None)
+        low_c = min(self.low_c, self._hottest_c.get(other, self.low_c))
+        maxima_c: tuple[float | None, ...] = (highest_c, low_c, setpoint.minimum_c)
         if not memory.has_maximum:
             maxima_c = (None, None, None)
-        other = next(iter(self.codes_allowed - {own}), None)
         ends = [(each.value, each.minimum, each.maximum) for each in memory.numbers]
         numbers = [tuple(float(np.float32(each[way])) for each in ends) for way in range(3)]
         self.default, self.old, self.new = (
@@ -136,7 +143,8 @@ class SettingsKept(Kept):
         """What an operator chooses is saved by itself when it has rested, and once."""
         default, memory = self.default, self.memory
         kinds = self.codes_allowed - {default.type}
-        chosen = [default._replace(type=each) for each in kinds]
+        hottest_c = {each: self._hottest_c.get(each, default.maximum_c) for each in kinds}
+        chosen = [default._replace(type=each, maximum_c=hottest_c[each]) for each in kinds]
         chosen += [default._replace(maximum_c=self.low_c)] * memory.has_maximum
         chosen += [default._replace(setpoint_c=40.5)] * memory.has_setpoint
         chosen += [default._replace(numbers=self.new.numbers)] * bool(memory.numbers)
