@@ -59,7 +59,7 @@ class LoopDraw:
         chosen = served.has_menu and served.switched
         part, self.sensor = sensors.draw(spare_pins - 2, chosen=chosen, cold=cold)
         self._spare_pins -= sum(key in part for key in ("clock", "data_in", "data_out"))
-        self.lowers = "selectable" in part and own_draws(part).some()
+        self.lowers = "selectable" in part and not own_draws(part).seldom()
         """A type that bears less may be chosen."""
         self.sensors[f"{name}_felt"] = part
         self.reference = sensors.reference
@@ -88,6 +88,8 @@ class LoopDraw:
         self.floor_c, ceiling_c = usable_c(self.sensor, hottest_own=self.lowers)
         self.start_c = AMBIENT_C if self.floor_c < AMBIENT_C - 5 else math.ceil(self.floor_c) + 10.0
         least_c = self.start_c + 0.6 * (min(ceiling_c, self.start_c + 400) - self.start_c)
+        if self.lowers:  # so hot that another type does not bear it
+            least_c = min(max(least_c, usable_c(self.sensor)[1] + 30), ceiling_c)
         self.maximum_c = self.draws.number(least_c, ceiling_c, 300, 0.1)
         self.span_k = self.maximum_c - self.start_c
         if self.span_k < NARROWEST_K / 3:
