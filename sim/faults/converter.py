@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import cast
@@ -14,6 +15,7 @@ from heatwright.sim.faults.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
+from heatwright.spec import Max31856
 
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
@@ -89,9 +91,15 @@ def _failing_supply(world: World) -> None:
 
 
 def _bursts(world: World) -> None:
-    """Damage one answer fewer in a row than the controller is patient with, over and over."""
+    """Damage one answer fewer in a row than the controller is patient with, over and over.
+
+    A chip that is set up anew after each of them has its next answer only when it has converted.
+    """
     loop = world.site.loop
-    most = steps(loop.protection.stale_after_s, loop) - 1
+    sensor = world.site.controller.sensors[loop.sensor]
+    anew_s = sensor.first_s if isinstance(sensor, Max31856) else 0.0
+    taken = max(1, math.ceil(anew_s / loop.period_s))
+    most = max(1, (steps(loop.protection.stale_after_s, loop) - 1) // taken)
     every_s = (1 + SOUND_PER_DAMAGED) * most * loop.period_s
     turn = int(world.now_s / every_s)
 
