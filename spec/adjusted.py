@@ -60,10 +60,13 @@ class Number(NamedTuple):
         )
         return next(able, MOST_DECIMALS + 1)
 
+    def said(self, value: float) -> str:
+        """Write a value as the spec would have it: gains have no unit."""
+        return number(value) if self.kind.key in GAINS else f"{number(value)} {self.kind.unit}"
+
     def words(self, value: float) -> str:
         """Write the number at this value for a message."""
-        unit = "" if self.kind.key in GAINS else f" {self.kind.unit}"
-        return f"{self.kind.key} {number(value)}{unit}"
+        return f"{self.kind.key} {self.said(value)}"
 
 
 Setting = tuple[tuple[Number, float], ...]

@@ -15,11 +15,8 @@ from typing import NamedTuple
 
 import click
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
+from heatwright.cli.tables import show, table
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller, Event, PwmOutput, full_a, load
@@ -47,14 +44,12 @@ class Figure(NamedTuple):
 def main(path: Path) -> None:
     """Run the machine of a spec and print its figures."""
     controller = load(path).controller
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in ("figure", "published", "ours", "residual"):
-        table.add_column(heading, justify="left" if heading == "figure" else "right")
+    rows = []
     for each in figures(controller, _run(controller)):
         residual = "" if each.residual is None else f"{each.residual:+.{each.digits}f}"
         ours = f"{each.ours:.{each.digits}f}"
-        table.add_row(escape(f"{each.what} [{each.unit}]"), each.published, ours, residual)
-    Console(width=100).print(table)
+        rows.append((f"{each.what} [{each.unit}]", each.published, ours, residual))
+    show(table(("figure", "published", "ours", "residual"), rows))
 
 
 def figures(controller: Controller, trace: Trace) -> Iterator[Figure]:

@@ -14,10 +14,8 @@ from pathlib import Path
 
 import click
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
+from heatwright.cli.tables import show, table
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.reference.output import rated_share
 from heatwright.sim.tuning.orders import tune
@@ -41,13 +39,11 @@ Figure = tuple[str, str, float, int]
 @click.argument("path", metavar="SPEC", type=click.Path(path_type=Path, exists=True))
 def main(path: Path) -> None:
     """Print the figures of a spec's hotend."""
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in ("figure", "published", "ours", "residual"):
-        table.add_column(heading, justify="left" if heading == "figure" else "right")
+    rows = []
     for what, published, ours, digits in figures(load(path).controller):
         residual = round(ours - float(published.rsplit(maxsplit=1)[-1]), digits) + 0.0
-        table.add_row(what, published, f"{ours:.{digits}f}", f"{residual:+.{digits}f}")
-    Console(width=100).print(table)
+        rows.append((what, published, f"{ours:.{digits}f}", f"{residual:+.{digits}f}"))
+    show(table(("figure", "published", "ours", "residual"), rows))
 
 
 def figures(controller: Controller) -> Iterator[Figure]:

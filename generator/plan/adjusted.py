@@ -8,15 +8,6 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.commands import keypad_of
 
-NAMES = {
-    "hysteresis": ("HYSTERESIS", "_K"),
-    "lead": ("LEAD", "_S"),
-    "kp": ("KP", ""),
-    "ki": ("KI", ""),
-    "kd": ("KD", ""),
-}
-"""How constants are called: between the loop's prefix and what they are of it, and behind."""
-
 
 def named(source: Source, name: str, prefix: str) -> list[dict[str, str]]:
     """Say of each number of a loop what it and its constants are called, and where it stands."""
@@ -32,7 +23,7 @@ def named(source: Source, name: str, prefix: str) -> list[dict[str, str]]:
             "minimum": _constant(prefix, each, "_MINIMUM"),
             "maximum": _constant(prefix, each, "_MAXIMUM"),
             "step": _constant("PANEL", each, "_STEP"),
-            "decimals": f"PANEL_{NAMES[each.kind.key][0]}_DECIMALS",
+            "decimals": f"PANEL_{each.kind.key.upper()}_DECIMALS",
         }
         for each in numbers_of(source.controller, name)
     ]
@@ -59,7 +50,7 @@ def key_constants(source: Source, name: str) -> list[Constant]:
                 _constant("PANEL", each, "_STEP"), each.step, _said(each, each.step)
             ),
             at.count(
-                f"PANEL_{NAMES[each.kind.key][0]}_DECIMALS", each.decimals, "as many as it needs"
+                f"PANEL_{each.kind.key.upper()}_DECIMALS", each.decimals, "as many as it needs"
             ),
         ]
     return found
@@ -73,8 +64,9 @@ def _at(source: Source, each: Number) -> Source:
 
 
 def _constant(prefix: str, each: Number, what: str) -> str:
-    stem, unit = NAMES[each.kind.key]
-    return f"{prefix}_{stem}{what}{unit}"
+    """Name a constant: what it is of the number comes before the number's unit."""
+    unit = each.kind.field.removeprefix(each.kind.key)
+    return f"{prefix}_{each.kind.key}{what}{unit}".upper()
 
 
 def _said(each: Number, value: float) -> str:

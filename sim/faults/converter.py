@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 from heatwright.sim.faults import starts
@@ -15,7 +16,6 @@ from heatwright.sim.faults.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
-from heatwright.spec import Max31856
 
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
@@ -70,10 +70,13 @@ def failing_supply(site: Site) -> Fault:
     return no_reading(site, "failing_supply", _failing_supply, _leave_alone)
 
 
-def conversions(site: Site) -> Iterator[Fault]:
-    """Yield what conversions can suffer, and what must not stop a machine."""
+def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
+    """Yield what conversions can suffer, and what must not stop a machine.
+
+    anew_s -- what a damaged answer costs a chip that is set up anew then, until its next one, s.
+    """
     yield from _frozen(site)
-    yield from _harmless(site)
+    yield from _harmless(site, anew_s)
 
 
 def _short(level: Level | None) -> Act:
@@ -90,14 +93,12 @@ def _failing_supply(world: World) -> None:
     world.wiring.feel[world.site.loop.sensor] = feel
 
 
-def _bursts(world: World) -> None:
+def _bursts(world: World, anew_s: float) -> None:
     """Damage one answer fewer in a row than the controller is patient with, over and over.
 
     A chip that is set up anew after each of them has its next answer only when it has converted.
     """
     loop = world.site.loop
-    sensor = world.site.controller.sensors[loop.sensor]
-    anew_s = sensor.first_s if isinstance(sensor, Max31856) else 0.0
     taken = max(1, math.ceil(anew_s / loop.period_s))
     most = max(1, (steps(loop.protection.stale_after_s, loop) - 1) // taken)
     every_s = (1 + SOUND_PER_DAMAGED) * most * loop.period_s
@@ -136,9 +137,9 @@ def _frozen(site: Site) -> Iterator[Fault]:
     )
 
 
-def _harmless(site: Site) -> Iterator[Fault]:
+def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
     """What happens beside a heater's wires, and must not stop a sensor."""
-    yield bursts(site, _bursts, _bursts_end, WATCH_S)
+    yield bursts(site, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.native.characters import sent_by
 from heatwright.sim.serial_noise import SerialNoise
 
 if TYPE_CHECKING:
@@ -130,9 +131,7 @@ class GcodeHost:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
-        if not len(sent):
-            return
-        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        mine = sent_by(self._number, sent)
         for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):
             data = bytes([value]) if self.noise is None else self.noise.to_host(bytes([value]))
             for byte in data:

@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.native.characters import Format, heard
+from heatwright.sim.native.characters import Format, heard, sent_by
 
 FIXED_ABOVE_BAUD = 19_200
 FIXED_SILENCE_S = 1.75e-3
@@ -97,8 +97,7 @@ class Bus:
         """Take pin changes and bytes of the UARTs; return the frames that have ended."""
         if len(pins):
             self._follow(pins)
-        if len(sent):
-            self._coming += self._bytes(sent)
+        self._coming += self._bytes(sent)
         now_s = self._avr.time_s
         found: list[Frame] = []
         while self._coming and self._coming[0].end_s <= now_s:
@@ -109,7 +108,7 @@ class Bus:
 
     def _bytes(self, sent: NDArray[Any]) -> Iterator[_Byte]:
         clock_hz = self._avr.clock_hz
-        for record in sent[(sent["uart"] == self._number) & ~sent["lost"]]:
+        for record in sent_by(self._number, sent):
             cycles = Format.of(int(record["format"])).bits * int(record["bit_cycles"])
             end = int(record["end"])
             yield _Byte((end - cycles) / clock_hz, end / clock_hz, record)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.native.characters import EIGHT_N_ONE, Format, heard
+from heatwright.sim.native.characters import EIGHT_N_ONE, Format, heard, sent_by
 
 LAST_SAMPLE = 9.5
 """Bits from the edge of a start bit to the middle of the stop bit."""
@@ -55,7 +55,7 @@ class Line:
         """Take what the UARTs have sent; return what has ended by now, and the cycle of each."""
         if not len(sent) and self._coming is None:
             return b"", []
-        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        mine = sent_by(self._number, sent)
         if self._coming is not None:
             mine = np.concatenate([self._coming, mine])
         ended = int(np.searchsorted(mine["end"], self._avr.cycle, "right"))

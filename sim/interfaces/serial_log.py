@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.native.characters import sent_by
 from heatwright.spec import Board
 from heatwright.spec import SerialLog as Spec
 from heatwright.spec.uses import uart_of
@@ -88,9 +89,7 @@ class SerialLog:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
-        if not len(sent):
-            return
-        mine = sent[(sent["uart"] == self._number) & ~sent["lost"]]
+        mine = sent_by(self._number, sent)
         if not len(mine):
             return
         if abs(10 / (self._uart.frame_s * self.baud) - 1) > MISMATCH:

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.native.characters import sent_by
 from heatwright.spec import Board
 from heatwright.spec import SerialPlotter as Spec
 
@@ -62,9 +63,7 @@ class SerialPlotter:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins
-        if not len(sent):
-            return
-        mine = sent[(sent["uart"] == self._uart) & ~sent["lost"]]
+        mine = sent_by(self._uart, sent)
         if not len(mine):
             return
         if abs(self.speed_error) > self.MISMATCH:

@@ -36,6 +36,11 @@ and the cycles of a bit."""
 _PARITIES: tuple[Parity | None, ...] = ("none", None, "even", "odd")
 
 
+def sent_by(uart: int, sent: NDArray[Any]) -> NDArray[Any]:
+    """Return which UART_BYTEs one UART has sent, and not lost."""
+    return sent[(sent["uart"] == uart) & ~sent["lost"]] if len(sent) else sent
+
+
 @dataclass(frozen=True)
 class Format:
     """How bytes are sent: data bits, parity, stop bits."""

@@ -19,7 +19,6 @@ from heatwright.spec.commands import keypad_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Adjust
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import number
 
 MOST_STEPS = 1000
 """From end to end: more are more presses than anybody makes, and in single precision no sum."""
@@ -68,8 +67,8 @@ def numbers_in_range(controller: Controller) -> Findings:
             if each.minimum >= each.maximum:
                 yield Finding(
                     (*at, "minimum"),
-                    f"{_said(each, each.minimum)} is not below the maximum of "
-                    f"{_said(each, each.maximum)}",
+                    f"{each.said(each.minimum)} is not below the maximum of "
+                    f"{each.said(each.maximum)}",
                     "Use less",
                     ((*at, "maximum"),),
                 )
@@ -89,16 +88,16 @@ def _steps(at: Path, each: Number, own: Path) -> Findings:
     if each.step > range_of:
         yield Finding(
             (*at, "step"),
-            f"a step of {_said(each, each.step)} is more than the whole range of "
-            f"{_said(each, range_of)}",
-            f"Use at most {_said(each, range_of)}",
+            f"a step of {each.said(each.step)} is more than the whole range of "
+            f"{each.said(range_of)}",
+            f"Use at most {each.said(range_of)}",
             (at,),
         )
     elif each.maximum > MOST_STEPS * each.step:
-        least = _said(each, each.maximum / MOST_STEPS)
+        least = each.said(each.maximum / MOST_STEPS)
         yield Finding(
             (*at, "step"),
-            f"{_said(each, each.step)} is less than a thousandth of {_said(each, each.maximum)}",
+            f"{each.said(each.step)} is less than a thousandth of {each.said(each.maximum)}",
             f"Use at least {least}",
             (at,),
         )
@@ -140,8 +139,3 @@ def _places(controller: Controller) -> Iterator[tuple[Path, str, Adjust]]:
 def _columns(each: Number) -> int:
     shown = f"{each.maximum:.{each.decimals}f}"
     return len(f"{each.kind.title}{shown}{each.kind.shown_unit}")
-
-
-def _said(each: Number, value: float) -> str:
-    """Write a value as the spec would have it."""
-    return number(value) if each.kind.key in GAINS else f"{number(value)} {each.kind.unit}"

@@ -51,7 +51,7 @@ def faults(site: Site) -> Iterator[Fault]:
         _beyond(supply=False),
     )
     yield no_reading(site, "chip_too_hot", _is(TOO_HOT_C), _is(USUAL_C))
-    yield from conversions(site)
+    yield from conversions(site, site.controller.thermometers[site.loop.sensor].first_s)
     yield slow_conversions(site, _slow, WATCH_S)
 
 
