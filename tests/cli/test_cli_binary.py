@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -18,6 +19,7 @@ from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import replay_checks, run_checks
 from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
 from heatwright.generator.toolchain import BuildResult
+from heatwright.sim.comparison import row_scenario
 from heatwright.sim.faults import FaultResult
 from heatwright.sim.plot import run_figure
 from heatwright.sim.replay import replay
@@ -39,6 +41,11 @@ FAULT = {
     "peak": NUMBER, "passed": bool, "detail": str,
 }  # fmt: skip
 REPLAY = {"ticks": int, "mismatches": int}
+ROWS = [
+    (path.stem, algorithm)
+    for path in sorted(EXAMPLES.glob("*.yaml"))
+    for algorithm in dict.fromkeys(row.name for row in example(path.stem).controller.comparison)
+]
 EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
     "replay": REPLAY, "loops": {"air": {"closed_loop": CLOSED_LOOP, "replay": REPLAY}},
@@ -121,11 +128,22 @@ def test_labels_of_events_a_second_apart_cover_no_other(tmp_path: Path) -> None:
     assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
-def test_rows_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
-    (row,) = heatwright("compare oven.yaml --algorithm relay --json").json["rows"]
-    assert row["replay"]["mismatches"] == 0
-    assert row["replay"]["ticks"] >= 3599
-    assert fits(row["build"], BUILD)
+@pytest.mark.parametrize(("name", "algorithm"), ROWS)
+def test_rows_equal_the_model_on_their_binaries(
+    heatwright: Heatwright, name: str, algorithm: str
+) -> None:
+    command = f"compare {EXAMPLES}/{name}.yaml --algorithm {shlex.quote(algorithm)} --json"
+    rows = heatwright(command).json["rows"]
+    controller = example(name).controller
+    assert len(rows) == [row.name for row in controller.comparison].count(algorithm)
+    for row in rows:
+        steps = round(sum(event.for_s for event in row_scenario(controller)) / controller.loops[row["loop"]].period_s)
+        assert row["replay"]["mismatches"] == 0
+        assert row["replay"]["ticks"] >= steps - 1
+        assert fits(row["build"], BUILD)
+
+
+def test_rows_of_several_loops_equal_the_model_on_their_binaries(heatwright: Heatwright) -> None:
     (row,) = heatwright(f"compare {printer_rows()} --algorithm PI --json").json["rows"]
     assert row["replay"]["mismatches"] == 0
     assert row["replay"]["ticks"] >= 4399 + 879, "of both loops"
