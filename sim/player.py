@@ -7,7 +7,7 @@ import numpy as np
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
-from heatwright.sim.reference.inputs import Gains, Orders
+from heatwright.sim.reference.inputs import Gains, Limits, Orders
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, WATCHED_FAULTS
 from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
@@ -215,6 +215,10 @@ def _orders(row: np.void, *, lost: bool) -> Orders:
             mode=int(row["mode"]),
             manual_percent=Single(row["manual_percent"]),
             gains=Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields)),
+        )
+    if "output_maximum_percent" in names:
+        orders = orders._replace(
+            limits=Limits(*(Single(row[f"{limit}_percent"]) for limit in Limits._fields))
         )
     return orders
 

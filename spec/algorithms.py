@@ -2,13 +2,16 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from heatwright.spec.base import DEFAULTS, Model
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
+LEAST_RANGE_PERCENT = 1.0
+"""From the least duty to the greatest one that may be set by command: at no range, or none above 0,
+an idle loop would ask for all that it may."""
 LARGEST_GAIN = 1e6
 """Far above any use, and far below where products with temperatures leave single precision."""
 
@@ -127,6 +130,11 @@ class Pid(Model):
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
     )
     output: OutputLimits = Field(DEFAULTS, validate_default=True, description="Limits of the duty.")
+    limits_adjustable: StrictBool = Field(
+        False,
+        description="Let a host narrow the integral's limits and the output's maximum (`M301`); "
+        "`M500` keeps them in EEPROM.",
+    )
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",

@@ -128,3 +128,8 @@ def tunable(controller: Controller, loop_name: str) -> bool:
         or programmed(controller, loop_name)
     )
     return has_commands and controller.loops[loop_name].algorithm.kind == "pid"
+
+
+def limits_adjustable(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a host may narrow the limits of its integral and its output."""
+    return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.commands import limits_adjustable, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.max31856 import selectable_of
@@ -25,6 +25,8 @@ SETTINGS_SLOT_BYTES = 64
 """Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault."""
+MOST_RECORD_BYTES = 255
+"""What a record can say of its own size, and count while it is written."""
 MOST_SETTINGS_SLOTS = 16
 """The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""
@@ -95,11 +97,12 @@ def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
 
 
 def settings_bytes(controller: Controller) -> int:
-    """Count the bytes of a record of settings: setpoints, maxima, gains, numbers, types."""
+    """Count the bytes of a record of settings: setpoints, maxima, gains, limits, numbers, types."""
     kept = sum(
         4 * loop.setpoint.stored
         + 4 * loop.protection.maximum_adjustable
         + 12 * tunable(controller, name)
+        + 12 * limits_adjustable(controller, name)
         + 4 * len(numbers_of(controller, name))
         for name, loop in controller.loops.items()
     )

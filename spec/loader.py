@@ -26,7 +26,9 @@ MOST_PROBLEMS = 100
 """Problems reported at once; more help nobody."""
 
 
-LATER = ("monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust")
+LATER = (
+    "monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust", "limits_adjustable",
+)  # fmt: skip
 """Keys that the language got when there were firmwares already."""
 
 

@@ -88,8 +88,11 @@ def fallen(algorithm: Algorithm) -> Lie:
 
 def ends_s(algorithm: Algorithm, lie: Lie, times: Times, period_s: float) -> float:
     """Return when the first rule ends it, s: a period to see it, and one more until it is off."""
+    full = full_percent(algorithm)
+    if isinstance(algorithm, Pid) and algorithm.limits_adjustable and lie.first_percent < full:
+        full = math.inf  # a host may have left the integral too little to get there
     counts_s = (
-        lie.reaches_s(full_percent(algorithm)) + times.within_s,
+        lie.reaches_s(full) + times.within_s,
         lie.reaches_s(times.holding_percent + LEAST_PERCENT) + times.for_s,
     )
     return min(counts_s) + 2 * period_s

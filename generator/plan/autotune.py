@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.numbers import quantity, steps
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -37,6 +38,12 @@ def _experiment(
     swing, timeout = quantity(experiment.swing_percent, "%"), quantity(experiment.timeout_s, "s")
     return [
         source.at("swing").number(
+            f"{prefix}_TUNING_SWING_SHARE",
+            experiment.swing_percent / 100,
+            f"{swing} of the output's maximum in force",
+        )
+        if pid.limits_adjustable
+        else source.at("swing").number(
             f"{prefix}_TUNING_SWING_PERCENT",
             swing_percent(experiment, pid),
             f"{swing} of {quantity(pid.output.maximum_percent, '%')}",
@@ -52,6 +59,11 @@ def _experiment(
 def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Constant]:
     filter_s, limits = pid.derivative_filter_s, pid.integral
     shown = quantity(filter_s, "s")
+    start = source.at("integral").number(
+        f"{prefix}_TUNING_START_PERCENT",
+        min(max(0.0, limits.minimum_percent), limits.maximum_percent),
+        "what the integral begins with: 0 within its limits",
+    )
     return [
         source.at("derivative_filter").number(f"{prefix}_TUNING_FILTER_S", filter_s, shown),
         source.at("derivative_filter").number(
@@ -59,9 +71,19 @@ def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Consta
             FILTERS_AND_PERIODS * (filter_s + period_s),
             f"{FILTERS_AND_PERIODS:g} x ({shown} + {quantity(period_s, 's')})",
         ),
-        source.at("integral").number(
-            f"{prefix}_TUNING_START_PERCENT",
-            min(max(0.0, limits.minimum_percent), limits.maximum_percent),
-            "what the integral begins with: 0 within its limits",
-        ),
+        *([] if pid.limits_adjustable else [start]),
     ]
+
+
+def names_in_force(pid: Pid, prefix: str, state: str) -> dict[str, str]:
+    """Name the swing, and where the integral begins, in C; `state` is that of the loop."""
+    if not pid.limits_adjustable:
+        return {
+            "swing": f"{prefix}_TUNING_SWING_PERCENT",
+            "start": f"{prefix}_TUNING_START_PERCENT",
+        }
+    limits = in_force(pid, prefix, state)
+    return {
+        "swing": f"({limits.output_maximum} * {prefix}_TUNING_SWING_SHARE)",
+        "start": f"limit(0.0f, {limits.integral_minimum}, {limits.integral_maximum})",
+    }

@@ -7,6 +7,7 @@ from typing import Any
 
 from heatwright.generator.plan import adjusted, autotune, relay
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
+from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
 from heatwright.generator.plan.guard import guard_constants
@@ -16,10 +17,11 @@ from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, ThreePosition, monitors_of, proofs, proven_in
+from heatwright.spec import Controller, Loop, Pid, ThreePosition, monitors_of, proofs, proven_in
 from heatwright.spec.commands import (
     commanded,
     countdown_of,
+    limits_adjustable,
     must_release,
     programmed,
     starts_enabled,
@@ -73,6 +75,7 @@ def summary(source: Source, name: str) -> dict[str, object]:
         "must_release": by_master and must_release(controller),
         "adjustable": loop.protection.maximum_adjustable,
         "numbers": adjusted.named(source, name, prefix_of(name)),
+        "limits_adjustable": limits_adjustable(controller, name),
         "types": _types(source, loop),
     }
 
@@ -132,6 +135,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "master_lost": loop.protection.master_lost_after_s is not None,
         "warm_within": f"{prefix}_{'READY' if by_host else 'WARM'}_WITHIN_K",
         "autotune": experiment is not None,
+        "limits_where": source.at("algorithm", "limits_adjustable").where,
         "ready_within": quantity(_ready_within_k(loop), "K"),
         "current": current is not None,
         "limited": current is not None and current.limit_a is not None,
@@ -149,6 +153,8 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "runaway_below": loop.protection.runaway is not None
         and loop.protection.runaway.below_k is not None,
         "heating": loop.protection.heating is not None,
+        "full": _full_duty(loop, name, prefix),
+        "swing": _in_tuning(loop, name, prefix)["swing"],
         "other_full": experiment is not None and experiment.swing_percent < FULL_PERCENT,
         "frozen": loop.protection.frozen is not None,
         "holding": bool(loop.protection.frozen and loop.protection.frozen.holding_percent),
@@ -211,11 +217,26 @@ def _tuning_files(
 ) -> tuple[File, ...]:
     merged = {
         **context, "where": source.at("autotune").where, "band": algorithm.context["band"],
+        **_in_tuning(source.controller.loops[name], name, str(context["prefix"])),
     }  # fmt: skip
     return tuple(
         File(f"src/autotune_{name}.{end}", f"algorithms/autotune.{end}.j2", merged, ("autotune",))
         for end in ("h", "c")
     )
+
+
+def _full_duty(loop: Loop, name: str, prefix: str) -> str:
+    """Name the duty that is full power in C."""
+    if isinstance(loop.algorithm, Pid) and loop.algorithm.limits_adjustable:
+        return in_force(loop.algorithm, prefix, f"loop_{name}").output_maximum
+    return f"{prefix}_FULL_DUTY_PERCENT"
+
+
+def _in_tuning(loop: Loop, name: str, prefix: str) -> dict[str, str]:
+    """Name what a tuning goes by in C; an algorithm without gains has none."""
+    if not isinstance(loop.algorithm, Pid):
+        return {"swing": ""}
+    return autotune.names_in_force(loop.algorithm, prefix, f"loop_{name}")
 
 
 def _response_files(source: Source, name: str, context: dict[str, Any]) -> tuple[File, ...]:

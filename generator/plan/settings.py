@@ -48,6 +48,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         "any_stored": stored,
         "any_tunable": tunable,
         "adjustable": adjustable,
+        "any_limits": any(loop["limits_adjustable"] for loop in loops),
         "any_later": stored or bool(adjustable or types or numbers),
         "any_kept": stored or tunable or bool(adjustable or types or numbers),
         "save_delay": quantity(SETTINGS_DELAY_S, "s"),

@@ -167,7 +167,9 @@ _TABLE: tuple[tuple[int, int, str, Operands], ...] = (
     (0xFE0E, 0x940C, "jmp", _long),
     (0xFE0E, 0x940E, "call", _long),
     (0xFE0F, 0x9408, "other", _plain),  # flags, sleep, wdr, spm...
-    (0xFE00, 0x9400, "other", _two_changed),  # com, neg, swap, inc, asr, lsr, ror, dec
+    (0xFE0F, 0x9403, "inc", _register),
+    (0xFE0F, 0x940A, "dec", _register),
+    (0xFE00, 0x9400, "other", _two_changed),  # com, neg, swap, asr, lsr, ror
     (0xFF00, 0x9600, "adiw", _word_immediate),
     (0xFF00, 0x9700, "sbiw", _word_immediate),
     (0xFD00, 0x9800, "other", _plain),  # cbi, sbi

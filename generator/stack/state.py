@@ -139,6 +139,15 @@ def _sbiw(state: State, instruction: Instruction, _: int) -> State:
     return _move_pair(state, instruction, instruction.k)
 
 
+def _move_high(state: State, d: int, less: int) -> State:
+    """Move a pair by 256 bytes: the compiler then changes the high register alone."""
+    low, high = state.registers[d - 1 : d + 1] if d else (None, None)
+    if high is None or high.kind != "high" or low != Byte("low", high.number):
+        return state.holding({d: None})
+    depth = high.number + less
+    return state.holding({d - 1: Byte("low", depth), d: Byte("high", depth)})
+
+
 def _less(state: State, d: int, less: int | None) -> State:
     """Take a constant off a register: the low half of a subtraction."""
     byte = state.registers[d]
@@ -196,6 +205,8 @@ _EFFECTS: dict[str, Callable[[State, Instruction, int], State]] = {
     "out": _out,
     "adiw": _adiw,
     "sbiw": _sbiw,
+    "dec": lambda state, i, _: _move_high(state, i.d, 0x100),
+    "inc": lambda state, i, _: _move_high(state, i.d, -0x100),
     "subi": lambda state, i, _: _less(state, i.d, i.k),
     "sbci": lambda state, i, _: _less_high(state, i.d, i.k),
     "sub": lambda state, i, _: _less(state, i.d, _constant(state, i.r)),

@@ -49,6 +49,7 @@ class Command(IntEnum):
     AUTOMATIC = 13
     MAXIMUM = 14
     NUMBERS = 15
+    LIMITS = 16
 
 
 class HostHangs(RuntimeError):

@@ -2,7 +2,7 @@
  *
  * Compiled once for each loop. The names of the loop and its parts come from the command line: LOOP,
  * SENSOR, HEATER, perhaps FAN, COOLER, CURRENT, HAS_STATE, and what can be commanded: HOSTED or
- * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, PROGRAMMED; NUMBERS that keys set; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
+ * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, LIMITS, PROGRAMMED; NUMBERS that keys set; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
  * firmware's headers are included there, too.
  */
 #include "world.h"
@@ -248,6 +248,16 @@ static bool command(const struct host_input *asked)
         break;
     case HOST_DEFAULTS:
         settings_defaults();
+        break;
+#endif
+#ifdef LIMITS
+    case HOST_LIMITS:
+        if (!JOIN(settings_may_limit_, LOOP, )(asked->gains[0], asked->gains[1], asked->gains[2])) {
+            return false;
+        }
+        SETTING(_integral_minimum_percent) = asked->gains[0];
+        SETTING(_integral_maximum_percent) = asked->gains[1];
+        SETTING(_output_maximum_percent) = asked->gains[2];
         break;
 #endif
 #ifdef AUTOTUNE

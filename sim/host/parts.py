@@ -8,7 +8,14 @@ from typing import NamedTuple
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of, proofs
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import commanded, countdown_of, programmed, switched, tunable
+from heatwright.spec.commands import (
+    commanded,
+    countdown_of,
+    limits_adjustable,
+    programmed,
+    switched,
+    tunable,
+)
 from heatwright.spec.timers import TICK_S, allocate, looks, looks_in_tick
 
 TABLED = ("thermistor", "rtd", "analog")
@@ -42,6 +49,8 @@ class Parts(NamedTuple):
     """The operator may lower the critical temperature."""
     numbers: tuple[str, ...]
     """What keys set of the algorithm."""
+    limits: bool
+    """A host may narrow the limits of integral and output."""
     programmed: bool
     relay: str | None
     """The safety relay's output."""
@@ -101,6 +110,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         autotune=by_gain and loop.autotune is not None,
         adjustable=loop.protection.maximum_adjustable,
         numbers=tuple(each.kind.field for each in numbers_of(controller, name)),
+        limits=limits_adjustable(controller, name),
         programmed=programmed(controller, name),
         relay=controller.safety.relay,
         countdown=countdown_of(controller, name) is not None,
@@ -191,7 +201,7 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
     flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable
-    flags += ["-DPROGRAMMED"] * parts.programmed
+    flags += ["-DLIMITS"] * parts.limits + ["-DPROGRAMMED"] * parts.programmed
     if parts.numbers:
         flags.append("-DNUMBERS=" + "".join(f"NUMBER({member})" for member in parts.numbers))
     headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]

@@ -16,7 +16,7 @@ struct host_input {
     float setpoint_c; /* of a loop that no host commands; else see HOST_SET */
     uint8_t command;
     float value;
-    float gains[3]; /* kp, ki, kd */
+    float gains[3]; /* kp, ki, kd; of HOST_LIMITS the integral's minimum and maximum, the output's */
     uint8_t current_status;
     int16_t current_raw;
     uint16_t silent_ticks; /* since the master was heard */
@@ -45,7 +45,8 @@ enum {
     HOST_PERCENT = 12, /* a duty by hand of `value`, now or later */
     HOST_AUTOMATIC = 13,
     HOST_MAXIMUM = 14, /* a critical temperature of `value` */
-    HOST_NUMBERS = 15  /* what keys set of the algorithm, one by one, in `gains`: unbounded, as RAM is */
+    HOST_NUMBERS = 15, /* what keys set of the algorithm, one by one, in `gains`: unbounded, as RAM is */
+    HOST_LIMITS = 16   /* limits of integral and output */
 };
 
 /* One loop, as world.c sees it; all of it is as at power-up after a reset. */

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from heatwright.sim.reference.inputs import TUNING, Gains
+from heatwright.sim.reference.inputs import TUNING, Gains, Limits
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, clamp, steps
 from heatwright.sim.reference.tuning_rule import Constants, Found, Swings, found_by
@@ -64,6 +64,7 @@ class Tuner:
     def __init__(self, loop: Loop, autotune: Autotune, algorithm: Pid) -> None:
         """Derive the constants of a loop that can be tuned."""
         self._constants = Constants.of(algorithm, autotune, loop.period_s)
+        self._swing_share = Single(autotune.swing_percent / 100)
         self.swing_percent = self._constants.swing_percent
         self._usual_cycles = autotune.cycles
         self._longest = min(LONGEST_STEPS, steps(autotune.timeout_s, loop.period_s))
@@ -76,6 +77,11 @@ class Tuner:
     def gains(self) -> Gains:
         """The gains found."""
         return Gains(self._found.kp, self._found.ki, self._found.kd)
+
+    def take_limits(self, limits: Limits) -> None:
+        """Go by other limits than the specification's."""
+        self._constants = self._constants.within(limits, self._swing_share)
+        self.swing_percent = self._constants.swing_percent
 
     def start(self, cycles: int | None = None) -> None:
         """Begin anew, with the specification's number of cycles if none is given."""

@@ -15,11 +15,18 @@ from heatwright.sim.reference.three_position import ThreePositionControl
 from heatwright.sim.reference.tunable_pid import TunablePid
 from heatwright.spec import Controller, Loop, Pid, commanded, programmed, switched, tunable
 from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec.commands import limits_adjustable
 
 ENABLED: Member = ("enabled", "u1")
 """Input of a switched loop."""
 INPUTS: tuple[Member, ...] = (("mode", "u1"), ("manual_percent", "f4"))
 """Inputs of a tunable loop."""
+LIMITS: tuple[Member, ...] = (
+    ("integral_minimum_percent", "f4"),
+    ("integral_maximum_percent", "f4"),
+    ("output_maximum_percent", "f4"),
+)
+"""Inputs of a loop whose limits are adjustable."""
 
 
 class Control(Protocol):
@@ -61,11 +68,13 @@ class Steering:
         self._pid = _tunable_pid(spec) if self._has_modes or sets_gains else None
         if self._pid and isinstance(spec.algorithm, Pid) and programmed(controller, loop):
             self._pid.feed_forward = Single(spec.algorithm.feed_forward)
+        self._limited = self._pid is not None and limits_adjustable(controller, loop)
         self._control: Control = self._pid or _constant(spec, self._numbers)
         self.tuner = _tuner(spec) if self._has_modes else None
         self.inputs: tuple[Member, ...] = (
             *((ENABLED,) if self._switched else ()),
             *(INPUTS if self._has_modes else ()),
+            *(LIMITS if self._limited else ()),
         )
         self.members: tuple[Member, ...] = prefixed("algorithm", self._control.members)
         if self.tuner:
@@ -92,6 +101,10 @@ class Steering:
     ) -> Single:
         """Return the duty that is asked for, in percent; more than the top is not given."""
         off = self.is_off(look.setpoint_c, orders)
+        if self._limited and self._pid:
+            self._pid.take_limits(orders.limits)
+            if self.tuner:
+                self.tuner.take_limits(self._pid.limits)
         if self.tuner:
             self.tuner.stop_unless(orders.mode, fault=fault)
             moment = Moment(look.temperature_c, look.last_c, look.setpoint_c)
@@ -118,6 +131,7 @@ class Steering:
         return (
             *((orders.enabled,) if self._switched else ()),
             *((orders.mode, orders.manual_percent) if self._has_modes else ()),
+            *(self._pid.limits if self._limited and self._pid else ()),
         )
 
     def is_off(self, setpoint_c: Single, orders: Orders) -> bool:

@@ -89,7 +89,8 @@ class Host:
         if line.command in HEAT | WAIT:
             _heat(operator, line)
         elif line.command in GAINS:
-            operator.set_gains(line.number("P"), line.number("I"), line.number("D"))
+            limits = (line.number("J"), line.number("K"), line.number("Y"))
+            operator.set_gains(line.number("P"), line.number("I"), line.number("D"), limits=limits)
         elif line.command == "M303":
             cycles = line.number("C")
             operator.tune(line.number("S") or 0.0, None if cycles is None else int(cycles))

@@ -21,6 +21,14 @@ class Gains(NamedTuple):
     """%·s/K."""
 
 
+class Limits(NamedTuple):
+    """Limits of a PID loop that a host may narrow, %."""
+
+    integral_minimum: Single
+    integral_maximum: Single
+    output_maximum: Single
+
+
 class Orders(NamedTuple):
     """Inputs of a step that not every loop has: orders, mostly."""
 
@@ -29,6 +37,8 @@ class Orders(NamedTuple):
     """Duty that was asked for by hand."""
     gains: Gains | None = None
     """Needed by a tunable loop."""
+    limits: Limits | None = None
+    """Needed by a tunable loop whose limits are adjustable."""
     enabled: int = 1
     """Switch of a switched loop."""
     master_lost: bool = False

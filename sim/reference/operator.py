@@ -2,15 +2,17 @@
 
 from heatwright.sim.reference.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.control import gains_of
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
 from heatwright.sim.reference.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
+from heatwright.sim.reference.pid import limits_of, may_limit
 from heatwright.sim.reference.program_state import NO_ORDER
-from heatwright.spec import Controller, commanded, tunable
+from heatwright.spec import Controller, Pid, commanded, tunable
 from heatwright.spec.adjusted import numbers_of
 
 LARGEST_GAIN = 1e6
+NO_LIMITS = (None, None, None)
 
 
 class Operator:
@@ -27,6 +29,8 @@ class Operator:
         self._mode = AUTOMATIC
         self._manual_percent = ZERO
         self.gains = gains_of(loop.algorithm) if tunable(controller, name) else None
+        self._algorithm = loop.algorithm
+        self.limits = limits_given(loop.algorithm)
         highest_c = Single(loop.protection.maximum_c)
         self._highest_c = highest_c if loop.protection.maximum_adjustable else None
         self._critical_c = self._highest_c
@@ -41,6 +45,7 @@ class Operator:
             self._mode,
             self._manual_percent,
             self.gains,
+            self.limits,
             maximum_c=self._critical_c,
             program=self._program,
             numbers=self.numbers,
@@ -84,13 +89,38 @@ class Operator:
         self._manual_percent = wanted
         return True
 
-    def set_gains(self, kp: float | None, ki: float | None, kd: float | None) -> bool:
-        """Change the gains that are given; tell whether that may be."""
+    def set_gains(
+        self,
+        kp: float | None,
+        ki: float | None,
+        kd: float | None,
+        *,
+        limits: tuple[float | None, ...] = NO_LIMITS,
+    ) -> bool:
+        """Change the gains and limits that are given, all or none; tell whether that may be."""
         given = [gain for gain in (kp, ki, kd) if gain is not None]
         if self.gains is None or not all(0 <= gain <= LARGEST_GAIN for gain in given):
             return False
+        if limits != NO_LIMITS and not self.set_limits(*limits):
+            return False
         wanted = zip((kp, ki, kd), self.gains, strict=True)
         self.gains = Gains(*(old if new is None else Single(new) for new, old in wanted))
+        return True
+
+    def set_limits(
+        self,
+        integral_minimum: float | None,
+        integral_maximum: float | None,
+        output_maximum: float | None,
+    ) -> bool:
+        """Change the limits that are given; tell whether that may be."""
+        if self.limits is None:
+            return False
+        given = zip((integral_minimum, integral_maximum, output_maximum), self.limits, strict=True)
+        wanted = Limits(*(old if new is None else Single(new) for new, old in given))
+        if not isinstance(self._algorithm, Pid) or not may_limit(self._algorithm, wanted):
+            return False
+        self.limits = wanted
         return True
 
     def set_critical(self, maximum_c: float) -> bool:
@@ -144,3 +174,10 @@ class Operator:
     def _go_off(self) -> None:
         self._mode = AUTOMATIC
         self.setpoint_c = ZERO
+
+
+def limits_given(algorithm: object) -> Limits | None:
+    """Return the limits that the specification gives an algorithm; None if none can be set."""
+    if not isinstance(algorithm, Pid) or not algorithm.limits_adjustable:
+        return None
+    return limits_of(algorithm)

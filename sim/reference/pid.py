@@ -1,8 +1,35 @@
 """PID control with filtered derivative and limited integral (docs/control.md, "pid")."""
 
+from heatwright.sim.reference.inputs import Limits
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_share
 from heatwright.spec import Pid
+
+LEAST_RANGE = 1.0
+"""From the output's minimum to the least maximum that may be set, %."""
+
+
+def limits_of(algorithm: Pid) -> Limits:
+    """Return the limits that the specification gives."""
+    return Limits(
+        Single(algorithm.integral.minimum_percent),
+        Single(algorithm.integral.maximum_percent),
+        Single(algorithm.output.maximum_percent),
+    )
+
+
+def may_limit(algorithm: Pid, limits: Limits) -> bool:
+    """Tell whether limits are in order, and within those of the specification."""
+    widest = limits_of(algorithm)
+    least_maximum = Single(algorithm.output.minimum_percent + LEAST_RANGE)
+    return bool(
+        widest.integral_minimum
+        <= limits.integral_minimum
+        <= limits.integral_maximum
+        <= widest.integral_maximum
+        and limits.integral_minimum < limits.output_maximum
+        and least_maximum <= limits.output_maximum <= widest.output_maximum
+    )
 
 
 class PidControl:
@@ -13,10 +40,7 @@ class PidControl:
         self._kp = Single(algorithm.kp)
         self._integrates = algorithm.ki != 0
         self._ki_step = Single(algorithm.ki * period_s)
-        self._integral_limits = (
-            Single(algorithm.integral.minimum_percent),
-            Single(algorithm.integral.maximum_percent),
-        )
+        *self._integral_limits, self.full_percent = limits_of(algorithm)
         self._holds = algorithm.integral.while_limited == "hold"
         self._differentiates = algorithm.kd != 0
         self._kd = Single(algorithm.kd)
@@ -28,7 +52,6 @@ class PidControl:
         self._band = None if algorithm.band_k is None else Single(algorithm.band_k)
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self._keeps = bool(algorithm.dead_band_k) and algorithm.dead_band_keeps == "output"
-        self.full_percent = Single(algorithm.output.maximum_percent)
         self.top_percent = self.full_percent
         """What the current's limit leaves of it; the integral is held there."""
         self.feed_forward = ZERO

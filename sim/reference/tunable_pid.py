@@ -3,10 +3,10 @@
 All terms exist, whatever the gains of the specification are.
 """
 
-from heatwright.sim.reference.inputs import Gains
+from heatwright.sim.reference.inputs import Gains, Limits
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, clamp
-from heatwright.sim.reference.pid import PidControl
+from heatwright.sim.reference.pid import PidControl, limits_of, may_limit
 from heatwright.spec import Pid
 
 
@@ -16,6 +16,9 @@ class TunablePid(PidControl):
     def __init__(self, algorithm: Pid, period_s: float) -> None:
         """Begin without gains: the first step takes them over."""
         super().__init__(algorithm, period_s)
+        self._algorithm = algorithm
+        self.limits = limits_of(algorithm)
+        """Those in force."""
         self._integrates = self._differentiates = True
         self._period_s = Single(period_s)
         self._kp = self._ki = self._kd = ZERO
@@ -32,6 +35,17 @@ class TunablePid(PidControl):
         self._lost = (self._kp - gains.kp, self._kd - gains.kd)
         self._kp, self._ki, self._kd = gains
         self._ki_step = self._ki * self._period_s
+
+    def take_limits(self, limits: Limits | None) -> None:
+        """Take over the limits, where they are adjustable; what cannot be is as specified."""
+        if not self._algorithm.limits_adjustable:
+            return
+        if limits is None:
+            message = "The loop needs its limits"
+            raise ValueError(message)
+        sound = may_limit(self._algorithm, limits)
+        self.limits = limits if sound else limits_of(self._algorithm)
+        *self._integral_limits, self.full_percent = self.limits
 
     def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
         """Let the operator decide, and be ready to go on from there."""
@@ -50,8 +64,10 @@ class TunablePid(PidControl):
     def _balance(self, error: Single) -> None:
         """Give the integral what the other terms lose by new gains."""
         lost_kp, lost_kd = self._lost
-        if not self._started or (lost_kp == ZERO and lost_kd == ZERO):
-            return
-        self._integral = clamp(
-            self._integral + lost_kp * error + lost_kd * self._derivative, *self._integral_limits
-        )
+        if self._started and not (lost_kp == ZERO and lost_kd == ZERO):
+            self._integral = clamp(
+                self._integral + lost_kp * error + lost_kd * self._derivative,
+                *self._integral_limits,
+            )
+        if self._algorithm.limits_adjustable:
+            self._integral = clamp(self._integral, *self._integral_limits)

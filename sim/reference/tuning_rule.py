@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from heatwright.sim.reference.inputs import Limits
 from heatwright.sim.reference.numbers import ZERO, Single, clamp
 from heatwright.spec import Autotune, Pid
 
@@ -36,6 +37,13 @@ class Constants(NamedTuple):
             clamp(ZERO, Single(limits.minimum_percent), Single(limits.maximum_percent)),
             None if algorithm.band_k is None else Single(algorithm.band_k),
             (Single(limits.minimum_percent), Single(limits.maximum_percent)),
+        )
+
+    def within(self, limits: Limits, swing_share: Single) -> "Constants":
+        """Return the same where a host has narrowed the limits; those that are proposed stay."""
+        return self._replace(
+            swing_percent=limits.output_maximum * swing_share,
+            start_percent=clamp(ZERO, limits.integral_minimum, limits.integral_maximum),
         )
 
 

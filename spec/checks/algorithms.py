@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import Pid
+from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
+from heatwright.spec.commands import by_host
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.quantity import number
@@ -44,7 +45,9 @@ def integral_leaves_room(controller: Controller) -> Findings:
     """Find integrals whose least contribution is all the output there is."""
     for name, loop in controller.loops.items():
         algorithm = loop.algorithm
-        if not isinstance(algorithm, Pid) or algorithm.ki == 0:
+        if not isinstance(algorithm, Pid):
+            continue
+        if algorithm.ki == 0 and not algorithm.limits_adjustable:
             continue
         least, most = algorithm.integral.minimum_percent, algorithm.output.maximum_percent
         if most <= least < algorithm.integral.maximum_percent:
@@ -54,6 +57,43 @@ def integral_leaves_room(controller: Controller) -> Findings:
                 "integral alone would be full power",
                 f"Use less than {number(most)} %",
                 (("loops", name, "algorithm", "output"),),
+            )
+
+
+def adjustable_limits_have_a_use(controller: Controller) -> Findings:
+    """Find limits that nobody could set, or that would leave no room; and faults they would hide.
+
+    With little integral a loop may never ask for full power, which `heating_failed` needs to see.
+    """
+    for name, loop in controller.loops.items():
+        algorithm, runaway = loop.algorithm, loop.protection.runaway
+        if not isinstance(algorithm, Pid) or not algorithm.limits_adjustable:
+            continue
+        path = ("loops", name, "algorithm", "limits_adjustable")
+        if not by_host(controller, name):
+            yield Finding(
+                path,
+                "nobody could set them: no gcode interface serves this loop",
+                "Delete it, or name the loop in a gcode interface",
+                (("interfaces",),),
+            )
+        if runaway is None or runaway.below_k is None:
+            yield Finding(
+                path,
+                "with little integral the loop may never ask for full power, so heating_failed "
+                "could miss a dead heater, and no other rule tells",
+                "Write runaway: {below: …} in protection",
+                (("loops", name, "protection", "runaway"),),
+            )
+        output = algorithm.output
+        least = output.minimum_percent + LEAST_RANGE_PERCENT
+        if output.minimum_percent < output.maximum_percent < least:
+            yield Finding(
+                ("loops", name, "algorithm", "output", "maximum"),
+                f"{number(output.maximum_percent)} % leaves a host no maximum to choose: the least "
+                f"is {number(least)} %, {number(LEAST_RANGE_PERCENT)} % above the minimum",
+                f"Use at least {number(least)} %, or delete limits_adjustable",
+                (path,),
             )
 
 

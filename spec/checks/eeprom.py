@@ -12,10 +12,12 @@ from heatwright.spec.checks.timing import WATCHDOG_TOLERANCE
 from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.eeprom import (
     LEAST_YEARS,
+    MOST_RECORD_BYTES,
     Area,
     Layout,
     layout,
     log_in_eeprom,
+    settings_bytes,
     slowest_s,
     start_s,
 )
@@ -38,6 +40,19 @@ def eeprom_suffices(controller: Controller) -> Findings:
         f"{controller.identity.board} has {room}: {areas.end - room} too many ({_shares(areas)})",
         _smaller(controller),
         (("controller", "board"), ("programs",), ("interfaces",)),
+    )
+
+
+def settings_fit(controller: Controller) -> Findings:
+    """Find more loops with settings than one record holds."""
+    size = settings_bytes(controller)
+    if size <= MOST_RECORD_BYTES:
+        return
+    yield Finding(
+        ("loops",),
+        f"the setpoints, gains, limits and numbers that are kept take {size} bytes, and a record "
+        f"in the EEPROM has {MOST_RECORD_BYTES} at most",
+        "Delete stored or limits_adjustable of some loops, or use fewer loops",
     )
 
 

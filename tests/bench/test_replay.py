@@ -16,10 +16,11 @@ from heatwright.spec import Pid
 
 COMMANDED = at(
     {
-        1: "M104 S60", 12: "M104 D30", 15: "M104 D", 18: "M104 S62", 21: "M301 P5 I0.1 D20",
-        24: "M112", 25: "M104 S80", 27: "M999", 28: "M303 S70 C3", 45: "M104 S60",
-        50: "M303 S70", 52: "M108", 53.01: "M112", 53.02: "M999", 54.01: "M303 S70",
-        54.02: "M104 S0", 54.03: "M303 S70 C4",
+        1: "M104 S60", 3: "M301 Y60", 4: "M301 P9 Y200", 4.5: "M301 Y100", 12: "M104 D30",
+        15: "M104 D", 18: "M104 S62", 21: "M301 P5 I0.1 D20", 24: "M112", 25: "M104 S80",
+        27: "M999", 28: "M303 S70 C3", 45: "M104 S60", 49: "M301 J24 K25",
+        50: "M303 S70", 52: "M108", 53.01: "M112", 53.02: "M999", 53.5: "M301 K40",
+        54.01: "M303 S70", 54.02: "M104 S0", 54.03: "M303 S70 C4",
     }
 )  # fmt: skip
 SWITCHED = (
@@ -47,6 +48,8 @@ OCCUR = {
     "extruder": {
         "mode": {0, 1, 2}, "fault.code": {0, 19}, "autotune.starts": {0, 1, 2, 4},
         "fault.acknowledgements": {0, 1, 2}, "autotune.result": {0, 1, 4},
+        "output_maximum_percent": {100, 60}, "duty_percent": {100, 60, 0},
+        "integral_maximum_percent": {np.float32(58.8), 25, 40},
     },
     "fabricator": {
         "cooling": {0, 1}, "algorithm.cooling": {0, 1}, "enabled": {0, 1},
@@ -60,8 +63,9 @@ OCCUR = {
 INPUTS = {"reading_status", "reading_raw", "fault.acknowledgements"}
 """What the replay takes from the log; that it is wrong shows in what follows from it."""
 GAINS = ("algorithm.kp", "algorithm.ki", "algorithm.kd")
+LIMITS = ("integral_minimum_percent", "integral_maximum_percent", "output_maximum_percent")
 FREE = {
-    "extruder": {"mode", "manual_percent", "autotune.starts", "autotune.cycles", *GAINS},
+    "extruder": {"mode", "manual_percent", "autotune.starts", "autotune.cycles", *GAINS, *LIMITS},
     "fabricator": {"enabled", "current.raw"},
     "kiln": {
         "mode", "manual_percent", "enabled", "loaded", "program.order", "program.argument",
@@ -229,8 +233,11 @@ def test_members_that_the_reference_lacks_are_named(replayed, log):
 @pytest.mark.parametrize("gain", ["kp", "ki", "kd"])
 def test_gains_that_changed_show_in_what_follows(logs, gain):
     log = logs["extruder"]
-    free = (log["duty_percent"] > 0) & (log["duty_percent"] < 100) & (log["mode"] == 0)
-    inside = (log["algorithm.integral"] > 23.5) & (log["algorithm.integral"] < 58.8)
+    free = (log["duty_percent"] > 0) & (log["duty_percent"] < log["output_maximum_percent"])
+    free &= log["mode"] == 0
+    integral = log["algorithm.integral"]
+    inside = integral > log["integral_minimum_percent"]
+    inside &= integral < log["integral_maximum_percent"]
     row = first_row(free & inside, 3)
     twice = {f"algorithm__{gain}": 2 * log[f"algorithm.{gain}"][row]}
     found = replay(example("extruder"), changed(log, row, **twice))

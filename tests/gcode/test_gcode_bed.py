@@ -23,11 +23,17 @@ SPARE = [
 """),
 ]  # fmt: skip
 """A second tool, at 40 °C and with gains."""
+LIMITED = [
+    ("kd: 10}", "kd: 10, limits_adjustable: true}"),
+    ("rise_rate: 20 K/s", "rise_rate: 20 K/s, runaway: {above: 15 K, below: 15 K}"),
+]
+"""The nozzle's limits may be set; the second tool has none."""
 
 
 def spec_of(called: str) -> str:
-    spare = [(head, text + head) for head, text in SPARE if "spare" in CALLED[called]]
-    return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]), *spare)
+    spare = [(head, text + head) for head, text in SPARE]
+    more = [*spare, *LIMITED] if "spare" in CALLED[called] else []
+    return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]), *more)
 
 
 @pytest.fixture(params=CALLED)
@@ -54,6 +60,8 @@ NAMELESS = "refused: name the heater by E, T or H"
 NO_NUMBER = "needs a number; nothing was changed"
 BEYOND = "is outside its limits; nothing was changed"
 GAINS = "P1.00000 I2.00000 D3.00000"
+SPARE_GAINS = "echo:  M301 E1 P4.00000 I5.00000 D6.00000"
+LIMITS = "J5.00000 K60.50000 Y80.00000"
 ANSWERS = {
     "bed and chamber": [
         ("M105", "ok T:0.0 /0.0 B:30.x /0.0 C:20.x /0.0 @:0 B@:0 C@:0"),
@@ -84,7 +92,11 @@ ANSWERS = {
         ("M140 S60", "echo:M140 refused: there is no heated bed"),
         ("M190 S300", "echo:M190 refused: there is no heated bed"),
         ("M304 P1", 'echo:Unknown command: "M304"'), ("M301 P1", f"echo:M301 {UNABLE}"),
-        ("M309 P1 I2 D3", f"echo:  M301 E1 P4.00000 I5.00000 D6.00000|echo:  M309 {GAINS}"),
+        ("M309 P1 I2 D3 J5 K60.5 Y80", f"{SPARE_GAINS}|echo:  M309 {GAINS} {LIMITS}"),
+        ("M309 Y5", f"echo:M309 {BEYOND}"), ("M309 J61", f"echo:M309 {BEYOND}"),
+        ("M309 Y101", f"echo:M309 {BEYOND}"), ("M309 K101", f"echo:M309 {BEYOND}"),
+        ("M301 T1 P1 J5", f"echo:M301 {UNABLE}"), ("M301 T1 Y50", f"echo:M301 {UNABLE}"),
+        ("M309", f"{SPARE_GAINS}|echo:  M309 {GAINS} {LIMITS}"),
         ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("M303 P1 S99", f"echo:M303 {NAMELESS}"),
         *((f"M303 S99 {spare}", f"echo:M303 {UNABLE}") for spare in ("T1", "E1", "H2", "H2 P1")),
         ("M303 S99 H0", "echo:M303 Invalid extruder 0"), ("T11", 'echo:Unknown command: "T11"'),

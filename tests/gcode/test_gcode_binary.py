@@ -13,6 +13,7 @@ from printrun.utils import parse_temperature_report
 from rig.specs import example
 
 from heatwright.sim.faults.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
+from heatwright.sim.replay import replay
 from heatwright.spec.rules import RULES
 
 ROOT = Path(__file__).parents[2]
@@ -93,6 +94,43 @@ def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoa
     assert " /0.0 B" in board.told("M105")[0]
     board.tell("M104 S200")
     assert board.device.on_fraction("heater") > 0.0
+
+
+NARROW = (24.0, 40.0, 30.0)
+"""Integral's least and most, and output's most, %."""
+WITHIN_S, PERIOD_S = 20.0, 0.1
+"""In which full power must show, and the loop's period."""
+
+
+def limits_of(board: BinaryBoard) -> tuple[float, ...]:
+    names = ("integral_minimum", "integral_maximum", "output_maximum")
+    return tuple(float(board.device.read(f"settings.nozzle_{name}_percent")) for name in names)
+
+
+def test_limits_that_a_host_sets_are_in_force_and_kept(board: BinaryBoard) -> None:
+    """And a dead heater is found at what they leave as soon as at full power."""
+    given = limits_of(board)
+    board.tell("M301 J24 K40 Y30")
+    board.tell("M104 S200", WITHIN_S - 1)
+    assert (limits_of(board), board.device.read("fault.code")) == (NARROW, 0)
+    assert board.on_fraction("heater", 0.5) == pytest.approx(0.3, abs=1e-3)
+    board.wait(1.0)
+    log = board.device.steps("nozzle")
+    assert board.device.read("fault.code") == 10
+    heated = np.flatnonzero(log["duty_percent"] == NARROW[2])
+    assert len(heated) == round(WITHIN_S / PERIOD_S)
+    result = replay(example("extruder").controller, log)
+    assert (result.mismatches, result.restored) == (0, ())
+    for kept, wanted in ((False, given), (True, NARROW)):
+        board.tell("M301 J24 K40 Y30")
+        board.tell("M500" if kept else "M105", 2.0)
+        board.device.power_cycle()
+        board.wait(1.0)
+        assert limits_of(board) == wanted
+    board.tell("M502")
+    assert limits_of(board) == given
+    board.tell("M501")
+    assert limits_of(board) == NARROW
 
 
 @pytest.mark.parametrize("entry", [INTERRUPTS_ON, INTERRUPTS_OFF])

@@ -9,6 +9,7 @@ from rig.specs import controller_of
 
 from heatwright.spec import digest
 
+LIMITS = "J23.50000 K58.80000 Y100.00000"
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
 
 UNKNOWN = {
@@ -33,11 +34,14 @@ NO_COMMAND = ("", "   ", "; nothing", "(nothing)", "\r\n")
         *((f"{line} S60", [f"echo:{line} refused: there is no heated bed or chamber", "ok"])
           for line in ("M140", "M190", "M141", "M191")),
         ("T0", ["ok"]), ("M114", ["X:0.00 Y:0.00 Z:0.00 E:0.00", "ok"]),
-        ("M301 P999.5 I1000 D1000.5", ["echo:  M301 E0 P999.50000 I1000.00 D1000.50", "ok"]),
+        ("M301 P999.5 I1000 D1000.5",
+         [f"echo:  M301 E0 P999.50000 I1000.00 D1000.50 {LIMITS}", "ok"]),
         ("M500", ["echo:Settings Stored", "ok"]),
         ("M501", ["echo:Stored settings retrieved", "ok"]),
         ("M502", ["echo:Hardcoded Default Settings Loaded", "ok"]),
-        ("M301 P12345.67 I0.00005", ["echo:  M301 E0 P12345.67 I0.00005 D0.00000", "ok"]),
+        ("M301 P12345.67 I0.00005", [f"echo:  M301 E0 P12345.67 I0.00005 D0.00000 {LIMITS}", "ok"]),
+        ("M301 J24 Y99.5", ["echo:  M301 E0 P0.00000 I0.00000 D0.00000 J24.00000 K58.80000 "
+                            "Y99.50000", "ok"]),
     ],
 )  # fmt: skip
 def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
@@ -62,6 +66,8 @@ def test_what_is_answered(world: Path, line: str, answers: list[str]) -> None:
         ("M301 P9.41 I0.345 D31.4|M301 I0.00005|M301 E0 P12345.67", "gains",
          [12345.67, 0.00005, 31.4]),
         ("M301 P9 I1 D31|M301 I2", "gains", [9, 2, 31]),
+        ("M301 J24.5|M301 K33.3|M301 Y60", "limits", [24.5, 33.3, 60]),
+        ("M301 P1 J30 K40 Y50.125", "limits", [30, 40, 50.125]),
         ("M301 P999999.9999 I0.000005 D0", "gains", [1e6, 0.000005, 0]),
         ("M301 P9 I1 D31|M301 D5", "gains", [9, 1, 5]), ("M104\tS60", "setpoint", [60]),
         ("M500|M501|M501|M502|M502|M502", "stored", [1, 2, 3]),
@@ -93,7 +99,11 @@ NOT_WITHIN = "is outside its limits; nothing was changed"
         ("M104 T256 S200", NO_NUMBER), ("M104 S" + "9" * 60, NO_NUMBER), ("M104 D101", NOT_WITHIN),
         ("M104 D-1", NOT_WITHIN), ("M104 Dx", NO_NUMBER), ("M301 P-1", NOT_WITHIN),
         ("M301 P1000001", NOT_WITHIN), ("M301 P1 I1E-5", NO_NUMBER), ("M301 P1 I2 Dx", NO_NUMBER),
-        ("M303 S261", NOT_WITHIN), ("M303", NO_NUMBER), ("M303 S200 C-1", NO_NUMBER),
+        ("M301 P5 J23.4", NOT_WITHIN), ("M301 P5 K58.9", NOT_WITHIN), ("M301 Y100.1", NOT_WITHIN),
+        ("M301 J50 K40", NOT_WITHIN), ("M301 Y23.5", NOT_WITHIN), ("M301 P5 Y255", NOT_WITHIN),
+        ("M301 P5 J", NO_NUMBER), ("M301 J25 Kx", NO_NUMBER), ("M301 K30 Y1E1", NO_NUMBER),
+        ("M301 J25 P-1", NOT_WITHIN), ("M303 S261", NOT_WITHIN), ("M303", NO_NUMBER),
+        ("M303 S200 C-1", NO_NUMBER),
         ("M303 S0", NOT_WITHIN), ("M106 S-1", NOT_WITHIN), ("M106 Sx", NO_NUMBER),
         ("M106 Px", NO_NUMBER), ("M155 S-1", NO_NUMBER),
     ],
@@ -245,6 +255,7 @@ ENDS = {
     "a tuning": (
         [*spoken("M301 P1 I2 D3"), TUNING, tuning_ends(2), ticks(10)],
         ["Kp: 1.00000 Ki: 2.00000 Kd: 3.00000", "Integral: {minimum: 0.0 %, maximum: 0.0 %}",
+         "echo:  M301 E0 J0.00000 K0.00000",
          "PID Autotune finished! The gains are in use and stored.", "ok"], "200"),
     **{f"a tuning: {why}": ([TUNING, tuning_ends(result), ticks(10)],
                             [f"PID Autotune failed! {why}", "ok"], "200")

@@ -29,11 +29,17 @@ void USART0_UDRE_vect(void);
 enum { BYTES_SENT_PER_TICK = F_CPU / 8000 / (HOST_DIVISOR + 1) };
 
 struct fault_state fault;
-struct settings settings
+struct settings settings = {
+    .nozzle_setpoint_c = 0.0f,
 #if __has_include("loop_spare.h")
-    = { .spare_kp = 4.0f, .spare_ki = 5.0f, .spare_kd = 6.0f }
+    .spare_kp = 4.0f, .spare_ki = 5.0f, .spare_kd = 6.0f,
 #endif
-;
+#ifdef LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
+    .nozzle_integral_minimum_percent = LOOP_NOZZLE_INTEGRAL_MINIMUM,
+    .nozzle_integral_maximum_percent = LOOP_NOZZLE_INTEGRAL_MAXIMUM,
+    .nozzle_output_maximum_percent = LOOP_NOZZLE_OUTPUT_MAXIMUM,
+#endif
+};
 struct loop_nozzle_state loop_nozzle;
 struct autotune_nozzle_state autotune_nozzle;
 static float fan_percent;
@@ -204,6 +210,25 @@ static void feed_tick(void)
 static void feed_tick(void) { }
 #endif
 
+#ifdef LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
+bool settings_may_limit_nozzle(float integral_minimum, float integral_maximum, float output_maximum)
+{
+    return integral_minimum >= LOOP_NOZZLE_INTEGRAL_MINIMUM && integral_minimum <= integral_maximum
+        && integral_maximum <= LOOP_NOZZLE_INTEGRAL_MAXIMUM && integral_minimum < output_maximum
+        && output_maximum >= LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
+        && output_maximum <= LOOP_NOZZLE_OUTPUT_MAXIMUM;
+}
+
+static void show_limits(void)
+{
+    printf("=limits %.9g %.9g %.9g\n", (double)settings.nozzle_integral_minimum_percent,
+        (double)settings.nozzle_integral_maximum_percent,
+        (double)settings.nozzle_output_maximum_percent);
+}
+#else
+static void show_limits(void) { }
+#endif
+
 void settings_keep(void) { kept++; }
 void settings_reload(void) { reloaded++; }
 void settings_defaults(void) { defaulted++; }
@@ -269,6 +294,7 @@ int main(void)
         (double)fan_percent, loop_nozzle.mode, (double)loop_nozzle.manual_percent);
     printf("=gains %.9g %.9g %.9g\n", (double)settings.nozzle_kp, (double)settings.nozzle_ki,
         (double)settings.nozzle_kd);
+    show_limits();
     printf("=tuning %u\n=feed %d %d %u\n", cycles_asked, feed_is_at, feed_ends_at, disabled);
     unsigned pulled_up = 0;
     for (int port = 0; port < HOST_PORTS; port++) {

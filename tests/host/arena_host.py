@@ -10,6 +10,7 @@ from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_current import current_problem
 from host_gate import gate_problem
+from host_limits import limits_problem
 from host_power import power_problem
 from host_proof import proof_problem
 from host_switching import switching_problem
@@ -79,6 +80,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "gate": gate_problem,
         "current": current_problem,
         "proof": proof_problem,
+        "limits": limits_problem,
         "text": all_text_problems,
         "types": types_problem,
         "settings": lambda host: SettingsKept(host, short=True).problem(),

@@ -46,7 +46,7 @@ class Commands:
         self._adjustable = loop.protection.maximum_adjustable
         self._operator = _operator(controller, name, reference)
         self._closes = False
-        self._kept = self._defaults = self._operator.gains
+        self._kept = self._defaults = (self._operator.gains, self._operator.limits)
         within_k = loop.ready_within_k
         if self.switched and isinstance(loop.algorithm, ThreePosition):
             within_k = loop.algorithm.dead_band_k
@@ -60,7 +60,7 @@ class Commands:
         assert isinstance(operator, ProgrammedOperator)
         assert run is not None
         operator.setpoint_c = setpoint_c
-        operator.gains = self._kept = gains
+        operator.gains, self._kept = gains, (gains, operator.limits)
         operator.set_critical(critical_c)
         run.restore(replace(program))
         if program.state != IDLE:
@@ -122,12 +122,14 @@ class Commands:
                 operator.stop_tuning()
             case Command.GAINS:
                 return operator.set_gains(*gains)
+            case Command.LIMITS:
+                return operator.limits is None or operator.set_limits(*gains)
             case Command.KEEP:
-                self._kept = operator.gains
+                self._kept = operator.gains, operator.limits
             case Command.RELOAD:
-                operator.gains = self._kept
+                operator.gains, operator.limits = self._kept
             case Command.DEFAULTS:
-                operator.gains = self._defaults
+                operator.gains, operator.limits = self._defaults
         return None
 
     def share(self, row: Any) -> None:
@@ -154,7 +156,7 @@ class Commands:
         self._operator.after_step()
         tuner = self._reference.steering.tuner
         if tuner is not None and tuner.result == DONE and self._operator.gains is not before:
-            self._kept = self._operator.gains
+            self._kept = self._operator.gains, self._kept[1]
 
     def is_ready(self, record: Record) -> bool:
         """Whether the loop is ready, by docs/control.md, "Commands"."""

@@ -11,6 +11,7 @@ import numpy as np
 from host_courses import (
     LONG_SILENCE,
     LOWERED,
+    NARROWED,
     RISEN,
     STANDING,
     inputs_of,
@@ -63,6 +64,8 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     if host_specs.is_adjustable(name):
         courses += [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
     drawn = range(COURSES // 4 if programmed else COURSES)
+    if "limits" in kinds:
+        courses += NARROWED
     courses += [random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
     if programmed:
         firings = (random_firing(Random(-seed), STRETCHES) for seed in range(FIRINGS))  # noqa: S311

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import switched
+from heatwright.spec.commands import limits_adjustable, switched
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
@@ -28,6 +28,8 @@ ADJUSTING_KINDS = ("critical",)
 """Where the operator may move the critical temperature, besides."""
 NUMBER_KINDS = ("numbers", "numbers")
 """Where keys set numbers of the algorithm, besides."""
+LIMITING_KINDS = ("limits",)
+"""Where a host may narrow the limits of integral and output, besides."""
 CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
 OTHER_CODES = ("over", "leak")
@@ -70,6 +72,13 @@ maximum although the error is negative."""
 
 RISEN = [Stretch("setpoint", 3, 3), *(Stretch("rise_by", 3, value) for value in range(6))]
 """At full power, rises by what rules wait for to the bit."""
+
+
+NARROWED = [
+    [Stretch("limits", 14, value), *[Stretch("hold", 14, 0)] * 3, Stretch("limits", 14, 7 * value)]
+    for value in range(6)
+]
+"""As much power as a host has left, for as long as that may last without a rise, and then other."""
 
 
 def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> list[Stretch]:
@@ -153,4 +162,5 @@ def kinds_of(controller: Controller) -> tuple[str, ...]:
     kinds += PROGRAM_KINDS * (3 * programmed(controller, name))
     kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
+    kinds += LIMITING_KINDS * (2 * limits_adjustable(controller, name))
     return kinds + CURRENT_KINDS * (2 * (current_of(controller) is not None))

@@ -7,7 +7,8 @@ import numpy as np
 from host_stretches import AS_DUE, NO_GAINS, Stretch, Walk
 
 from heatwright.sim.host.firmware import Command
-from heatwright.spec import Controller, Current
+from heatwright.sim.reference.pid import limits_of
+from heatwright.spec import Controller, Current, Pid
 from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.commands import switched
 
@@ -89,6 +90,7 @@ class CommandedWalk(Walk):
         self._current = current_of(controller)
         self._keyed = numbers_of(controller, name)
         self._lost_ticks = round((loop.protection.master_lost_after_s or 0) * 100)
+        self._widest = limits_of(loop.algorithm) if isinstance(loop.algorithm, Pid) else ()
         self._go_on()
 
     def _go_on(self) -> None:
@@ -210,6 +212,22 @@ class CommandedWalk(Walk):
         self._gains_now = tuple(gains)
         self._command = (Command.GAINS, 0.0, self._gains_now)
         self._drift(stretch)
+
+    def _limits(self, stretch: Stretch) -> None:
+        """Limits of integral and output: the spec's own, narrower ones, and some that cannot be;
+        then so cold that the loop asks for all that it may."""
+        random = Random(stretch.value)  # noqa: S311
+        least, most, full = self._widest
+        limits = [least, most, full]
+        if stretch.value % 3:
+            limits = sorted(random.uniform(least, full) for _ in range(3))
+            limits[1] = min(limits[1], most)
+        if stretch.value % 4 == 3:
+            limits[random.randrange(3)] = random.choice((-1.0, 0.0, full + 1, float("nan"), full))
+        self._command = (Command.LIMITS, 0.0, tuple(limits))
+        if stretch.value % 5:
+            self._ramp_to(self._setpoint_c - 25 + stretch.value % 20)
+        self._drift(stretch._replace(value=stretch.value % 60 - 20))
 
     def _tune(self, stretch: Stretch) -> None:
         """A machine that a relay makes swing, whatever the relay does."""

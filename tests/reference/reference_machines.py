@@ -7,7 +7,7 @@ from typing import Any
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.copies import copy_of
 from heatwright.sim.reference.display import Display
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
 from heatwright.sim.reference.master import Master
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.program_state import RESTORING
@@ -173,6 +173,7 @@ class Commanded(Player):
         self.mode = AUTOMATIC
         self.manual_percent = 0.0
         self.set_gains(2, 0.5, 8)
+        self.limits: Limits | None = None
 
     @property
     def tuner(self) -> Any:
@@ -180,6 +181,9 @@ class Commanded(Player):
 
     def set_gains(self, kp: float, ki: float, kd: float) -> None:
         self.gains: Gains | None = Gains(Single(kp), Single(ki), Single(kd))
+
+    def set_limits(self, least: float, most: float, full: float) -> None:
+        self.limits = Limits(Single(least), Single(most), Single(full))
 
     def by_hand(self, percent: float) -> None:
         self.mode, self.manual_percent = MANUAL, percent
@@ -193,7 +197,7 @@ class Commanded(Player):
         return self.ramp(75, 83, 2) + self.ramp(85, 74, -1)
 
     def step(self, status: int, raw: int, **said: Any) -> Record:
-        orders = Orders(self.mode, Single(self.manual_percent), self.gains)
+        orders = Orders(self.mode, Single(self.manual_percent), self.gains, self.limits)
         return super().step(status, raw, orders=orders, **said)
 
 

@@ -14,6 +14,7 @@ A course is a title, and below it, indented:
 A value is a number, a word of `WORDS`, `~1` (but for single precision), `<1`, `>1`, or `absent`.
 """
 
+import math
 import operator
 import re
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ WORDS = {
     for module in (copies, inputs, program_state)
     for name, value in vars(module).items()
     if name.isupper() and isinstance(value, int)
-} | {"none": None, "yes": True}
+} | {"none": None, "yes": True, "nan": math.nan}
 TUNINGS = ("BUSY", "DONE", "TIMED_OUT", "STOPPED_BEFORE", "TOO_HOT", "NO_USE")
 WORDS |= {name: number for number, name in enumerate(TUNINGS, 1)}
 SHORT = {"fault": "fault.code", "fault_c": "fault.temperature_c", "duty": "duty_percent",

@@ -508,6 +508,8 @@ class _Controller:
             lines = ["M105", f"{heat} S{warm_c}", f"{heat} S0", "M106 S128", "M107", "M112", "M999",
                      f"{tune} S{warm_c} C3", f"{gains} P5 I0.1 D2", "G1 E5 F300"]  # fmt: skip
             lines.append(address if "T" in address else "M114")
+            if self.loops[0].algorithm.get("limits_adjustable"):
+                lines += [f"{gains} K90 Y35", f"{gains} J-10 Y200"]
             found += [{"send": line} for line in lines]
         if "modbus_rtu" in self.on_port:
             found += [{"write": write} for write in self._writes()]

@@ -73,6 +73,7 @@ class LoopDraw:
         self._algorithm()
         self._settings()
         self._protection()
+        self._adjustable()
         self._plant()
 
     def _period(self) -> None:
@@ -401,6 +402,19 @@ class LoopDraw:
         if self.served.by_master and draws.some():
             rules["master_lost_after"] = text(draws.number(10, 600, 20), "s")
         self.loop["protection"] = rules
+
+    def _adjustable(self) -> None:
+        """Let a host narrow the limits, where rules are left for what it may make of them."""
+        if self.kind != "pid" or not self.integrates or not self.served.by_host:
+            return
+        if own_draws(self.algorithm).some():
+            rules: Part = self.loop["protection"]
+            given = {} if rules["runaway"] == "off" else rules["runaway"]
+            band = {side: text(self.above_k, "K") for side in ("above", "below")}
+            rules["runaway"] = {**band, "for": self._time(60 * self.period_s), **given}
+            rules.pop("frozen", None)  # derived from the plant
+            self.runs_away = True
+            self.algorithm["limits_adjustable"] = True
 
     def _frozen(self, rules: Part, slowest: float, held_s: float) -> None:
         """Have a reading move with somewhat more heat than holding needs."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from heatwright.sim.interfaces.modbus_frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import limits_adjustable, tunable
 from heatwright.spec.eeprom import layout
 
 BLANK = 0xFF
@@ -75,7 +75,7 @@ PROGRESS_BYTES = 4 + _PROGRESS.size + 2 + 1
 
 
 class Settings(NamedTuple):
-    """A record of settings; of gains, a maximum, a type, numbers those that the machine keeps."""
+    """A record of settings; of gains, limits, a maximum, a type, numbers those that it keeps."""
 
     code: int
     temperature_c: float
@@ -84,6 +84,8 @@ class Settings(NamedTuple):
     gains: tuple[float, ...]
     maximum_c: float | None = None
     type: int | None = None
+    limits: tuple[float, ...] = ()
+    """Least and most of the integral, most of the output, %."""
     numbers: tuple[float, ...] = ()
 
 
@@ -98,13 +100,13 @@ class Memory:
         self.settings_slots = areas.settings.slots
         self.initial_c = loop.setpoint.initial_c
         self.has_setpoint, self.has_gains = loop.setpoint.stored, tunable(controller, name)
+        self.has_limits = limits_adjustable(controller, name)
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
         self.numbers = numbers_of(controller, name)
-        places = self.has_setpoint + 3 * self.has_gains + self.has_maximum + len(self.numbers)
         self._settings = struct.Struct(
-            "<B4sHBBfI" + "f" * places
-            + "B" * self.has_type
+            "<B4sHBBfI" + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)
+            + "f" * (self.has_maximum + len(self.numbers)) + "B" * self.has_type
         )  # fmt: skip
         self.settings_bytes = 2 + self._settings.size
         self.programs_at = areas.programs.start
@@ -120,7 +122,7 @@ class Memory:
         self, sequence: int, kept: Settings, digest: bytes | None = None, seen: int = 0
     ) -> bytes:
         head = (self.settings_bytes - 2, digest or self.digest, sequence & 0xFFFF)
-        values = [kept.setpoint_c] * self.has_setpoint + [*kept.gains]
+        values = [kept.setpoint_c] * self.has_setpoint + [*kept.gains, *kept.limits]
         values += [kept.maximum_c or 0.0] * self.has_maximum + [*kept.numbers]
         values += [kept.type or 0] * self.has_type
         body = self._settings.pack(*head, kept.code, seen, *kept[1:3], *values)
@@ -134,10 +136,12 @@ class Memory:
         _, _, sequence, code, _, temperature_c, time_s, *kept = self._settings.unpack(raw[2:])
         setpoint_c = kept.pop(0) if self.has_setpoint else self.initial_c
         gains = tuple(kept.pop(0) for _ in range(3 * self.has_gains))
+        limits = tuple(kept.pop(0) for _ in range(3 * self.has_limits))
         maximum_c = kept.pop(0) if self.has_maximum else None
         numbers = tuple(kept.pop(0) for _ in self.numbers)
-        found = Settings(code, temperature_c, time_s, setpoint_c, gains, maximum_c, *kept)
-        return sequence, found._replace(numbers=numbers)
+        own_type = kept.pop() if self.has_type else None
+        others = setpoint_c, gains, maximum_c, own_type, limits, numbers
+        return sequence, Settings(code, temperature_c, time_s, *others)
 
     def settings(self, image: bytes) -> Settings | None:
         """The newest valid record; numbers are near each other, but wrap."""

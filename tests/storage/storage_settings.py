@@ -6,11 +6,13 @@ from itertools import product
 from math import inf, nan
 
 import numpy as np
+from host_limits import doubtful_limits
 from storage_format import SETTINGS_STRIDE, TYPES, Settings, crc16
 from storage_host import Kept
 
 from heatwright.sim.host import Host
-from heatwright.spec import Controller
+from heatwright.sim.reference.pid import limits_of, may_limit
+from heatwright.spec import Controller, Pid
 from heatwright.spec.max31856 import lowered
 
 REST_TICKS = 1000
@@ -18,13 +20,14 @@ REST_TICKS = 1000
 CORRUPT = 16
 GAIN_MAXIMUM = 1e6
 GAINS = ("kp", "ki", "kd")
+LIMITS = ("integral_minimum_percent", "integral_maximum_percent", "output_maximum_percent")
 
 
 class SettingsKept(Kept):
     """Of any loop: what its specification has of all that may be kept."""
 
     checks = (
-        "blank", "types", "gains", "latch", "codes", "damaged_first", "restored", "noise",
+        "blank", "types", "gains", "limits", "latch", "codes", "damaged_first", "restored", "noise",
         "damaged", "foreign", "behind", "twins", "sizes", "newest", "later", "lasting", "meanwhile",
         "cuts", "first_cuts", "torn", "beyond",
     )  # fmt: skip
@@ -56,13 +59,17 @@ class SettingsKept(Kept):
         maxima_c: tuple[float | None, ...] = (highest_c, low_c, setpoint.minimum_c)
         if not memory.has_maximum:
             maxima_c = (None, None, None)
+        limits: tuple[tuple[float, ...], ...] = ((), (), ())
+        if memory.has_limits:
+            least, most, full = (float(each) for each in limits_of(loop.algorithm))
+            limits = (least, most, full), (least + 1.5, most - 2, full - 5), (least, least, 60.5)
         ends = [(each.value, each.minimum, each.maximum) for each in memory.numbers]
         numbers = [tuple(float(np.float32(each[way])) for each in ends) for way in range(3)]
         self.default, self.old, self.new = (
             Settings(*fault, *values)
             for fault, *values in zip(
                 ((0, 0.0, 0), (9, 21.5, 12345), (6, 86.25, 0)),
-                setpoints_c, gains, maxima_c, (own, other, own), numbers, strict=True,
+                setpoints_c, gains, maxima_c, (own, other, own), limits, numbers, strict=True,
             )
         )  # fmt: skip
 
@@ -72,6 +79,7 @@ class SettingsKept(Kept):
         self._put("setpoint_c", value.setpoint_c)
         if value.gains:
             self.set_gains(value.gains)
+            self.set_limits(value.limits)
             self.library.settings_keep()
         self._choose(value)
         self.library.settings_save()
@@ -97,6 +105,13 @@ class SettingsKept(Kept):
         for name, gain in zip(GAINS, gains, strict=True):
             self._put(name, gain)
 
+    def set_limits(self, limits: tuple[float, ...]) -> None:
+        for name, limit in zip(LIMITS, limits, strict=False):
+            self._put(name, limit)
+
+    def limits_now(self) -> tuple[float, ...]:
+        return tuple(self._get(each) for each in LIMITS) if self.memory.has_limits else ()
+
     def gains_now(self) -> tuple[float, ...]:
         return tuple(self._get(each) for each in GAINS) if self.memory.has_gains else ()
 
@@ -104,12 +119,9 @@ class SettingsKept(Kept):
         fault, settings = self.library.fault, self.library.settings
         maximum_c = getattr(settings, f"{self._loop}_maximum_c", None)
         kind = getattr(settings, self._kind, None)
-        setpoint_c, gains = self._get("setpoint_c"), self.gains_now()
         numbers = tuple(self._get(each.kind.field) for each in self.memory.numbers)
-        return Settings(
-            fault.code, fault.temperature_c, fault.time_s, setpoint_c, gains, maximum_c, kind,
-            numbers,
-        )  # fmt: skip
+        others = self._get("setpoint_c"), self.gains_now(), maximum_c, kind, self.limits_now()
+        return Settings(fault.code, fault.temperature_c, fault.time_s, *others, numbers)
 
     def known(self, image: bytes) -> Settings:
         """The newest; where none is sound a fault, unless it is the first that was cut short."""
@@ -267,6 +279,40 @@ class SettingsKept(Kept):
             if self.settle() != self.size:
                 yield f"gain {each} is not kept where it is less than before"
 
+    def limits(self) -> Iterator[str]:
+        """They are kept with the gains, when told and once, and come back with them."""
+        self.boot(self.memory.blank)
+        for changed in (self.old.limits, self.new.limits) * self.memory.has_limits:
+            ways = {"settings_reload": self.limits_now(), "settings_keep": changed}
+            for way, wanted in ways.items():
+                self.set_limits(changed)
+                getattr(self.library, way)()
+                if self.limits_now() != wanted:
+                    yield f"{way} makes the limits {self.limits_now()}, not {wanted}"
+            if (self.settle(), self.settle()) != (self.size, 0):
+                yield "limits are not written, or more than once"
+            for each, other in product(range(3), (1.5, -3.0, 0.0)):
+                moved = [*self.limits_now()]
+                moved[each] += other
+                self.set_limits(tuple(moved))
+                self.library.settings_keep()
+                if self.settle() != (self.size if other else 0):
+                    yield f"limit {each} is written {'not' if other else 'though nothing changed'}"
+        self.library.settings_defaults()
+        if self.limits_now() != self.default.limits:
+            yield "what the spec has does not come back"
+
+    def _limits_of_a_record(self) -> Iterator[str]:
+        """Limits are taken all together, or none of them."""
+        algorithm = self.controller.loops[self._loop].algorithm
+        assert isinstance(algorithm, Pid)
+        for limits in doubtful_limits(algorithm):
+            kept = self.old._replace(limits=tuple(map(float, limits)))
+            self.boot_with(kept)
+            taken = may_limit(algorithm, limits)
+            wanted = kept if taken else kept._replace(limits=self.default.limits)
+            yield from self.expect(f"limits of {limits}", wanted)
+
     def sizes(self) -> Iterator[str]:
         """A sound record of another size is not ours; one too large for a slot is damaged."""
         most = SETTINGS_STRIDE - 2
@@ -335,6 +381,8 @@ class SettingsKept(Kept):
                     changed[place] = self.default.numbers[place]
                 wanted = kept._replace(numbers=tuple(changed))
                 yield from self.expect(f"{each.kind.key} of {value}", wanted)
+        if self.memory.has_limits:
+            yield from self._limits_of_a_record()
         if not self.memory.has_maximum:
             return
         high = self.default.maximum_c

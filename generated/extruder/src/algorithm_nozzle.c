@@ -57,7 +57,7 @@ float algorithm_nozzle_unlimited(void)
 
 static void set_integral(float value)
 {
-    algorithm_nozzle.integral = limit(value, LOOP_NOZZLE_INTEGRAL_MINIMUM, LOOP_NOZZLE_INTEGRAL_MAXIMUM);
+    algorithm_nozzle.integral = limit(value, loop_nozzle.integral_minimum_percent, loop_nozzle.integral_maximum_percent);
 }
 
 /* The sum of the terms with the integral gone on. extruder.yaml:35 loops.nozzle.algorithm.integral */
@@ -67,7 +67,7 @@ static float integrate(float error_k)
 
     set_integral(algorithm_nozzle.integral + algorithm_nozzle.ki * LOOP_NOZZLE_PERIOD_S * error_k);
     const float sum = algorithm_nozzle_unlimited();
-    if ((sum > LOOP_NOZZLE_OUTPUT_MAXIMUM && error_k > 0.0f)
+    if ((sum > loop_nozzle.output_maximum_percent && error_k > 0.0f)
         || (sum < LOOP_NOZZLE_OUTPUT_MINIMUM && error_k < 0.0f)) {
         algorithm_nozzle.integral = before; /* a limited output must not wind it up */
     }
@@ -93,7 +93,7 @@ static void take_gains(float error_k)
 /* The operator's duty; the integral follows, so that the return to automatic does not jump. */
 static float follow(void)
 {
-    const float duty = limit(loop_nozzle.manual_percent, LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);
+    const float duty = limit(loop_nozzle.manual_percent, LOOP_NOZZLE_OUTPUT_MINIMUM, loop_nozzle.output_maximum_percent);
 
     set_integral(duty - algorithm_nozzle.proportional - algorithm_nozzle.kd * algorithm_nozzle.derivative);
     return duty;
@@ -105,12 +105,12 @@ static float decide(float error_k)
     if (loop_nozzle.mode == MODE_MANUAL) {
         return follow();
     }
-    /* extruder.yaml:37 loops.nozzle.algorithm.band */
+    /* extruder.yaml:38 loops.nozzle.algorithm.band */
     if (error_k > LOOP_NOZZLE_BAND_K || error_k < -LOOP_NOZZLE_BAND_K) {
         set_integral(0.0f);
-        return error_k > 0.0f ? LOOP_NOZZLE_OUTPUT_MAXIMUM : 0.0f;
+        return error_k > 0.0f ? loop_nozzle.output_maximum_percent : 0.0f;
     }
-    return limit(integrate(error_k), LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);
+    return limit(integrate(error_k), LOOP_NOZZLE_OUTPUT_MINIMUM, loop_nozzle.output_maximum_percent);
 }
 
 float algorithm_nozzle_step(float change_k, uint16_t gap)
@@ -123,6 +123,7 @@ float algorithm_nozzle_step(float change_k, uint16_t gap)
     }
     differentiate(error_k, gap);
     take_gains(error_k);
+    set_integral(algorithm_nozzle.integral); /* its limits may be others */
     algorithm_nozzle.proportional = algorithm_nozzle.kp * error_k;
     const float duty = decide(error_k);
     algorithm_nozzle.started = 1;

@@ -191,7 +191,44 @@ static bool take_gain(char gain, float *value)
     return true;
 }
 
-/* All gains that the line names, or none. */
+/* A limit that may be there. */
+static bool take_limit(char letter, float *percent)
+{
+    return words_find(letter, percent) == WORD_NONE || take_number(letter, percent);
+}
+
+/* The limits that the line names: all, or none, and then the line does nothing. */
+static bool set_limits(void)
+{
+    float any;
+
+    if (words_find('J', &any) == WORD_NONE && words_find('K', &any) == WORD_NONE
+        && words_find('Y', &any) == WORD_NONE) {
+        return true;
+    }
+    if (!tool_has_limits(report_tool)) {
+        refuse(REFUSED_UNABLE);
+        return false;
+    }
+    float integral_minimum = *tool_gain(report_tool, 'J');
+    float integral_maximum = *tool_gain(report_tool, 'K');
+    float output_maximum = *tool_gain(report_tool, 'Y');
+
+    if (!take_limit('J', &integral_minimum) || !take_limit('K', &integral_maximum)
+        || !take_limit('Y', &output_maximum)) {
+        return false;
+    }
+    if (!tool_may_limit(report_tool, integral_minimum, integral_maximum, output_maximum)) {
+        refuse(REFUSED_LIMITS);
+        return false;
+    }
+    *tool_gain(report_tool, 'J') = integral_minimum;
+    *tool_gain(report_tool, 'K') = integral_maximum;
+    *tool_gain(report_tool, 'Y') = output_maximum;
+    return true;
+}
+
+/* All gains and limits that the line names, or none. */
 static void set_gains(void)
 {
     if (!tool_is_tunable(report_tool)) {
@@ -202,7 +239,7 @@ static void set_gains(void)
     float ki = *tool_gain(report_tool, 'I');
     float kd = *tool_gain(report_tool, 'D');
 
-    if (!take_gain('P', &kp) || !take_gain('I', &ki) || !take_gain('D', &kd)) {
+    if (!take_gain('P', &kp) || !take_gain('I', &ki) || !take_gain('D', &kd) || !set_limits()) {
         return;
     }
     *tool_gain(report_tool, 'P') = kp;

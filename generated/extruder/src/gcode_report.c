@@ -24,7 +24,7 @@ static const float DUTY_PER_PERCENT = 1.27f;
 /* Below it a gain has five decimals, above it two: the seven digits that a float holds. */
 static const float SMALL_GAIN = 1000.0f;
 
-enum { PIECES_OF_GAINS = 5, LAST_WITH_GAINS = 0 };
+enum { PIECES_OF_GAINS = 8, LAST_WITH_GAINS = 0 };
 
 uint8_t report_tool = TOOLS_FIRST;
 uint8_t report_detail;
@@ -115,7 +115,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec e03c715e\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 7447f77b\n"));
 }
 
 static bool latched_fault(void)
@@ -276,7 +276,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec e03c715e PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 7447f77b PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:
@@ -305,6 +305,18 @@ static bool say_gain(const char *in_flash, uint8_t tool, char gain)
     return say_number(in_flash, value, value < SMALL_GAIN ? 5 : 2);
 }
 
+/* The beginning of the line that sets them. */
+static bool say_set_gains(uint8_t tool)
+{
+    return say_number(PSTR("echo:  M301 E"), (float)tool, 0);
+}
+
+/* Nothing for a tool that has none. */
+static bool say_limit(const char *in_flash, uint8_t tool, char limit)
+{
+    return tool_has_limits(tool) ? say_gain(in_flash, tool, limit) : say(PSTR(""));
+}
+
 static bool gains(void)
 {
     const uint8_t tool = step / PIECES_OF_GAINS;
@@ -317,13 +329,19 @@ static bool gains(void)
     }
     switch (step % PIECES_OF_GAINS) {
     case 0:
-        return say_number(PSTR("echo:  M301 E"), (float)tool, 0);
+        return say_set_gains(tool);
     case 1:
         return say_gain(PSTR(" P"), tool, 'P');
     case 2:
         return say_gain(PSTR(" I"), tool, 'I');
     case 3:
         return say_gain(PSTR(" D"), tool, 'D');
+    case 4:
+        return say_limit(PSTR(" J"), tool, 'J');
+    case 5:
+        return say_limit(PSTR(" K"), tool, 'K');
+    case 6:
+        return say_limit(PSTR(" Y"), tool, 'Y');
     default:
         return say(PSTR("\n"));
     }
@@ -358,6 +376,12 @@ static const char *tuning_failure(void)
     }
 }
 
+/* A limit that was found, for a tool that has it set. */
+static bool say_proposal(const char *in_flash, float percent)
+{
+    return tool_has_limits(report_tool) ? say_number(in_flash, percent, 5) : say(PSTR(""));
+}
+
 static bool tuned(void)
 {
     if (report_detail != AUTOTUNE_DONE) {
@@ -375,7 +399,17 @@ static bool tuned(void)
     case 4:
         return say_number(PSTR(" %, maximum: "), tool_integral_maximum(report_tool), 1);
     case 5:
-        return say(PSTR(" %}\nPID Autotune finished! The gains are in use and stored.\n"));
+        return say(PSTR(" %}\n"));
+    case 6:
+        return tool_has_limits(report_tool) ? say_set_gains(report_tool) : say(PSTR(""));
+    case 7:
+        return say_proposal(PSTR(" J"), tool_integral_minimum(report_tool));
+    case 8:
+        return say_proposal(PSTR(" K"), tool_integral_maximum(report_tool));
+    case 9:
+        return say(tool_has_limits(report_tool) ? PSTR("\n") : PSTR(""));
+    case 10:
+        return say(PSTR("PID Autotune finished! The gains are in use and stored.\n"));
     default:
         return false;
     }

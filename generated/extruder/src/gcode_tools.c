@@ -74,6 +74,12 @@ static float *gain_of_nozzle(char gain)
         return &settings.nozzle_kp;
     case 'I':
         return &settings.nozzle_ki;
+    case 'J':
+        return &settings.nozzle_integral_minimum_percent;
+    case 'K':
+        return &settings.nozzle_integral_maximum_percent;
+    case 'Y':
+        return &settings.nozzle_output_maximum_percent;
     default:
         return &settings.nozzle_kd;
     }
@@ -85,11 +91,27 @@ float *tool_gain(uint8_t tool, char gain)
     return gain_of_nozzle(gain);
 }
 
+bool tool_has_limits(uint8_t tool)
+{
+    switch (tool) {
+    case 0:
+        return true;
+    default:
+        return false;
+    }
+}
+
+bool tool_may_limit(uint8_t tool, float integral_minimum, float integral_maximum, float output_maximum)
+{
+    (void)tool; /* there is one */
+    return settings_may_limit_nozzle(integral_minimum, integral_maximum, output_maximum);
+}
+
 uint8_t tool_cycles(uint8_t tool)
 {
     switch (tool) {
     case 0:
-        return 5; /* extruder.yaml:38 loops.nozzle.autotune.cycles */
+        return 5; /* extruder.yaml:39 loops.nozzle.autotune.cycles */
     default:
         return 0;
     }

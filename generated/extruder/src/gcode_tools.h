@@ -29,8 +29,13 @@ bool tool_is_tunable(uint8_t tool);
 /* Heat with a duty that is given by hand; false when it is refused and nothing has changed. */
 bool tool_set_manual(uint8_t tool, float percent);
 
-/* Where gain 'P', 'I' or 'D' of a tunable tool is kept. */
+/* Where gain 'P', 'I' or 'D' of a tunable tool is kept; of one with limits also 'J' and 'K', the integral's,
+ * and 'Y', the output's maximum. */
 float *tool_gain(uint8_t tool, char gain);
+
+/* Whether a host may narrow the limits of its integral and its output, and to these, %. */
+bool tool_has_limits(uint8_t tool);
+bool tool_may_limit(uint8_t tool, float integral_minimum, float integral_maximum, float output_maximum);
 
 /* How many cycles its tuning takes if nobody says it; 0: it has none. */
 uint8_t tool_cycles(uint8_t tool);

@@ -36,6 +36,22 @@ static float decide(float change_k, uint16_t gap)
     return algorithm_nozzle_step(change_k, gap);
 }
 
+/* extruder.yaml:37 loops.nozzle.algorithm.limits_adjustable
+ * What a host has set may be narrower than the spec's limits, and nothing else: what a flipped bit
+ * makes of it is the spec's again. */
+static void take_limits(void)
+{
+    if (!settings_may_limit_nozzle(settings.nozzle_integral_minimum_percent,
+            settings.nozzle_integral_maximum_percent, settings.nozzle_output_maximum_percent)) {
+        settings.nozzle_integral_minimum_percent = LOOP_NOZZLE_INTEGRAL_MINIMUM;
+        settings.nozzle_integral_maximum_percent = LOOP_NOZZLE_INTEGRAL_MAXIMUM;
+        settings.nozzle_output_maximum_percent = LOOP_NOZZLE_OUTPUT_MAXIMUM;
+    }
+    loop_nozzle.integral_minimum_percent = settings.nozzle_integral_minimum_percent;
+    loop_nozzle.integral_maximum_percent = settings.nozzle_integral_maximum_percent;
+    loop_nozzle.output_maximum_percent = settings.nozzle_output_maximum_percent;
+}
+
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
@@ -63,6 +79,7 @@ static void step(void)
     }
 
     guard_nozzle_step(change_k, gap);
+    take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();
     } else {
@@ -90,6 +107,7 @@ static void step(void)
 void loop_nozzle_start(void)
 {
     ticks_left = LOOP_NOZZLE_PERIOD_TICKS;
+    take_limits();
     sensor_nozzle_begin();
 }
 

@@ -20,6 +20,10 @@ struct loop_nozzle_state {
     float asked_percent;    /* the same at the last step that had a reading */
     uint8_t mode;           /* MODE_*, as this step took it over */
     float manual_percent;   /* the duty that was asked for by hand */
+    /* Limits in force (extruder.yaml:37 loops.nozzle.algorithm.limits_adjustable): */
+    float integral_minimum_percent;
+    float integral_maximum_percent;
+    float output_maximum_percent;
 };
 
 extern struct loop_nozzle_state loop_nozzle;

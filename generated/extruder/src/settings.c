@@ -21,6 +21,9 @@ struct kept {
     float nozzle_kp;
     float nozzle_ki;
     float nozzle_kd;
+    float nozzle_integral_minimum_percent;
+    float nozzle_integral_maximum_percent;
+    float nozzle_output_maximum_percent;
 };
 
 struct record {
@@ -87,10 +90,28 @@ static void keep_nozzle(float kp, float ki, float kd)
     kept.nozzle_kd = kd;
 }
 
+static void keep_limits_of_nozzle(float integral_minimum, float integral_maximum, float output_maximum)
+{
+    kept.nozzle_integral_minimum_percent = integral_minimum;
+    kept.nozzle_integral_maximum_percent = integral_maximum;
+    kept.nozzle_output_maximum_percent = output_maximum;
+}
+
+/* What is not a number is refused, too. With as much integral as output an idle loop would ask for
+ * all that it may. */
+bool settings_may_limit_nozzle(float integral_minimum, float integral_maximum, float output_maximum)
+{
+    return integral_minimum >= LOOP_NOZZLE_INTEGRAL_MINIMUM && integral_minimum <= integral_maximum
+        && integral_maximum <= LOOP_NOZZLE_INTEGRAL_MAXIMUM && integral_minimum < output_maximum
+        && output_maximum >= LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM && output_maximum <= LOOP_NOZZLE_OUTPUT_MAXIMUM;
+}
+
 static void take_defaults(void)
 {
     settings.nozzle_setpoint_c = LOOP_NOZZLE_SETPOINT_INITIAL_C;
     keep_nozzle(LOOP_NOZZLE_KP, LOOP_NOZZLE_KI, LOOP_NOZZLE_KD);
+    keep_limits_of_nozzle(
+        LOOP_NOZZLE_INTEGRAL_MINIMUM, LOOP_NOZZLE_INTEGRAL_MAXIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);
 }
 
 static void take_record(void)
@@ -103,6 +124,11 @@ static void take_record(void)
     if (is_gain(record.kept.nozzle_kp) && is_gain(record.kept.nozzle_ki)
         && is_gain(record.kept.nozzle_kd)) {
         keep_nozzle(record.kept.nozzle_kp, record.kept.nozzle_ki, record.kept.nozzle_kd);
+    }
+    if (settings_may_limit_nozzle(record.kept.nozzle_integral_minimum_percent,
+            record.kept.nozzle_integral_maximum_percent, record.kept.nozzle_output_maximum_percent)) {
+        keep_limits_of_nozzle(record.kept.nozzle_integral_minimum_percent,
+            record.kept.nozzle_integral_maximum_percent, record.kept.nozzle_output_maximum_percent);
     }
 }
 
@@ -154,9 +180,22 @@ void settings_keep_nozzle(void)
     settings_save();
 }
 
+static void store_limits_of_nozzle(void)
+{
+    if (settings.nozzle_integral_minimum_percent == kept.nozzle_integral_minimum_percent
+        && settings.nozzle_integral_maximum_percent == kept.nozzle_integral_maximum_percent
+        && settings.nozzle_output_maximum_percent == kept.nozzle_output_maximum_percent) {
+        return;
+    }
+    keep_limits_of_nozzle(settings.nozzle_integral_minimum_percent,
+        settings.nozzle_integral_maximum_percent, settings.nozzle_output_maximum_percent);
+    settings_save();
+}
+
 void settings_keep(void)
 {
     settings_keep_nozzle();
+    store_limits_of_nozzle();
 }
 
 void settings_reload(void)
@@ -164,6 +203,9 @@ void settings_reload(void)
     settings.nozzle_kp = kept.nozzle_kp;
     settings.nozzle_ki = kept.nozzle_ki;
     settings.nozzle_kd = kept.nozzle_kd;
+    settings.nozzle_integral_minimum_percent = kept.nozzle_integral_minimum_percent;
+    settings.nozzle_integral_maximum_percent = kept.nozzle_integral_maximum_percent;
+    settings.nozzle_output_maximum_percent = kept.nozzle_output_maximum_percent;
 }
 
 void settings_defaults(void)
@@ -171,6 +213,9 @@ void settings_defaults(void)
     settings.nozzle_kp = LOOP_NOZZLE_KP;
     settings.nozzle_ki = LOOP_NOZZLE_KI;
     settings.nozzle_kd = LOOP_NOZZLE_KD;
+    settings.nozzle_integral_minimum_percent = LOOP_NOZZLE_INTEGRAL_MINIMUM;
+    settings.nozzle_integral_maximum_percent = LOOP_NOZZLE_INTEGRAL_MAXIMUM;
+    settings.nozzle_output_maximum_percent = LOOP_NOZZLE_OUTPUT_MAXIMUM;
 }
 
 static void begin(void)

@@ -308,6 +308,12 @@ static bool say_gain(const char *in_flash, uint8_t tool, char gain)
     return say_number(in_flash, value, value < SMALL_GAIN ? 5 : 2);
 }
 
+/* The beginning of the line that sets them. */
+static bool say_set_gains(uint8_t tool)
+{
+    return say_number(PSTR("echo:  M301 E"), (float)tool, 0);
+}
+
 static bool gains(void)
 {
     const uint8_t tool = step / PIECES_OF_GAINS;
@@ -320,7 +326,7 @@ static bool gains(void)
     }
     switch (step % PIECES_OF_GAINS) {
     case 0:
-        return say_number(PSTR("echo:  M301 E"), (float)tool, 0);
+        return say_set_gains(tool);
     case 1:
         return say_gain(PSTR(" P"), tool, 'P');
     case 2:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
@@ -17,7 +17,7 @@ from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
 from heatwright.spec.adjusted import GAINS, sets_gains
-from heatwright.spec.algorithms import IntegralLimits, OutputLimits
+from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, IntegralLimits, OutputLimits
 from heatwright.spec.commands import programmed, tunable
 
 
@@ -52,6 +52,22 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     )
 
 
+class LimitsInForce(NamedTuple):
+    """What the limits, %, are called in C: members of the loop where a host may narrow them."""
+
+    integral_minimum: str
+    integral_maximum: str
+    output_maximum: str
+
+
+def in_force(pid: Pid, prefix: str, state: str) -> LimitsInForce:
+    """Name the limits of a loop with this state."""
+    names = LimitsInForce._fields
+    if pid.limits_adjustable:
+        return LimitsInForce(*(f"{state}.{name}_percent" for name in names))
+    return LimitsInForce(*(f"{prefix}_{name.upper()}" for name in names))
+
+
 @dataclass(frozen=True, slots=True)
 class _Terms:
     source: Source
@@ -73,12 +89,14 @@ class _Terms:
 
     def context(self, state: str) -> dict[str, Any]:
         """What the template asks; gains that may change are members of `state`."""
+        limits = in_force(self.pid, self.prefix, f"loop_{state.removeprefix('algorithm_')}")
         keys = (
             "kd", "feed_forward", "integral", "band", "dead_band", "dead_band_keeps",
             "derivative_step",
         )  # fmt: skip
         return {
             "where": self.source.where,
+            **limits._asdict(),
             "where_of": {key: self.source.at(key).where for key in keys},
             "variable": self.variable,
             "integral": self.integral,
@@ -110,6 +128,13 @@ class _Terms:
                 self._number("feed_forward", "FEED_FORWARD", self.pid.feed_forward, "%*s/K")
             )
         constants += self._limits("output", self.pid.output)
+        if self.pid.limits_adjustable:
+            least = self.pid.output.minimum_percent + LEAST_RANGE_PERCENT
+            constants.append(
+                self.source.at("limits_adjustable").number(
+                    f"{self.prefix}_OUTPUT_LEAST_MAXIMUM", least, "a host may choose no less"
+                )
+            )
         if self.pid.band_k is not None:
             constants.append(self._number("band", "BAND_K", self.pid.band_k, "K"))
         if self.pid.dead_band_k > 0:

@@ -13,7 +13,7 @@ from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Gcode
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import limits_adjustable, tunable
 from heatwright.spec.uart import baud_setting
 
 SILENT_S = 3.0
@@ -107,6 +107,9 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         "bed": heaters.get("B"),
         "chamber": heaters.get("C"),
         "tunable": tuned,
+        "limited": [
+            heater for heater in tuned if limits_adjustable(controller, str(heater["loop"]))
+        ],
         "autotuned": [
             tool
             | {
