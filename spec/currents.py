@@ -20,6 +20,10 @@ percent, and a wire that heats up changes its resistance by less."""
 FILTER_PULSES = 5
 """Periods of the PWM in the time constant of the filter that makes their mean."""
 
+LIMITED_PARTS = 3
+"""Of a control period, in which the filter is as slow at most where a limit goes by what it shows:
+else that is the current of the duty before."""
+
 _Ampere = Annotated[float, Quantity(CURRENT, least=0.001)]
 
 
@@ -78,3 +82,8 @@ class Current(Model):
     def nominal_a(self) -> float:
         """The most in healthy operation, A: the limit, if there is one; as that."""
         return self.over_a / TRIP_FACTOR if self.limit_a is None else self.limit_a
+
+    @property
+    def filter_parts(self) -> int:
+        """The filter's time constant is a control period at most, divided by this."""
+        return 1 if self.limit_a is None else LIMITED_PARTS

@@ -18,9 +18,6 @@ from heatwright.spec.quantity import duration, hertz, rounded_up
 LONGEST_PERIOD_S = 1.0
 """The current is looked at once a period, and so long a short circuit may burn."""
 
-LIMITED_PARTS = 3
-"""Of a period, in which the filter is as slow at most where a limit goes by what it shows."""
-
 
 def currents_in_time(controller: Controller) -> Findings:
     """Hold the loop's period to how long a short circuit may burn, and to the readings."""
@@ -67,8 +64,8 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
         if not isinstance(each.output, PwmOutput):
             continue
         for name, loop in _loops_of(controller, each.name):
-            parts, within = (LIMITED_PARTS, "a third of ") if each.current.limit_a else (1, "")
-            longest_s = loop.period_s / parts
+            longest_s = loop.period_s / each.current.filter_parts
+            within = "a third of " if each.current.filter_parts > 1 else ""
             because_of: tuple[Path, ...] = (("loops", name, "period"), each.path)
             needed_hz = FILTER_PULSES / longest_s
             if each.output.frequency_hz < needed_hz:

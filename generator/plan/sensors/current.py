@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from heatwright.generator.plan.adc import channel_macro, scan
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
-from heatwright.generator.plan.sensors.common import UseOfSensor, current_sensor
+from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, CurrentSensor, PwmOutput
 from heatwright.spec.circuits import reference_v
+from heatwright.spec.currents import FILTER_PULSES
 
 CODES = 1024
-FILTER_PERIODS = 5
-"""Of the PWM that an RC before the pin has to be long, so that its ripple is small and what is
-measured is the mean."""
 
 
 def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> Part:
@@ -88,7 +88,17 @@ def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
     """Say what has to be between the sensor and the pin, if its heater pulses."""
     for loop in controller.loops.values():
         heater = controller.outputs[loop.heater]
-        if current_sensor(controller, loop) == name and isinstance(heater, PwmOutput):
-            least, most = FILTER_PERIODS / heater.frequency_hz, use.period_s
-            return f"; through an RC of {quantity(least, 's')} to {quantity(most, 's')}: the mean"
+        if (
+            isinstance(heater, PwmOutput)
+            and heater.current is not None
+            and heater.current.sensor == name
+        ):
+            least = quantity(FILTER_PULSES / heater.frequency_hz, "s")
+            most = quantity(_rounded_down(use.period_s / heater.current.filter_parts), "s")
+            return f"; through an RC of {least} to {most}: the mean"
     return ""
+
+
+def _rounded_down(seconds: float) -> float:
+    """Leave tenths of a millisecond, so that what is told is no longer than what is allowed."""
+    return math.floor(round(seconds * 1e4, 6)) / 1e4
