@@ -2,7 +2,9 @@
 
 What its firmware's users look up by hand, the limits of the integral, is here what M303 proposes
 after it has tuned at the lowest and at the highest temperature of a print, from cold, with the
-reference model, which the firmware equals bit for bit.
+reference model, which the firmware equals bit for bit. A proposal is within the limits of the spec,
+whose least integral is above what is proposed for the lowest temperature: that row is there twice,
+of the spec as it is and with `integral.minimum` at 0.
 
     python tools/hotend_figures.py spec/examples/extruder.yaml
 """
@@ -67,14 +69,14 @@ def figures(controller: Controller) -> Iterator[Figure]:
     yield "integral at most, counts", "150", counts(law.integral.maximum_percent), 0
     overfed = heater.model_copy(update={"supply_v": SUPPLY_V, "rated_v": RATED_V})
     yield "a heater of 12 V from 18 V, counts", "113", COUNTS * rated_share(overfed), 0
-    widest = law.integral.model_copy(update={"minimum_percent": 0.0, "maximum_percent": 100.0})
-    free = spec.model_copy(update={"algorithm": law.model_copy(update={"integral": widest})})
-    hotend = controller.with_loop(LOOP, free)
-    cold, pla, abs_ = (tuned(hotend, celsius) for celsius in (COLDEST_C, PLA_C, ABS_C))
-    below = counts(float(cold["autotune.hold_percent"] - cold["autotune.integral_minimum"]))
-    yield "least integral below what 170 °C takes, counts", "about 30", below, 0
-    yield "most integral at 180 °C, counts", "about 130", most(pla), 0
-    yield "most integral at 240 °C, counts", "about 180", most(abs_), 0
+    free = law.integral.model_copy(update={"minimum_percent": 0.0})
+    opened = controller.with_loop(
+        LOOP, spec.model_copy(update={"algorithm": law.model_copy(update={"integral": free})})
+    )
+    yield "least integral below what 170 °C takes, counts", "about 30", below(controller), 0
+    yield "the same with integral.minimum at 0, counts", "about 30", below(opened), 0
+    yield "most integral at 180 °C, counts", "about 130", most(controller, PLA_C), 0
+    yield "most integral at 240 °C, counts", "about 180", most(controller, ABS_C), 0
 
 
 def counts(percent: float) -> float:
@@ -82,9 +84,15 @@ def counts(percent: float) -> float:
     return percent * COUNTS / 100
 
 
-def most(last: np.void) -> float:
-    """Return the proposed maximum of the integral, in counts."""
-    return counts(float(last["autotune.integral_maximum"]))
+def below(controller: Controller) -> float:
+    """Return by how much the proposed minimum is below what the coldest print takes, in counts."""
+    last = tuned(controller, COLDEST_C)
+    return counts(float(last["autotune.hold_percent"] - last["autotune.integral_minimum"]))
+
+
+def most(controller: Controller, celsius: float) -> float:
+    """Return the maximum of the integral that is proposed at a temperature, in counts."""
+    return counts(float(tuned(controller, celsius)["autotune.integral_maximum"]))
 
 
 def tuned(controller: Controller, celsius: float) -> np.void:

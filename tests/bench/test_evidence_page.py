@@ -2,7 +2,8 @@
 
 A quotation is an indented block: a line with `$ ` and the command, below it lines that it prints,
 in their order. Blanks and rules of tables do not count. What holds a figure is a key of a spec,
-whose value it is; a line of a quotation, which has its numbers; or a test. Else it is not built.
+whose value it is; a line of a quotation, which has its numbers; or, where ours has no number, a
+test. Else it is not built.
 """
 
 import os
@@ -105,6 +106,7 @@ def assert_holds(by: str, ours: str) -> None:
     assert by[0] == by[-1] == "`", by
     by = by.strip("`")
     if by.startswith("tests/"):
+        assert not numbers(ours), "a test holds no number to what is printed"
         assert_is_a_test(by)
     elif by.startswith("$ "):
         command, label = by.removeprefix("$ ").split(": ", maxsplit=1)
