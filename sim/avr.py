@@ -140,12 +140,28 @@ class Avr:
         """
         run, hw = self._lib.hw_run, self._hw
         while result := run(hw, cycle):
-            if result != self._lib.HW_YIELD:
-                raise AvrError(self._why())
-            for log in self._logs:
-                log.drain()
+            self.came_back(result)
+        self.raise_errors()
+
+    def came_back(self, result: int) -> None:
+        """Empty the logs when a run has come back before its end, with one of the shim's results.
+
+        Raises AvrError if it cannot go on.
+        """
+        if result != self._lib.HW_YIELD:
+            raise AvrError(self._why())
+        for log in self._logs:
+            log.drain()
+
+    def raise_errors(self) -> None:
+        """Raise what a chip on a bus has raised."""
         if self._slave_errors:
             raise self._slave_errors.pop(0)
+
+    @property
+    def pointer(self) -> Any:
+        """The processor, for the shim's functions."""
+        return self._hw
 
     def run(self, seconds: float) -> None:
         """Run on for a time, s; see run_to."""

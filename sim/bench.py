@@ -114,13 +114,21 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
         step_s=step_s,
         seed=seed,
     )
-    run = _Run(controller, device, machine, actions(events), step_s, end_s(events))
+    kind = Run if isinstance(device, ReferenceDevice) else _run_of(device)
+    run = kind(controller, device, machine, actions(events), step_s, end_s(events))
     run.go(progress)
     return run.trace()
 
 
-class _Run:
-    """One run, row by row."""
+def _run_of(device: Device) -> type["Run"]:
+    """Return how another device than the model is run; only here simulated chips are imported."""
+    from heatwright.sim.beside import RunBeside, is_native  # noqa: PLC0415
+
+    return RunBeside if is_native(device) else Run
+
+
+class Run:
+    """One run, row by row; its plant goes on in Python."""
 
     def __init__(  # noqa: PLR0913, PLR0917 – each is another part of the world
         self,
@@ -148,17 +156,14 @@ class _Run:
         self._amperes = np.zeros((count + 1, len(self._meters)))
 
     def go(self, progress: Progress | None) -> None:
-        device, plant, coupling, step_s = self._device, self._plant, self._coupling, self._step_s
+        plant, coupling, step_s = self._plant, self._coupling, self._step_s
         report_every = max(1, self._count // PROGRESS_REPORTS)
         felt = self._felt()
         self._note(0, felt)
         for row in range(1, self._count + 1):
             for sensor, value in felt.items():
-                device.sense(sensor, value)
-            until_s = row * step_s
-            if self._done < len(self._hand):
-                self._act(until_s)
-            device.advance(until_s)
+                self._device.sense(sensor, value)
+            self._advance(row * step_s)
             active = coupling.supplied(coupling.active())
             fed_mm_per_s = coupling.feed_mm_per_s()
             plant.step(active, fed_mm_per_s)
@@ -167,7 +172,7 @@ class _Run:
             self._active[row] = tuple(active.values())
             self._fed[row] = fed_mm_per_s
             if progress is not None and row % report_every == 0:
-                progress(until_s, self._count * step_s)
+                progress(row * step_s, self._count * step_s)
 
     def trace(self) -> Trace:
         return Trace(
@@ -193,13 +198,14 @@ class _Run:
         if self._meters:
             self._amperes[row] = values[len(self._sensors) :]
 
-    def _act(self, until_s: float) -> None:
-        """Do what comes before the next row."""
+    def _advance(self, until_s: float) -> None:
+        """Run the device to a time, through what is done before it."""
         while self._done < len(self._hand) and self._hand[self._done].time_s < until_s:
             action = self._hand[self._done]
             self._device.advance(action.time_s)
             self._do(action)
             self._done += 1
+        self._device.advance(until_s)
 
     def _do(self, action: Action) -> None:
         if action.line is not None:

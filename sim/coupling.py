@@ -53,27 +53,36 @@ class Coupling:
         self._steppers = tuple(name for name in outputs if isinstance(outputs[name], Stepper))
         self.loads = tuple(name for name in outputs if name not in self._steppers)
         heaters = {loop.heater for loop in controller.loops.values()}
-        self._behind_relay: Set[str] = heaters if controller.safety.relay else frozenset()
+        self.behind_relay: Set[str] = heaters if controller.safety.relay else frozenset()
         self._device = device
         self._step_s = step_s
         self.extruded_mm_per_s = 0.0
         """What somebody else feeds, beside the device's own motors."""
 
+    @property
+    def moves(self) -> bool:
+        """Whether the device has motors."""
+        return bool(self._steppers)
+
     def active(self) -> Mapping[str, float]:
         """Return the mean active fraction of each load since the last call, 0..1."""
         return {name: self._device.on_fraction(name) for name in self.loads}
 
-    def supplied(self, conducting: Mapping[str, float]) -> Mapping[str, float]:
+    def supplied(
+        self, conducting: Mapping[str, float], closed: float | None = None
+    ) -> Mapping[str, float]:
         """Return what loads get of which such shares conduct, when the safety relay is in series.
 
         It switches without load: of two shares of the same time, one lies within the other. A
         switch that has died conducts all the time.
+        closed -- the share that the relay has conducted; it is asked if None.
         """
-        if not self._behind_relay:
+        if not self.behind_relay:
             return conducting
-        closed = self._device.relay_fraction()
+        if closed is None:
+            closed = self._device.relay_fraction()
         return {
-            name: min(share, closed) if name in self._behind_relay else share
+            name: min(share, closed) if name in self.behind_relay else share
             for name, share in conducting.items()
         }
 

@@ -64,9 +64,10 @@ class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
     elf -- the binary, with debug information. Once made it is powered on, and its time is 0.
-    avr -- the processor; sensors, outputs, interfaces -- what is wired to it, by the spec's names;
-    relay -- what is in series with the heaters, if anything is; proofs -- what proves that
-    fans turn, by the fan.
+    avr -- the processor, run_to -- runs it to a cycle; feed_at -- the cycle at which what was
+    recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
+    spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
+    that fans turn, by the fan.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -113,9 +114,9 @@ class AvrDevice:
             display.serve(display_pages(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
-        self._feed_at = 0
+        self.feed_at = 0
         keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
-        self._run_to = keypads[0].advance if keypads else self.avr.run_to
+        self.run_to = keypads[0].advance if keypads else self.avr.run_to
 
     def _watch_interlocks(self) -> None:
         for name, loop in self._controller.loops.items():
@@ -186,15 +187,21 @@ class AvrDevice:
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
-        while (wake := self._wake_cycle()) is not None and wake < cycle:
-            self._run_to(wake)
+        while (wake := self.wake_cycle) is not None and wake < cycle:
+            self.run_to(wake)
             self.feed()
-        self._run_to(cycle)
-        if cycle >= self._feed_at or any(part.is_busy for part in self._talkers):
+        self.run_to(cycle)
+        if cycle >= self.feed_at or self.is_attended:
             self.feed()
 
-    def _wake_cycle(self) -> int | None:
-        """Return the cycle at which somebody outside wants to hear and to talk."""
+    @property
+    def is_attended(self) -> bool:
+        """Whether somebody outside is in the middle of a talk."""
+        return any(part.is_busy for part in self._talkers)
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """The cycle at which somebody outside wants to hear and to talk, or has let a key go."""
         wakes = [wake for part in self._wakers if (wake := part.wake_cycle) is not None]
         return min(wakes) if wakes else None
 
@@ -226,6 +233,11 @@ class AvrDevice:
         return self._controller.board.uarts[getattr(next(lines, None), "port", 0)].number
 
     # -- looking in ----------------------------------------------------------------------------
+
+    @property
+    def powered_s(self) -> float:
+        """When its power came on last, s since the device was made."""
+        return self._start_s
 
     @property
     def time_s(self) -> float:
@@ -284,7 +296,7 @@ class AvrDevice:
             stepper.feed(pins, sent)
         for recorder in (*self.interlocks.values(), *self._recorders):
             recorder.feed(pins, sent)
-        self._feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
+        self.feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
 
     def record(self, recorder: Interface) -> None:
         """Give a recorder everything from now on (see heatwright.sim.vcd)."""

@@ -81,8 +81,14 @@ class Variables(Mapping[str, Variable]):
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
         self._all = _described(elf.path.read_bytes())
+        self._found: dict[str, Variable] = {}
 
     def __getitem__(self, name: str) -> Variable:
+        if name not in self._found:
+            self._found[name] = self._described(name)
+        return self._found[name]
+
+    def _described(self, name: str) -> Variable:
         file, _, path = name.rpartition(":")
         steps = _steps(path)
         found = self._find(file, steps[0][0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.relay import Armature, Relay, Wire
 from heatwright.spec import Controller, DigitalOutput
@@ -61,6 +63,16 @@ class SafetyRelay:
     def power_off(self) -> None:
         """Let the coil go with the controller's supply, until `power_on`."""
         self._avr = None
+
+    @property
+    def pointer(self) -> Any:
+        """The relay, for the shim's functions."""
+        return self._wired.pointer
+
+    @property
+    def closed_cycles(self) -> int:
+        """Cycles for which they have conducted since the power-up."""
+        return self._wired.closed_cycles
 
     def closed_fraction(self) -> float:
         """Return the share of time they conducted since the last call, 0..1.

@@ -16,7 +16,9 @@ from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
-from heatwright.sim.plants import Plant, plant_of, profile_c
+from heatwright.sim.machine import BITS, SENSED, TIME, TIPS, Machine, Shares
+from heatwright.sim.plants import plant_of, profile_c
+from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
@@ -81,14 +83,8 @@ class World:
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
-        self._plant = self._machine(weather)
-        self._felt = self._plant.sensed_c()
-        self._row = 0
-        self._power_on_s = 0.0
+        self._machine = Machine(self._plant(weather), self.device, self.coupling, self.step_s)
         self._switched_on = False
-        self._times_s: list[float] = []
-        self._tips: dict[str, list[float]] = {sensor: [] for sensor in self._felt}
-        self._currents: dict[str, list[float]] = {name: [] for name in self._plant.currents_a()}
         self.watch_peaks()
         self.trips = TripLog(self.device)
         self.heater = HeaterLog(self.device, {site.loop.heater})
@@ -100,13 +96,13 @@ class World:
         self.trips.attach()
         self.step()
 
-    def _machine(self, weather: Weather) -> Plant:
+    def _plant(self, weather: Weather) -> Plant:
         self._network = network = weather.network or self.site.network
         begins_c = profile_c(
             self.site.controller, network, self.site.loop_name, weather.start_c,
             ambient_c=weather.ambient_c,
         )  # fmt: skip
-        return plant_of(
+        plant = plant_of(
             self.site.controller,
             network.model_copy(update={"initial_c": weather.ambient_c}),
             ambient_c=weather.ambient_c,
@@ -114,6 +110,8 @@ class World:
             seed=weather.seed,
             starts_c=begins_c,
         )
+        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        return plant
 
     # -- the machine ---------------------------------------------------------------------------
 
@@ -125,39 +123,51 @@ class World:
     @property
     def sensed_c(self) -> float:
         """What the machine makes the loop's sensor feel, broken or not, °C."""
-        return self._felt[self.site.loop.sensor]
+        return self._felt(self.site.loop.sensor)
 
     @property
     def tip_c(self) -> float:
         """What the tip of the loop's sensor feels, °C."""
-        return self._tip(self.site.loop.sensor)
+        sensor = self.site.loop.sensor
+        return self._tip(sensor, self._felt(sensor))
 
     def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return what a sensor's tip felt, °C, from each of these times on, s."""
-        return np.array(self._times_s), np.array(self._tips[sensor])
+        return self._told(sensor)
 
     def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the current that a sensor had to see, A, from each of these times on, s."""
-        return np.array(self._times_s), np.array(self._currents[sensor])
+        return self._told(sensor)
+
+    def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rows = self._machine.rows
+        rows = rows[rows[:, BITS].astype(int) & SENSED > 0]
+        return rows[:, TIME], rows[:, TIPS + self._machine.sensors.index(sensor)]
 
     def watch_peaks(self) -> None:
         """Look for the highest temperatures from now on."""
-        self.peak_c, self.peaks = self.sensed_c, Peaks(self._plant, self.step_s)
+        self.peaks = Peaks(self._machine, self.site.loop.sensor)
+
+    @property
+    def peak_c(self) -> float:
+        """The highest temperature at the loop's sensor since `watch_peaks`, °C."""
+        return self._machine.peak_c
 
     @property
     def bears_c(self) -> Mapping[str, float]:
         """What every node bears, °C."""
         return bears_c(self.site.controller, self._network)
 
-    def _tip(self, sensor: str) -> float:
-        felt_c = self._felt[sensor]
+    def _felt(self, sensor: str) -> float:
+        return float(self._machine.felt[self._machine.sensors.index(sensor)])
+
+    def _tip(self, sensor: str, felt: float) -> float:
         feel = self.wiring.feel.get(sensor)
-        return feel(felt_c) if feel else felt_c
+        return feel(felt) if feel else felt
 
     def run(self, seconds: float) -> None:
         """Go on for a time, in whole steps."""
-        for _ in range(round(seconds / self.step_s)):
-            self.step()
+        self._go(round(seconds / self.step_s))
 
     def until(self, condition: Condition, within_s: float) -> bool:
         """Go on until something is so; False if it takes longer."""
@@ -169,30 +179,31 @@ class World:
 
     def step(self) -> None:
         """Go on by one step of time."""
-        self._times_s.append(self.now_s)
-        for sensor in self._felt:
-            tip_c = self._tip(sensor)
-            self._tips[sensor].append(tip_c)
-            self.device.sense(sensor, tip_c)
-        for sensor, amperes in self._plant.currents_a().items():
-            self._currents[sensor].append(amperes)
-            self.device.sense(sensor, amperes)
-        self._row += 1
-        self.device.advance(self._power_on_s + self._row * self.step_s)
-        self._heat(self.coupling.active(), self.coupling.feed_mm_per_s())
+        self._go(1)
 
-    def _heat(self, asked: Mapping[str, float], feed_mm_per_s: float) -> None:
+    def _go(self, steps: int) -> None:
+        """Go on by some steps: together, where all is sound."""
+        wiring = self.wiring
+        self._look()
+        if not (wiring.heat or wiring.besides or wiring.feel):
+            self._machine.go(steps)
+            return
+        for _ in range(steps):
+            self._machine.by_hand(self._tip, self._supplied)
+
+    def _look(self) -> None:
+        """For heat from elsewhere nothing here is to blame."""
+        self._machine.look(watches=not (self.peaks.ended or self.wiring.besides))
+
+    def _supplied(self, asked: Shares, closed: float | None) -> tuple[Shares, Shares]:
+        """Return what heats, and what of it is current, when loads are asked for so long."""
         heat, besides = self.wiring.heat, self.wiring.besides
         conducts = self.coupling.supplied(
-            {name: heat[name](share) if name in heat else share for name, share in asked.items()}
+            {name: heat[name](share) if name in heat else share for name, share in asked.items()},
+            closed,
         )
         heats = {name: conducts[name] + more() for name, more in besides.items()}
-        given = {**conducts, **heats}
-        self._plant.step(given, feed_mm_per_s, conducts)
-        self._felt = self._plant.sensed_c()
-        self.peak_c = max(self.peak_c, self.sensed_c)
-        if not besides:  # for heat from elsewhere nothing here is to blame
-            self.peaks.note(self._plant, given, feed_mm_per_s)
+        return {**conducts, **heats}, conducts
 
     # -- the operator --------------------------------------------------------------------------
 
@@ -245,7 +256,7 @@ class World:
     @property
     def power_on_s(self) -> float:
         """When the controller's power came on last, on its own time, s."""
-        return self._power_on_s
+        return self.device.powered_s
 
     @property
     def setpoint_c(self) -> float:
@@ -279,9 +290,10 @@ class World:
         self.heaters.power_cut()
         if self.device.relay is not None:
             self.device.relay.power_off()
+        self._look()
         for _ in range(round(off_s / self.step_s)):
-            self._heat(dict.fromkeys(self.coupling.loads, 0.0), 0.0)
+            self._machine.without_power(self._supplied)
         self.device.power_cycle(undefined)
-        self._power_on_s, self._row = self.device.time_s, 0
+        self._machine.wire()
         self.trips.attach()
         self.step()

@@ -54,9 +54,14 @@ class Keypad:
         for turn in range(2 * self.bounces):
             yield self._avr.cycle + (turn + 1) * step, key if turn % 2 else self.held
 
+    @property
+    def wake_cycle(self) -> int | None:
+        """The cycle of the next bounce, if there is one."""
+        return self._pending[0][0] if self._pending else None
+
     def advance(self, cycle: int) -> None:
         """Run the processor to a cycle, through the bounces on the way."""
-        while self._pending and self._pending[0][0] < cycle:
+        while self._pending and self._pending[0][0] <= cycle:
             self._avr.run_to(self._pending[0][0])
             self._set(self._pending.pop(0)[1])
         self._avr.run_to(cycle)

@@ -37,7 +37,8 @@ class LcdKeypad:
     @property
     def wake_cycle(self) -> int | None:
         """When somebody presses or lets go next; None: nobody does."""
-        return self.fingers.wake_cycle
+        wakes = (self.fingers.wake_cycle, self.keypad.wake_cycle)
+        return min((wake for wake in wakes if wake is not None), default=None)
 
     def play(self, keys: Iterable[str]) -> None:
         """Press keys one after the other, from now on."""

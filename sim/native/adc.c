@@ -101,6 +101,26 @@ void hw_adc_set(hw *h, int channel, double millivolts) {
         h->channels[channel] = millivolts;
 }
 
+void hw_adc_curve(hw *h, int channel, const double *millivolts, size_t count, double first,
+                  double per_unit) {
+    struct curve *c = &h->curves[channel];
+    *c = (struct curve){millivolts, count, first, per_unit, c->felt};
+}
+
+int hw_adc_sense(hw *h, int channel, double felt) {
+    struct curve *c = &h->curves[channel];
+    double at = (felt - c->first) * c->per_unit;
+    c->felt = felt;
+    if (!c->millivolts || !(at >= 0 && at < (double)(c->count - 1)))
+        return 0;
+    size_t piece = (size_t)at;
+    const double *ends = c->millivolts + piece;
+    h->channels[channel] = ends[0] + (at - (double)piece) * (ends[1] - ends[0]);
+    return 1;
+}
+
+double hw_adc_felt(hw *h, int channel) { return h->curves[channel].felt; }
+
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv) {
     h->aref_mv = aref_mv;
     h->avcc_mv = avcc_mv;

@@ -10,6 +10,15 @@ enum {
     HW_LIMIT = 3,    /* the firmware uses what simavr does not model: hw_message says what */
 };
 
+/* More results of hw_machine_go: what Python is to do before it goes on. */
+enum {
+    HW_MATRIX = 4,   /* the matrix of its key is not known */
+    HW_NOISE = 5,    /* no noise is left */
+    HW_LOGGED = 6,   /* the log is full */
+    HW_WAKE = 7,     /* somebody outside wants to talk within this step */
+    HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
+};
+
 /* Causes of a reset, as MCUSR numbers them. */
 enum { HW_POWER_ON = 0, HW_EXTERNAL = 1, HW_BROWN_OUT = 2, HW_WATCHDOG = 3 };
 
@@ -76,8 +85,12 @@ int hw_uart_exists(hw *h, int uart);
 double hw_uart_frame_cycles(hw *h, int uart);
 uint64_t hw_uart_overruns(hw *h, int uart);
 
-/* ADC. */
+/* ADC. A curve: what a sensor makes of what it feels, at equal distances, between them straight. */
 void hw_adc_set(hw *h, int channel, double millivolts);
+void hw_adc_curve(hw *h, int channel, const double *millivolts, size_t count, double first,
+                  double per_unit);
+int hw_adc_sense(hw *h, int channel, double felt);  /* 0: beyond the curve, or there is none */
+double hw_adc_felt(hw *h, int channel);
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
 void hw_adc_mux5(hw *h, uint8_t mask);
 void hw_adc_fail(hw *h, int hung, int stuck);
@@ -168,6 +181,56 @@ typedef struct hw_fan hw_fan;
 hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, double lag);
 void hw_fan_fail(hw_fan *f, double pace, double noise, double low, int wire);
 double hw_fan_speed(hw_fan *f);                 /* pulses per cycle */
+
+/* A machine: see machine.c. All arrays are Python's. Indices: of states, loads, the ADC's channels. */
+enum { HW_SENSES = 0, HW_RUNS = 1, HW_HEATS = 2 };  /* its phases */
+enum { HW_MACHINE_PLACES = 4096 };                  /* a power of two, above twice the matrices */
+typedef struct { int load; double power_w; } hw_heater;
+typedef struct { int here, there; double factor; } hw_surface;
+typedef struct {
+    int state, channel;         /* channel -1: Python is told */
+    double older;               /* share of the older of two steps */
+    double *past;               /* a ring */
+    int length, oldest;
+    const double *noise;        /* drawn before, the last first; NULL: none */
+    int drawn;
+} hw_feeler;
+typedef struct { int load, channel; double full_a, share; } hw_meter;
+typedef struct { int pin, active_high, behind_relay; uint64_t high; } hw_load;
+typedef struct {
+    hw *h;
+    void *handle;
+    hw_relay *relay;
+    double clock_hz, step_s, powered_s, began_s;
+    uint64_t row, until, read_at, relay_closed, left;
+    int phase;
+    /* the network */
+    int states, nodes, inputs, heater_count, surface_count, fan_count;
+    const hw_heater *heaters;
+    const hw_surface *surfaces;
+    const int *fans;
+    double zero_c_k, log_grid, feed;
+    double *vector, *next, *key, *keys, *matrices;
+    int key_size;
+    uint32_t matrices_known, matrices_room, places[HW_MACHINE_PLACES];
+    /* what feels it, and what heats it */
+    int feeler_count, meter_count, load_count, steps_motors;
+    hw_feeler *feelers;
+    const hw_meter *meters;
+    hw_load *loads;
+    double *felt, *tips;        /* of the feelers, then of the meters */
+    double *active, *given, *conducts, closed;
+    /* what is kept */
+    double *highest, peak;
+    int peak_of, watches, spreads, sensed, logs_nodes;
+    double *log;
+    size_t logged, log_room, columns;
+} hw_machine;
+void hw_machine_matrix(hw_machine *m, const double *matrix);  /* of its key */
+void hw_machine_begin(hw_machine *m);   /* one step by hand: its tips are felt, */
+void hw_machine_read(hw_machine *m);    /* behind the run its switches are read, */
+int hw_machine_heat(hw_machine *m);     /* and what is given heats it; or HW_MATRIX */
+int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed);
 
 /* Profile: one instruction at a time. function: of each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,

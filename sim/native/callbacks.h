@@ -5,4 +5,6 @@ extern "Python+C" {
     void hw_spi_selected(void *handle, uint64_t cycle);
     void hw_spi_released(void *handle, uint64_t cycle);
     void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
+    void hw_machine_sense(void *handle, int sensor, double felt);
+    double hw_machine_fed(void *handle);
 }

@@ -32,6 +32,8 @@ void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits,
 void hw_spi_selected(void *handle, uint64_t cycle);
 void hw_spi_released(void *handle, uint64_t cycle);
 void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
+void hw_machine_sense(void *handle, int sensor, double felt);
+double hw_machine_fed(void *handle);
 
 /* A growing array of records. */
 struct log {
@@ -147,6 +149,13 @@ struct snapshot {
     uint32_t last;
 };
 
+/* Millivolts at equal distances of what is felt. */
+struct curve {
+    const double *millivolts;   /* NULL: none */
+    size_t count;
+    double first, per_unit, felt;
+};
+
 struct profile;
 struct fast;
 
@@ -175,6 +184,7 @@ struct hw {
     avr_adc_t *adc;
     struct tap tap_adcsra, tap_adcl, tap_adch;
     double channels[HW_CHANNELS], aref_mv, avcc_mv;
+    struct curve curves[HW_CHANNELS];
     uint16_t adc_pending, adc_result;
     int adc_locked, adc_hung, adc_stuck;
     uint16_t adc_codes[HW_CHANNELS];    /* last of each */

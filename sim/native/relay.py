@@ -28,7 +28,7 @@ class Wire(IntEnum):
 
 
 class Relay:
-    """A relay with its coil and, perhaps, its mirror contact on pins."""
+    """A relay with its coil and, perhaps, its mirror contact on pins; pointer -- the shim's."""
 
     def __init__(  # noqa: PLR0913 - a relay, said once
         self,
@@ -47,25 +47,25 @@ class Relay:
         self._lib, self._clock_hz = hw.lib, hw.clock_hz
         times = (round(seconds * hw.clock_hz) for seconds in (operate_s, release_s))
         number = -1 if contact is None else contact
-        self._relay: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
-        if not self._relay:
+        self.pointer: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
+        if not self.pointer:
             raise ValueError("There are too many relays on this processor, or no such pins.")
 
     def fail(self, armature: Armature, wire: Wire) -> None:
         """Break it so from now on, or mend it."""
-        self._lib.hw_relay_fail(self._relay, int(armature), int(wire))
+        self._lib.hw_relay_fail(self.pointer, int(armature), int(wire))
 
     @property
     def closed(self) -> bool:
         """Whether its main contacts conduct now."""
-        return bool(self._lib.hw_relay_closed(self._relay))
+        return bool(self._lib.hw_relay_closed(self.pointer))
 
     @property
     def closed_cycles(self) -> int:
         """Cycles for which they have conducted."""
-        return int(self._lib.hw_relay_closed_cycles(self._relay))
+        return int(self._lib.hw_relay_closed_cycles(self.pointer))
 
     @property
     def operations(self) -> int:
         """How often they have moved, either way."""
-        return int(self._lib.hw_relay_operations(self._relay))
+        return int(self._lib.hw_relay_operations(self.pointer))

@@ -28,10 +28,10 @@ class Feeler:
             seed: of the noise.
 
         """
-        self._state = state
-        self._noise_k = sense.noise_k
+        self.state = state
+        self.noise_k = sense.noise_k
         whole = math.ceil(sense.delay_s / step_s)
-        self._older_share = 1 - (whole - sense.delay_s / step_s)
+        self.older_share = 1 - (whole - sense.delay_s / step_s)
         self._past = deque([initial_c] * (whole + 1), maxlen=whole + 1)
         self._random = np.random.default_rng(seed)
         self._noise: list[float] = []
@@ -39,21 +39,35 @@ class Feeler:
 
     def feel(self, states: NDArray[np.float64]) -> None:
         """Follow the plant by one step."""
-        self._past.append(float(states[self._state]))
+        self._past.append(float(states[self.state]))
         self.felt_c = self._delayed() + self._draw()
+
+    @property
+    def past_c(self) -> list[float]:
+        """What was and is still to be felt, the oldest first, °C."""
+        return list(self._past)
+
+    def left_k(self) -> list[float]:
+        """Return the noise that is drawn already and give it away: the last is the next, K."""
+        left, self._noise = self._noise or self._drawn(), []
+        return left
+
+    def _drawn(self) -> list[float]:
+        drawn: list[float] = self._random.normal(0.0, self.noise_k, NOISE_BLOCK).tolist()
+        return drawn
 
     def _delayed(self) -> float:
         past = self._past
         if len(past) == 1:
             return past[0]
-        share = self._older_share
+        share = self.older_share
         return share * past[0] + (1 - share) * past[1]
 
     def _draw(self) -> float:
-        if not self._noise_k:
+        if not self.noise_k:
             return 0.0
         if not self._noise:
-            self._noise = self._random.normal(0.0, self._noise_k, NOISE_BLOCK).tolist()
+            self._noise = self._drawn()
         return self._noise.pop()
 
 
@@ -70,10 +84,10 @@ class Ammeter:
 
         """
         self.output = sense.of or ""
-        self._full_a = full_a
-        self._share = 1 - math.exp(-step_s / sense.lag_s) if sense.lag_s else 1.0
+        self.full_a = full_a
+        self.share = 1 - math.exp(-step_s / sense.lag_s) if sense.lag_s else 1.0
         self.amperes = 0.0
 
     def follow(self, active: float) -> None:
         """Go on by one step, with the heater's mean active fraction over it, 0..1."""
-        self.amperes += self._share * (active * self._full_a - self.amperes)
+        self.amperes += self.share * (active * self.full_a - self.amperes)

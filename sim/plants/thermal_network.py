@@ -16,6 +16,8 @@ the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, 
 """
 
 from collections.abc import Mapping
+from copy import deepcopy
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,28 +61,28 @@ class Plant:
 
         """
         self.nodes = tuple(network.nodes)
-        self.heaters = tuple(network.heat)
+        self.heaters, self.fans = tuple(network.heat), tuple(network.fans)
         self._network = network
         self._step_s = step_s
-        self._heaters = tuple((name, powers_w[name]) for name in network.heat)
+        self.heaters_w = tuple((name, powers_w[name]) for name in network.heat)
         tips = {name: sense for name, sense in network.sense.items() if sense.node is not None}
         self._lagging = tuple(name for name, sense in tips.items() if sense.lag_s > 0)
-        self._states = len(self.nodes) + len(self._lagging)
+        self.states = len(self.nodes) + len(self._lagging)
         initial_c = ambient_c if network.initial_c is None else network.initial_c
-        self._radiant = self._states + len(self._heaters)
-        self._vector = np.full(self._radiant + len(network.radiation) + 1, initial_c)
-        self._vector[-1] = ambient_c
+        self._radiant = self.states + len(self.heaters_w)
+        self.vector = np.full(self._radiant + len(network.radiation) + 1, initial_c)
+        self.vector[-1] = ambient_c
         for node, start_c in (starts_c or {}).items():
-            self._vector[self.nodes.index(node)] = start_c
+            self.vector[self.nodes.index(node)] = start_c
         for place, name in enumerate(self._lagging, len(self.nodes)):
-            self._vector[place] = self._vector[self._node_of(name)]
-        self._surfaces = tuple(
+            self.vector[place] = self.vector[self._node_of(name)]
+        self.surfaces = tuple(
             Surface.of(each, [self._place(node) for node in each.between])
             for each in network.radiation
         )
-        self._next = np.empty(self._states)
+        self._next = np.empty(self.states)
         self._matrices: dict[tuple[float, ...], Matrix] = {}
-        self._feelers = {
+        self.feelers = {
             name: Feeler(
                 self.state_of(name),
                 sense,
@@ -90,24 +92,30 @@ class Plant:
             )
             for number, (name, sense) in enumerate(tips.items())
         }
-        self._ammeters = {
+        self.ammeters = {
             name: Ammeter(sense, (full_a or {})[sense.of], step_s)
             for name, sense in network.sense.items()
             if sense.of is not None
         }
 
+    def at(self, vector: Matrix) -> "Plant":
+        """Return the same plant with another vector of states and inputs."""
+        other = deepcopy(self)
+        other.vector[:] = vector
+        return other
+
     @property
     def temperatures_c(self) -> Matrix:
         """The temperature of every node now, °C."""
-        return self._vector[: len(self.nodes)]
+        return self.vector[: len(self.nodes)]
 
     def sensed_c(self) -> dict[str, float]:
         """Return what every sensor's tip feels now, °C."""
-        return {name: feeler.felt_c for name, feeler in self._feelers.items()}
+        return {name: feeler.felt_c for name, feeler in self.feelers.items()}
 
     def currents_a(self) -> dict[str, float]:
         """Return what every current's sensor sees now, A."""
-        return {name: meter.amperes for name, meter in self._ammeters.items()}
+        return {name: meter.amperes for name, meter in self.ammeters.items()}
 
     def step(
         self,
@@ -123,26 +131,26 @@ class Plant:
             conducts: the same for their currents, where some of the heat comes from elsewhere.
 
         """
-        for meter in self._ammeters.values():
+        for meter in self.ammeters.values():
             meter.follow((active if conducts is None else conducts)[meter.output])
-        vector, states = self._vector, self._states
-        for place, (name, power_w) in enumerate(self._heaters, states):
+        vector, states = self.vector, self.states
+        for place, (name, power_w) in enumerate(self.heaters_w, states):
             vector[place] = active[name] * power_w
-        fans = tuple(active[name] for name in self._network.fans)
-        radiates = self._radiate() if self._surfaces else ()
+        fans = tuple(active[name] for name in self.fans)
+        radiates = self._radiate() if self.surfaces else ()
         matrix = self._matrices.get((feed_mm_per_s, *fans, *radiates))
         if matrix is None:
             matrix = self._remember(fans, feed_mm_per_s, radiates)
         np.dot(matrix, vector, out=self._next)
         vector[:states] = self._next
-        for feeler in self._feelers.values():
+        for feeler in self.feelers.values():
             feeler.feel(vector)
 
     def _radiate(self) -> tuple[float, ...]:
         """Set what the surfaces give beside their conductances, and return these, W/K."""
         found = []
-        for place, surface in enumerate(self._surfaces, self._radiant):
-            conductance, self._vector[place] = surface.now(self._vector)
+        for place, surface in enumerate(self.surfaces, self._radiant):
+            conductance, self.vector[place] = surface.now(self.vector)
             found.append(conductance)
         return tuple(found)
 
@@ -151,10 +159,16 @@ class Plant:
     ) -> Matrix:
         if len(self._matrices) >= MOST_STEP_MATRICES:
             self._matrices.clear()
-        rates = self.rates(fans, feed_mm_per_s, radiates)
-        matrix = step_matrix(rates, self._states, self._step_s)
+        matrix = self.matrix(fans, feed_mm_per_s, radiates)
         self._matrices[feed_mm_per_s, *fans, *radiates] = matrix
         return matrix
+
+    def matrix(
+        self, fans: tuple[float, ...], feed_mm_per_s: float, radiates: tuple[float, ...]
+    ) -> Matrix:
+        """Return what a step multiplies the vector of states and inputs with; see `rates`."""
+        rates = self.rates(fans, feed_mm_per_s, radiates)
+        return _known_matrix(rates.tobytes(), rates.shape, self._step_s)
 
     def state_of(self, sensor: str) -> int:
         """Return the place of what a sensor follows, before its dead time, among the states."""
@@ -164,11 +178,11 @@ class Plant:
 
     def state_c(self, place: int) -> float:
         """Return a state now, °C."""
-        return float(self._vector[place])
+        return float(self.vector[place])
 
     def radiates_at(self, temperature_c: float) -> tuple[float, ...]:
         """Return by how much more each surface radiates for a kelvin more at a temperature, W/K."""
-        return tuple(surface.slope(temperature_c) for surface in self._surfaces)
+        return tuple(surface.slope(temperature_c) for surface in self.surfaces)
 
     def rates(
         self,
@@ -184,7 +198,7 @@ class Plant:
             radiates: conductance of each surface that radiates, W/K; none radiates if left out.
 
         """
-        rates = np.zeros((self._states, len(self._vector)))
+        rates = np.zeros((self.states, len(self.vector)))
         for link in self._network.links:
             self._join(
                 rates, link.between, self._gain(link.between, fans) / link.resistance_k_per_w
@@ -198,7 +212,7 @@ class Plant:
         ):
             self._join(rates, each.between, conductance)
             self._heat(rates, each.between, place)
-        for place, node in enumerate(self._network.heat.values(), self._states):
+        for place, node in enumerate(self._network.heat.values(), self.states):
             number = self.nodes.index(node)
             rates[number, place] = 1 / self._network.nodes[node]
         for state, sensor in enumerate(self._lagging, len(self.nodes)):
@@ -229,7 +243,7 @@ class Plant:
 
     def _place(self, node: str) -> int:
         """Return where the temperature of a node is in the vector."""
-        return len(self._vector) - 1 if node == AMBIENT else self.nodes.index(node)
+        return len(self.vector) - 1 if node == AMBIENT else self.nodes.index(node)
 
     def _gain(self, between: tuple[str, str], fans: tuple[float, ...]) -> float:
         gain = 1.0
@@ -237,6 +251,13 @@ class Plant:
             if set(effect.link) == set(between):
                 gain *= 1 + (effect.factor - 1) * fraction
         return gain
+
+
+@lru_cache(maxsize=MOST_STEP_MATRICES)
+def _known_matrix(rates: bytes, shape: tuple[int, int], step_s: float) -> Matrix:
+    """Integrate once what many machines are."""
+    matrix = step_matrix(np.frombuffer(rates).reshape(shape), shape[0], step_s)
+    return np.ascontiguousarray(matrix)
 
 
 def step_matrix(rates: Matrix, states: int, step_s: float) -> Matrix:

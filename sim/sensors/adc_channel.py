@@ -1,4 +1,9 @@
-"""What all chips and circuits on a pin of the ADC share: a channel, a wire, a reference."""
+"""What all chips and circuits on a pin of the ADC share: a channel, a wire, a reference.
+
+Their voltage is taken from a curve, along a straight line between two of its points, in C: to
+compute it anew in each step of time would take longer than all else. What a curve lacks to the
+circuit is known (tests/analog/test_curves.py). Beyond its ends the circuit itself is computed.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +11,21 @@ from abc import ABC, abstractmethod
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.circuits import Wiring
+from heatwright.sim.native.analog import Curve
 from heatwright.spec import Analog, Board, CurrentSensor, Rtd, Thermistor
 
 Wired = Analog | CurrentSensor | Rtd | Thermistor
 
 
 class AdcChannel(ABC):
-    """A voltage on a channel, which depends on what its wire has suffered."""
+    """A voltage on a channel, which depends on what is felt and on what its wire has suffered."""
 
-    def __init__(self, avr: Avr, channel: int) -> None:
+    def __init__(self, avr: Avr, channel: int, felt: float) -> None:
         self._wiring = Wiring()
         self._avr = avr
-        self._channel = channel
-        self._update()
+        self.channel = channel
+        self._avr.adc.bend(channel, self._curve())
+        self.sense(felt)
 
     @property
     def wiring(self) -> Wiring:
@@ -30,12 +37,28 @@ class AdcChannel(ABC):
         self._wiring = wiring
         self._update()
 
-    @abstractmethod
-    def _voltage_v(self) -> float:
-        """Return the voltage at the pin now."""
+    @property
+    def felt(self) -> float:
+        """What it feels, in its unit."""
+        return self._avr.adc.felt(self.channel)
+
+    def sense(self, felt: float) -> None:
+        """Give it this from now on."""
+        if not self._avr.adc.sense(self.channel, felt):
+            self._avr.adc.set(self.channel, 1000 * self._voltage_v(felt))
 
     def _update(self) -> None:
-        self._avr.adc.set(self._channel, 1000 * self._voltage_v())
+        """Take another curve: something has changed in the circuit."""
+        self._avr.adc.bend(self.channel, self._curve())
+        self.sense(self.felt)
+
+    @abstractmethod
+    def _curve(self) -> Curve | None:
+        """Return the voltages by what is felt; None if they depend on more than that."""
+
+    @abstractmethod
+    def _voltage_v(self, felt: float) -> float:
+        """Return the voltage at the pin."""
 
 
 def channel_of(avr: Avr, board: Board, sensor: Wired) -> int:

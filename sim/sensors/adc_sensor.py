@@ -2,30 +2,53 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
+import numpy as np
+
 from heatwright.sim.avr import Avr
-from heatwright.sim.circuits import pin_v
+from heatwright.sim.circuits import Wiring, pin_v
+from heatwright.sim.native.analog import Curve
 from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Analog, Board, Rtd, Thermistor
+
+PER_K = 64
+"""Points of a curve for each kelvin."""
+BELOW_K, ABOVE_K = 60, 120
+"""How far a curve goes beyond the range of its sensor."""
+COLDEST_C = -270
 
 
 class AdcSensor(AdcChannel):
     """An analog sensor in its circuit, wired to a channel.
 
-    temperature_c -- what its tip feels, °C; wiring -- what is wrong with it (see Wiring).
+    wiring -- what is wrong with it (see Wiring).
     """
 
     def __init__(self, avr: Avr, channel: int, sensor: Thermistor | Rtd | Analog) -> None:
-        self.temperature_c = 20.0
         self._sensor = sensor
-        super().__init__(avr, channel)
+        super().__init__(avr, channel, 20.0)
 
-    def sense(self, temperature_c: float) -> None:
-        """Give its tip this temperature from now on, °C."""
-        self.temperature_c = temperature_c
-        self._update()
+    @property
+    def temperature_c(self) -> float:
+        """What its tip feels, °C."""
+        return self.felt
 
-    def _voltage_v(self) -> float:
-        return float(pin_v(self._sensor, self.temperature_c, self._wiring))
+    def _curve(self) -> Curve:
+        return curve_of(self._sensor, self._wiring)
+
+    def _voltage_v(self, felt: float) -> float:
+        return float(pin_v(self._sensor, felt, self._wiring))
+
+
+@lru_cache(maxsize=64)
+def curve_of(sensor: Thermistor | Rtd | Analog, wiring: Wiring) -> Curve:
+    """Return the voltages at the pin by the temperature at the tip, °C."""
+    low_c, high_c = sensor.range_c
+    first_c = max(COLDEST_C, round(low_c) - BELOW_K)
+    count = (round(high_c) + ABOVE_K - first_c) * PER_K + 1
+    celsius = first_c + np.arange(count) / PER_K
+    return Curve(float(first_c), float(PER_K), 1000 * pin_v(sensor, celsius, wiring))
 
 
 def attach(avr: Avr, board: Board, sensor: Thermistor | Rtd | Analog) -> AdcSensor:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from heatwright.sim.avr import Avr
 from heatwright.sim.circuits import current_v
+from heatwright.sim.circuits.ports import SUPPLY_V
+from heatwright.sim.native.analog import Curve
 from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Board, CurrentSensor
 
@@ -11,25 +15,41 @@ from heatwright.spec import Board, CurrentSensor
 class CurrentProbe(AdcChannel):
     """A current sensor behind its filter, wired to a channel.
 
-    amperes -- what it says of the current, as its filter lets it through: the mean over the
-    heater's pulses; wiring -- what is wrong with it (see Wiring); stands -- it goes on saying what
-    it said last, whatever flows.
+    It is given what its filter lets through, the mean over the heater's pulses. wiring -- what is
+    wrong with it (see Wiring).
     """
 
     def __init__(self, avr: Avr, channel: int, sensor: CurrentSensor) -> None:
-        self.amperes = 0.0
-        self.stands = False
         self._sensor = sensor
-        super().__init__(avr, channel)
+        self._stands_at: float | None = None
+        super().__init__(avr, channel, 0.0)
 
-    def sense(self, amperes: float) -> None:
-        """Let this current flow from now on, A."""
-        if not self.stands:
-            self.amperes = amperes
-            self._update()
+    @property
+    def amperes(self) -> float:
+        """What it says of the current, A."""
+        return self.felt if self._stands_at is None else self._stands_at
 
-    def _voltage_v(self) -> float:
-        return float(current_v(self._sensor, self.amperes, self._wiring))
+    @property
+    def stands(self) -> bool:
+        """Whether it goes on saying what it said last, whatever flows."""
+        return self._stands_at is not None
+
+    @stands.setter
+    def stands(self, stands: bool) -> None:
+        self._stands_at = self.amperes if stands else None
+        self._update()
+
+    def _curve(self) -> Curve | None:
+        """Return a straight line from no current to where the sensor is at its supply."""
+        if self._stands_at is not None:
+            return None
+        most_a = (SUPPLY_V - self._sensor.offset_v) / self._sensor.scale_v_per_a
+        ends_v = current_v(self._sensor, [0.0, most_a], self._wiring)
+        return Curve(0.0, 1 / most_a, np.asarray(1000 * ends_v))
+
+    def _voltage_v(self, felt: float) -> float:
+        flows_a = felt if self._stands_at is None else self._stands_at
+        return float(current_v(self._sensor, flows_a, self._wiring))
 
 
 def attach(avr: Avr, board: Board, sensor: CurrentSensor) -> CurrentProbe:

@@ -76,8 +76,9 @@ def reads_three_quarters(world: World) -> None:
     """Give the sensor of the heater's current a wrong scale."""
     probe = world.device.sensors["current"]
     assert isinstance(probe, CurrentProbe)
-    sense = probe.sense
-    probe.sense = lambda amperes: sense(0.75 * amperes)  # type: ignore[method-assign]
+    curve = probe._curve()
+    bent = curve._replace(per_unit=0.75 * curve.per_unit)
+    world.device.avr.adc.bend(probe.channel, bent)
 
 
 def fragile(bears_c: float) -> Callable[[Fault], Fault]:

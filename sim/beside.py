@@ -1,0 +1,66 @@
+"""A run on the bench with a binary: its plant goes on beside the processor, many rows at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from heatwright.sim.bench import PROGRESS_REPORTS, Device, Progress, Run
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.machine import FEED, TIPS, Machine
+from heatwright.sim.plants.thermal_network import Plant
+
+
+def is_native(device: Device) -> bool:
+    """Tell whether a device is a binary in a simulated processor."""
+    return isinstance(device, AvrDevice)
+
+
+class RunBeside(Run):
+    """One run, in stretches between two actions of the operator."""
+
+    def __init__(self, *parts: Any) -> None:
+        """Take the same as any run."""
+        super().__init__(*parts)
+        assert isinstance(self._device, AvrDevice)  # noqa: S101 - see is_native
+        assert isinstance(self._plant, Plant)  # noqa: S101 - the one kind there is
+        self._machine = Machine(
+            self._plant, self._device, self._coupling, self._step_s, logs_nodes=True
+        )
+
+    def go(self, progress: Progress | None) -> None:
+        """Go on to the end."""
+        report_every = max(1, self._count // PROGRESS_REPORTS)
+        self._note(0, self._felt())
+        row = 0
+        while row < self._count:
+            calm = min(self._calm_rows(row), report_every, self._count - row)
+            if calm > 0:
+                self._machine.go(calm)
+            else:
+                self._machine.by_hand(lambda _, felt: felt, self._supplied, self._advance)
+            row += max(1, calm)
+            if progress is not None:
+                progress(row * self._step_s, self._count * self._step_s)
+        self._take(self._machine)
+
+    def _calm_rows(self, row: int) -> int:
+        """Return for how many rows nobody does anything, or a row less."""
+        if self._done == len(self._hand):
+            return self._count
+        return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1
+
+    def _supplied(self, asked: Any, closed: float | None) -> tuple[Any, Any]:
+        given = self._coupling.supplied(asked, closed)
+        return given, given
+
+    def _take(self, machine: Machine) -> None:
+        """Take what the machine has noted: what was felt before each row, the rest behind it."""
+        rows = machine.rows
+        felt = np.vstack((rows[:, TIPS : TIPS + len(machine.sensors)], machine.felt))
+        self._sensed, self._amperes = np.split(felt, [len(self._sensors)], axis=1)
+        self._temperatures[1:] = machine.nodes_c(rows)
+        self._active[1:] = machine.given(rows)
+        self._fed[1:] = rows[:, FEED]

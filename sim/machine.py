@@ -1,0 +1,332 @@
+"""A plant beside the processor that heats it: each step of time in C, what is rare in Python.
+
+The plant is defined in Python (heatwright.sim.plants.thermal_network), which judges what C makes of
+it. Its state is lent to C (native/machine.c); C goes on from step to step, and comes back where a
+matrix, noise or room in its log is lacking, or somebody outside wants to hear or to talk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.coupling import Coupling
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.native.shim import load
+from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
+from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
+
+Array = NDArray[np.float64]
+Shares = Mapping[str, float]
+Tips = Callable[[str, float], float]
+"""From a sensor, and what the machine would make it feel, to what its tip feels."""
+Supply = Callable[[Shares, float | None], tuple[Shares, Shares]]
+"""From the shares of time for which loads are asked for, and the relay conducts, to what heats, and
+what of it is current."""
+
+LOG_ROWS = 2048
+"""Steps between two times the log is emptied."""
+NEVER = 2**64 - 1
+WATCHED, SENSED = 1, 2
+"""Bits of a row: it counts for the peaks; sensors were given what it says."""
+TIME, BITS, FEED, TIPS = range(4)
+"""Columns of a row. Behind the tips: what the loads were given, and perhaps the nodes."""
+
+
+def install(ffi: Any) -> None:
+    """Make the shim call the machines."""
+
+    def hw_machine_sense(handle: Any, sensor: int, felt: float) -> None:
+        machine: Machine = ffi.from_handle(handle)
+        machine.attempt(lambda: machine.tell(sensor, felt))
+
+    def hw_machine_fed(handle: Any) -> float:
+        machine: Machine = ffi.from_handle(handle)
+        return machine.attempt(machine.fed) or 0.0
+
+    ffi.def_extern()(hw_machine_sense)
+    ffi.def_extern()(hw_machine_fed)
+
+
+class Machine:
+    """A plant, and the device that it is wired to.
+
+    sensors -- thermometers, then currents; felt -- what each feels now, °C and A, as a view;
+    active -- by hand only: the share of time each load was on in this step, 0..1, as a view.
+    """
+
+    def __init__(
+        self, plant: Plant, device: AvrDevice, coupling: Coupling, step_s: float, *,
+        logs_nodes: bool = False,
+    ) -> None:  # fmt: skip
+        """Take over the plant: from now on it goes on here alone.
+
+        step_s -- time step, s; logs_nodes -- whether rows of the log have every node's temperature.
+        """
+        self.plant, self.step_s = plant, step_s
+        self.loads = coupling.loads
+        self.sensors = (*plant.feelers, *plant.ammeters)
+        self._device, self._coupling = device, coupling
+        self._errors: list[BaseException] = []
+        self._rows: list[Array] = []
+        self._kept: list[Any] = []
+        self._noise: dict[int, Any] = {}
+        native = load()
+        self._lib, self._ffi = native.lib, native.ffi
+        install(self._ffi)
+        self._m = self._ffi.new("hw_machine *")
+        self._lend(logs_nodes=logs_nodes)
+        self.wire()
+
+    # -- what C is lent ------------------------------------------------------------------------
+
+    def _lend(self, *, logs_nodes: bool) -> None:
+        plant, m, loads = self.plant, self._m, self.loads
+        m.handle = self._held(self._ffi.new_handle(self))
+        m.step_s, m.zero_c_k, m.log_grid = self.step_s, ZERO_C_K, LOG_GRID
+        m.states, m.nodes, m.inputs = plant.states, len(plant.nodes), len(plant.vector)
+        m.heaters, m.heater_count = self._list(
+            "hw_heater", [(loads.index(name), power_w) for name, power_w in plant.heaters_w]
+        )
+        m.surfaces, m.surface_count = self._list("hw_surface", list(map(tuple, plant.surfaces)))
+        m.fans, m.fan_count = self._list("int", [loads.index(name) for name in plant.fans])
+        m.feelers, m.feeler_count = self._list("hw_feeler", len(plant.feelers))
+        m.meters, m.meter_count = self._list("hw_meter", len(plant.ammeters))
+        m.loads, m.load_count = self._list("hw_load", len(loads))
+        self._lend_tips()
+        m.key_size = 1 + len(plant.fans) + len(plant.surfaces)
+        m.matrices_room = MOST_STEP_MATRICES
+        m.columns = TIPS + len(self.sensors) + len(loads) + logs_nodes * len(plant.nodes)
+        m.log_room, m.logs_nodes = LOG_ROWS, logs_nodes
+        m.vector, m.next = self._array(plant.vector), self._array(np.empty(plant.states))
+        self._key = np.empty(m.key_size)
+        m.key = self._array(self._key)
+        m.keys = self._array(np.empty((MOST_STEP_MATRICES, m.key_size)))
+        m.matrices = self._array(np.empty((MOST_STEP_MATRICES, plant.states, m.inputs)))
+        self._log = np.empty((LOG_ROWS, m.columns))
+        m.log = self._array(self._log)
+        felt = [each.felt_c for each in plant.feelers.values()]
+        felt += [each.amperes for each in plant.ammeters.values()]
+        self.felt, self._tips = np.array(felt), np.array(felt)
+        m.felt, m.tips = self._array(self.felt), self._array(self._tips)
+        self.active, self._given, self._conducts = (np.zeros(len(loads)) for _ in range(3))
+        m.active, m.given = self._array(self.active), self._array(self._given)
+        m.conducts = self._array(self._conducts)
+        self._highest = np.array(plant.temperatures_c)
+        m.highest = self._array(self._highest)
+
+    def _lend_tips(self) -> None:
+        m, plant = self._m, self.plant
+        for number, feeler in enumerate(plant.feelers.values()):
+            tip, past = m.feelers[number], np.array(feeler.past_c)
+            tip.state, tip.older = feeler.state, feeler.older_share
+            tip.past, tip.length = self._array(past), len(past)
+            self._refill(number)
+        for number, meter in enumerate(plant.ammeters.values()):
+            told = m.meters[number]
+            told.load, told.full_a = self.loads.index(meter.output), meter.full_a
+            told.share = meter.share
+
+    def _held(self, pointer: Any) -> Any:
+        """Keep what C points to as long as this machine."""
+        self._kept.append(pointer)
+        return pointer
+
+    def _list(self, kind: str, items: Any) -> tuple[Any, int]:
+        found = self._held(self._ffi.new(f"{kind}[]", items))
+        return found, len(found)
+
+    def _array(self, array: Array) -> Any:
+        return self._ffi.cast("double *", self._held(self._ffi.from_buffer("double[]", array)))
+
+    def wire(self) -> None:
+        """Wire it to the device's processor, which has just been powered on."""
+        m, device = self._m, self._device
+        m.h, m.clock_hz, m.powered_s = device.avr.pointer, device.avr.clock_hz, device.powered_s
+        m.row, m.phase, m.read_at = 0, self._lib.HW_SENSES, device.avr.cycle
+        m.steps_motors = self._coupling.moves
+        m.relay = self._ffi.NULL if device.relay is None else device.relay.pointer
+        m.relay_closed = 0 if device.relay is None else device.relay.closed_cycles
+        tips = [m.feelers[number] for number in range(m.feeler_count)]
+        tips += [m.meters[number] for number in range(m.meter_count)]
+        for name, tip in zip(self.sensors, tips, strict=True):
+            tip.channel = getattr(device.sensors[name], "channel", -1)
+        for number, name in enumerate(self.loads):
+            load, switch = m.loads[number], device.outputs[name]
+            load.pin, load.active_high = switch.number, switch.active == "high"
+            load.behind_relay = name in self._coupling.behind_relay
+            load.high = device.avr.pins.high_cycles(switch.number)
+
+    # -- time ----------------------------------------------------------------------------------
+
+    def go(self, steps: int) -> None:
+        """Go on by some steps of time."""
+        m, lib, device = self._m, self._lib, self._device
+        m.left, m.feed = steps, self._coupling.extruded_mm_per_s
+        while True:
+            wake = device.wake_cycle
+            fed = 0 if device.is_attended else device.feed_at
+            ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
+            if self._errors:
+                raise self._errors.pop(0)
+            if ended == lib.HW_DONE:
+                break
+            self._serve(ended, wake)
+        device.avr.raise_errors()
+
+    def _serve(self, ended: int, wake: int | None) -> None:
+        """Do what C has come back for."""
+        lib, device = self._lib, self._device
+        if ended == lib.HW_FEED:
+            device.feed()
+        elif ended == lib.HW_WAKE and wake is not None:
+            device.run_to(wake)
+            device.feed()
+        elif ended == lib.HW_MATRIX:
+            self._remember()
+        elif ended == lib.HW_NOISE:
+            for number in range(self._m.feeler_count):
+                self._refill(number)
+        elif ended == lib.HW_LOGGED:
+            self._collect()
+        else:
+            device.avr.came_back(ended)
+
+    def by_hand(
+        self, tips: Tips, supply: Supply, run: Callable[[float], None] | None = None
+    ) -> None:
+        """Go on by one step in which something is broken, or somebody acts.
+
+        run -- runs the device to a time, s; the device itself does if None.
+        """
+        m, device = self._m, self._device
+        self._make_room()
+        self._tips[:] = [
+            tips(name, felt) for name, felt in zip(self.sensors, self.felt.tolist(), strict=True)
+        ]
+        self._lib.hw_machine_begin(m)
+        (run or device.advance)(m.powered_s + m.row * self.step_s)
+        self._lib.hw_machine_read(m)
+        if self._errors:
+            raise self._errors.pop(0)
+        feed_mm_per_s = self._coupling.feed_mm_per_s()
+        active = dict(zip(self.loads, self.active.tolist(), strict=True))
+        closed = None if m.relay == self._ffi.NULL else float(m.closed)
+        self._heat(*supply(active, closed), feed_mm_per_s)
+
+    def without_power(self, supply: Supply) -> None:
+        """Go on by one step of the plant alone, whose controller has no power."""
+        self._make_room()
+        self._tips[:] = self.felt
+        self._heat(*supply(dict.fromkeys(self.loads, 0.0), None), 0.0)
+
+    def _heat(self, given: Shares, conducts: Shares, feed_mm_per_s: float) -> None:
+        m = self._m
+        self._given[:] = [given[name] for name in self.loads]
+        self._conducts[:] = [conducts[name] for name in self.loads]
+        m.feed = feed_mm_per_s
+        while self._lib.hw_machine_heat(m):
+            self._remember()
+
+    def _make_room(self) -> None:
+        m = self._m
+        if m.logged == LOG_ROWS:
+            self._collect()
+        for number in range(m.feeler_count):
+            self._refill(number)
+
+    def _remember(self) -> None:
+        """Give C the matrix of its key: feed, fans, surfaces."""
+        feed, *rest = self._key.tolist()
+        fans = len(self.plant.fans)
+        matrix = self.plant.matrix(tuple(rest[:fans]), feed, tuple(rest[fans:]))
+        self._lib.hw_machine_matrix(self._m, self._ffi.from_buffer("double[]", matrix))
+
+    def _refill(self, number: int) -> None:
+        """Draw the noise of a sensor, if none is left."""
+        tip = self._m.feelers[number]
+        feeler = list(self.plant.feelers.values())[number]
+        if feeler.noise_k and not tip.drawn:
+            noise = np.array(feeler.left_k())
+            self._noise[number] = buffer = self._ffi.from_buffer("double[]", noise)
+            tip.noise, tip.drawn = self._ffi.cast("double *", buffer), len(noise)
+
+    # -- calls from C --------------------------------------------------------------------------
+
+    def attempt(self, act: Callable[[], Any]) -> Any:
+        """Do what C asks for; it cannot pass an error on, `go` does."""
+        try:
+            return act()
+        except BaseException as error:
+            self._errors.append(error)
+
+    def tell(self, sensor: int, felt: float) -> None:
+        """Give a sensor what it feels."""
+        self._device.sense(self.sensors[sensor], felt)
+
+    def fed(self) -> float:
+        """Return the mean speed of the feed in the step that has just been run, mm/s."""
+        if self._m.until >= self._device.feed_at:
+            self._device.feed()
+        return self._coupling.feed_mm_per_s()
+
+    # -- what was ------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """How many rows there are."""
+        return sum(map(len, self._rows)) + int(self._m.logged)
+
+    @property
+    def rows(self) -> Array:
+        """A row for each step so far: see TIME and the other columns."""
+        self._collect()
+        if len(self._rows) > 1:
+            self._rows = [np.concatenate(self._rows)]
+        return self._rows[0]
+
+    def _collect(self) -> None:
+        m = self._m
+        if m.logged or not self._rows:
+            self._rows.append(self._log[: m.logged].copy())
+            m.logged = 0
+
+    def given(self, rows: Array) -> Array:
+        """Return of some rows what the loads were given, 0..1, a column for each of `loads`."""
+        first = TIPS + len(self.sensors)
+        return rows[:, first : first + len(self.loads)]
+
+    def nodes_c(self, rows: Array) -> Array:
+        """Return of some rows the temperature behind the step of every node, °C."""
+        return rows[:, TIPS + len(self.sensors) + len(self.loads) :]
+
+    # -- peaks ---------------------------------------------------------------------------------
+
+    def watch(self, sensor: str) -> None:
+        """Look for the highest temperatures from now on: of the nodes, and that a sensor feels."""
+        m = self._m
+        m.peak_of = self.sensors.index(sensor)
+        m.peak, m.watches, m.spreads = self.felt[m.peak_of], True, False
+        self._highest[:] = self.plant.temperatures_c
+
+    def look(self, *, watches: bool) -> None:
+        """Look at the nodes in the next steps, or not."""
+        self._m.watches = watches
+
+    @property
+    def peak_c(self) -> float:
+        """The highest that the watched sensor has felt, °C."""
+        return float(self._m.peak)
+
+    @property
+    def highest_c(self) -> Array:
+        """The highest temperature of every node while it was watched, °C."""
+        return self._highest.copy()
+
+    @property
+    def spreads(self) -> bool:
+        """Whether no heat was given in the last step, and still something became hotter."""
+        return bool(self._m.spreads)

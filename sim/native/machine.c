@@ -1,0 +1,210 @@
+/* A machine beside its processor: a thermal network that goes on in equal steps of time.
+
+   Each step its sensors feel it, the processor runs, its switches heat it. Python defines all of it
+   (heatwright.sim.plants), lends the arrays, and does what is rare: it computes matrices, draws
+   noise, empties the log, serves whoever is wired to the lines. Whatever hw_machine_go comes back
+   for, call it again: it goes on where it was. */
+#include <math.h>
+#include <string.h>
+#include "hw.h"
+
+/* Multiplies the bits of a key into a place of the table. */
+static uint32_t place_of(const hw_machine *m) {
+    uint64_t hash = 0;
+    for (int i = 0; i < m->key_size; i++) {
+        uint64_t bits;
+        memcpy(&bits, &m->key[i], sizeof bits);
+        hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return (uint32_t)hash & (HW_MACHINE_PLACES - 1);
+}
+
+/* Where the matrix of the key is in the table, or would be. */
+static uint32_t find(const hw_machine *m) {
+    uint32_t place = place_of(m);
+    size_t size = (size_t)m->key_size * sizeof *m->key;
+    while (m->places[place] && memcmp(m->keys + (m->places[place] - 1) * m->key_size, m->key, size))
+        place = (place + 1) & (HW_MACHINE_PLACES - 1);
+    return place;
+}
+
+void hw_machine_matrix(hw_machine *m, const double *matrix) {
+    if (m->matrices_known == m->matrices_room) {
+        m->matrices_known = 0;
+        memset(m->places, 0, sizeof m->places);
+    }
+    size_t size = (size_t)m->states * (size_t)m->inputs;
+    memcpy(m->matrices + m->matrices_known * size, matrix, size * sizeof *matrix);
+    memcpy(m->keys + m->matrices_known * m->key_size, m->key, (size_t)m->key_size * sizeof *m->key);
+    m->places[find(m)] = ++m->matrices_known;
+}
+
+/* As Surface.now in Python: a conductance from a grid, and the heat that it lacks. */
+static double radiate(hw_machine *m, int i) {
+    const hw_surface *s = &m->surfaces[i];
+    double here_c = m->vector[s->here], there_c = m->vector[s->there];
+    double here_k = here_c + m->zero_c_k, there_k = there_c + m->zero_c_k;
+    double exact = s->factor * (here_k * here_k + there_k * there_k) * (here_k + there_k);
+    double grid = exact > 0 ? exp(rint(log(exact) / m->log_grid) * m->log_grid) : 0;
+    m->vector[m->states + m->heater_count + i] = exact > 0 ? (exact - grid) * (there_c - here_c) : 0;
+    return grid;
+}
+
+static void go_on(hw_machine *m, const double *matrix) {
+    for (int row = 0; row < m->states; row++) {
+        double sum = 0;
+        for (int i = 0; i < m->inputs; i++)
+            sum += *matrix++ * m->vector[i];
+        m->next[row] = sum;
+    }
+    memcpy(m->vector, m->next, (size_t)m->states * sizeof *m->vector);
+}
+
+/* As Feeler.feel in Python: dead time between two steps, and noise. */
+static double feel(hw_machine *m, hw_feeler *f) {
+    f->past[f->oldest] = m->vector[f->state];
+    f->oldest = (f->oldest + 1) % f->length;
+    double felt = f->past[f->oldest];
+    if (f->length > 1)
+        felt = f->older * felt + (1 - f->older) * f->past[(f->oldest + 1) % f->length];
+    return f->noise ? felt + f->noise[--f->drawn] : felt;
+}
+
+static int lacks_noise(const hw_machine *m) {
+    for (int i = 0; i < m->feeler_count; i++)
+        if (m->feelers[i].noise && !m->feelers[i].drawn)
+            return 1;
+    return 0;
+}
+
+static void watch(hw_machine *m) {
+    int rises = 0, heated = 0;
+    for (int i = 0; i < m->nodes; i++)
+        if (m->vector[i] > m->highest[i]) {
+            m->highest[i] = m->vector[i];
+            rises = 1;
+        }
+    for (int i = 0; i < m->heater_count; i++)
+        heated |= m->given[m->heaters[i].load] != 0;
+    m->spreads = rises && !heated;
+}
+
+/* A row of the log: when and what was felt, what was given, and the nodes behind it. */
+static void note(hw_machine *m) {
+    double *row = m->log + m->logged++ * m->columns;
+    *row++ = m->began_s;
+    *row++ = m->watches | m->sensed << 1;
+    m->sensed = 0;
+    *row++ = m->feed;
+    memcpy(row, m->tips, (size_t)(m->feeler_count + m->meter_count) * sizeof *row);
+    row += m->feeler_count + m->meter_count;
+    memcpy(row, m->given, (size_t)m->load_count * sizeof *row);
+    if (m->logs_nodes)
+        memcpy(row + m->load_count, m->vector, (size_t)m->nodes * sizeof *row);
+}
+
+static void sense(hw_machine *m, int i, int channel) {
+    if (channel < 0 || !hw_adc_sense(m->h, channel, m->tips[i]))
+        hw_machine_sense(m->handle, i, m->tips[i]);
+}
+
+void hw_machine_begin(hw_machine *m) {
+    m->sensed = 1;
+    m->began_s = m->powered_s + (double)m->h->avr->cycle / m->clock_hz;
+    for (int i = 0; i < m->feeler_count; i++)
+        sense(m, i, m->feelers[i].channel);
+    for (int i = 0; i < m->meter_count; i++)
+        sense(m, m->feeler_count + i, m->meters[i].channel);
+    m->row++;
+    double until_s = m->powered_s + (double)m->row * m->step_s;
+    m->until = (uint64_t)rint((until_s - m->powered_s) * m->clock_hz);
+}
+
+void hw_machine_read(hw_machine *m) {
+    uint64_t now = m->h->avr->cycle, elapsed = now - m->read_at;
+    m->read_at = now;
+    for (int i = 0; i < m->load_count; i++) {
+        hw_load *load = &m->loads[i];
+        uint64_t high = hw_pin_high_cycles(m->h, load->pin), on = high - load->high;
+        load->high = high;
+        double share = elapsed ? (double)on / (double)elapsed : 0;
+        m->active[i] = !elapsed || load->active_high ? share : 1 - share;
+    }
+    if (!m->relay)
+        return;
+    uint64_t closed = hw_relay_closed_cycles(m->relay), on = closed - m->relay_closed;
+    m->relay_closed = closed;
+    m->closed = elapsed ? (double)on / (double)elapsed : hw_relay_closed(m->relay);
+}
+
+int hw_machine_heat(hw_machine *m) {
+    for (int i = 0; i < m->heater_count; i++)
+        m->vector[m->states + i] = m->given[m->heaters[i].load] * m->heaters[i].power_w;
+    m->key[0] = m->feed;
+    for (int i = 0; i < m->fan_count; i++)
+        m->key[1 + i] = m->given[m->fans[i]];
+    for (int i = 0; i < m->surface_count; i++)
+        m->key[1 + m->fan_count + i] = radiate(m, i);
+    uint32_t known = m->places[find(m)];
+    if (!known)
+        return HW_MATRIX;
+    for (int i = 0; i < m->meter_count; i++) {
+        hw_meter *meter = &m->meters[i];
+        double flows = m->conducts[meter->load] * meter->full_a;
+        m->felt[m->feeler_count + i] += meter->share * (flows - m->felt[m->feeler_count + i]);
+    }
+    go_on(m, m->matrices + (known - 1) * (size_t)m->states * (size_t)m->inputs);
+    for (int i = 0; i < m->feeler_count; i++)
+        m->felt[i] = feel(m, &m->feelers[i]);
+    if (m->felt[m->peak_of] > m->peak)
+        m->peak = m->felt[m->peak_of];
+    if (m->watches)
+        watch(m);
+    note(m);
+    return 0;
+}
+
+/* What the switches let through, where nothing else is in the way. */
+static void supply(hw_machine *m) {
+    for (int i = 0; i < m->load_count; i++) {
+        double share = m->active[i];
+        if (m->relay && m->loads[i].behind_relay && m->closed < share)
+            share = m->closed;
+        m->given[i] = m->conducts[i] = share;
+    }
+    if (m->steps_motors)
+        m->feed = hw_machine_fed(m->handle);
+}
+
+int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
+    for (;;) {
+        if (m->phase == HW_SENSES) {
+            if (!m->left)
+                return HW_DONE;
+            if (m->logged == m->log_room)
+                return HW_LOGGED;
+            if (lacks_noise(m))
+                return HW_NOISE;
+            memcpy(m->tips, m->felt, (size_t)(m->feeler_count + m->meter_count) * sizeof *m->tips);
+            hw_machine_begin(m);
+            m->phase = HW_RUNS;
+        }
+        if (m->phase == HW_RUNS) {
+            if (wake < m->until)
+                return HW_WAKE;
+            int ended = hw_run(m->h, m->until);
+            if (ended)
+                return ended;
+            hw_machine_read(m);
+            supply(m);
+            m->phase = HW_HEATS;
+        }
+        if (hw_machine_heat(m))
+            return HW_MATRIX;
+        m->phase = HW_SENSES;
+        m->left--;
+        if (m->until >= fed)
+            return HW_FEED;
+    }
+}

@@ -1,0 +1,79 @@
+"""A plant in C beside its processor is the plant in Python; many steps at once are each step."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from rig.avr import whole
+from rig.specs import EXAMPLES, example
+
+from heatwright.sim.bench import bench, step_of
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.world import Weather, World
+from heatwright.sim.plants import plant_of
+from heatwright.sim.trace import Trace
+from heatwright.spec import Event
+
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
+SEED = 5
+RUN_S = 150.0
+PRODUCTS = 2.0**-52 * 2
+"""A sum of products is off by so much of the sum of their sizes for each of them, at most."""
+
+
+def run(name: str) -> Trace:
+    """Run the first minutes of an example's scenario on its binary."""
+    controller = example(name).controller
+    assert controller.simulation is not None
+    soon = [each for each in controller.simulation.scenario if (each.at_s or 0.0) < RUN_S]
+    events = (
+        *(each for each in soon if each.for_s is None),
+        Event.model_validate({"for": "150 s"}),
+    )
+    return bench(controller, AvrDevice(controller, whole(name)), events, seed=SEED)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_the_plant_of_python(name: str) -> None:
+    """Given the same, fans, feed, currents and radiation among it, with the same noise."""
+    controller, trace = example(name).controller, run(name)
+    simulation = controller.simulation
+    assert simulation is not None
+    plant = plant_of(
+        controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=step_of(controller),
+        seed=SEED,
+    )  # fmt: skip
+    hottest_c = max(float(each.max()) for each in trace.temperatures_c.values())
+    for row in range(1, len(trace.times_s)):
+        given = {output: float(shares[row]) for output, shares in trace.on_fraction.items()}
+        plant.step(given, float(trace.fed_mm_per_s[row]))
+        found = [*trace.temperatures_c.values(), *trace.sensed_c.values()]
+        wanted = [*plant.temperatures_c, *plant.sensed_c().values()]
+        bound_k = row * len(wanted) ** 2 * PRODUCTS * hottest_c
+        assert np.abs(np.array([each[row] for each in found]) - wanted).max() <= bound_k, row
+        for sensor, amperes in plant.currents_a().items():
+            assert trace.currents_a[sensor][row] == pytest.approx(amperes, abs=1e-12)
+
+
+def as_it_is(felt: float) -> float:
+    return felt
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_many_steps_are_each_step_by_hand(name: str) -> None:
+    """Bit for bit: in the log of the machine, and of the program."""
+    logs: list[Any] = []
+    controller = example(name).controller
+    loop = next(iter(controller.loops))
+    for by_hand in (False, True):
+        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
+        if by_hand:
+            world.wiring.feel[controller.loops[loop].sensor] = as_it_is
+        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
+        world.run(10.0)
+        world.power_cut()
+        world.run(20.0)
+        logs.append([world._machine.rows, *(world.device.steps(each) for each in controller.loops)])
+    for one, other in zip(*logs, strict=True):
+        assert one.tobytes() == other.tobytes()
