@@ -15,6 +15,7 @@ WARMED_UP_S = 160.0
 PUBLISHED_C, PUBLISHED_S = 250.0, 102.0
 """About 100 s in the source; 76.6 W take 101.6 s on this machine, the soft start 0.3 s."""
 DEAD_BAND_K = 2.0
+WIRE_OHM = 25.57**2 / 76.6
 DARK = {"enabled": "dark", "heating": "dark", "cooling": "dark", "communicating": "lit"}
 LIT = {"enabled": "lit", "communicating": "lit"}
 HEATING, COOLING = (DARK | LIT | {which: "lit"} for which in ("heating", "cooling"))
@@ -87,16 +88,23 @@ def test_step_4_the_temperature_climbs_to_250_in_102_seconds_and_to_300(accepted
     trace = accepted.trace
     reached = trace.temperatures_c["block"] >= PUBLISHED_C
     assert float(trace.times_s[reached.argmax()]) - heats_s <= PUBLISHED_S
-    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6, rel=1 / 5662)
+    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6, rel=1 / 5657)
 
 
 def assert_held(run):
-    """What a step of the ADC leaves open: half of it is a reading's, lag and a step the block's."""
+    """What a step of the ADC leaves open: half of it is a reading's, lag and a step the block's.
+
+    And of the block's what noise does to the mean of a reading's codes, in three sigma: it has the
+    heater come on too late.
+    """
     controller, trace = run.controller, run.trace
-    step_k = controller.sensors[LOOP].step_at_k(HOT_C, controller.board.mcu)
+    sensor = controller.sensors[LOOP]
+    step_k = sensor.step_at_k(HOT_C, controller.board.mcu)
+    noise_k = 3 * controller.simulation.plant.sense[LOOP].noise_k / sensor.oversample**0.5
     log = run.between(ON_S + WARMED_UP_S, COOLER_S)
     held = (trace.times_s > ON_S + WARMED_UP_S) & (trace.times_s < COOLER_S)
-    assert abs(trace.temperatures_c["block"][held] - HOT_C).max() <= DEAD_BAND_K + step_k
+    block_k = abs(trace.temperatures_c["block"][held] - HOT_C).max()
+    assert block_k <= DEAD_BAND_K + step_k + noise_k
     assert abs(log["temperature_c"] - HOT_C).max() <= DEAD_BAND_K + step_k / 2
     assert abs(log["temperature_c"].mean() - HOT_C) <= DEAD_BAND_K
 
@@ -109,7 +117,7 @@ def test_300_degrees_are_held_and_the_master_is_always_answered(accepted):
     assert master.slowest_s <= 0.005
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(8))
 def test_they_are_with_other_noise_too(seed):
     assert_held(modelled("fabricator", *ACCEPTANCE[:2], {"for": f"{COOLER_S + 1} s"}, seed=seed))
 
@@ -124,13 +132,19 @@ def test_the_cold_end_is_20_to_40_k_warmer_than_its_surroundings():
 
 
 def test_a_supply_of_less_current_is_not_overdrawn():
-    """Of a limit below what the wire takes no more is left open than half a step of the ADC."""
+    """Of a limit below what the wire takes no more is left open than half a step of the ADC.
+
+    Half a step of the least reading, that is: a reading may be half a step too high, which takes
+    two off the next mean, and that may be read another half too low. PWM has whole counts, twice.
+    """
     weaker = spec_of(changed("fabricator", ("limit: 3 A", "limit: 2.5 A"))).controller
     weak = modelled(weaker, *ACCEPTANCE[:2], {"for": "60 s"})
     heating = (weak.trace.times_s > ON_S + 5) & (weak.trace.times_s < 60)
     mean_a = weak.trace.currents_a["current"][heating]
-    limit_mean_a, step_a = 2.5**2 * 8.542 / 43, 5 / 1024 / 0.5
-    assert abs((mean_a * 43 / 8.542) ** 0.5 - 2.5).max() <= 2.5 * step_a / 2 / limit_mean_a
+    limit_mean_a, half_a = 2.5**2 * WIRE_OHM / 43, 5 / 1024 / 0.5 / 2
+    half_count = 0.5 / weak.log["output.on_counts"][weak.log["output.on_counts"] > 3000].min()
+    left_open = half_a / (limit_mean_a - 3 * half_a) + half_count
+    assert abs((mean_a * 43 / WIRE_OHM) ** 0.5 - 2.5).max() <= 2.5 * left_open
     assert set(weak.log["fault.code"]) == {0}
 
 

@@ -1,8 +1,10 @@
-"""The fabricator's wire of 8.54 ohm on 43 V: its heat and its current, cold, hot, and half shorted.
+"""The fabricator's wire of 8.54 ohm on 43 V: its heat, its current, what trips, hot and cold.
 
 From a second on the wire is asked for all its power; what it really is the machine knows, and the
 firmware measures.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,13 +14,15 @@ from rig.specs import controller_of
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults import Fault, catalogue, effects, try_fault
+from heatwright.sim.faults.world import World
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.timers import TICK_S
 
-SUPPLY_V, RATED_V, WIRE_OHM, LIMIT_A = 43.0, 25.58, 8.54, 3.0
-RATED_W = 76.65
-"""76.6 W as they are printed; √(76.6 W · 8.54 Ω) is 25.577 V."""
+SUPPLY_V, RATED_V, WIRE_OHM, LIMIT_A = 43.0, 25.57, 8.54, 3.0
+RATED_W = 76.6
 STARTED_S = 0.5
 STEP_A = 5 / 1024 / 0.5
 TOLD = 1 + STEP_A / 2 / 1.6
@@ -31,6 +35,17 @@ HEATED = (
 )
 WIRES_OHM = {"hot": 1.05 * WIRE_OHM, "as rated": WIRE_OHM, "cold": 0.95 * WIRE_OHM}
 OVER_CURRENT = 20
+RATED_OHM = RATED_V**2 / 76.6
+"""As the spec has it."""
+TRIPS = {
+    "heater_shorted": "over_current",
+    "switch_shorted_in_band": "over_current",
+    "current_sensor_stands": "current_while_off",
+    "switch_leaking": "current_while_off",
+    "current_sensor_torn": "no_current",
+    "heater_open": "no_current",
+}
+"""What happens to wire, switch or sensor, and which rule sees it."""
 
 
 def machine_of(ohm: float) -> Controller:
@@ -93,3 +108,62 @@ def test_a_sixth_of_it_is_a_fault_before_half_a_second(kind: str) -> None:
     heats_s = log["time_s"][(log["duty_percent"] > 0).argmax()]
     assert set(log["fault.code"]) == {0, OVER_CURRENT}
     assert tripped_s - heats_s < STARTED_S
+
+
+@pytest.mark.parametrize("kind", ["model", "binary"])
+@pytest.mark.parametrize("name", WIRES_OHM)
+def test_it_begins_with_a_quarter_and_has_all_that_it_bears_in_four_steps(
+    name: str, kind: str
+) -> None:
+    """The fourth duty is what the mean of the third leaves, which half a step of the ADC blurs."""
+    ohm = WIRES_OHM[name]
+    (log,) = heated(kind, ohm).steps.values()
+    duties = log["duty_percent"][log["duty_percent"] > 0]
+    third_a = 0.75 * RATED_V**2 / ohm / SUPPLY_V
+    borne_percent = 100 * min(1.0, (LIMIT_A * ohm / RATED_V) ** 2)
+    assert duties[:3].tolist() == [25.0, 50.0, 75.0]
+    assert duties[3] == pytest.approx(borne_percent, rel=2.01 * STEP_A / 2 / third_a)
+
+
+class Wired:
+    """Faults of the catalogue, on a fabricator whose wire is another one all the time."""
+
+    def __init__(self, ohm: float) -> None:
+        self._wire = effects.weakened(RATED_OHM / ohm)
+
+    def fault(self, name: str) -> Fault:
+        every = catalogue(controller_of("fabricator"), whole("fabricator"))
+        (found,) = (fault for fault in every if fault.id == name)
+
+        def make() -> World:
+            world = found.make()
+            self._put(world)
+            world.run(STARTED_S)
+            return world
+
+        def cause(world: World) -> None:
+            found.cause(world)
+            broken = world.wiring.heat["heater"]
+            if broken is not self._wire:
+                world.wiring.heat["heater"] = lambda asked: self._wire(broken(asked))
+
+        def cure(world: World) -> None:
+            found.cure(world)
+            self._put(world)
+
+        return replace(found, make=make, cause=cause, cure=cure)
+
+    def _put(self, world: World) -> None:
+        world.wiring.heat["heater"] = self._wire
+
+
+@pytest.mark.parametrize("name", WIRES_OHM)
+@pytest.mark.parametrize(("fault", "rule"), TRIPS.items())
+def test_rules_20_to_22_trip_on_it_and_it_is_off(fault: str, rule: str, name: str) -> None:
+    """What else a trip has to be is judged with it: told, latched, kept, acknowledged."""
+    found = try_fault(Wired(WIRES_OHM[name]).fault(fault))
+    assert found.detail == ""
+    assert found.rule == rule
+    assert found.tripped_after_s is not None
+    assert found.heater_off_after_s is not None
+    assert found.heater_off_after_s <= found.tripped_after_s + TICK_S

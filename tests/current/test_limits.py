@@ -12,7 +12,7 @@ from heatwright.sim.reference.limiter import Limiter
 from heatwright.sim.reference.numbers import Single
 
 SUPPLY_V, LIMIT_A, TRIP_A = 43.0, 3.0, 3.75
-RATED = {True: 25.58, False: SUPPLY_V}
+RATED = {True: 25.57, False: SUPPLY_V}
 SMALL = st.floats(0.001, 5.0)
 """Duties whose current is about what counts as one, %."""
 ASKED = st.lists(st.one_of(SMALL, st.floats(5.0, 100.0), st.just(100.0)), min_size=8, max_size=40)
@@ -22,7 +22,7 @@ class Wire:
     """A wire behind a limiter, measured in each step under the duty of the step before."""
 
     def __init__(self, ohm: float, *, rated: bool) -> None:
-        text = "fabricator" if rated else changed("fabricator", (", rated: 25.58 V", ""))
+        text = "fabricator" if rated else changed("fabricator", (", rated: 25.57 V", ""))
         self._controller = controller_of(text)
         self.limiter = Limiter(self._controller, "heater", 0.2)
         sensor = self._controller.sensors["current"]

@@ -265,7 +265,7 @@ def fabricator(*changes):
 
 def test_full_current_is_ohms_law():
     """Where the supply is not the rated one; the fabricator's own: its acceptance test."""
-    found = fabricator(("rated: 25.58 V", "rated: 40 V"))
+    found = fabricator(("rated: 25.57 V", "rated: 40 V"))
     machine = plant_of(found, found.simulation.plant, ambient_c=20.0, step_s=0.1)
     machine.step({"heater": 1.0, "cooler": 0.0})
     assert machine.currents_a() == {"current": pytest.approx(76.6 * 43 / 40**2)}

@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0xb2a9e3e0
+DIGEST = 0x30778ba7
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 
