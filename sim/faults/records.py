@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -83,65 +84,77 @@ class Edge:
     driven: bool
 
 
-HEATER_EDGE = np.dtype([("pin", "u1"), ("time_s", "<f8"), ("on", "?"), ("driven", "?")])
-"""An Edge; as a record, for there are some thousand a second of a heater's PWM."""
+RECENT_S = 60.0
+"""For so long single edges are kept: of a heater's PWM there are some thousand a second."""
 
 
 class HeaterLog:
-    """Every change of these heaters' pins, also through resets and losses of power."""
+    """When these heaters' pins were on, also through resets and losses of power.
+
+    first_on_s -- when one of them was on first since the power came, on the device's time, s; None:
+    it was not.
+    """
 
     def __init__(self, device: AvrDevice, heaters: set[str]) -> None:
         self._device = device
         outputs = [device.outputs[name] for name in heaters]
         self._active = {pin_number(each.pin): each.active == "high" for each in outputs}
-        self._edges = np.empty(0, HEATER_EDGE)
-        self._fresh: list[NDArray[Any]] = []
+        self._on = dict.fromkeys(self._active, False)
+        self._last_end_s = dict.fromkeys(self._active, -math.inf)
+        self.first_on_s: float | None = None
+        self._recent: deque[tuple[float, NDArray[Any]]] = deque()
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT records)."""
         del sent
         if not len(pins):
             return
-        start_s = self._device.time_s - self._device.avr.time_s
+        start_s, clock_hz = self._device.powered_s, self._device.avr.clock_hz
         for pin, active in self._active.items():
             mine = pins[pins["pin"] == pin]
             if not len(mine):
                 continue
-            edges = np.empty(len(mine), HEATER_EDGE)
-            edges["pin"] = pin
-            edges["time_s"] = start_s + mine["cycle"] / self._device.avr.clock_hz
-            edges["on"] = (mine["state"] & 1 == 1) == active
-            edges["driven"] = mine["state"] >> 1 == Source.MCU
-            self._fresh.append(edges)
+            on = (mine["state"] & 1 == 1) == active
+            was_on = np.concatenate(([self._on[pin]], on[:-1]))
+            if was_on.any():
+                end = mine["cycle"][len(mine) - 1 - int(np.argmax(was_on[::-1]))]
+                self._last_end_s[pin] = start_s + int(end) / clock_hz
+            if on.any():
+                first_s = start_s + int(mine["cycle"][np.argmax(on)]) / clock_hz
+                self.first_on_s = min(first_s, self.first_on_s or first_s)
+            self._on[pin] = bool(on[-1])
+            self._recent.append((start_s, mine))
+        old_s = self._device.time_s - RECENT_S
+        while self._recent and self._ends_s(*self._recent[0]) < old_s:
+            self._recent.popleft()
+
+    def _ends_s(self, start_s: float, edges: NDArray[Any]) -> float:
+        return start_s + int(edges["cycle"][-1]) / self._device.avr.clock_hz
 
     def power_cut(self) -> None:
         """The board's resistors pull every heater off."""
         self._device.feed()
-        off = [(pin, self._device.time_s, False, False) for pin in self._active]
-        self._fresh.append(np.array(off, HEATER_EDGE))
+        for pin, on in self._on.items():
+            if on:
+                self._last_end_s[pin] = self._device.time_s
+        self._on = dict.fromkeys(self._active, False)
+        self.first_on_s = None
 
     def since(self, time_s: float) -> list[Edge]:
-        """Return the changes from a time on (device time, s): each heater's in order of time."""
-        edges = self._all()
-        return [Edge(*edge.item()) for edge in edges[edges["time_s"] >= time_s]]
+        """Return the changes from a time of late on (device time, s): each heater's in order."""
+        found = []
+        for start_s, mine in self._recent:
+            for cycle, pin, state in zip(mine["cycle"], mine["pin"], mine["state"], strict=True):
+                edge_s = start_s + int(cycle) / self._device.avr.clock_hz
+                if edge_s >= time_s:
+                    on = bool(state & 1) == self._active[int(pin)]
+                    found.append(Edge(int(pin), edge_s, on, state >> 1 == Source.MCU))
+        return found
 
     def last_on_s(self, since_s: float) -> float | None:
         """Return when any heater was last on after a time (device time, s); None: never."""
         self._device.feed()
-        ends = [end for pin in self._active if (end := self._last_end_s(pin)) > since_s]
-        return max(ends, default=None)
-
-    def _last_end_s(self, pin: int) -> float:
-        """Return when a heater's last stretch of being on ended, or now; -inf: it never was on."""
-        edges = self._all()
-        mine = edges[edges["pin"] == pin]
-        if len(mine) and mine["on"][-1]:
-            return self._device.time_s
-        ends = mine["time_s"][1:][mine["on"][:-1]]
-        return float(ends[-1]) if len(ends) else -np.inf
-
-    def _all(self) -> NDArray[Any]:
-        if self._fresh:
-            self._edges = np.concatenate([self._edges, *self._fresh])
-            self._fresh = []
-        return self._edges
+        last_s = max(self._last_end_s.values())
+        if any(self._on.values()):
+            last_s = self._device.time_s
+        return last_s if last_s > since_s else None

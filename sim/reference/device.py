@@ -41,6 +41,7 @@ class ReferenceDevice:
             name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0))
             for name, loop in controller.loops.items()
         }
+        self._due_us = min(loop.due_us for loop in self._loops.values())
         self._controller = controller
         self._latch = Latch(self._loops)
         self._driven, self._feeds = _outputs(controller)
@@ -102,7 +103,7 @@ class ReferenceDevice:
     @property
     def due_s(self) -> float:
         """When there is something to do next, a look at a sensor or a step, s since power-up."""
-        return min(loop.due_us for loop in self._loops.values()) / SECOND_US
+        return self._due_us / SECOND_US
 
     @property
     def fault(self) -> int:
@@ -208,12 +209,13 @@ class ReferenceDevice:
         """Run to a time since power-up, s. What is due at that very time is done after it."""
         until_us = round(until_s * SECOND_US)
         loops = self._loops.values()
-        while (due_us := min(loop.due_us for loop in loops)) < until_us:
-            self._go(due_us)
+        while (due_us := self._due_us) < until_us:
             for loop in loops:
                 while loop.due_us == due_us:
                     if loop.do():
+                        self._go(due_us)
                         self._after_step(loop)
+            self._due_us = min(loop.due_us for loop in loops)
         self._go(until_us)
 
     def on_fraction(self, output: str) -> float:

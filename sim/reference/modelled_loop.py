@@ -58,6 +58,9 @@ class ModelledLoop:
         self._rows: list[tuple[object, ...]] = []
         programs = controller.programs
         self._points = programs.points if programs and programmed(controller, name) else 0
+        self.due_us = 0
+        """When there is something to do next: a look at a sensor, or a step."""
+        self._plan()
 
     def sense(self, sensor: str, felt: float) -> None:
         """Give a sensor this temperature from now on, °C, or this current, A."""
@@ -66,17 +69,13 @@ class ModelledLoop:
         elif self._ammeter is not None and sensor == self._ammeter[0]:
             self._amperes = felt
 
-    @property
-    def due_us(self) -> int:
-        """When there is something to do next: a look at a sensor, or a step."""
-        return min(sampler.due_us(self._step_us) for _, sampler in self._samplers)
-
     def do(self) -> bool:
         """Do what is due; tell whether it was a step."""
         due_us = self.due_us
         for sensor, sampler in self._samplers:
             if not sampler.is_done and sampler.due_us(self._step_us) == due_us:
                 sampler.look(self._felt_c[sensor])
+                self._plan()
                 return False
         (status, raw), *others = [sampler.take() for _, sampler in self._samplers]
         monitors = dict(zip(self._monitors, others, strict=True))
@@ -92,7 +91,11 @@ class ModelledLoop:
         error_k = float(record["temperature_c"]) - float(self.operator.setpoint_c)
         self.is_ready = self.operator.is_automatic and abs(error_k) <= within_k and not status
         self._step_us += self._period_us
+        self._plan()
         return True
+
+    def _plan(self) -> None:
+        self.due_us = min(sampler.due_us(self._step_us) for _, sampler in self._samplers)
 
     def take_fault(self, code: int, temperature_c: Single, with_step_s: float = 0.0) -> None:
         """Stop for a fault that was latched outside of this loop's steps.
