@@ -53,7 +53,7 @@ def too_inexact(spec: Spec) -> Iterator[Problem]:
             costly = max(found.lines, key=lambda line: line.errors[place])
             yield spec.tree.problem(
                 path,
-                f"in the worst case the parts cost {about(found.worst[place])} K at "
+                f"in the {found.worst_case} the parts cost {about(found.worst[place])} K at "
                 f"{celsius(found.places[place])}, {about(found.root[place])} K as root of the sum "
                 f"of squares, and {number(asked.within_k)} K is asked for",
                 f"Use better parts (most costs {costly.part}: {about(costly.errors[place])} K), or "

@@ -64,6 +64,11 @@ class Budget:
         return tuple(sum(column) for column in self._columns())
 
     @property
+    def worst_case(self) -> str:
+        """What `worst` is to be called: a part that is not told is off by nobody knows what."""
+        return "worst case of what is told" if self.untold else "worst case"
+
+    @property
     def root(self) -> tuple[float, ...]:
         """Root of the sum of squares, at each place."""
         return tuple(math.hypot(*column) for column in self._columns())
@@ -77,7 +82,7 @@ class Budget:
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """Parts and sums for people: name, tolerance, and the error at each place."""
-        sums = Line("worst case", "", self.worst), Line("root of the squares", "", self.root)
+        sums = Line(self.worst_case, "", self.worst), Line("root of the squares", "", self.root)
         return [
             (line.part, line.tolerance, *(f"{error:.2f}" for error in line.errors))
             for line in (*self.lines, *sums)

@@ -1,5 +1,6 @@
 """`check` and the project's README tell what the tolerances of parts cost, and warn of too much."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,16 @@ def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
     text = FEEDER.replace("within: 1 K", "within: 9 K").replace("element: A, ", "")
     (told,) = warnings(heatwright, text)
     assert told == "whether 9 K is kept cannot be told"
+
+
+def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> None:
+    """By `check`, its warning and the README; whole again as soon as the part is told."""
+    for told, name in (("element: A, ", "worst case"), ("", "worst case of what is told")):
+        text = FEEDER.replace("element: A, ", told)
+        (said,) = warnings(heatwright, text)
+        assert said.startswith(f"in the {name} the parts cost")
+        assert re.search(rf"^ {name}  ", heatwright("check --quick feeder.yaml").out, re.MULTILINE)
+        assert f"| {name} |" in files_of(text)["README.md"]
 
 
 @pytest.mark.parametrize("label", ["element", "R₀", "ADC", "worst case", "root of the squares"])

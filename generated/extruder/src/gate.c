@@ -49,7 +49,7 @@ void gate_tick(void)
         }
     }
 
-    /* extruder.yaml:25 loops.nozzle.heater */
+    /* extruder.yaml:26 loops.nozzle.heater */
     bool nozzle_permitted = healthy;
     if (!spend(&nozzle_ticks)) {
         nozzle_permitted = false;

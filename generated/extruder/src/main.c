@@ -17,7 +17,7 @@
 
 static void start(void)
 {
-    wdt_enable(WDTO_1S); /* extruder.yaml:49 safety.watchdog */
+    wdt_enable(WDTO_1S); /* extruder.yaml:50 safety.watchdog */
     settings_start();
     reset_report();
     output_heater_start();

@@ -7,7 +7,7 @@
 #include <stdbool.h> /* bool */
 #include <util/atomic.h> /* ATOMIC_BLOCK: the ports above address 0x1F need several instructions */
 
-/* D10 = PB4: output heater, active high (extruder.yaml:19 outputs.heater.pin) */
+/* D10 = PB4: output heater, active high (extruder.yaml:20 outputs.heater.pin) */
 static inline void pin_output_heater_on(void)
 {
     PORTB |= (1u << 4);
@@ -28,7 +28,7 @@ static inline bool pin_output_heater_is_on(void)
     return (PINB & (1u << 4)) != 0;
 }
 
-/* D9 = PH6: output part_fan, active high (extruder.yaml:20 outputs.part_fan.pin) */
+/* D9 = PH6: output part_fan, active high (extruder.yaml:21 outputs.part_fan.pin) */
 static inline void pin_output_part_fan_on(void)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
@@ -58,7 +58,7 @@ static inline bool pin_output_part_fan_is_on(void)
     return (PINH & (1u << 6)) != 0;
 }
 
-/* D0 = PE0: from the host (extruder.yaml:52 interfaces[0]) */
+/* D0 = PE0: from the host (extruder.yaml:53 interfaces[0]) */
 static inline void pin_host_rx_pull_up(void)
 {
     PORTE |= (1u << 0);

@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x30778ba7
+DIGEST = 0xf86038d0
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 
