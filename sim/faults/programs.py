@@ -23,7 +23,7 @@ from heatwright.sim.reference.program_state import (
     RUNNING,
     TOO_FAR,
 )
-from heatwright.spec import HoldBack, Programs, Segment, programmed
+from heatwright.spec import HoldBack, Programs, Segment, programmed, switched
 from heatwright.spec.programs import AfterPowerLoss
 from heatwright.spec.rules import RULES
 
@@ -114,10 +114,12 @@ def _kept(world: World, programs: Programs) -> str:
     state, *place = _place(world)
     if state != INTERRUPTED:
         return f"the program is in state {state}, not interrupted by the fault"
-    began_s = world.now_s
+    began_s, closed = world.now_s, _relay_closed_cycles(world)
     world.run(WATCH_S)
     if world.heater.last_on_s(began_s) is not None:
         return "the heater is on again"
+    if _relay_closed_cycles(world) != closed:
+        return "the safety relay was closed"
     if _place(world) != [INTERRUPTED, *place]:
         return f"it is at {_place(world)}, and was at {place}"
     wanted = _resumes_to(world, programs.after_power_loss)
@@ -128,6 +130,17 @@ def _kept(world: World, programs: Programs) -> str:
         return f"it was resumed and is in state {state}, not one of {wanted}"
     moved = state == RUNNING  # it may have done a step by now
     return "" if moved or now == place else f"it goes on at {now}, and was at {place}"
+
+
+def _relay_closed_cycles(world: World) -> int:
+    """Return for how long the safety relay has been closed; 0 where another loop may have it so."""
+    controller, relay = world.site.controller, world.device.relay
+    others_rest = all(
+        switched(controller, name) and not world.device.read(f"loop_{name}.enabled")
+        for name in controller.loops
+        if name != world.site.loop_name
+    )
+    return relay.closed_cycles if relay is not None and others_rest else 0
 
 
 def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:

@@ -31,7 +31,7 @@ SAVED = "wait 30"
 SETPOINT, MAXIMUM = "settings.chamber_setpoint_c", "settings.chamber_maximum_c"
 TYPE, ENABLED = "settings.chamber_thermocouple", "loop_chamber.enabled"
 DUTY, MODE = "loop_chamber.duty_percent", "loop_chamber.mode"
-STATE, START = "program.state", "bprog s1"
+STATE, CLOCK, START = "program.state", "program.clock", "bprog s1"
 
 TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "8 a program is started": [
@@ -96,12 +96,15 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         for setting in [f"settings.chamber_{gain}"]
     },
     "11 a segment is marked": [("bprog b1; p4", {"points_marked": 4})],
-    "12 and 16 a fault, its page, the list, the acknowledgement": [
+    "12 and 16 a fault, its page, the list, the acknowledgement, and on from the kept place": [
         (f"{START}; wait 5; break; wait 8",
-         {"fault.code": 17, "page": "fault17", STATE: INTERRUPTED}),
+         {"fault.code": 17, "page": "fault17", STATE: INTERRUPTED, ENABLED: 0,
+          "program.segment": 1, CLOCK: 10}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
         ("mend; wait 3; ack", {"fault.code": 0}),
-        ("back", {"page": "main", "ERROR.en": 0, "main.bco": GROUND})],
+        ("back; wait 20", {"page": "main", "ERROR.en": 0, "main.bco": GROUND,
+                           STATE: INTERRUPTED, ENABLED: 0, "program.segment": 1, CLOCK: 10}),
+        ("bt1", {STATE: RUNNING, ENABLED: 1, "program.segment": 1, CLOCK: 11})],
 }  # fmt: skip
 """What is done with the display, and what is seen then."""
 

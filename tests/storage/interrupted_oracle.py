@@ -38,8 +38,6 @@ class Oracle:
         self._memory = Memory(controller)
         self._after = programs.after_power_loss
         self.tally: Counter[str] = Counter()
-        self.hottest_k = 0.0
-        """By how much the temperature has risen above the setpoint, at most."""
         self._image = b""
         self.begin()
 
@@ -158,8 +156,6 @@ class Oracle:
         elif self._tops:
             self._tops.append(self._tops[-1])
         top_c = max(self._tops, default=felt_c) + ABOVE_K
-        if felt_c > before_c + STEP_K and self._tops:
-            self.hottest_k = max(self.hottest_k, felt_c - top_c + ABOVE_K)
         if felt_c > top_c and felt_c > before_c + STEP_K:
             yield f"{felt_c:.2f} °C, rising, above {top_c:.2f} °C of {record}"
         self._off_s = 0 if works else self._off_s + 1
