@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from heatwright.spec import Controller
+from heatwright.spec import Controller, Spec
 from heatwright.spec.checks.sizing import wire_voltage_v
+from heatwright.spec.loader import problem_of
+from heatwright.spec.problems import Problem
 from heatwright.spec.quantity import about, celsius
-from heatwright.spec.reserve import Reserve, reserves
+from heatwright.spec.reserve import Reserve, reserves, small_reserves
 from heatwright.spec.sized import SizedWall, SizedWire, sized_wall, sized_wire
 
 Row = tuple[str, str, str]
@@ -45,6 +47,12 @@ def sized(controller: Controller) -> Iterator[Sized]:
             air_c = reserve.setpoint_c if wire.air_c is None else wire.air_c
             found = sized_wire(wire, heater.power_w, voltage_v, air_c)
         yield Sized(reserve, walls, found, wire.measured_c if wire else None)
+
+
+def small(spec: Spec) -> Iterator[Problem]:
+    """Warn of the heaters that have less than the recommended reserve."""
+    for finding in small_reserves(spec.controller):
+        yield problem_of(spec.tree, finding)
 
 
 def reserve_json(reserve: Reserve) -> dict[str, object]:

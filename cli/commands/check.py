@@ -108,13 +108,11 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 def _warnings(spec: Spec) -> Iterator[Problem]:
     """Warn of little reserve, of inexact parts, of a firmware that no compiler makes fit."""
     from heatwright.cli.budget import too_inexact  # noqa: PLC0415
+    from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
     from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
-    from heatwright.spec.loader import problem_of  # noqa: PLC0415
-    from heatwright.spec.reserve import small_reserves  # noqa: PLC0415
 
-    for finding in small_reserves(spec.controller):
-        yield problem_of(spec.tree, finding)
+    yield from small(spec)
     yield from too_inexact(spec)
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):

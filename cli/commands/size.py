@@ -25,7 +25,7 @@ def command(spec: Path, as_json: bool) -> None:
     and of the heater's wire (resistivity, voltage, surface load) diameter, length, current and its
     own temperature.
     """
-    from heatwright.cli.sized import rows, sized, sized_json  # noqa: PLC0415
+    from heatwright.cli.sized import rows, sized, sized_json, small  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 
@@ -36,8 +36,13 @@ def command(spec: Path, as_json: bool) -> None:
     found = list(sized(controller))
     if as_json:
         loops = {each.reserve.loop: sized_json(each) for each in found}
-        print_json({"spec": str(spec), "digest": loaded.digest, "loops": loops})
+        warnings = [each._asdict() for each in small(loaded)]
+        print_json(
+            {"spec": str(spec), "digest": loaded.digest, "loops": loops, "warnings": warnings}
+        )
         return
     for each in found:
         heading(f"{controller.identity.name}, loop {each.reserve.loop}")
-        show(table(("", "", "unit"), rows(each)))
+        show(table(("what", "value", "unit"), rows(each)))
+    for warning in small(loaded):
+        click.echo(f"Warning: {warning}")

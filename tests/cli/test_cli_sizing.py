@@ -139,6 +139,7 @@ def test_nothing_to_heat_has_no_reserve() -> None:
 
 def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     text = heatwright("size chamber.yaml").out
+    assert text.splitlines()[2].split() == ["what", "value", "unit"]
     for expected in ("45       %", "215 .. 248       W", "0.0226     K/W", "2.4       Ω"):
         assert expected in text
     air = heatwright("size chamber.yaml --json").json["loops"]["air"]
@@ -153,8 +154,12 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     assert listed == [{"file": "chamber.yaml", **air["plant"]}]
     weak = changed("oven", ("derivative_filter: 3 s\n    ", f"derivative_filter: 3 s{LESS}    "))
     Path("weak.yaml").write_text(weak, encoding="utf-8")
-    warned = heatwright("check --quick weak.yaml").out
-    assert "outputs.heater.power: the reserve is 5 %" in warned
+    for command in ("check --quick", "size"):
+        warned = heatwright(f"{command} weak.yaml").out
+        assert "outputs.heater.power: the reserve is 5 %" in warned
+        assert heatwright(f"{command} chamber.yaml").out.count("Warning") == 0
+    (warning,) = heatwright("size weak.yaml --json").json["warnings"]
+    assert warning in heatwright("check --quick weak.yaml --json").json["warnings"]
     whole = Path("chamber.yaml").read_text(encoding="utf-8")
     bare = whole[: whole.index("simulation:")]
     Path("bare.yaml").write_text(bare, encoding="utf-8")
