@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -104,6 +105,7 @@ class AvrDevice:
             proof.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
+        self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
         self._talkers = [*self._parts(GcodeHost), *self._pluggable]
         self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
@@ -189,10 +191,10 @@ class AvrDevice:
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
         while (wake := self.wake_cycle) is not None and wake < cycle:
             self.run_to(wake)
-            self.feed()
+            self.hear()
         self.run_to(cycle)
         if cycle >= self.feed_at or self.is_attended:
-            self.feed()
+            self.listen()
 
     @property
     def is_attended(self) -> bool:
@@ -287,15 +289,28 @@ class AvrDevice:
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]
 
+    def hear(self) -> None:
+        """Give those who talk what has happened up to now; the others get it with the next feed."""
+        pins, sent = self.avr.pins.take(), self.avr.uarts.take()
+        for part in self._wakers:
+            part.feed(pins, sent)
+        self._held.append((pins, sent))
+
+    def listen(self) -> None:
+        """Give those who talk what has happened up to now, and all if that is due."""
+        if self.avr.cycle >= self.feed_at:
+            self.feed()
+        else:
+            self.hear()
+
     def feed(self) -> None:
         """Give the interfaces and recorders what has happened up to now."""
-        pins, sent = self.avr.pins.take(), self.avr.uarts.take()
-        for interface in self.interfaces:
-            interface.feed(pins, sent)
-        for stepper in self._steppers:
-            stepper.feed(pins, sent)
-        for recorder in (*self.interlocks.values(), *self._recorders):
-            recorder.feed(pins, sent)
+        self.hear()
+        pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
+        self._held.clear()
+        listeners = [each for each in self.interfaces if each not in self._wakers]
+        for part in (*listeners, *self._steppers, *self.interlocks.values(), *self._recorders):
+            part.feed(pins, sent)
         self.feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
 
     def record(self, recorder: Interface) -> None:
@@ -319,6 +334,14 @@ class AvrDevice:
         self._power_on(eeprom)
         if not plugged:
             self.unplug()
+
+
+def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Join records; left to itself, numpy would leave out the padding between them."""
+    some = [part for part in parts if len(part)]
+    if len(some) < 2:
+        return some[0] if some else parts[0]
+    return np.concatenate(some, dtype=some[0].dtype)
 
 
 def check_digest(program: Elf, expected: str) -> None:

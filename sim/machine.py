@@ -181,10 +181,10 @@ class Machine:
         """Do what C has come back for."""
         lib, device = self._lib, self._device
         if ended == lib.HW_FEED:
-            device.feed()
+            device.listen()
         elif ended == lib.HW_WAKE and wake is not None:
             device.run_to(wake)
-            device.feed()
+            device.hear()
         elif ended == lib.HW_MATRIX:
             self._remember()
         elif ended == lib.HW_NOISE:
