@@ -41,6 +41,12 @@ def rounded_up(value: float) -> str:
     return about(math.ceil(value / step) * step)
 
 
+def rounded_down(value: float) -> str:
+    """Write a computed upper limit for a message: three digits, and none too much."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return about(math.floor(value / step) * step)
+
+
 def duration(seconds: float) -> str:
     """Write a duration for a message: `750 ms`, `1.5 s`, `10 min`."""
     if 0 < seconds < 1:

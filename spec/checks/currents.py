@@ -10,7 +10,7 @@ from heatwright.spec.conversion import LEAST_MARGIN_STEPS
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import about, number, rounded_up
+from heatwright.spec.quantity import about, number, rounded_down, rounded_up
 
 FIRST_SHARE = 0.25
 """Of the duty: what a limited heater begins with (docs/control.md, Current)."""
@@ -116,25 +116,29 @@ def limits_can_begin(controller: Controller) -> Findings:
 
 
 def limits_can_be_told(controller: Controller) -> Findings:
-    """Find limits that hold a wire of too little resistance to less than counts as a current.
+    """Find limits that hold a wire of too little resistance to what may not count as a current.
 
-    At the first duty such a wire may take all but what trips; the limit then goes by the square.
+    At the first duty such a wire may take all but what trips; the limit then goes by the square. A
+    reading is off by half a step, and what is held by twice that share: where the next reading may
+    be none, the wire would have its first duty again and again.
     """
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
         if limit_a is None or over_a <= limit_a:
             continue
-        held_a = FIRST_SHARE * limit_a**2 / over_a
-        if held_a < each.idle_a:
+        half_a, surely_a = each.step_a / 2, each.idle_a + each.step_a / 2
+        held_a = FIRST_SHARE * limit_a**2 / (over_a + half_a)
+        least_a = (surely_a + half_a) ** 2 / surely_a
+        if held_a < least_a:
             coarse = IDLE_STEPS * each.step_a >= IDLE_SHARE * each.current.nominal_a
             yield Finding(
                 ("sensors", each.current.sensor, "scale") if coarse else (*each.path, "trip"),
                 f"a wire of {each.name} that takes almost the {number(over_a)} A of rule "
-                f"over_current as soon as it is on is held to a mean of {about(held_a)} A, less "
-                f"than the {about(each.idle_a)} A that are taken for none",
+                f"over_current as soon as it is on is held to a mean of {about(held_a)} A, too "
+                f"near the {about(each.idle_a)} A that are taken for none",
                 "Use a larger scale, or a larger limit"
                 if coarse
-                else f"Use at most {number(FIRST_SHARE / IDLE_SHARE * limit_a)} A",
+                else f"Use at most {rounded_down(FIRST_SHARE * limit_a**2 / least_a - half_a)} A",
                 (each.path, ("sensors", each.current.sensor)),
             )
 

@@ -21,9 +21,9 @@ ASKED = st.lists(st.one_of(SMALL, st.floats(5.0, 100.0), st.just(100.0)), min_si
 class Wire:
     """A wire behind a limiter, measured in each step under the duty of the step before."""
 
-    def __init__(self, ohm: float, *, rated: bool) -> None:
-        text = "fabricator" if rated else changed("fabricator", (", rated: 25.57 V", ""))
-        self._controller = controller_of(text)
+    def __init__(self, ohm: float, *, rated: bool, text: str = "") -> None:
+        plain = "fabricator" if rated else changed("fabricator", (", rated: 25.57 V", ""))
+        self._controller = controller_of(text or plain)
         self.limiter = Limiter(self._controller, "heater", 0.2)
         sensor = self._controller.sensors["current"]
         self._meter = IdealSensor(sensor, self._controller.board)  # type: ignore[arg-type]
@@ -102,3 +102,17 @@ def test_a_wire_of_too_little_resistance_trips_in_the_second_step() -> None:
         wire = Wire(ohm, rated=True)
         assert not wire.ask(100.0)
         assert wire.ask(100.0) is trips
+
+
+@pytest.mark.parametrize("scale", ["38 mV/A", "40 mV/A", "60 mV/A"])
+def test_what_check_allows_of_a_coarse_sensor_is_told_from_none(scale: str) -> None:
+    """A wire that almost trips is held, and not sent back to its first duty by a low reading."""
+    text = changed("fabricator", (", rated: 25.57 V", ""), ("0.5 V/A", scale))
+    for ohm in (2.9, 2.95, 3.0, 3.2, 3.5, 4.0):
+        wire = Wire(ohm, rated=False, text=text)
+        duties = []
+        for _ in range(100):
+            assert not wire.ask(100.0)
+            duties.append(float(wire.limiter.top_percent))
+        assert duties[0] == 25.0
+        assert max(duties[1:]) < 12.5
