@@ -40,7 +40,7 @@ class RunBeside(Run):
             if calm > 0:
                 self._machine.go(calm)
             else:
-                self._machine.by_hand(lambda _, felt: felt, self._supplied, self._advance)
+                self._machine.by_hand(lambda _, felt: felt, self._advance)
             row += max(1, calm)
             if progress is not None:
                 progress(row * self._step_s, self._count * self._step_s)
@@ -51,10 +51,6 @@ class RunBeside(Run):
         if self._done == len(self._hand):
             return self._count
         return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1
-
-    def _supplied(self, asked: Any, closed: float | None) -> tuple[Any, Any]:
-        given = self._coupling.supplied(asked, closed)
-        return given, given
 
     def _take(self, machine: Machine) -> None:
         """Take what the machine has noted: what was felt before each row, the rest behind it."""

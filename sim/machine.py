@@ -8,7 +8,7 @@ matrix, noise or room in its log is lacking, or somebody outside wants to hear o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,32 @@ from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
 
 Array = NDArray[np.float64]
-Shares = Mapping[str, float]
 Tips = Callable[[str, float], float]
 """From a sensor, and what the machine would make it feel, to what its tip feels."""
-Supply = Callable[[Shares, float | None], tuple[Shares, Shares]]
-"""From the shares of time for which loads are asked for, and the relay conducts, to what heats, and
-what of it is current."""
+
+
+class Heat(NamedTuple):
+    """What lies between a load's pin and what it gives, both as shares of its power.
+
+    times -- of what is asked for; least -- this much also while nothing is asked for; once_asked --
+    instead of what is asked for, if anything is.
+    """
+
+    times: float = 1.0
+    least: float = 0.0
+    once_asked: float | None = None
+
+
+class Beside(NamedTuple):
+    """Heat from elsewhere at the place of a load, while a sensor feels less: share of its power."""
+
+    share: float
+    sensor: str
+    below_c: float
+
+
+SOUND = Heat()
+
 
 LOG_ROWS = 2048
 """Steps between two times the log is emptied."""
@@ -54,8 +74,7 @@ def install(ffi: Any) -> None:
 class Machine:
     """A plant, and the device that it is wired to.
 
-    sensors -- thermometers, then currents; felt -- what each feels now, °C and A, as a view;
-    active -- by hand only: the share of time each load was on in this step, 0..1, as a view.
+    sensors -- thermometers, then currents; felt -- what each feels now, °C and A, as a view.
     """
 
     def __init__(
@@ -79,6 +98,7 @@ class Machine:
         install(self._ffi)
         self._m = self._ffi.new("hw_machine *")
         self._lend(logs_nodes=logs_nodes)
+        self.spoil({}, {})
         self.wire()
 
     # -- what C is lent ------------------------------------------------------------------------
@@ -112,8 +132,8 @@ class Machine:
         felt += [each.amperes for each in plant.ammeters.values()]
         self.felt, self._tips = np.array(felt), np.array(felt)
         m.felt, m.tips = self._array(self.felt), self._array(self._tips)
-        self.active, self._given, self._conducts = (np.zeros(len(loads)) for _ in range(3))
-        m.active, m.given = self._array(self.active), self._array(self._given)
+        self._active, self._given, self._conducts = (np.zeros(len(loads)) for _ in range(3))
+        m.active, m.given = self._array(self._active), self._array(self._given)
         m.conducts = self._array(self._conducts)
         self._highest = np.array(plant.temperatures_c)
         m.highest = self._array(self._highest)
@@ -195,10 +215,8 @@ class Machine:
         else:
             device.avr.came_back(ended)
 
-    def by_hand(
-        self, tips: Tips, supply: Supply, run: Callable[[float], None] | None = None
-    ) -> None:
-        """Go on by one step in which something is broken, or somebody acts.
+    def by_hand(self, tips: Tips, run: Callable[[float], None] | None = None) -> None:
+        """Go on by one step in which a tip feels something else, or somebody acts.
 
         run -- runs the device to a time, s; the device itself does if None.
         """
@@ -207,29 +225,37 @@ class Machine:
         self._tips[:] = [
             tips(name, felt) for name, felt in zip(self.sensors, self.felt.tolist(), strict=True)
         ]
+        m.feed = self._coupling.extruded_mm_per_s
         self._lib.hw_machine_begin(m)
         (run or device.advance)(m.powered_s + m.row * self.step_s)
         self._lib.hw_machine_read(m)
+        self._heat()
+
+    def without_power(self) -> None:
+        """Go on by one step of the plant alone, whose controller has no power."""
+        m = self._m
+        self._make_room()
+        self._tips[:], self._active[:] = self.felt, 0.0
+        m.feed, m.closed = 0.0, self._device.relay_fraction()
+        self._heat()
+
+    def _heat(self) -> None:
+        self._lib.hw_machine_supply(self._m)
+        while self._lib.hw_machine_heat(self._m):
+            self._remember()
         if self._errors:
             raise self._errors.pop(0)
-        feed_mm_per_s = self._coupling.feed_mm_per_s()
-        active = dict(zip(self.loads, self.active.tolist(), strict=True))
-        closed = None if m.relay == self._ffi.NULL else float(m.closed)
-        self._heat(*supply(active, closed), feed_mm_per_s)
 
-    def without_power(self, supply: Supply) -> None:
-        """Go on by one step of the plant alone, whose controller has no power."""
-        self._make_room()
-        self._tips[:] = self.felt
-        self._heat(*supply(dict.fromkeys(self.loads, 0.0), None), 0.0)
-
-    def _heat(self, given: Shares, conducts: Shares, feed_mm_per_s: float) -> None:
-        m = self._m
-        self._given[:] = [given[name] for name in self.loads]
-        self._conducts[:] = [conducts[name] for name in self.loads]
-        m.feed = feed_mm_per_s
-        while self._lib.hw_machine_heat(m):
-            self._remember()
+    def spoil(self, heat: Mapping[str, Heat], besides: Mapping[str, Beside]) -> None:
+        """Put this between pins and loads, by output; what is not named is sound."""
+        for number, name in enumerate(self.loads):
+            load, beside = self._m.loads[number], besides.get(name)
+            load.times, load.least, once = heat.get(name, SOUND)
+            load.once_asked = -1.0 if once is None else once
+            load.beside = 0.0
+            if beside is not None:
+                load.beside, load.below = beside.share, beside.below_c
+                load.beside_of = self.sensors.index(beside.sensor)
 
     def _make_room(self) -> None:
         m = self._m

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.compare.tabled import half_heights
@@ -26,10 +27,18 @@ from heatwright.sim.plot_data import (
     time_axis,
     with_reading,
 )
+from heatwright.sim.trace import Series, StepLog
 from heatwright.spec import Published, Spec
 
 COLUMNS = 3
 PANEL_IN = (4.0, 2.3)
+CROSSINGS = 60
+"""Of the setpoint: a panel does not tell more of them apart."""
+BINS = 200
+CLOSE_CROSSINGS = 8
+"""Those at the end that are shown as if through a glass."""
+GLASS = (0.5, 0.28, 0.48, 0.44)
+"""Its place in a panel: left, lower, width, height."""
 
 
 def comparison_figure(spec: Spec, outcomes: Sequence[Outcome]) -> Figure:
@@ -82,15 +91,46 @@ def _draw(panel: Axes, outcome: Outcome, half_k: float, look: Look) -> None:
         colour = SHARED if look.prefix else HEAT
         _published(panel, row.published, float(times[-1]), colour)
     panel.axhline(row.setpoint_c, color=SETPOINT, lw=1.0, ls="--", label="setpoint")
-    panel.step(
-        times, seen["temperature_c"], where="post", color=look.reading, lw=1.2,
-        label=f"{look.prefix}simulated",
-    )  # fmt: skip
+    label, crossings = f"{look.prefix}simulated", _crossings(seen, row.setpoint_c)
+    if len(crossings) > CROSSINGS and np.ptp(seen["temperature_c"][crossings[0] :]) > half_k / 5:
+        _swing(panel, times, seen, look.reading, label)
+        _closer(panel, seen, int(crossings[-CLOSE_CROSSINGS]), look.reading, row.setpoint_c)
+    else:
+        panel.step(
+            times, seen["temperature_c"], where="post", color=look.reading, lw=1.2, label=label
+        )
     panel.set_ylim(row.setpoint_c - half_k, row.setpoint_c + half_k)
     panel.set_xlim(0, float(times[-1]))
     panel.set_title(outcome.title, loc="left", fontsize=10, parse_math=False)
     panel.tick_params(labelbottom=False)
     dress(panel)
+
+
+def _crossings(seen: StepLog, setpoint_c: float) -> NDArray[np.intp]:
+    """Return the steps in which the reading has come to the other side of the setpoint."""
+    return np.flatnonzero(np.diff(seen["temperature_c"] > setpoint_c)) + 1
+
+
+def _swing(panel: Axes, times: Series, seen: StepLog, colour: str, label: str) -> None:
+    """Draw between what a reading swings, where single swings would be one block."""
+    begins = np.unique(np.linspace(0, len(seen), BINS, endpoint=False).astype(int))
+    low_c = np.minimum.reduceat(seen["temperature_c"], begins)
+    high_c = np.maximum.reduceat(seen["temperature_c"], begins)
+    panel.fill_between(times[begins], low_c, high_c, color=colour, alpha=0.5, lw=0.8, label=label)
+
+
+def _closer(panel: Axes, seen: StepLog, first: int, colour: str, setpoint_c: float) -> None:
+    """Draw the last swings as if through a glass."""
+    last = seen[first:]
+    took = time_axis(float(last["time_s"][-1] - last["time_s"][0]))
+    times = took(last["time_s"] - last["time_s"][0])
+    glass = panel.inset_axes(GLASS)
+    glass.axhline(setpoint_c, color=SETPOINT, lw=0.8, ls="--")
+    glass.step(times, last["temperature_c"], where="post", color=colour, lw=1.0)
+    glass.ticklabel_format(axis="y", useOffset=False)
+    glass.set_title(f"the last {times[-1]:.3g} {took.unit}", fontsize=7, pad=2)
+    glass.tick_params(labelsize=6, labelbottom=False, length=0)
+    glass.set_xlim(0, float(times[-1]))
 
 
 def _published(panel: Axes, published: Published, end: float, colour: str) -> None:

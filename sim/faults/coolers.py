@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from heatwright.sim.faults import effects, processor, starts
 from heatwright.sim.faults.bounds import watchdog_s
-from heatwright.sim.faults.effects import Heat
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.machine import Heat
 
 WATCH_S = 60.0
 TURNS = 40
@@ -26,7 +26,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield Fault(
         "cooler_shorted",
         lambda: starts.heating(site),
-        _wire(cooler, effects.shorted),
+        _wire(cooler, effects.SHORTED),
         _mend(cooler),
         watch_s=watch_s(site),
         again=True,
@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield Fault(
         "cooler_dead",
         lambda: cooling(site),
-        _wire(cooler, effects.opened),
+        _wire(cooler, effects.OPENED),
         calm=True,
         watch_s=WATCH_S,
     )

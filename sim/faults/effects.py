@@ -6,39 +6,27 @@ import math
 from collections.abc import Callable
 
 from heatwright.sim.faults.world import World
+from heatwright.sim.machine import Heat
 
-Heat = Callable[[float], float]
 Feel = Callable[[float], float]
 
 
 # -- heaters: from what the pin asks for to what comes, in shares of full power ----------------
 
-
-def shorted(asked: float) -> float:
-    """Conduct whatever the pin says, as a transistor does that has died."""
-    del asked
-    return 1.0
-
-
-def opened(asked: float) -> float:
-    """Never conduct: a broken wire, a blown fuse."""
-    del asked
-    return 0.0
+SHORTED = Heat(least=1.0)
+"""It conducts whatever the pin says, as a transistor does that has died."""
+OPENED = Heat(times=0.0)
+"""It never conducts: a broken wire, a blown fuse."""
 
 
 def weakened(share: float) -> Heat:
     """Give a share of what is asked: a broken strand, a low supply."""
-    return lambda asked: share * asked
+    return Heat(times=share)
 
 
 def leaking(share: float) -> Heat:
     """Conduct at least this share, also while off."""
-    return lambda asked: max(asked, share)
-
-
-def held_hot(world: World, hold_c: float, share: float) -> Callable[[], float]:
-    """Give another source that keeps the sensor at a temperature: a fire, a second heater."""
-    return lambda: share if world.sensed_c < hold_c else 0.0
+    return Heat(least=share)
 
 
 # -- sensors: from the machine's temperature to the tip's, °C ----------------------------------

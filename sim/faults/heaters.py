@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s
-from heatwright.sim.faults.effects import Heat
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import rise_k, share_for, watch_s
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.native.pins import Level
 from heatwright.spec import DigitalOutput
 
@@ -21,12 +21,12 @@ WEAK_SHARE = 0.05
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to the loop."""
-    yield _switch(site, "heater_open", lambda: _wanted(site), effects.opened)
+    yield _switch(site, "heater_open", lambda: _wanted(site), effects.OPENED)
     yield _switch(site, "heater_weak", lambda: _wanted(site), effects.weakened(_weak_share(site)))
-    yield _switch(site, "heat_lost", lambda: starts.held(site), effects.opened)
-    yield _switch(site, "switch_shorted_when_hot", lambda: starts.hot(site), effects.shorted)
+    yield _switch(site, "heat_lost", lambda: starts.held(site), effects.OPENED)
+    yield _switch(site, "switch_shorted_when_hot", lambda: starts.hot(site), effects.SHORTED)
     yield _switch(
-        site, "switch_shorted_in_band", lambda: starts.at_rest(site, above_k=0.0), effects.shorted
+        site, "switch_shorted_in_band", lambda: starts.at_rest(site, above_k=0.0), effects.SHORTED
     )
     yield _leaking(site)
     yield from _heat_from_elsewhere(site)
@@ -92,7 +92,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
         share = 2 * share_for(site, hold_c, ambient_c=starts.ambient_c(site), cooled=True)
 
         def cause(world: World, hold_c: float = hold_c, share: float = share) -> None:
-            world.wiring.besides[site.loop.heater] = effects.held_hot(world, hold_c, share)
+            world.wiring.besides[site.loop.heater] = Beside(share, site.loop.sensor, hold_c)
 
         def cure(world: World) -> None:
             world.wiring.besides.pop(site.loop.heater)

@@ -74,7 +74,7 @@ def _believed(site: Site, fan: str) -> Fault:
     """A contact that is closed for ever, and then a fan that stands still: nobody can know."""
 
     def cause(world: World) -> None:
-        world.wiring.heat[fan] = effects.opened
+        world.wiring.heat[fan] = effects.OPENED
         world.device.proofs[fan].fail(stands=True, wire=Wire.SHORTED)
 
     return Fault(
@@ -89,7 +89,7 @@ def _believed(site: Site, fan: str) -> Fault:
 
 def _stick(fan: str) -> Act:
     def cause(world: World) -> None:
-        world.wiring.heat[fan] = effects.opened  # it moves no air
+        world.wiring.heat[fan] = effects.OPENED  # it moves no air
         world.device.proofs[fan].fail(stands=True)
 
     return cause

@@ -9,6 +9,7 @@ from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.currents import SOFT_START, Measured, measured
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.sim.machine import Heat
 
 BEYOND = 1.2
 """How far beyond what trips the current of a shorted wire is."""
@@ -52,7 +53,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
     most = BEYOND * heater.over_a / heater.mean_a
 
     def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = lambda asked: most if asked > 0 else 0.0
+        world.wiring.heat[site.loop.heater] = Heat(once_asked=most)
 
     def heats(world: World) -> bool:
         return world.loop("duty_percent") > 0

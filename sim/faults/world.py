@@ -16,7 +16,7 @@ from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import Site
-from heatwright.sim.machine import BITS, SENSED, TIME, TIPS, Machine, Shares
+from heatwright.sim.machine import BITS, SENSED, TIME, TIPS, Beside, Heat, Machine
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.scenario import PRESS_S
@@ -52,13 +52,12 @@ class Weather:
 class Wiring:
     """What lies between controller and machine, and can break.
 
-    heat -- by output: from what its pin asks for (0..1) to what it really conducts. besides -- by
-    output: heat from elsewhere at the same place, in shares of its power. feel -- by sensor: from
-    the machine's temperature to the tip's, °C.
+    heat -- by output: between its pin and what it gives. besides -- by output: heat from elsewhere
+    at the same place. feel -- by sensor: from the machine's temperature to the tip's, °C.
     """
 
-    heat: dict[str, Callable[[float], float]] = field(default_factory=dict)
-    besides: dict[str, Callable[[], float]] = field(default_factory=dict)
+    heat: dict[str, Heat] = field(default_factory=dict)
+    besides: dict[str, Beside] = field(default_factory=dict)
     feel: dict[str, Callable[[float], float]] = field(default_factory=dict)
 
 
@@ -84,6 +83,7 @@ class World:
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
         self._machine = Machine(self._plant(weather), self.device, self.coupling, self.step_s)
+        self._spoilt: tuple[dict[str, Heat], dict[str, Beside]] = ({}, {})
         self._switched_on = False
         self.watch_peaks()
         self.trips = TripLog(self.device)
@@ -183,27 +183,20 @@ class World:
 
     def _go(self, steps: int) -> None:
         """Go on by some steps: together, where all is sound."""
-        wiring = self.wiring
         self._look()
-        if not (wiring.heat or wiring.besides or wiring.feel):
+        if not self.wiring.feel:
             self._machine.go(steps)
             return
         for _ in range(steps):
-            self._machine.by_hand(self._tip, self._supplied)
+            self._machine.by_hand(self._tip)
 
     def _look(self) -> None:
-        """For heat from elsewhere nothing here is to blame."""
-        self._machine.look(watches=not (self.peaks.ended or self.wiring.besides))
-
-    def _supplied(self, asked: Shares, closed: float | None) -> tuple[Shares, Shares]:
-        """Return what heats, and what of it is current, when loads are asked for so long."""
-        heat, besides = self.wiring.heat, self.wiring.besides
-        conducts = self.coupling.supplied(
-            {name: heat[name](share) if name in heat else share for name, share in asked.items()},
-            closed,
-        )
-        heats = {name: conducts[name] + more() for name, more in besides.items()}
-        return {**conducts, **heats}, conducts
+        """See what is broken now; for heat from elsewhere nothing here is to blame."""
+        wiring = self.wiring
+        if (wiring.heat, wiring.besides) != self._spoilt:
+            self._spoilt = (dict(wiring.heat), dict(wiring.besides))
+            self._machine.spoil(*self._spoilt)
+        self._machine.look(watches=not (self.peaks.ended or wiring.besides))
 
     # -- the operator --------------------------------------------------------------------------
 
@@ -292,7 +285,7 @@ class World:
             self.device.relay.power_off()
         self._look()
         for _ in range(round(off_s / self.step_s)):
-            self._machine.without_power(self._supplied)
+            self._machine.without_power()
         self.device.power_cycle(undefined)
         self._machine.wire()
         self.trips.attach()

@@ -196,7 +196,12 @@ typedef struct {
     int drawn;
 } hw_feeler;
 typedef struct { int load, channel; double full_a, share; } hw_meter;
-typedef struct { int pin, active_high, behind_relay; uint64_t high; } hw_load;
+typedef struct {
+    int pin, active_high, behind_relay, beside_of;
+    uint64_t high;
+    double times, least, once_asked;    /* what lies between pin and load; once_asked -1: nothing */
+    double beside, below;               /* heat from elsewhere, while less is felt */
+} hw_load;
 typedef struct {
     hw *h;
     void *handle;
@@ -229,7 +234,8 @@ typedef struct {
 void hw_machine_matrix(hw_machine *m, const double *matrix);  /* of its key */
 void hw_machine_begin(hw_machine *m);   /* one step by hand: its tips are felt, */
 void hw_machine_read(hw_machine *m);    /* behind the run its switches are read, */
-int hw_machine_heat(hw_machine *m);     /* and what is given heats it; or HW_MATRIX */
+void hw_machine_supply(hw_machine *m);  /* what they let through is given, */
+int hw_machine_heat(hw_machine *m);     /* and heats it; or HW_MATRIX */
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed);
 
 /* Profile: one instruction at a time. function: of each flash word. */

@@ -165,13 +165,19 @@ int hw_machine_heat(hw_machine *m) {
     return 0;
 }
 
-/* What the switches let through, where nothing else is in the way. */
-static void supply(hw_machine *m) {
+/* What lies between pins and loads, the relay in series with it, and heat from elsewhere. */
+void hw_machine_supply(hw_machine *m) {
     for (int i = 0; i < m->load_count; i++) {
+        const hw_load *load = &m->loads[i];
         double share = m->active[i];
-        if (m->relay && m->loads[i].behind_relay && m->closed < share)
-            share = m->closed;
-        m->given[i] = m->conducts[i] = share;
+        if (load->once_asked >= 0)
+            share = share > 0 ? load->once_asked : 0;
+        share = fmax(share * load->times, load->least);
+        if (m->relay && load->behind_relay)
+            share = fmin(share, m->closed);
+        m->conducts[i] = m->given[i] = share;
+        if (load->beside > 0 && m->felt[load->beside_of] < load->below)
+            m->given[i] += load->beside;
     }
     if (m->steps_motors)
         m->feed = hw_machine_fed(m->handle);
@@ -197,7 +203,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
             if (ended)
                 return ended;
             hw_machine_read(m);
-            supply(m);
+            hw_machine_supply(m);
             m->phase = HW_HEATS;
         }
         if (hw_machine_heat(m))

@@ -127,17 +127,21 @@ class Watched(AvrDevice):
     """A board with somebody who looks at its LEDs and at the master's panel every second."""
 
     def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
         self.lights: dict[float, dict[str, str]] = {}
         self.panel: dict[float, dict[str, float]] = {}
+        super().__init__(*given)
 
-    def advance(self, until_s: float) -> None:
-        super().advance(until_s)
-        if until_s >= len(self.lights) * LOOK_S:
+    @property
+    def is_attended(self) -> bool:
+        return True
+
+    def listen(self) -> None:
+        super().listen()
+        if self.time_s >= len(self.lights) * LOOK_S:
             self.feed()
             (leds,) = (each for each in self.interfaces if isinstance(each, Indicators))
-            self.lights[until_s] = leds.lights()
-            self.panel[until_s] = dict(self.master.values)
+            self.lights[self.time_s] = leds.lights()
+            self.panel[self.time_s] = dict(self.master.values)
 
 
 def written(at_s: float, **values: Any) -> dict[str, Any]:

@@ -129,7 +129,7 @@ class Wired:
     """Faults of the catalogue, on a fabricator whose wire is another one all the time."""
 
     def __init__(self, ohm: float) -> None:
-        self._wire = effects.weakened(RATED_OHM / ohm)
+        self._times = RATED_OHM / ohm
 
     def fault(self, name: str) -> Fault:
         every = catalogue(controller_of("fabricator"), whole("fabricator"))
@@ -144,8 +144,10 @@ class Wired:
         def cause(world: World) -> None:
             found.cause(world)
             broken = world.wiring.heat["heater"]
-            if broken is not self._wire:
-                world.wiring.heat["heater"] = lambda asked: self._wire(broken(asked))
+            if broken != effects.weakened(self._times):
+                world.wiring.heat["heater"] = broken._replace(
+                    times=broken.times * self._times, least=broken.least * self._times
+                )
 
         def cure(world: World) -> None:
             found.cure(world)
@@ -154,7 +156,7 @@ class Wired:
         return replace(found, make=make, cause=cause, cure=cure)
 
     def _put(self, world: World) -> None:
-        world.wiring.heat["heater"] = self._wire
+        world.wiring.heat["heater"] = effects.weakened(self._times)
 
 
 @pytest.mark.parametrize("name", WIRES_OHM)

@@ -5,7 +5,7 @@ from fault_machines import site_of
 from rig.specs import changed
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.effects import shorted
+from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
 
@@ -37,7 +37,7 @@ STRONG = changed("fabricator", *NO_RELAY)
 def died(spec: str) -> World:
     """A switch that has died while it heats, ten time constants after the fault."""
     world = starts.heating(site_of(spec))
-    world.wiring.heat["heater"] = shorted
+    world.wiring.heat["heater"] = SHORTED
     world.switch(on=False)
     world.until(lambda now: now.fault != 0, 10.0)
     world.run(COOLED_S)
