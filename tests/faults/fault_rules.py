@@ -154,7 +154,8 @@ def _asked_s(loop: Any, percent: float) -> float:
     algorithm = loop.algorithm
     if algorithm.kind != "pid":
         return 0.0
-    missing_percent = max(0.0, percent - algorithm.kp * BELOW_K)
+    at_once_percent = algorithm.kp * BELOW_K + max(0.0, algorithm.integral.minimum_percent)
+    missing_percent = max(0.0, percent - at_once_percent)
     return missing_percent / (algorithm.ki * BELOW_K)
 
 

@@ -225,7 +225,8 @@ class _Controller:
         self.monitors: dict[str, Part] = {}
         self.watched: list[Any] = []
         for name in MONITORS:
-            if not self._spare() or not draws.seldom():
+            on_menu = self.has_keys and self.programmed  # there are few of these
+            if not self._spare() or not (draws.some() if on_menu else draws.seldom()):
                 continue
             part, sensor = self.sensors.draw(self.left.pins, chosen=False, cold=True)
             part.pop("moving_average", None)

@@ -281,8 +281,10 @@ class SettingsKept(Kept):
 
     def limits(self) -> Iterator[str]:
         """They are kept with the gains, when told and once, and come back with them."""
+        if not self.memory.has_limits:
+            return
         self.boot(self.memory.blank)
-        for changed in (self.old.limits, self.new.limits) * self.memory.has_limits:
+        for changed in (self.old.limits, self.new.limits):
             ways = {"settings_reload": self.limits_now(), "settings_keep": changed}
             for way, wanted in ways.items():
                 self.set_limits(changed)
