@@ -97,6 +97,7 @@ ANSWERS = {
         ("M309 Y101", f"echo:M309 {BEYOND}"), ("M309 K101", f"echo:M309 {BEYOND}"),
         ("M301 T1 P1 J5", f"echo:M301 {UNABLE}"), ("M301 T1 Y50", f"echo:M301 {UNABLE}"),
         ("M309", f"{SPARE_GAINS}|echo:  M309 {GAINS} {LIMITS}"),
+        ("M301 T1 P4", f"{SPARE_GAINS}|echo:  M309 {GAINS} {LIMITS}"),
         ("M303 E-1 S99", f"echo:M303 {NO_NUMBER}"), ("M303 P1 S99", f"echo:M303 {NAMELESS}"),
         *((f"M303 S99 {spare}", f"echo:M303 {UNABLE}") for spare in ("T1", "E1", "H2", "H2 P1")),
         ("M303 S99 H0", "echo:M303 Invalid extruder 0"), ("T11", 'echo:Unknown command: "T11"'),

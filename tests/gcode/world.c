@@ -29,17 +29,7 @@ void USART0_UDRE_vect(void);
 enum { BYTES_SENT_PER_TICK = F_CPU / 8000 / (HOST_DIVISOR + 1) };
 
 struct fault_state fault;
-struct settings settings = {
-    .nozzle_setpoint_c = 0.0f,
-#if __has_include("loop_spare.h")
-    .spare_kp = 4.0f, .spare_ki = 5.0f, .spare_kd = 6.0f,
-#endif
-#ifdef LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
-    .nozzle_integral_minimum_percent = LOOP_NOZZLE_INTEGRAL_MINIMUM,
-    .nozzle_integral_maximum_percent = LOOP_NOZZLE_INTEGRAL_MAXIMUM,
-    .nozzle_output_maximum_percent = LOOP_NOZZLE_OUTPUT_MAXIMUM,
-#endif
-};
+struct settings settings;
 struct loop_nozzle_state loop_nozzle;
 struct autotune_nozzle_state autotune_nozzle;
 static float fan_percent;
@@ -272,8 +262,24 @@ static void ticks(uint16_t count)
     }
 }
 
+/* What the spec has. Not as initial values: a play begins anew with what was 0 only. */
+static void begin(void)
+{
+#if __has_include("loop_spare.h")
+    settings.spare_kp = 4.0f;
+    settings.spare_ki = 5.0f;
+    settings.spare_kd = 6.0f;
+#endif
+#ifdef LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
+    settings.nozzle_integral_minimum_percent = LOOP_NOZZLE_INTEGRAL_MINIMUM;
+    settings.nozzle_integral_maximum_percent = LOOP_NOZZLE_INTEGRAL_MAXIMUM;
+    settings.nozzle_output_maximum_percent = LOOP_NOZZLE_OUTPUT_MAXIMUM;
+#endif
+}
+
 int main(void)
 {
+    begin();
     gcode_start();
     for (int command; (command = getchar()) >= 0;) {
         switch (command) {
