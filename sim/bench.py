@@ -122,9 +122,10 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 
 def _run_of(device: Device) -> type["Run"]:
     """Return how another device than the model is run; only here simulated chips are imported."""
-    from heatwright.sim.beside import RunBeside, is_native  # noqa: PLC0415
+    from heatwright.sim.beside import RunBeside  # noqa: PLC0415
+    from heatwright.sim.device import AvrDevice  # noqa: PLC0415
 
-    return RunBeside if is_native(device) else Run
+    return RunBeside if isinstance(device, AvrDevice) else Run
 
 
 class Run:

@@ -7,15 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from heatwright.sim.bench import PROGRESS_REPORTS, Device, Progress, Run
+from heatwright.sim.bench import PROGRESS_REPORTS, Progress, Run
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.machine import FEED, TIPS, Machine
 from heatwright.sim.plants.thermal_network import Plant
-
-
-def is_native(device: Device) -> bool:
-    """Tell whether a device is a binary in a simulated processor."""
-    return isinstance(device, AvrDevice)
 
 
 class RunBeside(Run):
@@ -24,7 +19,7 @@ class RunBeside(Run):
     def __init__(self, *parts: Any) -> None:
         """Take the same as any run."""
         super().__init__(*parts)
-        assert isinstance(self._device, AvrDevice)  # noqa: S101 - see is_native
+        assert isinstance(self._device, AvrDevice)  # noqa: S101 - it is for these
         assert isinstance(self._plant, Plant)  # noqa: S101 - the one kind there is
         self._machine = Machine(
             self._plant, self._device, self._coupling, self._step_s, logs_nodes=True

@@ -68,19 +68,15 @@ class Coupling:
         """Return the mean active fraction of each load since the last call, 0..1."""
         return {name: self._device.on_fraction(name) for name in self.loads}
 
-    def supplied(
-        self, conducting: Mapping[str, float], closed: float | None = None
-    ) -> Mapping[str, float]:
+    def supplied(self, conducting: Mapping[str, float]) -> Mapping[str, float]:
         """Return what loads get of which such shares conduct, when the safety relay is in series.
 
         It switches without load: of two shares of the same time, one lies within the other. A
         switch that has died conducts all the time.
-        closed -- the share that the relay has conducted; it is asked if None.
         """
         if not self.behind_relay:
             return conducting
-        if closed is None:
-            closed = self._device.relay_fraction()
+        closed = self._device.relay_fraction()
         return {
             name: min(share, closed) if name in self.behind_relay else share
             for name, share in conducting.items()

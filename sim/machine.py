@@ -61,7 +61,7 @@ def install(ffi: Any) -> None:
 
     def hw_machine_sense(handle: Any, sensor: int, felt: float) -> None:
         machine: Machine = ffi.from_handle(handle)
-        machine.attempt(lambda: machine.tell(sensor, felt))
+        machine.attempt(machine.tell, sensor, felt)
 
     def hw_machine_fed(handle: Any) -> float:
         machine: Machine = ffi.from_handle(handle)
@@ -93,6 +93,8 @@ class Machine:
         self._rows: list[Array] = []
         self._kept: list[Any] = []
         self._noise: dict[int, Any] = {}
+        feelers = enumerate(plant.feelers.values())
+        self._noisy = {number: feeler for number, feeler in feelers if feeler.noise_k}
         native = load()
         self._lib, self._ffi = native.lib, native.ffi
         install(self._ffi)
@@ -144,7 +146,7 @@ class Machine:
             tip, past = m.feelers[number], np.array(feeler.past_c)
             tip.state, tip.older = feeler.state, feeler.older_share
             tip.past, tip.length = self._array(past), len(past)
-            self._refill(number)
+        self._draw()
         for number, meter in enumerate(plant.ammeters.values()):
             told = m.meters[number]
             told.load, told.full_a = self.loads.index(meter.output), meter.full_a
@@ -208,8 +210,7 @@ class Machine:
         elif ended == lib.HW_MATRIX:
             self._remember()
         elif ended == lib.HW_NOISE:
-            for number in range(self._m.feeler_count):
-                self._refill(number)
+            self._draw()
         elif ended == lib.HW_LOGGED:
             self._collect()
         else:
@@ -261,8 +262,7 @@ class Machine:
         m = self._m
         if m.logged == LOG_ROWS:
             self._collect()
-        for number in range(m.feeler_count):
-            self._refill(number)
+        self._draw()
 
     def _remember(self) -> None:
         """Give C the matrix of its key: feed, fans, surfaces."""
@@ -271,21 +271,21 @@ class Machine:
         matrix = self.plant.matrix(tuple(rest[:fans]), feed, tuple(rest[fans:]))
         self._lib.hw_machine_matrix(self._m, self._ffi.from_buffer("double[]", matrix))
 
-    def _refill(self, number: int) -> None:
-        """Draw the noise of a sensor, if none is left."""
-        tip = self._m.feelers[number]
-        feeler = list(self.plant.feelers.values())[number]
-        if feeler.noise_k and not tip.drawn:
-            noise = np.array(feeler.left_k())
-            self._noise[number] = buffer = self._ffi.from_buffer("double[]", noise)
-            tip.noise, tip.drawn = self._ffi.cast("double *", buffer), len(noise)
+    def _draw(self) -> None:
+        """Draw the noise of each sensor that has none left."""
+        for number, feeler in self._noisy.items():
+            tip = self._m.feelers[number]
+            if not tip.drawn:
+                noise = np.array(feeler.left_k())
+                self._noise[number] = buffer = self._ffi.from_buffer("double[]", noise)
+                tip.noise, tip.drawn = self._ffi.cast("double *", buffer), len(noise)
 
     # -- calls from C --------------------------------------------------------------------------
 
-    def attempt(self, act: Callable[[], Any]) -> Any:
+    def attempt(self, act: Callable[..., Any], *given: Any) -> Any:
         """Do what C asks for; it cannot pass an error on, `go` does."""
         try:
-            return act()
+            return act(*given)
         except BaseException as error:
             self._errors.append(error)
 

@@ -117,6 +117,7 @@ void hw_machine_begin(hw_machine *m) {
     for (int i = 0; i < m->meter_count; i++)
         sense(m, m->feeler_count + i, m->meters[i].channel);
     m->row++;
+    /* As AvrDevice.advance does, to the last bit: both ways end each step at the same cycle. */
     double until_s = m->powered_s + (double)m->row * m->step_s;
     m->until = (uint64_t)rint((until_s - m->powered_s) * m->clock_hz);
 }

@@ -24,8 +24,7 @@ class AdcChannel(ABC):
         self._wiring = Wiring()
         self._avr = avr
         self.channel = channel
-        self._avr.adc.bend(channel, self._curve())
-        self.sense(felt)
+        self._bend(felt)
 
     @property
     def wiring(self) -> Wiring:
@@ -35,7 +34,7 @@ class AdcChannel(ABC):
     @wiring.setter
     def wiring(self, wiring: Wiring) -> None:
         self._wiring = wiring
-        self._update()
+        self._bend(self.felt)
 
     @property
     def felt(self) -> float:
@@ -47,10 +46,10 @@ class AdcChannel(ABC):
         if not self._avr.adc.sense(self.channel, felt):
             self._avr.adc.set(self.channel, 1000 * self._voltage_v(felt))
 
-    def _update(self) -> None:
-        """Take another curve: something has changed in the circuit."""
+    def _bend(self, felt: float) -> None:
+        """Take the curve of the circuit as it is now."""
         self._avr.adc.bend(self.channel, self._curve())
-        self.sense(self.felt)
+        self.sense(felt)
 
     @abstractmethod
     def _curve(self) -> Curve | None:

@@ -29,11 +29,6 @@ class AdcSensor(AdcChannel):
         self._sensor = sensor
         super().__init__(avr, channel, 20.0)
 
-    @property
-    def temperature_c(self) -> float:
-        """What its tip feels, °C."""
-        return self.felt
-
     def _curve(self) -> Curve:
         return curve_of(self._sensor, self._wiring)
 

@@ -37,7 +37,7 @@ class CurrentProbe(AdcChannel):
     @stands.setter
     def stands(self, stands: bool) -> None:
         self._stands_at = self.amperes if stands else None
-        self._update()
+        self._bend(self.felt)
 
     def _curve(self) -> Curve | None:
         """Return a straight line from no current to where the sensor is at its supply."""
