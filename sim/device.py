@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.dwarf import Variables
+from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
@@ -68,7 +68,7 @@ class AvrDevice:
     avr -- the processor, run_to -- runs it to a cycle; feed_at -- the cycle at which what was
     recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
     spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
-    that fans turn, by the fan.
+    that fans turn, by the fan; looked_at -- the variables that were read; who asks clears it.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -78,6 +78,7 @@ class AvrDevice:
         self._controller = controller
         self.elf = elf if isinstance(elf, Elf) else Elf(elf)
         self.variables = Variables(self.elf)
+        self.looked_at: dict[str, Variable] = {}
         check_digest(self.elf, digest(controller))
         self._start_s = 0.0
         self._recorders: list[Any] = []
@@ -285,7 +286,7 @@ class AvrDevice:
 
     def read(self, name: str) -> Any:
         """Return a variable of the program now, by its name in the source."""
-        variable = self.variables[name]
+        variable = self.looked_at[name] = self.variables[name]
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]
 

@@ -7,7 +7,7 @@ matrix, noise or room in its log is lacking, or somebody outside wants to hear o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.dwarf import Variable
 from heatwright.sim.native.shim import load
 from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
@@ -184,20 +185,33 @@ class Machine:
 
     # -- time ----------------------------------------------------------------------------------
 
-    def go(self, steps: int) -> None:
-        """Go on by some steps of time."""
+    def go(self, steps: int, looked_at: Collection[Variable] = ()) -> int:
+        """Go on by some steps of time, but not beyond the one that changes a variable looked at.
+
+        Return how many are left.
+        """
         m, lib, device = self._m, self._lib, self._device
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
+        self._look_at(looked_at)
         while True:
             wake = device.wake_cycle
             fed = 0 if device.is_attended else device.feed_at
             ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
             if self._errors:
                 raise self._errors.pop(0)
-            if ended == lib.HW_DONE:
+            if ended in (lib.HW_DONE, lib.HW_CHANGED):
                 break
             self._serve(ended, wake)
         device.avr.raise_errors()
+        return int(m.left)
+
+    def _look_at(self, variables: Collection[Variable]) -> None:
+        m, read = self._m, self._device.avr.read_ram
+        m.looked_at_count = len(variables)
+        self._looked_at = m.looked_at = self._ffi.new(
+            "hw_variable[]",
+            [(each.address, each.size, read(each.address, each.size)) for each in variables],
+        )
 
     def _serve(self, ended: int, wake: int | None) -> None:
         """Do what C has come back for."""

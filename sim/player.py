@@ -2,6 +2,8 @@
 
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -184,48 +186,63 @@ class Player:
         return bool(row["steps"] == 1 and last["steps"] != 0)
 
 
-def _orders(row: np.void, *, lost: bool) -> Orders:
-    names = _names(row)
-    code = int(row["fault.code"])
-    orders = Orders(master_lost=lost, watch_fault=code if code in WATCHED_FAULTS else 0)
-    if "enabled" in names:
-        orders = orders._replace(enabled=int(row["enabled"]))
-    if "current.raw" in names:
-        orders = orders._replace(current_raw=int(row["current.raw"]))
-    if "guard.maximum_c" in names:
-        orders = orders._replace(maximum_c=Single(row["guard.maximum_c"]))
+class _Told(NamedTuple):
+    """What a log has of the inputs that not every loop has.
+
+    numbers -- by field of the algorithm; monitors -- by name: members for status and raw number.
+    """
+
+    names: frozenset[str]
+    numbers: dict[str, str]
+    monitors: dict[str, tuple[str, str]]
+
+
+@lru_cache(maxsize=64)
+def _told(names: tuple[str, ...]) -> _Told:
+    """Find them by the names of a log's members."""
     keyed = {kind.field: f"algorithm.{kind.field}" for kind in KINDS}
-    numbers = {field: Single(row[name]) for field, name in keyed.items() if name in names}
-    orders = orders._replace(numbers=numbers)
+    watched = [name.partition(".")[0] for name in names if name.endswith(".warns")]
+    return _Told(
+        frozenset(names),
+        {field: name for field, name in keyed.items() if name in names},
+        {
+            each.removeprefix("monitor_"): (f"{each}.reading_status", f"{each}.reading_raw")
+            for each in watched
+        },
+    )
+
+
+def _orders(row: np.void, *, lost: bool) -> Orders:
+    names, numbers, monitors = _told(_names(row))
+    code = int(row["fault.code"])
+    given: dict[str, Any] = {
+        "master_lost": lost,
+        "watch_fault": code if code in WATCHED_FAULTS else 0,
+        "numbers": {field: Single(row[name]) for field, name in numbers.items()},
+        "monitors": {
+            name: (int(row[status]), int(row[raw])) for name, (status, raw) in monitors.items()
+        },
+    }
+    if "enabled" in names:
+        given["enabled"] = int(row["enabled"])
+    if "current.raw" in names:
+        given["current_raw"] = int(row["current.raw"])
+    if "guard.maximum_c" in names:
+        given["maximum_c"] = Single(row["guard.maximum_c"])
     if "program.order" in names:
-        orders = orders._replace(program=(int(row["program.order"]), int(row["program.argument"])))
-    monitors = [name.partition(".")[0] for name in names if name.endswith(".warns")]
-    if monitors:
-        orders = orders._replace(
-            monitors={
-                each.removeprefix("monitor_"): (
-                    int(row[f"{each}.reading_status"]),
-                    int(row[f"{each}.reading_raw"]),
-                )
-                for each in monitors
-            }
-        )
+        given["program"] = (int(row["program.order"]), int(row["program.argument"]))
     if "mode" in names:
-        orders = orders._replace(
-            mode=int(row["mode"]),
-            manual_percent=Single(row["manual_percent"]),
-            gains=Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields)),
-        )
+        given["mode"] = int(row["mode"])
+        given["manual_percent"] = Single(row["manual_percent"])
+        given["gains"] = Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields))
     if "output_maximum_percent" in names:
-        orders = orders._replace(
-            limits=Limits(*(Single(row[f"{limit}_percent"]) for limit in Limits._fields))
-        )
-    return orders
+        given["limits"] = Limits(*(Single(row[f"{limit}_percent"]) for limit in Limits._fields))
+    return Orders(**given)
 
 
 def _counted(member: str, row: np.void, last: np.void | None = None) -> int:
     """Return by how much a count of 8 bits went on, or since the reset; 0 if the log has none."""
-    if member not in _names(row):
+    if member not in _told(_names(row)).names:
         return 0
     return (int(row[member]) - (0 if last is None else int(last[member]))) & 0xFF
 

@@ -10,7 +10,7 @@ import numpy as np
 from heatwright.sim.bench import STEP_S, ReferenceDevice, bench
 from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.faults.healthy import Healthy, machines, take_through
-from heatwright.sim.faults.site import Place
+from heatwright.sim.faults.site import OfState, Place
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plot_data import faults
 from heatwright.sim.scenario import long_enough, unasked
@@ -294,6 +294,19 @@ class _World:
         """Go on for a time, in whole steps."""
         for _ in range(round(seconds / self.step_s)):
             self.step()
+
+    def until(self, condition: OfState, within_s: float) -> bool:
+        """Go on until something is so; False if it takes longer."""
+        for _ in range(round(within_s / self.step_s)):
+            if condition(self):
+                return True
+            self.step()
+        return condition(self)
+
+    @property
+    def fault(self) -> int:
+        """The latched fault, 0 for none."""
+        return self._device.fault
 
     def set_setpoint(self, setpoint_c: float) -> None:
         """Ask for a setpoint."""

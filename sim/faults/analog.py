@@ -15,7 +15,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k, watch_s
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
@@ -140,12 +140,13 @@ def _contacts(site: Site) -> Iterator[Fault]:
     """A wire that is broken now and then; contacts and insulation that spoil the resistance."""
     most = steps(site.loop.protection.stale_after_s, site.loop) - 2
     if most > 0:
-        yield Fault(
+        turn = (1 + SOUND_PER_BROKEN) * most
+        yield bursts(
+            site,
             "intermittent_wire",
-            lambda: starts.heating(site),
-            _now_and_then(site, most, SOUND_PER_BROKEN * most),
-            calm=True,
-            watch_s=WATCH_S,
+            _now_and_then(site, most, turn),
+            _sound_again,
+            max(WATCH_S, turn * site.loop.period_s),
         )
     sensor = _sensor(site)
     if not isinstance(sensor, Analog):
@@ -186,17 +187,22 @@ def _jump(
     )
 
 
-def _now_and_then(site: Site, broken: int, sound: int) -> Act:
-    """Break the wire for so many periods, again and again."""
+def _now_and_then(site: Site, broken: int, turn: int) -> Act:
+    """Break the wire for so many of a turn's periods, again and again."""
 
     def cause(world: World) -> None:
         began_s = world.now_s
 
         def feel(felt_c: float) -> float:
-            turn = (world.now_s - began_s) / site.loop.period_s % (broken + sound)
-            _wire(Wiring(opened=turn < broken))(world)
+            now = (world.now_s - began_s) / site.loop.period_s % turn
+            _wire(Wiring(opened=now < broken))(world)
             return felt_c
 
         world.wiring.feel[site.loop.sensor] = feel
 
     return cause
+
+
+def _sound_again(world: World) -> None:
+    _feel_again(world.site)(world)
+    mend(world)

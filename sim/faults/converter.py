@@ -12,7 +12,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import steps
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import bursts, no_reading
+from heatwright.sim.faults.readings import DAMAGED_ANSWERS, bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
@@ -139,7 +139,7 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
     """What happens beside a heater's wires, and must not stop a sensor."""
-    yield bursts(site, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
+    yield bursts(site, DAMAGED_ANSWERS, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),

@@ -8,6 +8,7 @@ from heatwright.sim.faults import effects, processor, starts
 from heatwright.sim.faults.bounds import watchdog_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.machine import Heat
 
@@ -55,7 +56,7 @@ def cooling(site: Site) -> World:
     world = World(site, Weather(start_c, starts.ambient_c(site)))
     starts.first_steps(world)
     world.set_setpoint(target_c)
-    world.until(lambda now: now.loop("cooling") == 1, LONGEST_S)
+    world.until(OfState(lambda now: now.loop("cooling") == 1), LONGEST_S)
     return world
 
 

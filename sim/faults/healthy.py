@@ -17,7 +17,7 @@ from heatwright.sim.faults.machine import (
     sensor_step_k,
     usable_c,
 )
-from heatwright.sim.faults.site import Operated, Place, Site
+from heatwright.sim.faults.site import OfState, Operated, Place, Site
 from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
@@ -87,13 +87,12 @@ def reachable(
 
 def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
     """Ask for one setpoint after the other, each held a while."""
+    full = full_percent(world.site.loop)
+    has_enough = OfState(lambda now: now.loop("duty_percent") < full)
     for setpoint_c in setpoints_c:
         world.set_setpoint(setpoint_c)
         starts.first_steps(world)
-        for _ in range(round(LONGEST_S / world.step_s)):
-            if world.loop("duty_percent") < full_percent(world.site.loop):
-                break  # it has enough
-            world.step()
+        world.until(has_enough, LONGEST_S)
         world.run(_hold_s(world.site))
 
 

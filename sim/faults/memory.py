@@ -11,6 +11,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
 
 SEED = 1
@@ -52,7 +53,7 @@ def latched(site: Site) -> World:
     """Begin with a fault that is latched, stored, and whose cause has gone."""
     world = starts.heating(site)
     cut_line(world)
-    world.until(lambda now: now.fault != 0, answer_s(site.loop))
+    world.until(OfState(lambda now: now.fault != 0), answer_s(site.loop))
     world.run(REST_S)
     mend_line(world)
     return world

@@ -9,6 +9,7 @@ from heatwright.sim.faults import hosts, memory, starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.keypad import CODES
 from heatwright.spec.commands import countdown_of
@@ -100,7 +101,7 @@ def _goes_off_in_time(world: World) -> str:
     period_s = world.site.loop.period_s
     if world.now_s - _last_on_s(world) > 2 * period_s:
         return f"it was off at {_last_on_s(world):.1f} s, too soon"
-    if not world.until(lambda now: not now.loop("enabled"), starts.LONGEST_S):
+    if not world.until(OfState(lambda now: not now.loop("enabled")), starts.LONGEST_S):
         return "it is still on"
     went_s = world.now_s
     world.run(WATCH_S)

@@ -26,6 +26,7 @@ from heatwright.sim.faults.fault import Fault, FaultResult, Trip
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
+from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import World
 from heatwright.sim.interlock import overlaps
@@ -348,8 +349,7 @@ class _Trial:
             self._wrong("it tripped again although its cause had gone")
 
 
-def _is_latched(world: World) -> bool:
-    return world.fault != 0
+_is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _name(code: int) -> str:

@@ -12,6 +12,7 @@ from heatwright.sim.faults.fault import Fault, Judge, Trip
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, Weather, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.program_state import (
@@ -160,7 +161,7 @@ def _place(world: World) -> list[Any]:
 def _cut_while_latched(world: World) -> None:
     """Lose the sensor, then the power, and find the sensor well again."""
     memory.cut_line(world)
-    world.until(lambda now: now.fault != 0, answer_s(world.site.loop))
+    world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
     world.run(WATCH_S)
     memory.mend_line(world)
     world.power_cut()

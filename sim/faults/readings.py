@@ -45,14 +45,18 @@ CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
 """What may tell of a current that is not measured any more."""
 
 
-def bursts(site: Site, act: Act, cure: Act, watch_s: float) -> Fault:
-    """Damage answers in bursts, which no rule of the sensor may take for its end.
+DAMAGED_ANSWERS = "answers_damaged_in_bursts"
+"""What all sensors that answer in words can have."""
+
+
+def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
+    """Have readings fail in bursts, which no rule of the sensor may take for its end.
 
     Each costs heat: until the next reading, or the next window. What comes of that is for the rules
-    that judge heat.
+    that judge heat: a machine that cooled for so long may not regain it in time.
     """
     return Fault(
-        "answers_damaged_in_bursts",
+        name,
         lambda: starts.heating(site),
         act,
         cure,

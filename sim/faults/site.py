@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -106,6 +107,28 @@ class Site(Place):
     program: Elf
 
 
+class State(Protocol):
+    """What the program's variables say."""
+
+    @property
+    def fault(self) -> int:
+        """The latched fault, 0 for none."""
+
+    def loop(self, member: str) -> float:
+        """Return a number of the loop's state."""
+
+
+@dataclass(frozen=True)
+class OfState:
+    """A condition of nothing but variables: while those that it has read stay, so does it."""
+
+    met: Callable[[State], bool]
+
+    def __call__(self, state: State) -> bool:
+        """Tell whether it is so now."""
+        return self.met(state)
+
+
 class Operated(Protocol):
     """A controller on its machine, with somebody who asks for setpoints."""
 
@@ -121,8 +144,5 @@ class Operated(Protocol):
     def run(self, seconds: float) -> None:
         """Go on for a time."""
 
-    def step(self) -> None:
-        """Go on by one step of time."""
-
-    def loop(self, member: str) -> float:
-        """Return a number of the loop's state."""
+    def until(self, condition: OfState, within_s: float) -> bool:
+        """Go on until something is so; False if it takes longer."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
-from heatwright.sim.faults.site import Operated, Place
+from heatwright.sim.faults.site import OfState, Operated, Place
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.spec import PwmOutput
 
@@ -142,7 +142,7 @@ def held(site: Site) -> World:
     world.until(heater_is_on, LONGEST_S)
     if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
         full = full_percent(site.loop)
-        world.until(lambda now: 0 < now.loop("duty_percent") < full, LONGEST_S)
+        world.until(OfState(lambda now: 0 < now.loop("duty_percent") < full), LONGEST_S)
         return world
     world.until(lambda now: not heater_is_on(now), LONGEST_S)
     world.until(heater_is_on, LONGEST_S)

@@ -92,11 +92,15 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     ends_c = thermometer.range_c if thermometer.kind in SATURATE else None
     first = np.searchsorted(times_s, good["time_s"] - age_s)
     last = np.searchsorted(times_s, good["time_s"] + world.step_s)
+    step_k = thermometer.step_k
+    blurs_k: dict[float, float] = {}  # a reading says the same of many rows
     for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
         felt_c, found_c = tips_c[max(0, begin - 1) : end + 1], float(read_c[row])
         if ends_c is not None:
             felt_c = np.clip(felt_c, *ends_c)
-        off_k = thermometer.step_k + sensor_blur_k(controller, sensor, found_c)
+        if found_c not in blurs_k:
+            blurs_k[found_c] = sensor_blur_k(controller, sensor, found_c)
+        off_k = step_k + blurs_k[found_c]
         if not felt_c.min() - off_k <= found_c <= felt_c.max() + off_k:
             yield (
                 f"{sensor} of {prefix.rstrip('.') or name} read {found_c:.2f} °C at "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.dwarf import Variable
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
-from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.site import OfState, Site
 from heatwright.sim.machine import BITS, SENSED, TIME, TIPS, Beside, Heat, Machine
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
@@ -171,24 +172,34 @@ class World:
 
     def until(self, condition: Condition, within_s: float) -> bool:
         """Go on until something is so; False if it takes longer."""
-        for _ in range(round(within_s / self.step_s)):
+        left, read = round(within_s / self.step_s), self.device.looked_at
+        while True:
+            read.clear()
             if condition(self):
                 return True
-            self.step()
-        return condition(self)
+            if not left:
+                return False
+            if isinstance(condition, OfState) and not self.wiring.feel:
+                left = self._go(left, read.values())
+            else:
+                left -= 1
+                self.step()
 
     def step(self) -> None:
         """Go on by one step of time."""
         self._go(1)
 
-    def _go(self, steps: int) -> None:
-        """Go on by some steps: together, where all is sound."""
+    def _go(self, steps: int, looked_at: Collection[Variable] = ()) -> int:
+        """Go on by some steps: together, where all is sound. Return how many are left.
+
+        looked_at -- variables; the step that changes one of them is the last.
+        """
         self._look()
         if not self.wiring.feel:
-            self._machine.go(steps)
-            return
+            return self._machine.go(steps, looked_at)
         for _ in range(steps):
             self._machine.by_hand(self._tip)
+        return 0
 
     def _look(self) -> None:
         """See what is broken now; for heat from elsewhere nothing here is to blame."""

@@ -17,6 +17,7 @@ enum {
     HW_LOGGED = 6,   /* the log is full */
     HW_WAKE = 7,     /* somebody outside wants to talk within this step */
     HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
+    HW_CHANGED = 9,  /* a step has ended, and a variable that is looked at is not what it was */
 };
 
 /* Causes of a reset, as MCUSR numbers them. */
@@ -202,6 +203,7 @@ typedef struct {
     double times, least, once_asked;    /* what lies between pin and load; once_asked -1: nothing */
     double beside, below;               /* heat from elsewhere, while less is felt */
 } hw_load;
+typedef struct { uint16_t address, size; uint8_t was[8]; } hw_variable;
 typedef struct {
     hw *h;
     void *handle;
@@ -225,6 +227,8 @@ typedef struct {
     hw_load *loads;
     double *felt, *tips;        /* of the feelers, then of the meters */
     double *active, *given, *conducts, closed;
+    hw_variable *looked_at;
+    int looked_at_count;
     /* what is kept */
     double *highest, peak;
     int peak_of, watches, spreads, sensed, logs_nodes;

@@ -184,11 +184,22 @@ void hw_machine_supply(hw_machine *m) {
         m->feed = hw_machine_fed(m->handle);
 }
 
+static int changed(const hw_machine *m) {
+    for (int i = 0; i < m->looked_at_count; i++) {
+        const hw_variable *each = &m->looked_at[i];
+        if (memcmp(m->h->avr->data + each->address, each->was, each->size))
+            return 1;
+    }
+    return 0;
+}
+
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
     for (;;) {
         if (m->phase == HW_SENSES) {
             if (!m->left)
                 return HW_DONE;
+            if (changed(m))
+                return HW_CHANGED;
             if (m->logged == m->log_room)
                 return HW_LOGGED;
             if (lacks_noise(m))

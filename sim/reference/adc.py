@@ -38,6 +38,7 @@ class IdealSensor:
     def __init__(self, sensor: AnalogSensor, board: Board) -> None:
         """Prepare the codes of the range's ends, and of the circuit's."""
         self._sensor, self._board = sensor, board
+        self._known = (math.inf, -math.inf, 0)
         self.sampled_before_step_s = (sensor.oversample + 1) * TICK_S / 2
         self._low, self._high = sorted(self._code(celsius) for celsius in sensor.range_c)
         opened = self._limit(Wiring(opened=True))
@@ -70,7 +71,15 @@ class IdealSensor:
         return VALID
 
     def _code(self, temperature_c: float) -> int:
-        return _limited(float(shares(self._sensor, self._board, temperature_c)))
+        """Return the code of a temperature; between two of the same code there is no other."""
+        low_c, high_c, known = self._known
+        if low_c <= temperature_c <= high_c:
+            return known
+        code = _limited(float(shares(self._sensor, self._board, temperature_c)))
+        if code != known:
+            low_c = high_c = temperature_c
+        self._known = (min(low_c, temperature_c), max(high_c, temperature_c), code)
+        return code
 
     def _limit(self, wiring: Wiring) -> int:
         """Return the code of a circuit with that fault, at any temperature."""

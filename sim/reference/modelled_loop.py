@@ -78,8 +78,9 @@ class ModelledLoop:
                 self._plan()
                 return False
         (status, raw), *others = [sampler.take() for _, sampler in self._samplers]
-        monitors = dict(zip(self._monitors, others, strict=True))
-        orders = self.operator.orders._replace(monitors=monitors)
+        orders = self.operator.orders
+        if others:
+            orders = orders._replace(monitors=dict(zip(self._monitors, others, strict=True)))
         if self._ammeter is not None:
             orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
         record = self.reference.step(status, raw, self.operator.setpoint_c, orders=orders)
@@ -95,7 +96,7 @@ class ModelledLoop:
         return True
 
     def _plan(self) -> None:
-        self.due_us = min(sampler.due_us(self._step_us) for _, sampler in self._samplers)
+        self.due_us = min([sampler.due_us(self._step_us) for _, sampler in self._samplers])
 
     def take_fault(self, code: int, temperature_c: Single, with_step_s: float = 0.0) -> None:
         """Stop for a fault that was latched outside of this loop's steps.

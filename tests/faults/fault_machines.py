@@ -43,7 +43,7 @@ BARE = changed(
     ("period: 1 s", "period: 500 ms"),
     ("resolution: 12 bit", "resolution: 9 bit"),
     (ON_OFF, "{kind: pid, kp: 20, ki: 0.1}"),
-    ("stale_after: 5 s", "stale_after: 2 s"),
+    ("stale_after: 5 s", "stale_after: 50 s"),
     ("watchdog: 2 s", "watchdog: 1 s"),
     ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
     ("    - {at: 10 s, press: up, times: 3}\n", ""),
@@ -86,6 +86,13 @@ MACHINES = {
         ),
         otherwise={"answers_damaged_in_bursts": "heating_failed"},
         only=("answers_damaged_in_bursts",),
+    ),
+    # So long without a reading, and without heat, costs more than full power gives in time.
+    "patient": Machine(
+        bed("falling", interface=KEYS).replace("stale_after: 1 s", "stale_after: 50 s")
+        .replace("{rise: 2 K, within: 60 s}", "{rise: 0.5 K, within: 7 s}"),
+        otherwise={"intermittent_wire": "heating_failed"},
+        only=("intermittent_wire",),
     ),
     # In half a second it falls too little to jump. The heavy one that loses much is too weak.
     "bare": Machine(

@@ -15,6 +15,7 @@ from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
+from heatwright.sim.faults.site import OfState, State
 from heatwright.sim.faults.world import STEP_S, World
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -257,3 +258,15 @@ def test_a_hang_whenever_it_comes(entry: str, phase_s: float) -> None:
     world.run(3.0)
     assert heated_on_s(world, at_s) <= limit_s + TICK_S / 2
     assert world.fault == 14
+
+
+def test_watched_variables_end_a_wait_at_the_step_that_changes_them() -> None:
+    def hot(state: State) -> bool:
+        return state.loop("temperature_c") >= 40.0
+
+    stepped, watched = starts.heating(site_of("chamber")), starts.heating(site_of("chamber"))
+    assert stepped.until(hot, 300.0)
+    assert watched.until(OfState(hot), 300.0)
+    assert 0.0 < watched.now_s == stepped.now_s
+    assert not watched.until(OfState(lambda state: state.fault != 0), 7.3)
+    assert watched.now_s == pytest.approx(stepped.now_s + 7.3)

@@ -9,7 +9,13 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import SENSOR_RULES, bursts, no_reading, slow_conversions
+from heatwright.sim.faults.readings import (
+    DAMAGED_ANSWERS,
+    SENSOR_RULES,
+    bursts,
+    no_reading,
+    slow_conversions,
+)
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -150,7 +156,7 @@ def _never_converts(site: Site) -> Iterator[Fault]:
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """What happens on a long cable, and must not stop a sensor."""
-    yield bursts(site, _bursts, _bursts_end, WATCH_S)
+    yield bursts(site, DAMAGED_ANSWERS, _bursts, _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
         lambda: starts.heating(site),
