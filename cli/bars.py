@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from types import TracebackType
 
 from rich.console import Console
@@ -27,6 +28,7 @@ class Bars:
             console=Console(stderr=True),
             transient=True,
         )
+        self._shows = False
 
     def begin(self, what: str, *, waits: bool = False) -> Job:
         """Add a bar."""
@@ -34,9 +36,22 @@ class Bars:
         return _Bar(self._progress, task, started=not waits)
 
     def __enter__(self) -> Talk:
-        """Start showing."""
-        self._progress.start()
+        """Start showing; nothing is drawn while a process is forked.
+
+        A lock that the thread which draws holds right then would stay locked in the new process.
+        """
+        os.register_at_fork(before=self._pause, after_in_parent=self._go_on)
+        self._shows = True
+        self._go_on()
         return self
+
+    def _pause(self) -> None:
+        if self._shows:
+            self._progress.stop()
+
+    def _go_on(self) -> None:
+        if self._shows:
+            self._progress.start()
 
     def __exit__(
         self,
@@ -45,7 +60,8 @@ class Bars:
         trace: TracebackType | None,
     ) -> None:
         """Take the bars away."""
-        self._progress.stop()
+        self._pause()
+        self._shows = False
 
 
 class _Bar:

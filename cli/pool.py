@@ -46,9 +46,10 @@ def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]
     """Do each piece of work, two at a time; results in the order of the pieces.
 
     `work` is a function of a module, for it is called in other processes. Its first error ends
-    everything and is raised here.
+    everything and is raised here. The processes are forked: to import all anew takes one of them
+    longer than most pieces of work.
     """
-    context = multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("fork")
     told = context.Queue()
     processes = min(PROCESSES, len(pieces))
     # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
@@ -92,7 +93,8 @@ def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
 
 
 def _begin(told: Any) -> None:
-    """Set up a worker."""
+    """Set up a worker; what the command does when it is told to end is no business of it."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     global _told  # noqa: PLW0603 - the one thing a worker has of its own
     _told = told
 

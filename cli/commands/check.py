@@ -38,7 +38,6 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     `accuracy`, and a firmware that certainly does not fit its board.
     """
     from heatwright.cli.budget import budgets_json, show_budgets  # noqa: PLC0415
-    from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
     from heatwright.spec.reserve import reserves  # noqa: PLC0415
 
@@ -47,7 +46,7 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     for path in specs:
         spec, found = _look(path)
         problems += found
-        trips = rehearsed(spec) if spec is not None and not quick else ()
+        trips = _trips(spec) if spec is not None and not quick else ()
         problems += trips
         if spec is not None and not trips:
             good.append((path, spec))
@@ -103,6 +102,13 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
         reason = f"the file cannot be read: {unusable(error)}"
         unread = Problem(str(path), 1, 1, "", reason, "Name one that can, or - for standard input")
         return None, (unread,)
+
+
+def _trips(spec: Spec) -> tuple[Problem, ...]:
+    """Run the machine; what that needs is imported only here."""
+    from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
+
+    return rehearsed(spec)
 
 
 def _warnings(spec: Spec) -> Iterator[Problem]:

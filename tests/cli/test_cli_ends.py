@@ -20,6 +20,7 @@ import pytest
 from rig.commands import Heatwright
 from rig.specs import EXAMPLES
 
+from heatwright.cli.bars import Bars
 from heatwright.cli.ends import Refused, ended
 from heatwright.cli.main import COMMANDS, cli
 from heatwright.cli.pool import WorkerDied, spread
@@ -187,6 +188,18 @@ def test_an_error_comes_through_and_a_worker_that_dies_is_noticed() -> None:
         spread(refuse, [1, 2], [Mock(), Mock()])
     with pytest.raises(WorkerDied):
         spread(die, [1], [Mock()])
+
+
+def test_nothing_is_drawn_while_a_process_is_forked() -> None:
+    bars, drawn = Bars(), []
+    shown = bars._progress.live
+    os.register_at_fork(before=lambda: drawn.append(shown.is_started))
+    with bars:
+        assert spread(double, [1], [bars.begin("Doubling")]) == [2]
+        assert shown.is_started
+    assert spread(double, [1], [Mock()]) == [2]
+    assert not shown.is_started
+    assert drawn == [False, False]
 
 
 # ---- help ----
