@@ -74,7 +74,24 @@ def speed(run: Run) -> dict[str, float | None]:
     return {
         "simulated_s": rounded(run.trace.duration_s),
         "wall_s": rounded(run.wall_s),
+        "awake_cycles_per_s": None if run.limit is None else rounded(run.limit.awake_per_s),
+        "cycle_ns": None if run.limit is None else rounded(1e9 * run.limit.cycle_s),
     }
+
+
+def speed_text(run: Run, what: str = "") -> str:
+    """Say how fast it was, and what the limit is; `what` has been simulated."""
+    fast = (
+        f"{duration(round(run.trace.duration_s))}{what} simulated in {run.wall_s:.2f} s, "
+        f"{run.speed:.0f} times faster than the machine"
+    )
+    if run.limit is None:
+        return fast
+    cycles, ns = run.limit.awake_per_s, 1e9 * run.limit.cycle_s
+    return (
+        f"{fast} (at most {run.limit.speed:.0f}: {cycles:,.0f} cycles awake in a second, "
+        f"{ns:.1f} ns each)"
+    )
 
 
 def print_run(run: Run, spec: Spec, device: str) -> None:
@@ -94,10 +111,7 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
         click.echo("  display  |{}|\n           |{}|".format(*run.display))
     for loop, shown in run.lights.items():
         click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
-    click.echo(
-        f"  {duration(round(run.trace.duration_s))} simulated in {run.wall_s:.2f} s, "
-        f"{run.speed:.0f} times faster than the machine"
-    )
+    click.echo(f"  {speed_text(run)}")
 
 
 def fault_text(fault: Tripped) -> str:

@@ -21,6 +21,7 @@ from heatwright.spec.uses import PinUse, pin_uses
 
 if TYPE_CHECKING:
     from heatwright.sim.device import AvrDevice
+    from heatwright.sim.limit import Limit
     from heatwright.sim.vcd import VcdRecorder
 
 
@@ -43,6 +44,8 @@ class Run:
     """What the LEDs of each loop show at the end, by meaning."""
     complaints: tuple[str, ...] = ()
     """What the chips at the binary's pins, and the processor, had to object to."""
+    limit: Limit | None = None
+    """Of the speed, by the processor alone; None without a binary."""
 
     @property
     def speed(self) -> float:
@@ -61,6 +64,7 @@ def run_binary(
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
     from heatwright.cli.chips import complaints, display, lights, screen  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
+    from heatwright.sim.limit import limit_of  # noqa: PLC0415
 
     device = AvrDevice(controller, elf)
     with ExitStack() as stack:
@@ -74,6 +78,7 @@ def run_binary(
         screen=screen(device),
         lights=lights(controller, device),
         complaints=complaints(device),
+        limit=limit_of(device.avr, controller.board.mcu, device.elf),
     )
 
 

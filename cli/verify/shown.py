@@ -6,6 +6,7 @@ import click
 from rich.text import Text
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells
+from heatwright.cli.results import speed_text
 from heatwright.cli.tables import heading, mark, show, table
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
@@ -29,10 +30,7 @@ def print_evidence(evidence: Evidence) -> None:
     identity = evidence.spec.controller.identity
     run = evidence.loops.run
     heading(f"{identity.name}: {identity.title or ''}".rstrip(": "))
-    click.echo(
-        f"{duration(round(run.trace.duration_s))} of the closed loop simulated in "
-        f"{run.wall_s:.2f} s, {run.speed:.0f} times faster than the machine\n"
-    )
+    click.echo(f"{speed_text(run, ' of the closed loop')}\n")
     for line in evidence.unusual:
         click.echo(f"{line}\n")
     heading("Closed loop")

@@ -50,7 +50,8 @@ EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
     "replay": REPLAY, "loops": {"air": {"closed_loop": CLOSED_LOOP, "replay": REPLAY}},
     "faults": [FAULT],
-    "timing": dict, "speed": {"simulated_s": NUMBER, "wall_s": NUMBER}, "passed": bool,
+    "timing": dict, "passed": bool,
+    "speed": dict.fromkeys(("simulated_s", "wall_s", "awake_cycles_per_s", "cycle_ns"), NUMBER),
 }  # fmt: skip
 """The promised keys and types. No program ran, no load was applied, its thermometer is digital."""
 

@@ -1,5 +1,6 @@
 """ELF files, their debug information, and where their cycles go; waveforms."""
 
+import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +13,7 @@ from vcd.reader import TokenKind, tokenize
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf, ElfError
+from heatwright.sim.limit import limit_of
 from heatwright.sim.profile import Profile
 from heatwright.sim.vcd import VcdRecorder
 
@@ -171,6 +173,30 @@ def test_cycles_by_function(profiled: Profiled) -> None:
     assert 0 <= awake - sum(function.own for function in functions.values()) <= entries
     for name in ("calls", "__vector_11"):
         assert len(profile.entries(name)) == functions[name].calls
+
+
+TENTH = """
+ISR(TIMER1_COMPA_vect) { _delay_us(100); }
+int main(void) {
+    TCCR1B = _BV(WGM12) | _BV(CS11); OCR1A = 1999; TIMSK1 = _BV(OCIE1A);
+    sleep_enable(); sei();
+    for (;;) sleep_cpu();
+}
+"""
+
+
+@pytest.mark.parametrize(("source", "share"), [("", 1), (TENTH, 0.1)])
+def test_the_limit_is_what_the_cycles_awake_take(source: str, share: float) -> None:
+    program = compiled(source)
+    avr = powered(program)
+    avr.run(1)
+    start_s = time.process_time()
+    avr.run(1)
+    took_s = time.process_time() - start_s
+    limit = limit_of(avr, "atmega328p", program)
+    assert limit.awake_per_s == pytest.approx(share * CLOCK_HZ, rel=0.05)
+    assert limit.cycle_s * limit.awake_per_s == pytest.approx(1 / limit.speed)
+    assert 0.2 < took_s * limit.speed < 5, "busy as this computer may be, it is the same one"
 
 
 def test_the_longest_stretches(profiled: Profiled) -> None:
