@@ -12,7 +12,6 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.nextion_codes import END, Code
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_line import Line
-from heatwright.sim.interfaces.nextion_screen import png
 from heatwright.sim.interfaces.nextion_syntax import Value
 
 if TYPE_CHECKING:
@@ -112,6 +111,8 @@ class Nextion:
     @property
     def picture(self) -> bytes:
         """What it shows, as a PNG."""
+        from heatwright.sim.interfaces.nextion_screen import png  # noqa: PLC0415 - brings matplotlib
+
         return png(self.display)
 
     @property

@@ -237,6 +237,7 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
         *((f"{command} --help", HEAVY | LANGUAGE)
           for command in ("", "generate", "verify", "identify", "tune")),
         ("check --quick CHAMBER", HEAVY | {"jinja2", "difflib"}),
+        ("check CHAMBER", HEAVY - {"numpy", "scipy", "elftools"} | {"PIL", "jinja2"}),
         ("generate CHAMBER -o out", HEAVY),
         ("generate CHAMBER -o out --check", HEAVY),
         ("init new.yaml", HEAVY),
