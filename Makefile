@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation lint types pytest drawn bench format clean
+.PHONY: help setup demo test evidence mutation lint types pytest drawn bench peers format clean
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -68,8 +68,11 @@ mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host
 drawn: $(TESTS_READY) ## draw machines from the whole language, and verify each (N=200)
 	@cd tests && ../$(BIN)/python -m any_machine --count $(N) $(ARGS)
 
-bench: $(READY) ## how fast the simulation runs and the generator starts
-	@$(BIN)/python tools/bench.py
+bench: $(READY) ## how fast it is, in ratios (ARGS=--page: and docs/benchmarks.md, with its picture)
+	@$(BIN)/python tools/bench $(ARGS)
+
+peers: $(READY) ## what bench compares with: ESPHome and avr8js, in build/judges
+	@PEERS=1 tools/setup.sh
 
 format: $(TESTS_READY) ## let ruff lay out the code
 	@$(BIN)/ruff check --quiet --fix .

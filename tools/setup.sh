@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Make this checkout ready: Debian's packages where missing, .venv, the simulator's native part.
 # `make demo` runs it when something it reads has changed; with TESTS=1, as `make test` and
-# `make setup` run it, it adds what only the tests need.
+# `make setup` run it, it adds what only the tests need; with PEERS=1, as `make peers` runs it, what
+# only `make bench` compares with.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -33,6 +34,10 @@ fi
 if [ "${CI:-}" = true ] || [ -n "${EVIDENCE:-}" ]; then
     EXTRAS=dev,evidence
     PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm)
+fi
+
+if [ -n "${PEERS:-}" ]; then
+    PACKAGES+=(nodejs:node npm:npm)
 fi
 
 say() { printf '%s\n' "$*"; }
@@ -109,7 +114,7 @@ if [ -n "$EXTRAS" ]; then
     quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --no-deps printrun==2.2.0
 fi
 
-if [ "$EXTRAS" = dev,evidence ] && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
+if { [ "$EXTRAS" = dev,evidence ] || [ -n "${PEERS:-}" ]; } && ! grep -qs '"version": "0.21.0"' build/judges/node_modules/avr8js/package.json; then
     say "installing avr8js into build/judges"
     quietly npm install --silent --no-audit --no-fund --prefix build/judges avr8js@0.21.0
 fi
@@ -120,6 +125,14 @@ if [ "$EXTRAS" = dev,evidence ] && ! compgen -G "$OCTOPRINT/lib/*/site-packages/
     say "installing OctoPrint into $OCTOPRINT"
     quietly python3 -m venv --clear "$OCTOPRINT"
     quietly "$OCTOPRINT/bin/pip" install --quiet --disable-pip-version-check --no-input OctoPrint==1.11.8
+fi
+
+# ESPHome, too, has an environment of its own.
+ESPHOME=build/judges/esphome
+if [ -n "${PEERS:-}" ] && ! compgen -G "$ESPHOME/lib/*/site-packages/esphome-2026.6.5.dist-info" >/dev/null; then
+    say "installing ESPHome into $ESPHOME"
+    quietly python3 -m venv --clear "$ESPHOME"
+    quietly "$ESPHOME/bin/pip" install --quiet --disable-pip-version-check --no-input esphome==2026.6.5
 fi
 
 # The type checker knows nothing of an editable install: the packages under their names.

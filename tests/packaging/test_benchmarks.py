@@ -1,0 +1,83 @@
+"""`make bench`: its machines are good, what is missing is told, the page says what was measured."""
+
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from rig.specs import EXAMPLES
+
+from heatwright.spec import load
+
+BENCH = Path(__file__).parents[2] / "tools" / "bench"
+STARTUP = {
+    "yard_s": 0.5, "lines": {"ours": 57, "theirs": 56}, "esphome": {},
+    "ours": {"--help": 0.1, "check --quick": 0.3, "generate": 0.4},
+}  # fmt: skip
+HOST = {"machine": {"processor": "One", "cores": 2, "python": "3.11.7"}}
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Imports a module of the bench; it is forgotten afterwards."""
+    known = set(sys.modules)
+    monkeypatch.syspath_prepend(BENCH)
+
+    def module(name: str) -> ModuleType:
+        return __import__(name)
+
+    yield module
+    for name in set(sys.modules) - known:
+        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(BENCH)):
+            del sys.modules[name]
+
+
+def test_the_fewest_chambers_and_the_most_are_good_specs(bench: Any, tmp_path: Path) -> None:
+    growth = bench("growth")
+    for count in (min(growth.LOOPS), max(growth.LOOPS)):
+        path = tmp_path / f"{count}.yaml"
+        path.write_text(json.dumps(growth.chambers(count)), encoding="utf-8")
+        controller = load(path).controller
+        assert len(controller.loops) == count
+        assert len(controller.simulation.plant.nodes) == 3 * count
+
+
+def test_what_is_missing_is_told_and_left_out(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cores, startup = bench("cores"), bench("startup")
+    monkeypatch.setattr(cores, "AVR8JS", tmp_path / "no")
+    monkeypatch.setattr(startup, "ESPHOME", tmp_path / "no")
+    assert list(cores.available(tmp_path)) == ["heatwright", "heatwright --core simavr", "simavr"]
+    assert not [name for name in startup.commands(tmp_path) if name.startswith("esphome")]
+    assert capsys.readouterr().out.count("make peers installs") == 2
+
+
+def test_all_run_an_image_to_its_end(bench: Any, tmp_path: Path) -> None:
+    cores = bench("cores")
+    image, _ = cores.images(tmp_path)["sleeps, 1 kHz tick"]
+    for name, run in cores.available(tmp_path).items():
+        assert run(image, 0.2) > 0, name
+
+
+def test_the_page_tells_ratios(bench: Any) -> None:
+    page = bench("page").page
+    alone = page({**HOST, "startup": STARTUP})
+    assert "One, 2 cores, Python 3.11.7" in alone
+    assert "| `--help` | 0.20 | – | – |" in alone
+    assert "| `generate` | 0.80 | – | – |" in alone
+    beside = page({**HOST, "startup": {**STARTUP, "esphome": {"config": 0.6}}})
+    assert "| `check --quick` | 0.60 | `config`: 1.20 | 0.50 |" in beside
+    loops = {"yard_s": 0.5, "kiln": {"now": {"speed": 1000.0, "limit": 4321.0}}}
+    assert "| kiln | 1,000 | 4,320 | 7.2 |" in page({**HOST, "loops": loops})
+    loops["kiln"]["before"] = {"speed": 400.0, "limit": None}
+    assert "| kiln | 1,000 | 4,320 | 7.2 | 2.50 |" in page({**HOST, "loops": loops})
+    cores = {"tick": {"heatwright": 300.0, "simavr": 200.0, "avr8js": 4.0}}
+    assert "| tick | 300 | 200 | 4 | 1.5 |" in page({**HOST, "cores": cores})
+
+
+def test_the_specs_that_are_measured_are_there(bench: Any) -> None:
+    proof = bench("proof")
+    assert all((EXAMPLES / f"{name}.yaml").is_file() for name in proof.VERIFIED + proof.LOOPS)
