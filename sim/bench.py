@@ -170,12 +170,13 @@ class Run:
             plant.step(active, fed_mm_per_s)
             felt = self._felt()
             self._note(row, felt)
-            self._active[row] = tuple(active.values())
-            self._fed[row] = fed_mm_per_s
+            self._note_outputs(row, active, fed_mm_per_s)
             if progress is not None and row % report_every == 0:
                 progress(row * step_s, self._count * step_s)
 
-    def trace(self) -> Trace:
+    def trace(self, steps: Mapping[str, StepLog] | None = None) -> Trace:
+        if steps is None:
+            steps = {loop: self._device.steps(loop) for loop in self._loops}
         return Trace(
             times_s=np.arange(self._count + 1, dtype=np.float64) * self._step_s,
             temperatures_c=_columns(self._plant.nodes, self._temperatures),
@@ -183,7 +184,7 @@ class Run:
             on_fraction=_columns(self._coupling.loads, self._active),
             fed_mm_per_s=self._fed,
             currents_a=_columns(self._meters, self._amperes),
-            steps={loop: self._device.steps(loop) for loop in self._loops},
+            steps=steps,
             events=_events(self._hand),
         )
 
@@ -198,6 +199,10 @@ class Run:
         self._sensed[row] = values[: len(self._sensors)]
         if self._meters:
             self._amperes[row] = values[len(self._sensors) :]
+
+    def _note_outputs(self, row: int, active: Mapping[str, float], fed_mm_per_s: float) -> None:
+        self._active[row] = tuple(active.values())
+        self._fed[row] = fed_mm_per_s
 
     def _advance(self, until_s: float) -> None:
         """Run the device to a time, through what is done before it."""

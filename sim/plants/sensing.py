@@ -35,12 +35,12 @@ class Feeler:
         self._past = deque([initial_c] * (whole + 1), maxlen=whole + 1)
         self._random = np.random.default_rng(seed)
         self._noise: list[float] = []
-        self.felt_c = initial_c + self._draw()
+        self.felt_c = initial_c + self.draw()
 
     def feel(self, states: NDArray[np.float64]) -> None:
         """Follow the plant by one step."""
         self._past.append(float(states[self.state]))
-        self.felt_c = self._delayed() + self._draw()
+        self.felt_c = self._delayed() + self.draw()
 
     @property
     def past_c(self) -> list[float]:
@@ -63,7 +63,8 @@ class Feeler:
         share = self.older_share
         return share * past[0] + (1 - share) * past[1]
 
-    def _draw(self) -> float:
+    def draw(self) -> float:
+        """Return the noise of a step, K; each one once."""
         if not self.noise_k:
             return 0.0
         if not self._noise:

@@ -1,6 +1,7 @@
 """Analog sensors: the law of their tables, and what an ideal one reads (docs/control.md)."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
@@ -24,9 +25,7 @@ def converter(sensor: AnalogSensor, board: Board) -> Callable[[int], Single]:
     slopes = [Single(slope) for slope in table.slopes]
 
     def temperature(raw: int) -> Single:
-        place = 0
-        while place + 2 < len(raws) and raws[place + 1] <= raw:
-            place += 1
+        place = min(max(bisect_right(raws, raw) - 1, 0), len(raws) - 2)
         return celsius[place] + Single(raw - raws[place]) * slopes[place]
 
     return temperature
@@ -60,8 +59,10 @@ class IdealSensor:
     def read_all(self, temperatures_c: Sequence[float]) -> tuple[int, int]:
         """Return the same with a temperature for each code."""
         codes = [self._code(temperature_c) for temperature_c in temperatures_c]
-        beyond = [status for code in codes if (status := self._status(code)) != VALID]
-        return (beyond[-1] if beyond else VALID), sum(codes)
+        status = VALID
+        for code in codes:
+            status = self._status(code) or status
+        return status, sum(codes)
 
     def _status(self, code: int) -> int:
         if code < self._low:

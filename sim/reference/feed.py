@@ -35,7 +35,7 @@ class Feed:
 
     def forget(self) -> None:
         """Forget all moves."""
-        self._moves.clear()
+        self._moves = deque()
 
     def advance(self, to_us: int) -> None:
         """Go on to a time."""

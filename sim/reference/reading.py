@@ -25,17 +25,18 @@ class Average:
 
     def __init__(self, number: int) -> None:
         """Begin with an empty window."""
-        self._window: list[Single] = []
-        self._number = number
+        self._window = [ZERO] * number
+        self._is_empty = True
         self._turn = 0
         self._share = Single(1 / number)
 
     def take(self, reading_c: Single, *, anew: bool) -> Single:
         """Take in a reading, alone if the mean begins anew, and return the mean."""
-        if anew or not self._window:
-            self._window = [reading_c] * self._number
+        if anew or self._is_empty:
+            self._window = [reading_c] * len(self._window)
+            self._is_empty = False
         self._window[self._turn] = reading_c
-        self._turn = (self._turn + 1) % self._number
+        self._turn = (self._turn + 1) % len(self._window)
         total = self._window[0]
         for other in self._window[1:]:
             total = total + other

@@ -1,0 +1,107 @@
+"""Built-in functions, and those of `math` and `bisect`, that know arrays."""
+
+from __future__ import annotations
+
+import math
+import operator
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from heatwright.sim.arrays.masks import NOW, Value, all_of, any_of, has_array
+
+
+def _least(*values: Value, **words: Value) -> Value:
+    return _extreme(min, operator.lt, values, words)
+
+
+def _most(*values: Value, **words: Value) -> Value:
+    return _extreme(max, operator.gt, values, words)
+
+
+def _extreme(
+    plain: Callable[..., Value],
+    better: Callable[[Value, Value], Value],
+    values: tuple[Value, ...],
+    words: Mapping[str, Value],
+) -> Value:
+    listed = list(values[0]) if len(values) == 1 else list(values)
+    if words or not has_array(listed):
+        return plain(listed, **words)
+    best = listed[0]
+    for value in listed[1:]:
+        best = np.where(better(value, best), value, best)
+    return best
+
+
+def _number(kind: type, to: type) -> type:
+    """Return a type that makes arrays of it of arrays."""
+
+    def new(cls: type, value: Value = 0, *more: Value) -> Value:
+        del cls
+        return value.astype(to) if isinstance(value, np.ndarray) else kind(value, *more)
+
+    return type(kind.__name__, (int if kind is bool else kind,), {"__new__": new})
+
+
+def _round(value: Value, *digits: int) -> Value:
+    if isinstance(value, np.ndarray) and not digits:
+        return np.rint(value).astype(np.int64)
+    return round(value, *digits)
+
+
+BUILTINS: dict[str, Value] = {
+    "min": _least, "max": _most, "any": any_of, "all": all_of, "round": _round,
+    "int": _number(int, np.int64), "float": _number(float, np.float64),
+    "bool": _number(bool, np.bool_),
+}  # fmt: skip
+
+
+class Math:
+    """The module `math`, whose roundings know arrays."""
+
+    def __getattr__(self, name: str) -> Value:
+        """Return anything else."""
+        return getattr(math, name)
+
+    @staticmethod
+    def floor(value: Value) -> Value:
+        """Round down."""
+        if isinstance(value, np.ndarray):
+            return np.floor(value).astype(np.int64)
+        return math.floor(value)
+
+
+class Bisect:
+    """The module `bisect`."""
+
+    @staticmethod
+    def bisect_right(values: Sequence[Value], value: Value) -> Value:
+        """Count the sorted values that are no more than one."""
+        if not isinstance(value, np.ndarray) and not has_array(values):
+            return bisect_right(values, value)
+        if not has_array(values):
+            return np.searchsorted(values, value, side="right")
+        return sum((each <= value).astype(np.int64) for each in values)
+
+
+class Each:
+    """An object of its own for each lane, whose methods return a number."""
+
+    def __init__(self, objects: Sequence[Value]) -> None:
+        """Take the objects, in the order of the lanes."""
+        self._objects = tuple(objects)
+
+    def __getattr__(self, name: str) -> Callable[..., Value]:
+        """Return what calls the method of the lanes that are meant."""
+
+        def call(*arguments: Value) -> Value:
+            found = np.zeros(len(self._objects))
+            lanes = range(len(found)) if NOW.active is None else np.flatnonzero(NOW.active)
+            for lane in lanes:
+                own = (a[lane] if isinstance(a, np.ndarray) else a for a in arguments)
+                found[lane] = getattr(self._objects[lane], name)(*own)
+            return found
+
+        return call

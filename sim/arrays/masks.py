@@ -1,0 +1,408 @@
+"""What the translated model calls: which lanes are meant, and merging what they make.
+
+A value is either uniform, an object like any other that all lanes share, or an array with an
+element for each lane. `active` says which lanes are meant: None is all of them.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Mask = NDArray[np.bool_]
+Value = Any
+
+_NUMBERS = (np.ndarray, np.generic, int, float, str)
+"""And names: an array may hold one for each lane."""
+
+
+class AllLanesError(Exception):
+    """Something that all lanes have in common would be changed for some of them only."""
+
+
+class _Unset:
+    """In the place of a value that no lane has yet."""
+
+
+UNSET = _Unset()
+
+
+class _State:
+    """Which lanes are meant now; None: all."""
+
+    active: Mask | None = None
+
+
+NOW = _State()
+
+
+def has_array(values: Sequence[Value]) -> bool:
+    """Tell whether one of some values is an array."""
+    return np.ndarray in map(type, values) or Maybe in map(type, values)
+
+
+def truth(test: Value) -> Mask:
+    """Return an array as truth values."""
+    found: Mask = test if test.dtype == np.bool_ else test != ("" if test.dtype.kind == "U" else 0)
+    return found
+
+
+def merged(mask: Mask, new: Value, old: Value) -> Value:
+    """Return what is new for the lanes of a mask, and old for the others.
+
+    Raises AllLanesError where that is not a number for each lane.
+    """
+    if new is old or old is UNSET:
+        return new
+    if isinstance(new, _NUMBERS) and isinstance(old, _NUMBERS):
+        found = np.where(mask, new, old)
+        if isinstance(new, Maybe) or isinstance(old, Maybe):
+            return _lacking(np.where(mask, is_none(new), is_none(old)), found)
+        return found
+    if new is None or old is None:
+        return _lacking(mask, old) if new is None else _lacking(~mask, new)
+    return _merged_parts(mask, new, old)
+
+
+def _merged_parts(mask: Mask, new: Value, old: Value) -> Value:
+    if isinstance(new, tuple | list) and _alike(new, old):
+        each = [merged(mask, *pair) for pair in zip(new, old, strict=True)]
+        return each if isinstance(new, list) else _tuple_as(new, each)
+    if isinstance(new, dict) and isinstance(old, dict) and new.keys() == old.keys():
+        return {key: merged(mask, value, old[key]) for key, value in new.items()}
+    if type(new) is type(old) and new == old:
+        return new
+    raise AllLanesError(f"{new!r} for some lanes, {old!r} for others")
+
+
+def _tuple_as(kind: Value, parts: list[Value]) -> Value:
+    return type(kind)._make(parts) if hasattr(kind, "_make") else tuple(parts)
+
+
+def _alike(new: Value, old: Value) -> bool:
+    """Tell whether two are of one kind and length; the model's own kinds exist twice."""
+    return type(new).__name__ == type(old).__name__ and len(new) == len(old)
+
+
+class Maybe(np.ndarray):
+    """Numbers that some lanes have, and None for the others."""
+
+    missing: Mask | bool = False
+
+
+def _lacking(mask: Value, value: Value) -> Value:
+    """Return numbers that the lanes of a mask do not have."""
+    if isinstance(value, tuple):
+        return _tuple_as(value, [_lacking(mask, part) for part in value])
+    if not isinstance(value, _NUMBERS):
+        raise AllLanesError(f"{value!r} for some lanes, None for others")
+    found = np.broadcast_to(value, mask.shape).view(Maybe)
+    found.missing = mask | is_none(value)
+    return found
+
+
+def is_none(value: Value) -> Value:
+    """Return `value is None`."""
+    if isinstance(value, tuple) and value:
+        value = value[0]
+    return value.missing if isinstance(value, Maybe) else value is None
+
+
+class Frame:
+    """A call of a function that some lanes may leave before others."""
+
+    __slots__ = ("value", "whole")
+
+    def __init__(self) -> None:
+        """Begin with the lanes that are meant now."""
+        self.whole = NOW.active
+        self.value: Value = UNSET
+
+    def is_whole(self) -> bool:
+        """Tell whether all lanes that began are meant."""
+        return NOW.active is self.whole
+
+    def set(self, old: Value, new: Value) -> Value:
+        """Return the new value of a local variable."""
+        return new if NOW.active is self.whole else merged(_mask(), new, old)
+
+    def leave(self, value: Value) -> None:
+        """Let the lanes that are meant return a value."""
+        mask = _mask()
+        self.value = merged(mask, value, self.value)
+        NOW.active = np.zeros_like(mask)
+
+    def goes_on(self) -> bool:
+        """Tell whether any lane has not returned."""
+        return NOW.active is self.whole or bool(_mask().any())
+
+    def end(self, value: Value = None) -> Value:
+        """Return what all lanes return, these ones a value."""
+        if NOW.active is self.whole:
+            return value
+        if value is not None or self.value is UNSET:
+            value = merged(_mask(), value, self.value)
+        else:
+            value = self.value
+        NOW.active = self.whole
+        return value
+
+
+def _mask() -> Mask:
+    if NOW.active is None:
+        message = "All lanes are meant"
+        raise AllLanesError(message)
+    return NOW.active
+
+
+def split(test: Value) -> Iterable[bool]:
+    """Give the ways of an `if` that lanes go, with those lanes meant."""
+    if isinstance(test, np.ndarray):
+        return _ways(test)
+    return _YES if test else _NO
+
+
+_YES, _NO = (True,), (False,)
+
+
+def _ways(test: Value) -> Iterator[bool]:
+    whole, told = NOW.active, truth(test)
+    yes = told if whole is None else told & whole
+    if not yes.any():
+        yield False
+        return
+    no = ~told if whole is None else whole & ~told
+    if not no.any():
+        yield True
+        return
+    NOW.active = yes
+    yield True
+    left = NOW.active
+    NOW.active = no
+    yield False
+    unchanged = left is yes and NOW.active is no
+    NOW.active = whole if unchanged else left | NOW.active
+
+
+class While:
+    """A loop that some lanes leave before others."""
+
+    __slots__ = ("_left", "_whole")
+
+    def __init__(self) -> None:
+        """Begin with the lanes that are meant now."""
+        self._whole = NOW.active
+        self._left: Mask | None = None
+
+    def again(self, test: Value) -> bool:
+        """Tell whether any lane goes on, and mean those that do."""
+        if not isinstance(test, np.ndarray):
+            return bool(test)
+        told = truth(test)
+        before = NOW.active
+        stay = told if before is None else told & before
+        out = ~told if before is None else before & ~told
+        if not out.any():
+            return bool(stay.any())
+        self._left = out if self._left is None else self._left | out
+        NOW.active = stay
+        return bool(stay.any())
+
+    def end(self) -> None:
+        """Mean all lanes that have left the loop, but not the function."""
+        if self._left is None:
+            return
+        left = self._left if NOW.active is None else self._left | NOW.active
+        NOW.active = self._whole if self._whole is None and left.all() else left
+        if self._whole is not None and np.array_equal(left, self._whole):
+            NOW.active = self._whole
+
+
+def together(before: Mask | None) -> None:
+    """Refuse to go on, or out of a loop, with some lanes only."""
+    if NOW.active is not before:
+        message = "break or continue for some lanes"
+        raise AllLanesError(message)
+
+
+def common(value: Value) -> Value:
+    """Return what is about to be changed in place, which must be for all lanes."""
+    if NOW.active is not None and isinstance(value, list | dict | set | deque):
+        message = "a collection changes for some lanes"
+        raise AllLanesError(message)
+    return value
+
+
+def raises() -> bool:
+    """Tell whether an exception is meant; refuse one for some lanes, which would end all."""
+    if NOW.active is not None and NOW.active.any():
+        message = "an exception for some lanes"
+        raise AllLanesError(message)
+    return NOW.active is None
+
+
+@contextmanager
+def only(lanes: Mask | None) -> Iterator[None]:
+    """Mean these lanes only, None for all."""
+    before, NOW.active = NOW.active, lanes
+    try:
+        yield
+    finally:
+        NOW.active = before
+
+
+@contextmanager
+def afresh() -> Iterator[None]:
+    """Mean all lanes; what is calculated for those that do not need it may come to anything."""
+    with only(None), np.errstate(all="ignore"):
+        yield
+
+
+def put(target: Value, name: str, value: Value) -> None:
+    """Set an attribute for the lanes that are meant."""
+    if NOW.active is not None:
+        value = merged(NOW.active, value, getattr(target, name, UNSET))
+    setattr(target, name, value)
+
+
+def put_item(target: Value, key: Value, value: Value) -> None:
+    """Set an item for the lanes that are meant."""
+    mask = NOW.active
+    if isinstance(key, np.ndarray):
+        for place in range(len(target)):
+            here = key == place if mask is None else mask & (key == place)
+            target[place] = merged(here, value, target[place])
+        return
+    if mask is not None:
+        before = target.get(key, UNSET) if isinstance(target, dict) else target[key]
+        value = merged(mask, value, before)
+    target[key] = value
+
+
+def item(source: Value, key: Value) -> Value:
+    """Return an item; of a sequence or a table each lane gets its own."""
+    if not isinstance(key, np.ndarray):
+        return source[key]
+    if isinstance(source, list) and not has_array(source):
+        return np.array(source)[key if NOW.active is None else np.where(NOW.active, key, 0)]
+    pairs = source.items() if isinstance(source, Mapping) else enumerate(source)
+    found: Value = UNSET
+    known = np.zeros(key.shape, bool)
+    for place, value in pairs:
+        here = key == place
+        found = merged(here, value, found)
+        known |= here
+    if not (known if NOW.active is None else known | ~NOW.active).all():
+        raise IndexError(key)
+    return found
+
+
+def and_(left: Value, right: Callable[[], Value]) -> Value:
+    """Return `left and right`."""
+    if not isinstance(left, np.ndarray):
+        return left and right()
+    return _joined(left, right, truth(left))
+
+
+def or_(left: Value, right: Callable[[], Value]) -> Value:
+    """Return `left or right`."""
+    if not isinstance(left, np.ndarray):
+        return left or right()
+    return _joined(left, right, ~truth(left))
+
+
+def _joined(left: Value, right: Callable[[], Value], asked: Mask) -> Value:
+    """Return what is right for the lanes that ask for it."""
+    whole = NOW.active
+    asked = asked if whole is None else asked & whole
+    if not asked.any():
+        return left
+    NOW.active = asked
+    found = right()
+    NOW.active = whole
+    return merged(asked, found, left)
+
+
+def both(left: Value, right: Callable[[], Value]) -> Value:
+    """Return `left and right` where right calls nothing: it may be asked for all lanes."""
+    if not isinstance(left, np.ndarray):
+        return left and right()
+    found = right()
+    if left.dtype == np.bool_ and isinstance(found, bool | np.bool_ | np.ndarray):
+        return left & (truth(found) if isinstance(found, np.ndarray) else found)
+    return merged(truth(left), found, left)
+
+
+def either(left: Value, right: Callable[[], Value]) -> Value:
+    """Return `left or right` where right calls nothing."""
+    if not isinstance(left, np.ndarray):
+        return left or right()
+    found = right()
+    if left.dtype == np.bool_ and isinstance(found, bool | np.bool_ | np.ndarray):
+        return left | (truth(found) if isinstance(found, np.ndarray) else found)
+    return merged(~truth(left), found, left)
+
+
+def not_(value: Value) -> Value:
+    """Return `not value`."""
+    return ~truth(value) if isinstance(value, np.ndarray) else not value
+
+
+def choose(test: Value, yes: Callable[[], Value], no: Callable[[], Value]) -> Value:
+    """Return `yes if test else no`."""
+    if not isinstance(test, np.ndarray):
+        return yes() if test else no()
+    found: Value = UNSET
+    for way in split(test):
+        value = yes() if way else no()
+        found = value if found is UNSET else merged(truth(test), found, value)
+    return found
+
+
+def chain(first: Value, *rest: Value) -> Value:
+    """Return a chained comparison: a value, then operator and value by turns."""
+    told: Value = True
+    for compare, value in zip(rest[::2], rest[1::2], strict=True):
+        told = both(told, partial(compare, first, value))
+        first = value
+    return told
+
+
+def any_of(values: Iterable[Value]) -> Value:
+    """Return `any(values)`."""
+    told: Value = False
+    for value in values:
+        told = either(told, partial(_same, value))
+    return told
+
+
+def all_of(values: Iterable[Value]) -> Value:
+    """Return `all(values)`."""
+    told: Value = True
+    for value in values:
+        told = both(told, partial(_same, value))
+    return told
+
+
+def _same(value: Value) -> Value:
+    return value
+
+
+def among(value: Value, values: tuple[Value, ...]) -> Value:
+    """Return `value in values`."""
+    if not has_array((value, *values)):
+        return value in values
+    return any_of(value == each for each in values)
+
+
+COMPARISONS = {
+    "Lt": operator.lt, "LtE": operator.le, "Gt": operator.gt, "GtE": operator.ge,
+    "Eq": operator.eq, "NotEq": operator.ne,
+}  # fmt: skip

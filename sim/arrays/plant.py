@@ -1,0 +1,169 @@
+"""N thermal networks of one structure as one: each step a product of matrix and vector for each.
+
+A lane is equal bit for bit to its `thermal_network.Plant` alone: the matrices are that plant's, the
+product is the same routine of the same numbers, and the noise is drawn by its own generators.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.arrays.stack import UnlikeError
+from heatwright.sim.plants import Plant
+from heatwright.sim.plants.sensing import Ammeter, Feeler
+from heatwright.sim.plants.thermal_network import Plant as Network
+
+Numbers = NDArray[np.float64]
+
+
+class Plants:
+    """The machines of all lanes."""
+
+    def __init__(self, plants: Sequence[Plant]) -> None:
+        """Take plants that go on in equal steps of time.
+
+        Raises:
+            UnlikeError: their nodes, heaters, fans or sensors are not the same.
+
+        """
+        self._plants = tuple(cast("Network", each) for each in plants)
+        first = self._plants[0]
+        if len({_structure(each) for each in self._plants}) > 1:
+            message = "plants of several structures"
+            raise UnlikeError(message)
+        self.nodes, self._fans = first.nodes, first.fans
+        self._states = first.states
+        self._vectors = np.array([each.vector for each in self._plants])
+        self._heaters = tuple(name for name, _ in first.heaters_w)
+        powers_w = [[power_w for _, power_w in each.heaters_w] for each in self._plants]
+        self._powers_w = np.array(powers_w).reshape(len(self._plants), -1)
+        self._radiant = self._states + len(self._heaters)
+        width = first.vector.shape[0]
+        self._matrices = np.zeros((len(self._plants), self._states, width))
+        self._keys = np.full((len(self._plants), 1 + len(self._fans) + len(first.surfaces)), np.nan)
+        self._known: list[dict[bytes, Numbers]] = [{} for _ in self._plants]
+        self._feelers = {
+            name: Feelers([each.feelers[name] for each in self._plants]) for name in first.feelers
+        }
+        self._ammeters = {
+            name: Ammeters([each.ammeters[name] for each in self._plants])
+            for name in first.ammeters
+        }
+
+    @property
+    def temperatures_c(self) -> Numbers:
+        """Temperatures of the nodes, a row for each lane, °C."""
+        return self._vectors[:, : len(self.nodes)]
+
+    def sensed_c(self) -> dict[str, Numbers]:
+        """Return what every sensor's tip feels now in each lane, °C."""
+        return {name: feelers.felt_c for name, feelers in self._feelers.items()}
+
+    def currents_a(self) -> dict[str, Numbers]:
+        """Return what every current's sensor sees now in each lane, A."""
+        return {name: meters.amperes for name, meters in self._ammeters.items()}
+
+    def step(self, active: Mapping[str, Any], feed_mm_per_s: Any = 0.0) -> None:
+        """Go on by one step; see `Plant.step`, each number for all lanes or one for each."""
+        for meters in self._ammeters.values():
+            meters.follow(active[meters.output])
+        for place, name in enumerate(self._heaters):
+            self._vectors[:, self._states + place] = active[name] * self._powers_w[:, place]
+        keys = np.empty_like(self._keys)
+        keys[:, 0] = feed_mm_per_s
+        for place, name in enumerate(self._fans, 1):
+            keys[:, place] = active[name]
+        for place in range(keys.shape[1] - len(self._fans) - 1):
+            self._radiate(place, keys[:, 1 + len(self._fans) + place])
+        changed = (keys != self._keys).any(axis=1)
+        if changed.any():
+            self._renew(np.flatnonzero(changed), keys)
+        found = np.matmul(self._matrices, self._vectors[:, :, None])
+        self._vectors[:, : self._states] = found[:, :, 0]
+        for feelers in self._feelers.values():
+            feelers.feel(self._vectors)
+
+    def _radiate(self, place: int, conductances: Numbers) -> None:
+        """Set what a surface gives beside its conductance, W, and return this, W/K."""
+        for lane, plant in enumerate(self._plants):
+            conductances[lane], self._vectors[lane, self._radiant + place] = plant.surfaces[
+                place
+            ].now(self._vectors[lane])
+
+    def _renew(self, lanes: NDArray[np.int64], keys: Numbers) -> None:
+        """Take the matrices for what fans, feed and surfaces are now."""
+        fans = slice(1, 1 + len(self._fans))
+        for lane in lanes.tolist():
+            row, known = keys[lane], self._known[lane]
+            key = row.tobytes()
+            if key not in known:
+                feed, *rest = row.tolist()
+                split = len(self._fans)
+                known[key] = self._plants[lane].matrix(
+                    tuple(row[fans].tolist()), feed, tuple(rest[split:])
+                )
+            self._matrices[lane] = known[key]
+        self._keys = keys
+
+
+def _structure(plant: Network) -> tuple[object, ...]:
+    heaters = tuple(name for name, _ in plant.heaters_w)
+    places = tuple((each.here, each.there) for each in plant.surfaces)
+    tips = tuple((name, each.state) for name, each in plant.feelers.items())
+    meters = tuple((name, each.output) for name, each in plant.ammeters.items())
+    return plant.nodes, plant.fans, plant.states, heaters, places, tips, meters
+
+
+class Feelers:
+    """The tips of one sensor in all lanes."""
+
+    def __init__(self, feelers: Sequence[Feeler]) -> None:
+        """Take them as they are."""
+        self._state = feelers[0].state
+        pasts = [each.past_c for each in feelers]
+        longest = max(map(len, pasts))
+        self._lanes = np.arange(len(feelers))
+        self._past = np.array([[past[0]] * (longest - len(past)) + past for past in pasts])
+        """What was and is still to be felt, the oldest first; a ring that `_end` is the end of."""
+        self._back = np.array([len(past) for past in pasts])
+        self._delayed = self._back > 1
+        self._older = np.array([each.older_share for each in feelers])
+        self._end = 0
+        self._noisy = [(lane, each) for lane, each in enumerate(feelers) if each.noise_k]
+        self.felt_c = np.array([each.felt_c for each in feelers])
+
+    def feel(self, vectors: Numbers) -> None:
+        """Follow the plants by one step."""
+        length = self._past.shape[1]
+        self._past[:, self._end] = vectors[:, self._state]
+        self._end = (self._end + 1) % length
+        if length == 1:
+            felt_c = self._past[:, 0].copy()
+        else:
+            oldest = (self._end - self._back) % length
+            felt_c = self._past[self._lanes, oldest]
+            after = self._past[self._lanes, (oldest + 1) % length]
+            mixed = self._older * felt_c + (1 - self._older) * after
+            felt_c = np.where(self._delayed, mixed, felt_c)
+        for lane, feeler in self._noisy:
+            felt_c[lane] += feeler.draw()
+        self.felt_c = felt_c
+
+
+class Ammeters:
+    """One sensor of a current in all lanes."""
+
+    def __init__(self, meters: Sequence[Ammeter]) -> None:
+        """Take them as they are."""
+        self.output = meters[0].output
+        self._share = np.array([each.share for each in meters])
+        self._full_a = np.array([each.full_a for each in meters])
+        self.amperes = np.array([each.amperes for each in meters])
+
+    def follow(self, active: Any) -> None:
+        """Go on by one step, with the heater's mean active fraction over it, 0..1."""
+        self.amperes = self.amperes + self._share * (active * self._full_a - self.amperes)

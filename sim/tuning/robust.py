@@ -1,0 +1,221 @@
+"""Gains for many machines: drawn about the specification's, tried all at once, improved for all.
+
+A machine as built is not the one of the specification: its capacities and resistances are
+estimates, the room is warmer or colder, and the supply is not what its label says. All machines are
+heated from cold with all gains that are asked about, one in each lane of `heatwright.sim.arrays`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.arrays.world import step_logs
+from heatwright.sim.metrics import overshoot, response_of, settling
+from heatwright.sim.trace import StepLog
+from heatwright.sim.tuning.gains import Gains
+from heatwright.sim.tuning.margins import open_loop
+from heatwright.sim.tuning.orders import heat
+from heatwright.sim.tuning.process import Process
+from heatwright.sim.tuning.trial import Progress, at_setpoint, ending, with_gains
+from heatwright.spec import Controller
+from heatwright.spec.base import ReadOnlyDict
+
+SOUND = 2.0
+"""Largest Ms that gains may have on a machine (Åström & Hägglund, Advanced PID Control, 2006,
+section 4.6)."""
+BETTER = 0.999
+"""Of a cost: more is not worth a move."""
+GENERATIONS = 12
+FIRST, LAST = 1.0, 1 / 8
+"""Steps of the search, in powers of two."""
+_KEPT = ("temperature_c", "setpoint_c", "has_reading", "enabled", "fault.code")
+
+
+class Spread(NamedTuple):
+    """How far machines are from the specification's, each quantity evenly within."""
+
+    share: float = 0.2
+    """Of capacities and resistances."""
+    ambient_k: float = 5.0
+    supply: float = 0.05
+    """Of the voltage; heat goes by its square."""
+
+
+class Machine(NamedTuple):
+    """One of them."""
+
+    controller: Controller
+    process: Process
+    """Near the target."""
+    warm_s: float
+    """From cold to the target at full power, s."""
+
+
+class Outcome(NamedTuple):
+    """How a machine was heated from cold and held."""
+
+    overshoot_k: float
+    settling_s: float | None
+    tripped: bool
+    cost: float
+    """Error times the time since the start, integrated (ITAE: D. Graham, R. C. Lathrop, Trans. AIEE
+    72, 1953), in parts of the step and of the square of what full power takes. An error of no more
+    than a step of the sensor is none. Infinite where a protection tripped."""
+
+
+def drawn(controller: Controller, spread: Spread, count: int, seed: int) -> Iterator[Controller]:
+    """Draw controllers with machines; each is drawn from the seed and its number alone."""
+    simulation = controller.simulation
+    assert simulation is not None  # noqa: S101 - looked at before
+    plant = simulation.plant
+    for number in range(count):
+        random = np.random.default_rng((seed, number))
+        nodes = {name: own * _about(random, spread.share) for name, own in plant.nodes.items()}
+        links = tuple(
+            link.model_copy(update={
+                "resistance_k_per_w": link.resistance_k_per_w * _about(random, spread.share)
+            })
+            for link in plant.links
+        )  # fmt: skip
+        ambient_c = simulation.ambient_c + spread.ambient_k * (_about(random, 1.0) - 1)
+        changed = simulation.model_copy(update={
+            "plant": plant.model_copy(update={"nodes": ReadOnlyDict(nodes), "links": links}),
+            "ambient_c": ambient_c,
+        })  # fmt: skip
+        yield _supplied(controller, _about(random, spread.supply)).model_copy(
+            update={"simulation": changed}
+        )
+
+
+def _about(random: np.random.Generator, share: float) -> float:
+    return float(random.uniform(1 - share, 1 + share))
+
+
+def _supplied(controller: Controller, supply: float) -> Controller:
+    """Put all loads on a voltage that is so many times its own."""
+    outputs = dict(controller.outputs)
+    for name, output in controller.outputs.items():
+        volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)
+        changes = {} if volts is None else {"supply_v": volts * supply}
+        if watts is not None and getattr(output, "rated_v", None) is None:
+            changes["power_w"] = watts * supply**2
+        outputs[name] = output.model_copy(update=changes)
+    return controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
+
+
+class Course(NamedTuple):
+    """What is done with each machine."""
+
+    controller: Controller
+    """The specification: what the firmware is generated of."""
+    loop: str
+    target_c: float
+    length_s: float
+    step_k: float
+    """One step of the sensor."""
+
+    def tried(
+        self, gains: Sequence[Gains], machines: Sequence[Machine], progress: Progress | None = None
+    ) -> list[list[Outcome]]:
+        """Heat all machines with all gains; return for each of the gains how each went."""
+        found: list[list[Outcome]] = [[] for _ in gains]
+        for terms in dict.fromkeys(map(_terms, gains)):  # of lanes, no number is left out in some
+            places = [place for place, each in enumerate(gains) if _terms(each) == terms]
+            own = [self._with(gains[place]) for place in places for _ in machines]
+            logs = iter(step_logs(
+                own,
+                (*heat(own[0], self.loop, self.target_c), ending(self.length_s)),
+                _KEPT,
+                machines=[each.controller for _ in places for each in machines],
+                progress=progress,
+            ))  # fmt: skip
+            for place in places:
+                found[place] = [self._outcome(next(logs)[self.loop], each) for each in machines]
+        return found
+
+    def _with(self, gains: Gains) -> Controller:
+        tuned = with_gains(self.controller, self.loop, gains)
+        return at_setpoint(tuned, self.loop, self.target_c)
+
+    def _outcome(self, log: StepLog, machine: Machine) -> Outcome:
+        response = response_of(log)
+        response = response[response["has_reading"] != 0]
+        tripped = bool(log["fault.code"].any())
+        if not len(response):
+            return Outcome(0.0, None, tripped, math.inf)
+        times_s = response["time_s"] - response["time_s"][0]
+        readings_c = response["temperature_c"].astype(float)
+        errors_k = np.maximum(np.abs(readings_c - self.target_c) - self.step_k, 0.0)
+        whole = max(self.step_k, abs(self.target_c - readings_c[0])) * machine.warm_s**2
+        period_s = self.controller.loops[self.loop].period_s
+        cost = float((times_s * errors_k).sum()) * period_s / whole
+        return Outcome(
+            overshoot(readings_c, self.target_c),
+            settling(times_s, readings_c, self.target_c, self.step_k),
+            tripped,
+            math.inf if tripped else cost,
+        )
+
+
+def _terms(gains: Gains) -> tuple[bool, ...]:
+    return gains.ki > 0, gains.kd > 0
+
+
+def worst_cost(outcomes: Iterable[Outcome]) -> float:
+    """Return what gains are judged by: the cost on the machine that they suit least."""
+    return max(each.cost for each in outcomes)
+
+
+def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool:
+    """Tell whether gains keep away from instability on each of the machines."""
+    return all(
+        np.abs(1 + open_loop(each.process, gains, period_s).response).min() >= 1 / SOUND
+        for each in machines
+    )
+
+
+def improved(
+    start: Gains,
+    cost: float,
+    costs_of: Callable[[Sequence[Gains]], Sequence[float]],
+) -> Gains:
+    """Improve gains until no step of an eighth of an octave helps: a compass search.
+
+    T. G. Kolda, R. M. Lewis, V. Torczon, "Optimization by direct search", SIAM Review 45 (2003).
+    It goes along gain, integral time and derivative time, each by its logarithm; what is 0 stays
+    so. Steps of two sizes are tried at once.
+
+    Args:
+        start: where to begin.
+        cost: of the start.
+        costs_of: asked for the costs of some gains.
+
+    """
+    axes = np.eye(3)[[True, start.ki > 0, start.kd > 0]]
+    here, size = np.zeros(3), FIRST
+    for _ in range(GENERATIONS):
+        if size < LAST:
+            break
+        places = [here + way * axis for way in (size, -size, size / 2, -size / 2) for axis in axes]
+        costs = costs_of([_at(start, place) for place in places])
+        best = int(np.argmin(costs))
+        if costs[best] >= BETTER * cost:
+            size /= 4
+            continue
+        here, cost = places[best], costs[best]
+        if best >= len(places) // 2:
+            size /= 2
+    return _at(start, here)
+
+
+def _at(start: Gains, octaves: NDArray[np.float64]) -> Gains:
+    """Return gains so many octaves from others: of the gain, the integral and derivative times."""
+    gain, integral, derivative = (2.0**octaves).tolist()
+    return Gains(
+        start.kp * gain, start.ki * gain / integral, start.kd * gain * derivative, start.filter_s
+    )

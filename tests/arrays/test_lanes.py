@@ -1,0 +1,285 @@
+"""The model on arrays is the model: each step of each lane, bit for bit, for drawn controllers."""
+
+import ast
+from functools import cache
+from importlib import import_module
+from itertools import islice
+from random import Random
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from rig.controllers import drawings
+from rig.specs import example
+from suite import SEED, amount
+
+from heatwright.sim.arrays import masks
+from heatwright.sim.arrays.masks import AllLanesError, only
+from heatwright.sim.arrays.modules import on_arrays
+from heatwright.sim.arrays.stack import UnlikeError, stacked
+from heatwright.sim.arrays.translate import translated
+from heatwright.sim.arrays.world import bench_lanes, step_logs
+from heatwright.sim.bench import bench
+from heatwright.sim.reference import Record, Reference
+from heatwright.sim.reference.device import ReferenceDevice
+from heatwright.sim.reference.inputs import Gains, Limits, Orders
+from heatwright.sim.reference.numbers import Single
+from heatwright.sim.trace import Trace
+from heatwright.sim.tuning.robust import Spread, drawn
+from heatwright.spec import Controller, Event, Pid, monitors_of, programmed, tunable
+from heatwright.spec.adjusted import numbers_of
+
+LANES = 7
+MACHINES = 3
+ALGORITHMS = {"pid", "on_off", "three_position"}
+SPREAD = {
+    "kp": 0.9, "ki": 0.9, "kd": 0.9, "derivative_filter_s": 0.5, "feed_forward": 0.5,
+    "lead_s": 0.5, "lead_filter_s": 0.5, "hysteresis_k": 0.3,
+}  # fmt: skip
+"""By how much a lane's number may differ; zeros stay, for what they leave out is no number."""
+
+
+class Given(NamedTuple):
+    """What one lane is given in a step."""
+
+    status: int
+    raw: int
+    setpoint_c: Single
+    acknowledge: bool
+    orders: Orders
+
+
+class Case(NamedTuple):
+    """A loop of a drawn controller in variants, one a lane."""
+
+    loop: str
+    lanes: tuple[Controller, ...]
+    course: tuple[tuple[Given, ...], ...]
+    tunes_at: int
+
+
+def varied(controller: Controller, loop: str, random: Random) -> Controller:
+    """Change numbers of algorithm and protections, as no checks would have to allow it."""
+    spec = controller.loops[loop]
+    changes = {
+        name: getattr(spec.algorithm, name) * (1 + random.uniform(-width, width))
+        for name, width in SPREAD.items()
+        if hasattr(spec.algorithm, name)
+    }
+    algorithm = spec.algorithm.model_copy(update=changes)
+    protection = spec.protection.model_copy(
+        update={
+            "maximum_c": spec.protection.maximum_c + random.uniform(-5, 5),
+            "rise_rate_k_per_s": spec.protection.rise_rate_k_per_s * random.uniform(1, 9),
+        }
+    )
+    changed = spec.model_copy(update={"algorithm": algorithm, "protection": protection})
+    return controller.with_loop(loop, changed)
+
+
+def course_of(controller: Controller, loop: str, steps: int, random: Random) -> list[Given]:
+    """Readings that wander about the setpoint, and fail; and all orders that a step takes."""
+    spec = controller.loops[loop]
+    sensor = controller.thermometers[spec.sensor]
+    ideal = import_module(f"heatwright.sim.reference.{sensor.kind}").IdealSensor(
+        sensor, controller.board
+    )
+    setpoint_c = spec.setpoint.initial_c or spec.setpoint.maximum_c
+    felt_c, orders = setpoint_c - random.choice([0, 5, 60]), Orders(enabled=1)
+    names = monitors_of(controller, loop)
+    pid = spec.algorithm if isinstance(spec.algorithm, Pid) else None
+    found = []
+    for _ in range(steps):
+        felt_c += random.gauss(0, 0.3) + (setpoint_c - felt_c) * random.choice([0.0, 0.02])
+        if random.random() < 0.01:
+            felt_c = random.uniform(0, spec.protection.maximum_c + 5)
+        status, raw = ideal.read(felt_c)
+        if random.random() < 0.05:
+            status = random.choice([1, 2, 17, 18])
+        if random.random() < 0.03:
+            setpoint_c = random.choice([
+                0.0, spec.setpoint.minimum_c, spec.setpoint.maximum_c, felt_c, felt_c + 1,
+            ])  # fmt: skip
+        if random.random() < 0.05:
+            orders = orders._replace(
+                mode=random.choice([0, 0, 0, 1, 2]) if tunable(controller, loop) else 0,
+                manual_percent=Single(random.uniform(0, 100)),
+                enabled=int(random.random() < 0.8),
+            )
+        jitter = 1 + 0.1 * (random.random() < 0.1)
+        orders = orders._replace(
+            gains=pid and Gains(*(Single(g * jitter) for g in (pid.kp, pid.ki, pid.kd))),
+            limits=pid and Limits(
+                Single(pid.integral.minimum_percent),
+                Single(pid.integral.maximum_percent),
+                Single(pid.output.maximum_percent * random.choice([1, 1, 1, 0.7, 0])),
+            ),
+            maximum_c=Single(spec.protection.maximum_c),
+            master_lost=random.random() < 0.01,
+            current_raw=random.randrange(400),
+            watch_fault=25 * (random.random() < 0.002),
+            numbers={
+                each.kind.field: Single(each.value * random.choice([1, 1, 1.1, 0, -1]))
+                for each in numbers_of(controller, loop)
+            },
+            monitors={name: (17 * (random.random() < 0.1), random.randrange(900))
+                      for name in names},
+        )  # fmt: skip
+        found.append(
+            Given(status, raw, Single(setpoint_c), random.random() < 0.2, orders)
+        )  # fmt: skip
+    return found
+
+
+@cache
+def cases() -> tuple[Case, ...]:
+    """Loops without a program, of drawn controllers."""
+    random = Random(f"lanes {SEED}")  # noqa: S311 - no secret
+    drawn, found, steps = drawings(random), [], amount("lane_steps")
+    while len(found) < amount("lane_loops"):
+        controller = next(drawn).spec.controller
+        for loop in controller.loops:
+            if programmed(controller, loop):
+                continue
+            lanes = tuple(varied(controller, loop, random) for _ in range(LANES))
+            course = zip(*(course_of(each, loop, steps, random) for each in lanes), strict=True)
+            found.append(Case(loop, lanes, tuple(course), random.randrange(steps)))
+    return tuple(found)
+
+
+def on_its_own(case: Case, lane: int) -> list[Record]:
+    reference, found = Reference(case.lanes[lane], case.loop), []
+    for number, row in enumerate(case.course):
+        if reference.steering.tuner and number == case.tunes_at and lane % 2:
+            reference.steering.tuner.start()
+        status, raw, setpoint, acknowledge, orders = row[lane]
+        found.append(reference.step(status, raw, setpoint, acknowledge=acknowledge, orders=orders))
+    return found
+
+
+def as_lanes(case: Case) -> list[Record]:
+    module = on_arrays("heatwright.sim.reference.loop")
+    reference = stacked([module.Reference(each, case.loop) for each in case.lanes])
+    found = []
+    for number, row in enumerate(case.course):
+        if reference.steering.tuner and number == case.tunes_at:
+            with only(np.arange(LANES) % 2 == 1):
+                reference.steering.tuner.start()
+        status, raw, setpoint, acknowledge, orders = stacked(list(row))
+        found.append(reference.step(status, raw, setpoint, acknowledge=acknowledge, orders=orders))
+    return found
+
+
+def test_each_lane_is_the_model() -> None:
+    kinds, parted = set(), 0
+    for case in cases():
+        members = Reference(case.lanes[0], case.loop).members
+        together, alone = as_lanes(case), [on_its_own(case, lane) for lane in range(LANES)]
+        for name, width in members:
+            expected = np.array([[record[name] for record in each] for each in alone], width)
+            found = np.array([np.broadcast_to(each[name], LANES) for each in together], width).T
+            assert expected.tobytes() == found.tobytes(), (case.loop, name)
+            parted += name == "fault.code" and len(set(map(bytes, expected))) > 1
+        kinds.add(case.lanes[0].loops[case.loop].algorithm.kind)
+    assert kinds == ALGORITHMS
+    assert parted > len(cases()) / 4, "lanes hardly ever part"
+
+
+# ---- devices on machines ----
+
+
+def assert_same(alone: Trace, lane: Trace) -> None:
+    for name, log in alone.steps.items():
+        for member in log.dtype.names or ():
+            assert log[member].tobytes() == lane.steps[name][member].tobytes(), (name, member)
+    for part in ("temperatures_c", "sensed_c", "on_fraction", "currents_a"):
+        for name, series in getattr(alone, part).items():
+            assert series.tobytes() == getattr(lane, part)[name].tobytes(), (part, name)
+    assert alone.fed_mm_per_s.tobytes() == lane.fed_mm_per_s.tobytes()
+
+
+def assert_lanes(controller: Controller, scenario: tuple[Event, ...]) -> None:
+    machines = list(drawn(controller, Spread(0.5, 10.0, 0.1), MACHINES, 0))
+    lanes = bench_lanes([controller] * MACHINES, scenario, machines=machines, seed=5)
+    for machine, lane in zip(machines, lanes, strict=True):
+        assert_same(bench(machine, ReferenceDevice(controller), scenario, seed=5), lane)
+
+
+def test_devices_on_drawn_machines() -> None:
+    """Of all drawn controllers with a machine few do what lanes cannot."""
+    random = Random(f"machines {SEED}")  # noqa: S311 - no secret
+    simulated = (
+        each.spec.controller for each in drawings(random) if each.spec.controller.simulation
+    )
+    refused = 0
+    for controller in islice(simulated, amount("lane_machines")):
+        assert controller.simulation is not None
+        try:
+            assert_lanes(controller, controller.simulation.scenario)
+        except (AllLanesError, UnlikeError):
+            refused += 1
+    assert refused <= amount("lane_machines") / 5
+
+
+@pytest.mark.parametrize("name", ["chamber", "kiln", "fabricator"])
+def test_examples_on_drawn_machines(name: str) -> None:
+    """Three-position, programs and radiation, noisy sums and a measured current."""
+    controller = example(name).controller
+    assert controller.simulation is not None
+    begun = tuple(
+        each for each in controller.simulation.scenario
+        if each.for_s is None and (each.at_s or 0) < 15
+    )  # fmt: skip
+    assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
+
+
+# ---- what lanes cannot do ----
+
+
+def test_who_differs_by_more_than_numbers_is_done_alone() -> None:
+    """`step_logs` has the same to tell of lanes that are no lanes."""
+    controller = example("oven").controller
+    loop = next(iter(controller.loops))
+    spec = controller.loops[loop]
+    assert isinstance(spec.algorithm, Pid)
+    other = spec.model_copy(update={
+        "algorithm": spec.algorithm.model_copy(update={"kd": 0.0 if spec.algorithm.kd else 1.0}),
+    })  # fmt: skip
+    both = [controller, controller.with_loop(loop, other)]
+    scenario = (Event.model_validate({"for": "20 s"}),)
+    found = step_logs(both, scenario, ["duty_percent"])
+    for own, lane in zip(both, found, strict=True):
+        alone = bench(own, ReferenceDevice(own), scenario).steps[loop]
+        assert alone["duty_percent"].tobytes() == lane[loop]["duty_percent"].tobytes()
+
+
+def translated_call(source: str, *arguments: Any) -> Any:
+    code = compile(translated(ast.parse(source)), "source", "exec")
+    known: dict[str, Any] = {"_lanes": masks}
+    exec(code, known)  # noqa: S102 - our own
+    return known["f"](*arguments)
+
+
+SOME = np.array([True, False])
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "if x:\n  raise ValueError",
+        "if x:\n  y.append(1)",
+        "if x:\n  del y[0]",
+        "for z in y:\n  if x:\n   break",
+        "if x:\n  y = None\n else:\n  y = 'text'",
+    ],
+)
+def test_what_would_happen_to_all_is_refused_for_some(body: str) -> None:
+    with pytest.raises(AllLanesError), only(None):
+        translated_call(f"def f(x, y):\n {body}\n return y", SOME, [1, 2])
+    with only(None):
+        translated_call(f"def f(x, y):\n {body}\n return y", False, [1, 2])
+
+
+def test_a_statement_that_no_rule_is_for_is_not_translated() -> None:
+    with pytest.raises(NotImplementedError, match="Try in line 2"):
+        translated_call("def f(x):\n try:\n  return x\n finally:\n  pass", SOME)
