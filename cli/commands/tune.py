@@ -17,11 +17,14 @@ if TYPE_CHECKING:
 
     from heatwright.cli.talk import Talk
     from heatwright.cli.tune.methods import Failed, Judged, Task, Tried
+    from heatwright.cli.tune.robust import Trade, Wish
     from heatwright.cli.tune.task import Job, Plan
     from heatwright.spec import Spec
 
 METHODS = ("relay", "simc", "lambda")
 PICTURES = (".png", ".svg")
+MOST_MACHINES = 256
+MOST_SPREAD_PERCENT = 80.0
 
 
 @click.command(
@@ -31,6 +34,7 @@ PICTURES = (".png", ".svg")
         "heatwright tune oven.yaml --method simc --at 60C --plot oven.png",
         "heatwright tune oven.yaml --method lambda --lambda 30s",
         "heatwright tune barrel.yaml --loop die",
+        "heatwright tune oven.yaml --robust --machines 32 --spread 30%",
     ),
 )
 @spec_argument
@@ -55,6 +59,28 @@ PICTURES = (".png", ".svg")
 @click.option(
     "--tauc", "tauc_s", type=Amount("DURATION"), help="Closed loop's time constant for simc."
 )
+@click.option(
+    "--robust",
+    "is_robust",
+    is_flag=True,
+    help="Improve the gains for machines that are drawn about the spec's, and show the trade.",
+)
+@click.option(
+    "--machines",
+    type=click.IntRange(2, MOST_MACHINES),
+    default=16,
+    show_default=True,
+    help="How many are drawn to tune for, and as many others to try on.",
+)
+@click.option(
+    "--spread",
+    "spread_percent",
+    type=Amount("PERCENT"),
+    default="20 %",
+    show_default=True,
+    help="How far their capacities and resistances are off at most.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Draws others.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw Bode diagram and trial: .png or .svg.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - one for each option
@@ -64,6 +90,10 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     at_c: float | None,
     lambda_s: float | None,
     tauc_s: float | None,
+    is_robust: bool,
+    machines: int,
+    spread_percent: float,
+    seed: int,
     plot: Path | None,
     as_json: bool,
 ) -> int:
@@ -74,11 +104,17 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     and tried from cold on the bench, beside the spec's own gains. The gains of the first method are
     printed as YAML to paste. The exit status is 1 if it found none. Of several loops one is tuned
     after the other, each while the others are as after the power-up.
+
+    --robust begins with the best of these, and improves them for machines whose capacities,
+    resistances, ambient and supply are not quite the spec's: the worst of them counts. All methods
+    are then tried on other machines, drawn in the same way.
     """
     check_target(plot, PICTURES)
     for name, value in (("--lambda", lambda_s), ("--tauc", tauc_s)):
         if value is not None and value <= 0:
             raise Refused(f"{name}: must be above 0.")
+    if not 0 < spread_percent <= MOST_SPREAD_PERCENT:
+        raise Refused(f"--spread: must be above 0 %, and at most {MOST_SPREAD_PERCENT:g} %.")
     from heatwright.cli.talk import talk  # noqa: PLC0415
     from heatwright.cli.tune.task import plan_of  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
@@ -87,8 +123,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     plan = plan_of(
         loaded, loops, asked, METHODS, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s
     )  # fmt: skip
+    wish = _wish(machines, spread_percent, seed) if is_robust else None
     with talk() as shown:
-        found = [_tuned(job, shown) for job in plan.jobs]
+        found = [_tuned(job, wish, shown) for job in plan.jobs]
     if plot is not None:
         _draw(found, plot)
     if as_json:
@@ -106,16 +143,29 @@ class _Tuned(NamedTuple):
     good: Sequence[Judged]
     tried: Mapping[str, Tried]
     chosen: Judged | None
+    trade: Trade | None
 
 
-def _tuned(job: Job, shown: Talk) -> _Tuned:
+def _wish(machines: int, spread_percent: float, seed: int) -> Wish:
+    from heatwright.cli.tune.robust import Wish  # noqa: PLC0415
+    from heatwright.sim.tuning.robust import Spread  # noqa: PLC0415
+
+    return Wish(machines, Spread(spread_percent / 100), seed)
+
+
+def _tuned(job: Job, wish: Wish | None, shown: Talk) -> _Tuned:
     from heatwright.cli.tune.methods import Judged, find, try_all  # noqa: PLC0415
 
-    rows = find(job.task, job.methods, shown)
+    rows, trade, first = find(job.task, job.methods, shown), None, job.first
+    if wish is not None:
+        from heatwright.cli.tune.robust import robust  # noqa: PLC0415
+
+        row, trade = robust(job.task, rows, wish, shown)
+        rows, first = [*rows, row], row.method
     good = [row for row in rows if isinstance(row, Judged)]
     tried = try_all(job.task, good, shown)
-    chosen = next((row for row in good if row.method == job.first), None)
-    return _Tuned(job.task, rows, good, tried, chosen)
+    chosen = next((row for row in good if row.method == first), None)
+    return _Tuned(job.task, rows, good, tried, chosen, trade)
 
 
 def _print(found: Sequence[_Tuned], plan: Plan, plot: Path | None) -> None:
@@ -144,11 +194,23 @@ def _print_loop(found: _Tuned, *, named: bool) -> None:
         elif row.method in tried:
             for fault in tried[row.method].faults:
                 click.secho(f"  {row.method}: {fault_text(fault)}", fg="red")
+    if found.trade is not None:
+        _print_trade(task, found.trade)
     if found.chosen is not None:
         click.echo(f"\n{block(found.chosen, task.loop if named else '')}" + "\n" * named, nl=False)
 
 
+def _print_trade(task: Task, trade: Trade) -> None:
+    from heatwright.cli.tables import show, table  # noqa: PLC0415
+    from heatwright.cli.tune import robust  # noqa: PLC0415
+
+    show(table(robust.COLUMNS, [robust.line(row) for row in trade.rows]))
+    for text in robust.legend(task, trade):
+        click.echo(f"  {text}")
+
+
 def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -> None:
+    from heatwright.cli.tune import robust  # noqa: PLC0415
     from heatwright.cli.tune.tabled import block, model_json, rows_json  # noqa: PLC0415
 
     print_json(
@@ -162,6 +224,7 @@ def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -
                     "methods": rows_json(each.rows, each.tried),
                     "chosen": None if each.chosen is None else each.chosen.method,
                     "yaml": None if each.chosen is None else block(each.chosen),
+                    "robust": each.trade and robust.as_json(each.trade),
                 }
                 for each in found
             },

@@ -8,13 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from heatwright.cli.tune.methods import OWN, Judged, Task, Tried
+from heatwright.cli.tune.methods import OWN, ROBUST, Judged, Task, Tried
 from heatwright.sim.plot import PANEL_IN, dress
 from heatwright.sim.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.margins import open_loop
 
-COLOURS = {OWN: "#7f7f7f", "relay": "#0050a0", "simc": "#e69f00", "lambda": "#009e73"}
+COLOURS = {
+    OWN: "#7f7f7f", "relay": "#0050a0", "simc": "#e69f00", "lambda": "#009e73", ROBUST: "#cc79a7",
+}  # fmt: skip
 WIDTH_IN = 12.0
 ROOM_K = 2.0
 """Least height about the setpoint that the closer look shows to either side."""

@@ -22,6 +22,8 @@ from heatwright.spec import Controller, Pid
 
 OWN = "as it is"
 """The row of the spec's own gains."""
+ROBUST = "robust"
+"""The row of the gains that suit all machines that are drawn."""
 
 SETTLING = 5.0
 """Integral times that a trial goes on after it has become warm."""
@@ -94,7 +96,7 @@ def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Faile
     rows: list[Judged | Failed] = []
     if isinstance(spec, Pid):
         own = Gains(spec.kp, spec.ki, spec.kd, spec.derivative_filter_s)
-        rows.append(_judged(task, OWN, own))
+        rows.append(judged(task, OWN, own))
     for method in methods:
         job = shown.begin(f"Tuning {task.loop} by {method}")
         try:
@@ -103,12 +105,13 @@ def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Faile
             job.end(str(error))
             rows.append(Failed(method, str(error)))
             continue
-        rows.append(_judged(task, method, gains))
+        rows.append(judged(task, method, gains))
         job.end()
     return rows
 
 
-def _judged(task: Task, method: str, gains: Gains) -> Judged:
+def judged(task: Task, method: str, gains: Gains) -> Judged:
+    """Judge a method's gains by their margins, and by what they do about a load."""
     found = margins(task.process, gains, task.period_s)
     load = load_answer(task.process, gains, task.period_s) if found.stable else None
     return Judged(method, gains, found, load, step_kick(gains, task.step_k, task.period_s))

@@ -107,9 +107,9 @@ def task_of(
         )
     target_c = _target(spec, name) if at_c is None else _within(chosen, at_c)
     process = process_of(controller, name, target_c)
-    warm_s = _warm_s(spec, name, process, target_c)
+    warm = warm_s(controller, name, process, target_c)
     return Task(
-        controller, name, target_c, process, warm_s, _filter_s(process, chosen), lambda_s, tauc_s
+        controller, name, target_c, process, warm, _filter_s(process, chosen), lambda_s, tauc_s
     )
 
 
@@ -195,13 +195,16 @@ def _within(loop: Loop, at_c: float) -> float:
     return at_c
 
 
-def _warm_s(spec: Spec, name: str, process: Process, target_c: float) -> float:
-    """Return how long full power takes from cold to the target."""
-    simulation = spec.controller.simulation
+def warm_s(controller: Controller, name: str, process: Process, target_c: float) -> float:
+    """Return how long full power takes from cold to the target.
+
+    Raises Refused where it never gets there.
+    """
+    simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     if target_c <= simulation.ambient_c:
         raise Refused(f"{celsius(target_c)} is no warmer than the ambient: there is nothing to do.")
-    course = at_full_power(spec.controller, name, process.lags_s[0] / STEPS_PER_LAG)
+    course = at_full_power(controller, name, process.lags_s[0] / STEPS_PER_LAG)
     felt_c = simulation.ambient_c
     for time_s, felt_c in course:
         if felt_c >= target_c:
