@@ -65,6 +65,11 @@ class AnalogSensor(Averaged):
         return self.oversample * TICK_S
 
     @property
+    def free_running_s(self) -> float:
+        """Time between conversions that nobody asked for: none, each is asked for."""
+        return 0.0
+
+    @property
     def read_s(self) -> float:
         """Time of the reading after that: the last tick's own."""
         return 0.0

@@ -17,7 +17,6 @@ from heatwright.spec.network import Heated
 from heatwright.spec.outputs import (
     DigitalOutput,
     Switch,
-    TimeProportionalOutput,
     always_running,
     limit_w,
 )
@@ -153,9 +152,7 @@ class HeatedLoop:
     def late_s(self) -> float:
         """How late heat that is asked for may be read: dead time, rests or windows, two steps."""
         output = self._heater
-        rest_s = output.minimum_off_s if isinstance(output, DigitalOutput) else 0.0
-        if isinstance(output, TimeProportionalOutput):
-            rest_s = output.window_s
+        rest_s = output.minimum_off_s if isinstance(output, DigitalOutput) else output.cycle_s
         return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 
     @cached_property

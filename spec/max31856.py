@@ -111,6 +111,11 @@ class Max31856(Averaged):
         return (0.11 if slow else 0.09) + (self.average - 1) * (0.02 if slow else 0.01667)
 
     @property
+    def free_running_s(self) -> float:
+        """Time between two of its conversions, which follow each other without end."""
+        return self.conversion_s
+
+    @property
     def read_s(self) -> float:
         """Time for another conversion, for it converts all the time and knows no step; to read it.
 

@@ -125,6 +125,16 @@ class DigitalOutput(Model):
         None, description="What says that a loop's fan turns, in place of believing its pin."
     )
 
+    @property
+    def cycle_s(self) -> float:
+        """Time from one pulse to the next, s: none, for it is on or off."""
+        return 0.0
+
+    @property
+    def full_share(self) -> float:
+        """Share of the time that makes the rated power."""
+        return 1.0
+
 
 class PwmOutput(Model):
     """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
@@ -142,6 +152,11 @@ class PwmOutput(Model):
         None, alias="rated", description="Voltage at which it has its power; else the supply."
     )
     current: Current | None = Field(None, description=_CURRENT)
+
+    @property
+    def cycle_s(self) -> float:
+        """Time from one pulse to the next, s."""
+        return 1 / self.frequency_hz
 
     @property
     def full_share(self) -> float:
@@ -180,6 +195,16 @@ class TimeProportionalOutput(Model):
     distribution: Literal["burst", "spread"] = Field(
         "burst", description="On-time in one piece, or spread over the window in single steps."
     )
+
+    @property
+    def cycle_s(self) -> float:
+        """Time from the beginning of one window to that of the next, s."""
+        return self.window_s
+
+    @property
+    def full_share(self) -> float:
+        """Share of the time that makes the rated power."""
+        return 1.0
 
 
 class Stepper(Model):

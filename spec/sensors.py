@@ -53,6 +53,11 @@ class Ds18b20(Averaged):
         return float(0.09375 * 2 ** (self.resolution_bits - 9))
 
     @property
+    def free_running_s(self) -> float:
+        """Time between conversions that nobody asked for: none, each is asked for."""
+        return 0.0
+
+    @property
     def read_s(self) -> float:
         """From the end of a conversion to the reading, with what comes before the conversion.
 

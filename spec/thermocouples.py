@@ -61,6 +61,11 @@ class Max6675(_Converter):
         return 0.22
 
     @property
+    def free_running_s(self) -> float:
+        """Time between conversions that nobody asked for: none, for each answer begins anew."""
+        return 0.0
+
+    @property
     def read_s(self) -> float:
         """Time of the reading: the tick that it takes place in, for it stops the conversion."""
         return TICK_S
@@ -96,6 +101,11 @@ class Max31855(_Converter):
     def conversion_s(self) -> float:
         """Longest time of one conversion (data sheet)."""
         return 0.1
+
+    @property
+    def free_running_s(self) -> float:
+        """Time between two of its conversions, which follow each other without end."""
+        return self.conversion_s
 
     @property
     def read_s(self) -> float:

@@ -12,7 +12,8 @@ from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.keypad import CODES
-from heatwright.spec.commands import countdown_of
+from heatwright.spec import programmed
+from heatwright.spec.commands import countdown_of, keypad_of
 
 SEED = 2
 WATCH_S = 60.0
@@ -141,8 +142,10 @@ def _unplug_and_plug(world: World) -> None:
 def _shows_again(world: World) -> str:
     """See that the display shows both lines, and that nothing waited for it."""
     first, second = world.screen
-    if world.site.has_menu:
-        shows = first.split()[-1].startswith(">") and second.rstrip() == "on"
+    controller, keypad = world.site.controller, keypad_of(world.site.controller)
+    if keypad is not None and programmed(controller, keypad.loop):
+        on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
+        shows = " >" in first and second.rstrip() == on
     else:
         shows = first.startswith("T=") and second.startswith("Set temp ")
     if not shows:

@@ -5,6 +5,7 @@ from typing import Protocol
 from heatwright.sim.reference.held import HeldCourse, has_minimum, held_of
 from heatwright.sim.reference.output import pwm_period
 from heatwright.spec import Controller, DigitalOutput, PwmOutput, TimeProportionalOutput
+from heatwright.spec.timers import TICK_S
 
 
 class Course(Protocol):
@@ -38,15 +39,15 @@ class SteadyCourse:
 
 
 class WindowCourse:
-    """On for the first part of each window; the windows begin with the first control step."""
+    """On for the first part of each window, or cycle; they begin with the first control step."""
 
-    def __init__(self, window_us: int, step_us: int) -> None:
+    def __init__(self, window_us: float, step_us: float) -> None:
         """Start off, without a window."""
         self._window_us = window_us
         self._step_us = step_us
-        self._now_us = 0
-        self._start_us = -1
-        self._off_us = 0
+        self._now_us = 0.0
+        self._start_us = -1.0
+        self._off_us = 0.0
         self._counts = 0
 
     def apply(self, counts: int) -> None:
@@ -59,15 +60,15 @@ class WindowCourse:
 
     def advance(self, to_us: int) -> float:
         """Go on to a time."""
-        on_us = 0
+        on_us = 0.0
         while self._now_us < to_us:
             started = self._start_us >= 0
-            end_us = min(to_us, self._start_us + self._window_us) if started else to_us
-            on_us += max(0, min(end_us, self._off_us) - self._now_us)
+            end_us = min(to_us, self._start_us + self._window_us) if started else float(to_us)
+            on_us += max(0.0, min(end_us, self._off_us) - self._now_us)
             self._now_us = end_us
             if started and end_us == self._start_us + self._window_us:
                 self._open()
-        return float(on_us)
+        return on_us
 
     def _open(self) -> None:
         self._start_us = self._now_us
@@ -124,7 +125,10 @@ def course_of(controller: Controller, name: str) -> Course:
             return SpreadCourse(window_us // step_us, step_us)
         return WindowCourse(window_us, step_us)
     if isinstance(output, PwmOutput):
-        return SteadyCourse(pwm_period(controller, name).counts)
+        counts = pwm_period(controller, name).counts
+        if output.cycle_s <= TICK_S:
+            return SteadyCourse(counts)
+        return WindowCourse(output.cycle_s * 1e6, output.cycle_s * 1e6 / counts)
     if isinstance(output, DigitalOutput) and has_minimum(output):
         return HeldCourse(held_of(output))
     return SteadyCourse(1)

@@ -30,15 +30,20 @@ class ReferenceDevice:
     and orders to a program act at once. A fault of one loop switches all heaters off at once.
     """
 
-    def __init__(self, controller: Controller, noise_k: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        noise_k: Mapping[str, float] | None = None,
+        most_rows: int | None = None,
+    ) -> None:
         """Power up.
 
         noise_k -- by sensor: what each look at it adds to what it feels, K, where the machine makes
-        no noise of its own.
+        no noise of its own; most_rows -- how many steps of each loop are remembered, None: all.
         """
         noise_k = noise_k or {}
         self._loops = {
-            name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0))
+            name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0), most_rows)
             for name, loop in controller.loops.items()
         }
         self._due_us = min(loop.due_us for loop in self._loops.values())

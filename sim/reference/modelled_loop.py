@@ -1,5 +1,6 @@
 """One loop of the reference device: its sensor, its operator, its model and its steps."""
 
+from collections import deque
 from typing import cast
 
 import numpy as np
@@ -34,8 +35,14 @@ class ModelledLoop:
     The sensor is sampled when the firmware starts its conversion.
     """
 
-    def __init__(self, controller: Controller, name: str, noise_k: float = 0.0) -> None:
-        """Power up; noise_k -- what each look at the sensor adds, K."""
+    def __init__(
+        self, controller: Controller, name: str, noise_k: float = 0.0, most_rows: int | None = None
+    ) -> None:
+        """Power up.
+
+        noise_k -- what each look at the sensor adds, K; most_rows -- how many of its steps are
+        remembered, None: all.
+        """
         self.name = name
         self.spec = controller.loops[name]
         self.reference = Reference(controller, name)
@@ -55,7 +62,7 @@ class ModelledLoop:
         self._amperes = 0.0
         self._period_us = round(self.spec.period_s * SECOND_US)
         self._step_us = self._period_us
-        self._rows: list[tuple[object, ...]] = []
+        self._rows: deque[tuple[object, ...]] = deque(maxlen=most_rows)
         programs = controller.programs
         self._points = programs.points if programs and programmed(controller, name) else 0
         self.due_us = 0
@@ -121,7 +128,7 @@ class ModelledLoop:
     def steps(self) -> StepLog:
         """Return a row for every control step so far."""
         dtype = [("time_s", "f8"), *self.reference.members, *column_of(self._points)]
-        return np.array(self._rows, dtype=dtype)
+        return np.array(list(self._rows), dtype=dtype)
 
     def last(self, member: str) -> float:
         """Return a number of the last step; raises ValueError if there is none."""

@@ -95,11 +95,11 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
         for (before_s, before_k), (after_s, after_k) in pairwise(machine.cooling())
     )
     step_k = machine.step_k(machine.target_k)
-    needed = fastest + step_k / loop.period_s
+    needed = machine.seen(fastest) + step_k / loop.period_s
     if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"with {loop.cooler} on this plant falls by {about(fastest)} K/s from "
+            f"with {loop.cooler} on this plant falls by {machine.told(fastest)} from "
             f"{celsius(loop.setpoint.maximum_c)}, and a reading may add a step of "
             f"{about(step_k)} K",
             f"Use at least {rounded_up(needed)} K/s",

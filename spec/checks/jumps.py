@@ -12,6 +12,7 @@ from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.machine import MOST_POINTS, Machine
 from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, duration, rounded_up
+from heatwright.spec.timers import TICK_S
 
 
 def readings_do_not_jump(machine: Machine) -> Findings:
@@ -22,14 +23,14 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     if not machine.course or not noise_k + pulse_k:
         return
     # Where a step ends and what noise adds have nothing to do with each other.
-    jump_k = math.hypot(machine.step_k(machine.target_k), noise_k) + pulse_k
-    needed = _steepest(machine.course) + jump_k / period_s
+    jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
+    needed, jump_k = max((machine.seen(rate) + each / period_s, each) for rate, each in jumps_k)
     if needed > machine.loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
             f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "
-            f"a period, with {about(noise_k)} K of noise and {about(pulse_k)} K of a pulse in the "
-            "heater's window",
+            f"a period, with {about(noise_k)} K of noise and {about(pulse_k)} K of one of the "
+            "heater's pulses",
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )
@@ -76,8 +77,8 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     if not share:
         return
     power_w = min(share * machine.power_w, machine.full_power_w)
-    if isinstance(output, TimeProportionalOutput) and output.window_s > on_s:
-        on_s, power_w = min(share * output.window_s, on_s), machine.power_w
+    if output.cycle_s > on_s:
+        on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
     # What an integral asks for goes on beside it.
@@ -88,15 +89,16 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
 
 
 def _pulse_k(machine: Machine) -> float:
-    """Rise in a period, beyond that of the mean power, while a pulse in the window lasts, K."""
+    """Rise between two readings, beyond that of the mean power, while a pulse lasts, K."""
     output, algorithm = machine.output, machine.loop.algorithm
-    if not isinstance(output, TimeProportionalOutput) or not isinstance(algorithm, Pid):
+    if not isinstance(algorithm, Pid) or output.cycle_s <= TICK_S:
         return 0.0
-    beyond_w = machine.power_w - machine.full_power_w
+    beyond_w = machine.pulse_w - machine.full_power_w
     if beyond_w <= 0:
         return 0.0
-    share = algorithm.output.maximum_percent / 100
-    on_s = output.resolution_s if output.distribution == "spread" else share * output.window_s
+    on_s = algorithm.output.maximum_percent / 100 * output.full_share * output.cycle_s
+    if isinstance(output, TimeProportionalOutput) and output.distribution == "spread":
+        on_s = output.resolution_s
     quick_s = min(machine.plant.fastest_s(), on_s) / 4
     course = machine.plant.course(machine.plant.start(0.0), beyond_w, quick_s, 64 * quick_s)
     points = []
@@ -104,7 +106,7 @@ def _pulse_k(machine: Machine) -> float:
         points.append((time_s, machine.plant.sensed_k(state)))
         if time_s >= on_s:
             break
-    return _steepest(points) * min(on_s, machine.loop.period_s)
+    return _steepest(points) * min(on_s, machine.seen(machine.loop.period_s))
 
 
 def _steepest(course: Iterable[tuple[float, float]]) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import islice
+from itertools import islice, pairwise
 
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
@@ -13,11 +13,11 @@ from heatwright.spec.network import Heated
 from heatwright.spec.outputs import (
     DigitalOutput,
     Switch,
-    TimeProportionalOutput,
     always_running,
     limit_w,
 )
 from heatwright.spec.problems import Path
+from heatwright.spec.quantity import about, duration
 from heatwright.spec.simulation import Simulation
 
 MOST_POINTS = 5_000
@@ -65,6 +65,35 @@ class Machine:
         step_k: float = self._sensor.step_at_k(self.ambient_c + above_ambient_k, self._mcu)
         return step_k
 
+    def rates(self) -> Iterator[tuple[float, float]]:
+        """Yield how fast the sensor's reading rises on the course, K/s, and its step there, K."""
+        for (before_s, before_k), (after_s, after_k) in pairwise(self.course):
+            rate_k_per_s = (after_k - before_k) / (after_s - before_s)
+            yield rate_k_per_s, self.step_k(min(after_k, self.target_k))
+
+    def seen(self, rate_k_per_s: float) -> float:
+        """Return how fast a rate may look between two readings, K/s.
+
+        Of a chip that converts without being asked, two readings a period apart may be of
+        conversions that are one more apart.
+        """
+        return rate_k_per_s * (1 + self._sensor.free_running_s / self.loop.period_s)
+
+    def told(self, rate_k_per_s: float) -> str:
+        """Say a rate, and how fast it may look."""
+        said = f"{about(rate_k_per_s)} K/s"
+        if self._sensor.free_running_s:
+            said += (
+                f" (up to {about(self.seen(rate_k_per_s))} K/s between two readings of a chip that "
+                f"converts every {duration(self._sensor.free_running_s)})"
+            )
+        return said
+
+    @property
+    def pulse_w(self) -> float:
+        """Power while the heater is on."""
+        return self.power_w / self.output.full_share
+
     @property
     def full_power_w(self) -> float:
         """The most the algorithm asks for, as far as the current's limit lets it have it."""
@@ -99,9 +128,8 @@ class Machine:
 
         For its own rest, for the cooler's, or until its next window begins.
         """
-        own_s = self.output.minimum_off_s if isinstance(self.output, DigitalOutput) else 0.0
-        if isinstance(self.output, TimeProportionalOutput):
-            own_s = self.output.window_s
+        output = self.output
+        own_s = output.minimum_off_s if isinstance(output, DigitalOutput) else output.cycle_s
         return max(own_s, self.cooler_held_on_s)
 
     @property

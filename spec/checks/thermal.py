@@ -7,8 +7,6 @@ that is under way still arrives.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.coasting import (
     coasting_settles,
@@ -206,21 +204,17 @@ def rise_rate_holds(machine: Machine) -> Findings:
     """Find a rule `rise_rate` that a healthy machine breaks at full power."""
     period_s = machine.loop.period_s
     limit = machine.loop.protection.rise_rate_k_per_s
-    rates = (
-        (
-            (after_k - before_k) / (after_s - before_s),
-            machine.step_k(min(after_k, machine.target_k)),
-        )
-        for (before_s, before_k), (after_s, after_k) in pairwise(machine.course)
-    )
     needed, steepest, step_k = max(
-        ((rate + step_k / period_s, rate, step_k) for rate, step_k in rates),
+        (
+            (machine.seen(rate) + step_k / period_s, rate, step_k)
+            for rate, step_k in machine.rates()
+        ),
         default=(0.0, 0.0, 0.0),
     )
     if needed > limit:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"this plant, healthy and at full power, rises by {about(steepest)} K/s, and a "
+            f"this plant, healthy and at full power, rises by {machine.told(steepest)}, and a "
             f"reading may add a step of {about(step_k)} K",
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
@@ -234,17 +228,17 @@ def window_is_smoothed(machine: Machine) -> Findings:
     then the loop follows its own window and no longer the machine.
     """
     algorithm, output = machine.loop.algorithm, machine.output
-    if not isinstance(algorithm, Pid) or not isinstance(output, TimeProportionalOutput):
+    if not isinstance(algorithm, Pid) or not algorithm.kp or not output.cycle_s:
         return
-    if algorithm.kp == 0:
-        return
-    swing_k = machine.plant.swing_k(machine.power_w, output.window_s)
+    windowed = isinstance(output, TimeProportionalOutput)
+    swing_k = machine.plant.swing_k(machine.pulse_w, output.cycle_s)
     band_k = 100.0 / algorithm.kp
     if swing_k >= band_k:
         yield Finding(
-            ("outputs", machine.loop.heater, "window"),
-            f"the temperature swings by {about(swing_k)} K in a window of "
-            f"{duration(output.window_s)}, more than the proportional band of {about(band_k)} K",
-            "Use a shorter window, or a smaller kp",
+            ("outputs", machine.loop.heater, "window" if windowed else "frequency"),
+            f"the temperature swings by {about(swing_k)} K in a "
+            f"{'window' if windowed else 'cycle'} of {duration(output.cycle_s)}, more than the "
+            f"proportional band of {about(band_k)} K",
+            f"Use a {'shorter window' if windowed else 'higher frequency'}, or a smaller kp",
             machine.because_of,
         )
