@@ -37,7 +37,7 @@ class _Piece:
 
 def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:
     """Measure the timing and try every fault there is for a controller, two at a time."""
-    count = len(catalogue(controller, Elf(built.elf)))
+    count = len(_faults(controller, built.elf))
     counter = _Counter(shown.begin("Injecting faults"), count)
     jobs: list[Job] = [shown.begin("Measuring the timing"), *[counter] * count]
     timing, *faults = spread(
@@ -63,7 +63,7 @@ def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
 
 @lru_cache(maxsize=1)
 def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
-    """The faults are made once in each process: they hold the binary."""
+    """Make the faults, once: they hold the binary, and workers have them from who forked them."""
     return catalogue(controller, Elf(elf))
 
 
