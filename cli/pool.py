@@ -1,10 +1,12 @@
-"""Work spread over two processes, with the progress of each piece, and an end that is an end."""
+"""Work spread over processes, one for each core, with its progress and an end that is an end."""
 
 from __future__ import annotations
 
 import multiprocessing
+import os
 import queue
 import signal
+from collections import deque
 from collections.abc import Callable, Container, Sequence
 from types import FrameType
 from typing import Any, TypeVar
@@ -14,7 +16,6 @@ from heatwright.cli.talk import Job
 T = TypeVar("T")
 R = TypeVar("R")
 
-PROCESSES = 2
 LOOK_S = 0.05
 """How often the results are looked for while nothing is told."""
 
@@ -42,34 +43,62 @@ class WorkerDied(RuntimeError):
     """A process has crashed, or the system has ended it: there is nothing to wait for."""
 
 
-def spread(work: Callable[[T, Job], R], pieces: Sequence[T], jobs: Sequence[Job]) -> list[R]:
-    """Do each piece of work, two at a time; results in the order of the pieces.
+def processes() -> int:
+    """Return how many run at a time: as many as there are cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _nothing(_: object) -> None:
+    """Wait for the other results."""
+
+
+def spread(
+    work: Callable[[T, Job], R],
+    pieces: Sequence[T],
+    jobs: Sequence[Job],
+    *,
+    came: Callable[[R], None] = _nothing,
+    most: int | None = None,
+) -> list[R]:
+    """Do each piece of work, several at a time; results in the order of the pieces.
 
     `work` is a function of a module, for it is called in other processes. Its first error ends
-    everything and is raised here. The processes are forked: to import all anew takes one of them
-    longer than most pieces of work.
+    everything and is raised here. `came` is given each result as soon as it is there; `most`:
+    processes, in the place of as many as there are cores. They are forked: to import all anew takes
+    one of them longer than most pieces of work.
     """
     context = multiprocessing.get_context("fork")
     told = context.Queue()
-    processes = min(PROCESSES, len(pieces))
+    count = min(most or processes(), len(pieces))
     # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        pool = context.Pool(processes, initializer=_begin, initargs=(told,))
+        pool = context.Pool(count, initializer=_begin, initargs=(told,))
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     workers = multiprocessing.active_children()
+    over: deque[int] = deque()
+
+    def begun(number: int) -> Any:
+        def ended(_: object) -> None:
+            over.append(number)
+
+        work_of = (work, pieces[number], number)
+        return pool.apply_async(_do, work_of, callback=ended, error_callback=ended)
+
     with pool:
-        results = [
-            pool.apply_async(_do, (work, piece, number)) for number, piece in enumerate(pieces)
-        ]
-        waiting = dict(enumerate(results))
+        results = [begun(number) for number in range(len(pieces))]
+        waiting = set(range(len(pieces)))
         while waiting:
             _show(told, jobs, waiting)
             if not all(worker.is_alive() for worker in workers):
                 raise WorkerDied("a worker process ended by itself")
-            for number in [number for number, result in waiting.items() if result.ready()]:
-                waiting.pop(number).get()
+            while over:
+                number = over.popleft()
+                waiting.remove(number)
+                came(results[number].get())
                 jobs[number].end()
         return [result.get() for result in results]
 
@@ -104,6 +133,7 @@ def _clean_up(_: int, __: FrameType | None) -> None:
 
     Where the signal comes in a function that C has called, the exit is lost there: try it again.
     """
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what C has called would tell of the exit
     signal.signal(signal.SIGALRM, _clean_up)
     signal.alarm(1)
     raise SystemExit

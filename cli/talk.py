@@ -81,3 +81,24 @@ class _PlainJob:
     def end(self, text: str = "") -> None:
         if text:
             click.echo(f"{self._what}: {text}", err=True)
+
+
+class Counter:
+    """Tells one job how many pieces of work are done."""
+
+    def __init__(self, job: Job, total: int) -> None:
+        self._job = job
+        self._total = total
+        self._done = 0
+
+    def __call__(self, done: float, total: float) -> None:
+        """Tell nothing of the single piece."""
+
+    def note(self, text: str) -> None:
+        """Tell nothing of the single piece."""
+
+    def end(self, text: str = "") -> None:
+        """Tell that one more is done."""
+        del text
+        self._done += 1
+        self._job(self._done, self._total)

@@ -121,7 +121,7 @@ def _same(controller: Controller, own: ComparisonRow, row: ComparisonRow) -> boo
 def run_rows(
     spec: Spec, rows: Sequence[ComparisonRow], shown: Talk, *, model: bool
 ) -> list[Outcome]:
-    """Run the rows, two at a time."""
+    """Run the rows, on all cores."""
     jobs = [shown.begin(title_of(spec.controller, row), waits=True) for row in rows]
     return spread(run_row, [_Piece(spec, row, model) for row in rows], jobs)
 

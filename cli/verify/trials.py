@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from heatwright.cli.pool import spread
-from heatwright.cli.talk import Job, Talk
+from heatwright.cli.talk import Counter, Job, Talk
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.elf import Elf
@@ -36,9 +36,9 @@ class _Piece:
 
 
 def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:
-    """Measure the timing and try every fault there is for a controller, two at a time."""
+    """Measure the timing and try every fault there is for a controller, on all cores."""
     count = len(_faults(controller, built.elf))
-    counter = _Counter(shown.begin("Injecting faults"), count)
+    counter = Counter(shown.begin("Injecting faults"), count)
     jobs: list[Job] = [shown.begin("Measuring the timing"), *[counter] * count]
     timing, *faults = spread(
         _try,
@@ -65,23 +65,3 @@ def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
 def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
     """Make the faults, once: they hold the binary, and workers have them from who forked them."""
     return catalogue(controller, Elf(elf))
-
-
-class _Counter:
-    """Tells one job how many pieces of work are done."""
-
-    def __init__(self, job: Job, total: int) -> None:
-        self._job = job
-        self._total = total
-        self._done = 0
-
-    def __call__(self, done: float, total: float) -> None:
-        pass
-
-    def note(self, text: str) -> None:
-        pass
-
-    def end(self, text: str = "") -> None:
-        del text
-        self._done += 1
-        self._job(self._done, self._total)
