@@ -145,7 +145,7 @@ class Machine:
         m, plant = self._m, self.plant
         for number, feeler in enumerate(plant.feelers.values()):
             tip, past = m.feelers[number], np.array(feeler.past_c)
-            tip.state, tip.older = feeler.state, feeler.older_share
+            tip.state, tip.older, tip.error = feeler.state, feeler.older_share, feeler.error_k
             tip.past, tip.length = self._array(past), len(past)
         self._draw()
         for number, meter in enumerate(plant.ammeters.values()):

@@ -133,6 +133,7 @@ class Feelers:
         self._delayed = self._back > 1
         self._older = np.array([each.older_share for each in feelers])
         self._end = 0
+        self._error_k = np.array([each.error_k for each in feelers])
         self._noisy = [(lane, each) for lane, each in enumerate(feelers) if each.noise_k]
         self.felt_c = np.array([each.felt_c for each in feelers])
 
@@ -149,6 +150,7 @@ class Feelers:
             after = self._past[self._lanes, (oldest + 1) % length]
             mixed = self._older * felt_c + (1 - self._older) * after
             felt_c = np.where(self._delayed, mixed, felt_c)
+        felt_c += self._error_k
         for lane, feeler in self._noisy:
             felt_c[lane] += feeler.draw()
         self.felt_c = felt_c

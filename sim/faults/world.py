@@ -71,7 +71,7 @@ class World:
     `watch_peaks`, °C; peaks -- of all nodes.
     """
 
-    def __init__(self, site: Site, weather: Weather) -> None:
+    def __init__(self, site: Site, weather: Weather, *, logs_nodes: bool = False) -> None:
         self.site = site
         self.hand = hand_of(site)
         self.wiring = Wiring()
@@ -84,7 +84,9 @@ class World:
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
-        self._machine = Machine(self._plant(weather), self.device, self.coupling, self.step_s)
+        self._machine = Machine(
+            self._plant(weather), self.device, self.coupling, self.step_s, logs_nodes=logs_nodes
+        )
         self._spoilt: tuple[dict[str, Heat], dict[str, Beside]] = ({}, {})
         self._switched_on = False
         self.watch_peaks()

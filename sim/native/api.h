@@ -195,6 +195,7 @@ typedef struct {
     int length, oldest;
     const double *noise;        /* drawn before, the last first; NULL: none */
     int drawn;
+    double error;               /* what it is wrong by, all the time */
 } hw_feeler;
 typedef struct { int load, channel; double full_a, share; } hw_meter;
 typedef struct {

@@ -61,13 +61,14 @@ static void go_on(hw_machine *m, const double *matrix) {
     memcpy(m->vector, m->next, (size_t)m->states * sizeof *m->vector);
 }
 
-/* As Feeler.feel in Python: dead time between two steps, and noise. */
+/* As Feeler.feel in Python: dead time between two steps, error and noise. */
 static double feel(hw_machine *m, hw_feeler *f) {
     f->past[f->oldest] = m->vector[f->state];
     f->oldest = (f->oldest + 1) % f->length;
     double felt = f->past[f->oldest];
     if (f->length > 1)
         felt = f->older * felt + (1 - f->older) * f->past[(f->oldest + 1) % f->length];
+    felt += f->error;
     return f->noise ? felt + f->noise[--f->drawn] : felt;
 }
 

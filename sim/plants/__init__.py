@@ -133,6 +133,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
     step_s: float,
     seed: int = 0,
     starts_c: Mapping[str, float] | None = None,
+    errors: Mapping[str, float] | None = None,
 ) -> Plant:
     """Build the machine of a specification for a fixed time step.
 
@@ -143,6 +144,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
         step_s: time step of the simulation, s.
         seed: of the sensor noise.
         starts_c: temperature of nodes that do not begin with the others, °C.
+        errors: of sensors: what a tip is wrong by, K; of a current: the share of it.
 
     """
     module = plant_module(plant.kind)
@@ -157,6 +159,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
             seed=seed,
             full_a=_currents_of(controller),
             starts_c=starts_c,
+            errors=errors,
         ),
     )
 

@@ -15,8 +15,14 @@ NOISE_BLOCK = 4096
 class Feeler:
     """One sensor's tip."""
 
-    def __init__(
-        self, state: int, sense: Sense, initial_c: float, step_s: float, seed: tuple[int, int]
+    def __init__(  # noqa: PLR0913, PLR0917 - what a tip is
+        self,
+        state: int,
+        sense: Sense,
+        initial_c: float,
+        step_s: float,
+        seed: tuple[int, int],
+        error_k: float = 0.0,
     ) -> None:
         """Start at rest.
 
@@ -26,21 +32,22 @@ class Feeler:
             initial_c: temperature up to now, °C.
             step_s: time between two calls of `feel`, s.
             seed: of the noise.
+            error_k: what it is wrong by, all the time, K.
 
         """
         self.state = state
-        self.noise_k = sense.noise_k
+        self.noise_k, self.error_k = sense.noise_k, error_k
         whole = math.ceil(sense.delay_s / step_s)
         self.older_share = 1 - (whole - sense.delay_s / step_s)
         self._past = deque([initial_c] * (whole + 1), maxlen=whole + 1)
         self._random = np.random.default_rng(seed)
         self._noise: list[float] = []
-        self.felt_c = initial_c + self.draw()
+        self.felt_c = initial_c + error_k + self.draw()
 
     def feel(self, states: NDArray[np.float64]) -> None:
         """Follow the plant by one step."""
         self._past.append(float(states[self.state]))
-        self.felt_c = self._delayed() + self.draw()
+        self.felt_c = self._delayed() + self.error_k + self.draw()
 
     @property
     def past_c(self) -> list[float]:

@@ -47,6 +47,7 @@ class Plant:
         seed: int = 0,
         full_a: Mapping[str, float] | None = None,
         starts_c: Mapping[str, float] | None = None,
+        errors: Mapping[str, float] | None = None,
     ) -> None:
         """Set the network to its initial temperature.
 
@@ -58,12 +59,14 @@ class Plant:
             seed: of the sensor noise.
             full_a: current of each output when active, A; of those whose current is measured.
             starts_c: of nodes that do not begin at the network's initial temperature, °C.
+            errors: of sensors: what a tip is wrong by, K; of a current: the share of it.
 
         """
         self.nodes = tuple(network.nodes)
         self.heaters, self.fans = tuple(network.heat), tuple(network.fans)
         self._network = network
         self._step_s = step_s
+        errors = errors or {}
         self.heaters_w = tuple((name, powers_w[name]) for name in network.heat)
         tips = {name: sense for name, sense in network.sense.items() if sense.node is not None}
         self._lagging = tuple(name for name, sense in tips.items() if sense.lag_s > 0)
@@ -89,11 +92,12 @@ class Plant:
                 self.state_c(self.state_of(name)),
                 step_s,
                 (seed, number),
+                errors.get(name, 0.0),
             )
             for number, (name, sense) in enumerate(tips.items())
         }
         self.ammeters = {
-            name: Ammeter(sense, (full_a or {})[sense.of], step_s)
+            name: Ammeter(sense, (full_a or {})[sense.of] * (1 + errors.get(name, 0.0)), step_s)
             for name, sense in network.sense.items()
             if sense.of is not None
         }
