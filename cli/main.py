@@ -22,6 +22,7 @@ COMMANDS = (
     "simulate",
     "verify",
     "compare",
+    "campaign",
     "identify",
     "tune",
 )

@@ -106,7 +106,7 @@ if ! [ -x .venv/bin/python ] || ! .venv/bin/python -c 'import pip' 2>/dev/null; 
     quietly python3 -m venv .venv
 fi
 say "installing the Python packages into .venv"
-quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable ".${EXTRAS:+[$EXTRAS]}"
+quietly .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --editable ".${EXTRAS:+[campaign,$EXTRAS]}"
 
 if [ -n "$EXTRAS" ]; then
     # Printrun's host core needs pyserial alone, which is among ours; the rest of Printrun asks for

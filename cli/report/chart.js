@@ -226,7 +226,7 @@ class Panel {
 class Chart {
   constructor(figure) {
     this.data = JSON.parse(figure.querySelector("script").textContent);
-    this.view = [0, this.data.duration];
+    this.view = this.whole();
     this.cursor = this.pressed = null;
     const count = this.data.panels.length;
     this.data.panels[0].first = true;
@@ -234,6 +234,11 @@ class Chart {
     figure.prepend(...this.panels.map((panel) => panel.element));
     new ResizeObserver(() => this.draw()).observe(figure);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+  }
+
+  // A distribution begins elsewhere than at 0.
+  whole() {
+    return [this.data.start || 0, this.data.duration];
   }
 
   time(event) {
@@ -255,7 +260,7 @@ class Chart {
       this.pressed = null;
       if (ends[1] - ends[0] > 0.005 * (this.view[1] - this.view[0])) this.view = ends;
     });
-    canvas.ondblclick = act(() => { this.view = [0, this.data.duration]; });
+    canvas.ondblclick = act(() => { this.view = this.whole(); });
   }
 
   draw() {

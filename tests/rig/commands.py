@@ -1,11 +1,17 @@
 """What command lines say that are run in this process, and specs for them."""
 
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copy
 from typing import Any, NamedTuple
 
+import pytest
 from rig.specs import EXAMPLES
+
+from heatwright.cli.ends import ended
+from heatwright.cli.main import cli
 
 
 class Outcome(NamedTuple):
@@ -18,6 +24,26 @@ class Outcome(NamedTuple):
 
 
 Heatwright = Callable[..., Outcome]
+
+
+@pytest.fixture
+def heatwright(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Heatwright:
+    """Runs a line, which must end with a status, in a folder with chamber.yaml and oven.yaml."""
+    for example in ("chamber.yaml", "oven.yaml"):
+        copy(EXAMPLES / example, tmp_path)
+    monkeypatch.chdir(tmp_path)
+
+    def run(words: str, status: int = 0) -> Outcome:
+        capfd.readouterr()
+        found = ended(cli, shlex.split(words))
+        out, err = capfd.readouterr()
+        assert "Traceback" not in out + err
+        assert found == status, err
+        return Outcome(out, err)
+
+    return run
 
 
 def changed(name: str, old: str, new: str, count: int = 1) -> str:

@@ -1,0 +1,242 @@
+"""What a campaign varies: read from its file and held against the spec, or derived from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import ValidationError
+
+from heatwright.cli.ends import Refused
+from heatwright.sim.campaign.breaks import BREAKS, applicable
+from heatwright.sim.campaign.drawn import link_name
+from heatwright.sim.campaign.spread import Spread
+from heatwright.sim.campaign.vary import (
+    ALL,
+    LEAST_CAPACITY,
+    LEAST_RESISTANCE,
+    Vary,
+    spread_of,
+    vary_of,
+)
+from heatwright.sim.faults.bears import room_c
+from heatwright.sim.faults.site import Place
+from heatwright.sim.scenario import end_s
+from heatwright.spec import Controller, CurrentSensor, Problem, Simulation, Spec, SpecError
+from heatwright.spec.base import ABSOLUTE_ZERO_C
+from heatwright.spec.problems import Path as KeyPath
+from heatwright.spec.quantity import amount, celsius, duration, number
+from heatwright.spec.suggest import advice
+from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
+from heatwright.spec.translate import findings
+from heatwright.spec.tree import Tree, parse
+from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
+from heatwright.spec.user_file import read_file
+
+AROUND_K = 10.0
+"""So much colder and hotter a room may be, where nobody says it."""
+FAULTS_PERCENT = 20.0
+
+
+class _Finding(NamedTuple):
+    path: KeyPath
+    reason: str
+    remedy: str
+
+
+def derived(controller: Controller) -> Vary:
+    """Return what is varied where no file says it, for any machine.
+
+    Masses and resistances as builders know them, a room that is colder or hotter, a supply within
+    its usual tolerance, sensors as wrong as their data sheets let them be, an operator who is late,
+    and in every fifth run something that breaks.
+    """
+    simulation = _machine_of(controller)
+    ends_c = [room_c(controller, simulation.ambient_c + sign * AROUND_K) for sign in (-1, 1)]
+    errors = {
+        loop.sensor: f"± {number(_error_k(controller, loop.sensor, loop.setpoint.maximum_c))} K"
+        for loop in controller.loops.values()
+    }
+    entries = {
+        "capacities": {ALL: "± 20 %"},
+        "resistances": {ALL: "± 20 %"},
+        "ambient": f"{celsius(min(ends_c))} .. {celsius(max(ends_c))}",
+        "supply": "± 5 %",
+        "errors": errors,
+        "faults": {"chance": f"{number(FAULTS_PERCENT)} %"},
+    }
+    if any(event.at_s is not None for event in simulation.scenario):
+        entries["late"] = "0 s .. 10 s"
+    return vary_of(entries)
+
+
+def _error_k(controller: Controller, sensor: str, at_c: float) -> float:
+    return float(f"{controller.thermometers[sensor].error_k(at_c):.3g}")
+
+
+def given(spec: Spec, file: Path | None) -> Vary:
+    """Return what is varied.
+
+    Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
+    """
+    if spec.controller.simulation is None:
+        raise Refused(
+            f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
+            "Describe one, as `heatwright init` shows."
+        )
+    if file is None:
+        return derived(spec.controller)
+    try:
+        tree = parse(decode(read_file(file, LARGEST_FILE + 1), str(file)), str(file))
+    except Unreadable as error:
+        raise SpecError((error.problem,)) from None
+    found, problems = _read(tree)
+    if found is not None and not problems:
+        once = {each.path: each for each in _checked(found, spec.controller)}
+        problems = [tree.problem(*each) for each in once.values()]
+    if problems:
+        raise SpecError(tuple(sorted(problems, key=lambda each: (each.line, each.column))))
+    assert found is not None  # noqa: S101 - else there were problems
+    return found
+
+
+def _read(tree: Tree) -> tuple[Vary | None, list[Problem]]:
+    problems = dict(tree.problems)
+    if tree.data is None:
+        remedy = "Write what varies, such as capacities: {all: ± 20 %}"
+        return None, [tree.problem((), "this file says nothing", remedy)]
+    try:
+        return Vary.model_validate(tree.data), list(problems.values())
+    except ValidationError as error:
+        for path, reason, remedy in findings(error, Vary):
+            problems.setdefault(path, tree.problem(path, reason, remedy))
+    return None, list(problems.values())
+
+
+def _machine_of(controller: Controller) -> Simulation:
+    assert controller.simulation is not None  # noqa: S101 - looked at before
+    return controller.simulation
+
+
+# -- held against the spec -----------------------------------------------------------------------
+
+
+def _checked(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+    yield from _of_plant(vary, controller)
+    yield from _of_sensors(vary, controller)
+    yield from _of_events(vary, controller)
+    yield from _of_faults(vary, controller)
+
+
+def _named(key: str, names: Mapping[str, object], known: Sequence[str]) -> Iterator[_Finding]:
+    for name in names:
+        if name != ALL and name not in known:
+            yield _Finding((key, name), f"there is no {name} in the spec", advice(name, known))
+
+
+def _bounded(
+    path: KeyPath, spread: Spread, own: float, least: float, dimension: Dimension
+) -> Iterator[_Finding]:
+    low = spread.ends(own)[0]
+    if low < least:
+        yield _Finding(
+            path,
+            f"{spread.text} goes down to {amount(low, dimension)}",
+            f"Let it stay at {amount(least, dimension)} or above",
+        )
+
+
+def _of_plant(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+    simulation = _machine_of(controller)
+    links = {link_name(link): link.resistance_k_per_w for link in simulation.plant.links}
+    for key, spreads, owns, least, dimension in (
+        ("capacities", vary.capacities, simulation.plant.nodes, LEAST_CAPACITY, CAPACITY),
+        ("resistances", vary.resistances, links, LEAST_RESISTANCE, THERMAL_RESISTANCE),
+    ):
+        yield from _named(key, spreads, list(owns))
+        for name, own in owns.items():
+            if (spread := spread_of(spreads, name)) is not None:
+                written = name if name in spreads else ALL
+                yield from _bounded((key, written), spread, own, least, dimension)
+    if vary.ambient_c is not None:
+        own_c = simulation.ambient_c
+        yield from _bounded(("ambient",), vary.ambient_c, own_c, ABSOLUTE_ZERO_C, TEMPERATURE)
+    if vary.supply_percent is not None:
+        yield from _bounded(("supply",), vary.supply_percent, 100.0, 1.0, PERCENT)
+
+
+def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+    sense = _machine_of(controller).plant.sense
+    currents = [name for name in controller.sensors if name not in controller.thermometers]
+    thermometers = [name for name in sense if name not in currents]
+    yield from _named("errors", vary.errors, list(controller.sensors))
+    yield from _named("noise", vary.noise_k, thermometers)
+    for name, spread in vary.errors.items():
+        if isinstance(controller.sensors.get(name), CurrentSensor) and not spread.is_share:
+            reason = f"{spread.text} is no share, and {name} measures a current"
+            yield _Finding(("errors", name), reason, "Write a share, such as ± 2 %")
+        elif name in thermometers and spread.is_share:
+            reason = f"{spread.text} is a share of nothing: an error is about 0 K"
+            yield _Finding(("errors", name), reason, "Write it in K, such as ± 0.5 K")
+    for name in thermometers:
+        if (noise := spread_of(vary.noise_k, name)) is not None:
+            low_k = noise.ends(sense[name].noise_k)[0]
+            if low_k < 0:
+                yield _Finding(
+                    ("noise", name if name in vary.noise_k else ALL),
+                    f"{noise.text} goes down to {number(low_k)} K",
+                    "Let it stay at 0 K or above",
+                )
+
+
+def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+    for number_, ask in enumerate(vary.asks):
+        path: KeyPath = ("asks", number_)
+        yield from _in_time((*path, "at"), ask.at_s, controller)
+        if ask.loop not in controller.loops:
+            reason = f"there is no loop {ask.loop} in the spec"
+            yield _Finding((*path, "loop"), reason, advice(ask.loop, list(controller.loops)))
+            continue
+        place, setpoint = Place(controller, ask.loop), controller.loops[ask.loop].setpoint
+        if not place.is_commanded and not place.key_step_k:
+            yield _Finding(
+                (*path, "loop"),
+                f"nobody can ask {ask.loop} for a setpoint: no keys, no host and no master has it",
+                "Delete this, or give the spec an interface",
+            )
+        low_c, high_c = ask.setpoint_c.ends()
+        if low_c < setpoint.minimum_c or high_c > setpoint.maximum_c:
+            able = f"{celsius(setpoint.minimum_c)} .. {celsius(setpoint.maximum_c)}"
+            reason = f"{ask.setpoint_c.text} goes beyond the loop's setpoints, {able}"
+            yield _Finding((*path, "setpoint"), reason, "Stay within them")
+    nodes = _machine_of(controller).plant.nodes
+    for number_, upset in enumerate(vary.upsets):
+        yield from _in_time(("upsets", number_, "at"), upset.at_s, controller)
+        if upset.node is not None and upset.node not in nodes:
+            reason = f"there is no node {upset.node} in the plant"
+            yield _Finding(("upsets", number_, "node"), reason, advice(upset.node, list(nodes)))
+
+
+def _in_time(path: KeyPath, at_s: Spread, controller: Controller) -> Iterator[_Finding]:
+    length_s = end_s(_machine_of(controller).scenario)
+    if at_s.ends()[1] >= length_s:
+        yield _Finding(
+            path,
+            f"{at_s.text} is not before the end of the scenario, at {duration(length_s)}",
+            "Make it earlier",
+        )
+
+
+def _of_faults(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+    if vary.faults is None:
+        return
+    if vary.faults.at_s is not None:
+        yield from _in_time(("faults", "at"), vary.faults.at_s, controller)
+    for number_, name in enumerate(vary.faults.of):
+        path: KeyPath = ("faults", "of", number_)
+        if name not in BREAKS:
+            yield _Finding(path, f"there is no fault {name}", advice(name, list(BREAKS)))
+        elif not applicable(controller, name):
+            reason = f"{name} can happen to no loop of the spec: it has no such part"
+            yield _Finding(path, reason, "Delete it")

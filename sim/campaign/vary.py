@@ -1,0 +1,167 @@
+"""What a campaign varies: the language of its file, and what is varied where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from heatwright.sim.campaign.spread import Spread, Spreads
+from heatwright.spec.base import ABSOLUTE_ZERO_C, MOST_ENTRIES, Model, ReadOnly, Reference
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import (
+    CAPACITY,
+    DIFFERENCE,
+    DURATION,
+    PERCENT,
+    TEMPERATURE,
+    THERMAL_RESISTANCE,
+)
+
+ALL = "all"
+"""In the place of a name: every other of them."""
+LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
+"""As in a spec, J/K and K/W."""
+MOST_SUPPLY_PERCENT = 200.0
+
+_Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
+_At = Annotated[Spread, Spreads(DURATION, least=0.0, own=False)]
+_Capacity = Annotated[Spread, Spreads(CAPACITY, least=LEAST_CAPACITY)]
+_Resistance = Annotated[Spread, Spreads(THERMAL_RESISTANCE, least=LEAST_RESISTANCE)]
+_Error = Annotated[Spread, Spreads(DIFFERENCE)]
+_Ambient = Annotated[Spread, Spreads(TEMPERATURE, least=ABSOLUTE_ZERO_C, shares=False)]
+_Noise = Annotated[Spread, Spreads(DIFFERENCE, least=0.0)]
+
+
+class Ask(Model):
+    """An operator asks for a setpoint, in the way of the spec's interface."""
+
+    loop: Reference = Field(description="Loop whose setpoint is asked for.")
+    at_s: _At = Field(alias="at", description="When.")
+    setpoint_c: Annotated[Spread, Spreads(TEMPERATURE, own=False)] = Field(
+        alias="setpoint", description="What for; keys come as near as their steps allow."
+    )
+    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+
+
+class Upset(Model):
+    """Something happens to the machine, or to its controller's supply."""
+
+    at_s: _At = Field(alias="at", description="When.")
+    node: Reference | None = Field(
+        None, description="Node whose temperature jumps: a door opens, cold work is put in."
+    )
+    by_k: Annotated[Spread, Spreads(DIFFERENCE, own=False)] | None = Field(
+        None, alias="by", description="By how much it jumps, such as -30 K .. -10 K."
+    )
+    power_cut_s: Annotated[Spread, Spreads(DURATION, least=0.01, own=False)] | None = Field(
+        None, alias="power_cut", description="So long the controller has no power."
+    )
+    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+
+    @model_validator(mode="after")
+    def _one_thing(self) -> Upset:
+        if (self.node is None) != (self.by_k is None):
+            raise refuse("a node jumps by something", "Write {at: …, node: …, by: …}")
+        if (self.node is None) == (self.power_cut_s is None):
+            raise refuse(
+                "an upset is either a jump of a node or a power cut",
+                "Write {at: …, node: …, by: …} or {at: …, power_cut: …}",
+            )
+        return self
+
+
+class Faults(Model):
+    """At most one part of the machine breaks in a run."""
+
+    chance_percent: _Chance = Field(alias="chance", description="In so many of the runs.")
+    of: tuple[Reference, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="Which there are; left out: all that apply."
+    )
+    at_s: _At | None = Field(
+        None, alias="at", description="When; left out: in the first six tenths of the scenario."
+    )
+
+
+class Vary(Model):
+    """A file that says what a campaign varies."""
+
+    capacities: Annotated[Mapping[str, _Capacity], ReadOnly] = Field(
+        {}, description="Of nodes, by name.", validate_default=True
+    )
+    resistances: Annotated[Mapping[str, _Resistance], ReadOnly] = Field(
+        {}, description="Of links, by their ends, such as air-walls.", validate_default=True
+    )
+    ambient_c: _Ambient | None = Field(
+        None, alias="ambient", description="Temperature around the machine."
+    )
+    supply_percent: Annotated[Spread, Spreads(PERCENT, least=0.0)] | None = Field(
+        None,
+        alias="supply",
+        description="Voltage of what all loads are driven from, of its own; heat goes by its "
+        "square.",
+    )
+    errors: Annotated[Mapping[str, _Error], ReadOnly] = Field(
+        {},
+        description="By sensor, what its tip is wrong by all the time; of a current, a share.",
+        validate_default=True,
+    )
+    noise_k: Annotated[Mapping[str, _Noise], ReadOnly] = Field(
+        {}, alias="noise", description="By sensor, standard deviation of its noise.",
+        validate_default=True,
+    )  # fmt: skip
+    late_s: Annotated[Spread, Spreads(DURATION, least=0.0, own=False)] | None = Field(
+        None, alias="late", description="So much later each event of the scenario comes."
+    )
+    asks: tuple[Ask, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="Setpoints that operators ask for."
+    )
+    upsets: tuple[Upset, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="What happens to the machine."
+    )
+    faults: Faults | None = Field(None, description="What breaks.")
+
+    def lines(self) -> Iterator[tuple[str, str]]:
+        """Yield what is varied and how, a few words each, for people."""
+        told: tuple[tuple[str, Mapping[str, Spread]], ...] = (
+            ("capacities", self.capacities), ("resistances", self.resistances),
+            ("ambient", _alone(self.ambient_c)), ("supply", _alone(self.supply_percent)),
+            ("errors", self.errors), ("noise", self.noise_k), ("late", _alone(self.late_s)),
+        )  # fmt: skip
+        for key, spreads in told:
+            if spreads:
+                yield (
+                    key,
+                    ", ".join(f"{name} {each.text}".strip() for name, each in spreads.items()),
+                )
+        for ask in self.asks:
+            what = f"{ask.loop} {ask.setpoint_c.text} at {ask.at_s.text}"
+            yield "asks", f"{what}{_in(ask.chance_percent)}"
+        for upset in self.upsets:
+            by, cut = upset.by_k, upset.power_cut_s
+            what = f"{upset.node} {by.text}" if by else f"power cut {cut.text if cut else ''}"
+            yield "upsets", f"{what} at {upset.at_s.text}{_in(upset.chance_percent)}"
+        if self.faults is not None:
+            what = ", ".join(self.faults.of) or "any"
+            at = f" at {self.faults.at_s.text}" if self.faults.at_s else ""
+            yield "faults", f"{what}{at}{_in(self.faults.chance_percent)}"
+
+
+def _alone(spread: Spread | None) -> dict[str, Spread]:
+    return {} if spread is None else {"": spread}
+
+
+def _in(chance_percent: float) -> str:
+    return "" if chance_percent == 100.0 else f", in {chance_percent:g} % of the runs"
+
+
+def spread_of(spreads: Mapping[str, Spread], name: str) -> Spread | None:
+    """Return the distribution of one of several, by its own name or by `all`."""
+    return spreads.get(name, spreads.get(ALL))
+
+
+def vary_of(entries: Mapping[str, Any]) -> Vary:
+    """Make one of what would be in its file."""
+    return Vary.model_validate(dict(entries))
