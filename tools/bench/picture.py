@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 WIDTH_IN, HEIGHT_IN = 10, 8
 STYLE: dict[Any, Any] = {
@@ -84,5 +85,7 @@ def growth(found: dict[str, Any], axis: Axes) -> None:
     axis.set(title="Growth", xlabel="times as much", ylabel="times as long")
     for each, scale in ((axis.xaxis, axis.set_xscale), (axis.yaxis, axis.set_yscale)):
         scale("log")
+        each.set_major_locator(LogLocator(subs=(1, 2, 5)))
         each.set_major_formatter("{x:g}")
+        each.set_minor_formatter("")
     axis.legend(frameon=False)
