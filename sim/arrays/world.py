@@ -115,7 +115,7 @@ class _LaneDevice:
         for name, log in self._logs.items():
             rows = self._all._loops[name]._rows
             while len(rows) > 1:  # a fault that is told late may still change the last
-                log.append(self._packed(name, rows.pop(0)))
+                log.append(self._packed(name, rows.popleft()))
 
     def logs(self, loop: str) -> list[StepLog]:
         """Return for each lane a row for every control step so far."""
