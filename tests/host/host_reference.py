@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatwright.sim.host.firmware import READY, STATE, Run
 from heatwright.sim.host.parts import monitor_readings
 from heatwright.sim.reference import Record, Reference
-from heatwright.sim.reference.course import course_of
+from heatwright.sim.reference.course import SteadyCourse, course_of
 from heatwright.sim.reference.current import IdealSensor
 from heatwright.sim.reference.held import has_minimum
 from heatwright.sim.reference.inputs import Gains, Orders
@@ -64,10 +64,13 @@ class Way:
         ((name, self._loop),) = controller.loops.items()
         self._reference = Reference(controller, name)
         self._commands = Commands(controller, name, self._reference)
-        self._course = course_of(controller, self._loop.heater)
         output = controller.outputs[self._loop.heater]
         pwm = output.kind == "pwm"
         self._whole = pwm_period(controller, self._loop.heater).counts if pwm else 1
+        # The timers of the host's build have no pulses: each tick counts a share.
+        self._course = (
+            SteadyCourse(self._whole) if pwm else course_of(controller, self._loop.heater)
+        )
         self.period_us = round(self._loop.period_s * 1e6)
         self._time_s = 0
         self._record: Record | None = None

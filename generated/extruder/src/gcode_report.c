@@ -115,7 +115,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 825a828a\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 6bbc367c\n"));
 }
 
 static bool latched_fault(void)
@@ -276,7 +276,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 825a828a PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 6bbc367c PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:
