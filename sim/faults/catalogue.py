@@ -23,6 +23,7 @@ from heatwright.sim.faults import (
     tips,
     wires,
 )
+from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
@@ -31,17 +32,20 @@ from heatwright.spec import Controller
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """Return all faults, by loop; what concerns the whole controller is tried on the first loop.
 
+    Damage of memory begins with a trip: it is tried on the loop that trips first without a sensor.
+
     Ids are unique; with several loops those of a loop's own faults begin with its name.
 
     Raises ValueError when the specification has no simulated machine.
     """
     found: list[Fault] = []
-    for number, name in enumerate(controller.loops):
-        site = Site(controller, name, program)
-        prefix = f"{name}." if len(controller.loops) > 1 else ""
+    sites = [Site(controller, name, program) for name in controller.loops]
+    quickest = min(sites, key=lambda site: (not site.has_operator, answer_s(site.loop)))
+    for site in sites:
+        prefix = f"{site.loop_name}." if len(sites) > 1 else ""
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
-        if number == 0:
-            found += _of_controller(site)
+        if site is sites[0]:
+            found += _of_controller(site, quickest)
     return tuple(found)
 
 
@@ -72,12 +76,12 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
     return found
 
 
-def _of_controller(site: Site) -> list[Fault]:
+def _of_controller(site: Site, quickest: Site) -> list[Fault]:
     return [
         *processor.faults(site),
         *relays.faults(site),
         *monitors.faults(site),
-        *memory.faults(site),
+        *memory.faults(quickest),
         *operators.faults(site),
         *masters.faults(site),
     ]

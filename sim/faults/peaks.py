@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from heatwright.sim.machine import BITS, FEED, WATCHED, Machine
+from heatwright.sim.machine import BITS, FEED, WATCHED, Array, Machine
+from heatwright.sim.plants.thermal_network import Plant
 
 SPREADING_S = 600.0
 """How long heat that is under way is followed."""
@@ -48,35 +49,42 @@ class Peaks:
 
         Found by halving, with what was given up to then; 0 if it was too hot from the beginning.
         """
-        rows = self._machine.rows[self._first : self._last]
+        machine = self._machine
+        rows = machine.rows[self._first : self._last]
         rows = rows[rows[:, BITS].astype(int) & WATCHED > 0]
-        given = [
-            dict(zip(self._machine.loads, shares, strict=True))
-            for shares in self._machine.given(rows).tolist()
-        ]
-        fed = list(zip(given, rows[:, FEED].tolist(), strict=True))
-        low, high = 0, len(fed)
+        plant = machine.plant.at(self._from_c)
+        place = plant.nodes.index(node)
+        low, high = 0, len(rows)
         while high - low > 1:
-            middle = (low + high) // 2
-            if self._peak_c(node, fed, middle) > bears_c:
-                high = middle
+            middle, borne = (low + high) // 2, plant.vector.copy()
+            peak_c = self._heated(plant, place, rows[low:middle])
+            heated = plant.vector.copy()
+            if max(peak_c, self._spread(plant, place)) > bears_c:
+                high, plant.vector[:] = middle, borne
             else:
-                low = middle
-        return low * self._machine.step_s
+                low, plant.vector[:] = middle, heated
+        return low * machine.step_s
 
-    def _peak_c(self, node: str, fed: list[tuple[dict[str, float], float]], rows: int) -> float:
-        """Give the same for some rows, and no heat from then on."""
-        plant = self._machine.plant.at(self._from_c)
-        place, off = plant.nodes.index(node), dict.fromkeys(plant.heaters, 0.0)
+    def _heated(self, plant: Plant, place: int, rows: Array) -> float:
+        """Give a plant what these rows were given; return the highest temperature of a node."""
         peak_c = float(plant.temperatures_c[place])
-        for given, feed_mm_per_s in fed[:rows]:
-            plant.step(given, feed_mm_per_s)
+        for shares, feed_mm_per_s in zip(self._machine.given(rows), rows[:, FEED], strict=True):
+            plant.step(self._named(shares), float(feed_mm_per_s))
             peak_c = max(peak_c, float(plant.temperatures_c[place]))
-        given, feed_mm_per_s = fed[0]
+        return peak_c
+
+    def _spread(self, plant: Plant, place: int) -> float:
+        """Give no heat from now on; return the temperature that a node comes to."""
+        first = self._machine.rows[self._first : self._first + 1]
+        given = self._named(self._machine.given(first)[0]) | dict.fromkeys(plant.heaters, 0.0)
+        peak_c = float(plant.temperatures_c[place])
         for _ in range(round(SPREADING_S / self._machine.step_s)):
-            plant.step({**given, **off}, feed_mm_per_s)
+            plant.step(given, float(first[0, FEED]))
             now_c = float(plant.temperatures_c[place])
             if now_c < peak_c:
                 break
             peak_c = now_c
         return peak_c
+
+    def _named(self, shares: Array) -> dict[str, float]:
+        return dict(zip(self._machine.loads, shares.tolist(), strict=True))

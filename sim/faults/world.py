@@ -145,8 +145,8 @@ class World:
 
     def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         rows = self._machine.rows
-        rows = rows[rows[:, BITS].astype(int) & SENSED > 0]
-        return rows[:, TIME], rows[:, TIPS + self._machine.sensors.index(sensor)]
+        told = rows[:, BITS].astype(int) & SENSED > 0
+        return rows[told, TIME], rows[told, TIPS + self._machine.sensors.index(sensor)]
 
     def watch_peaks(self) -> None:
         """Look for the highest temperatures from now on."""

@@ -32,3 +32,14 @@ def test_it_is_judged_by_what_all_loops_do(name: str) -> None:
     faults = catalogue(controller_of(PAIR), whole(PAIR))
     (fault,) = [each for each in faults if each.id == name]
     assert try_fault(fault).detail == ""
+
+
+def test_memory_is_damaged_where_a_sensor_is_missed_soonest() -> None:
+    """A loop may bear its sensor's silence for a day; in the steps of a quick one that is much."""
+    patient = changed(
+        PAIR, ("period: 10 ms", "period: 2 s"), ("after: 2 s", "after: 500 s"),
+        ("power: 1.5 W", "power: 0.2 W"), ("{tip: 0.1 J/K, ", "{tip: 2 J/K, "),
+    )  # fmt: skip
+    faults = catalogue(controller_of(patient), whole(patient))
+    (fault,) = [each for each in faults if each.id == "record_cut_short"]
+    assert fault.make().now_s < 60

@@ -375,7 +375,9 @@ class LoopDraw:
         rules["minimum"] = text(self.minimum_c, "°C")
         falls = self.cools * self.fan_factor * self.rate_k_per_s / self.strength * 1.1
         blur_k = self.step_k + 6 * 2**0.5 * self.noise_k
-        rate = max(self.rate_k_per_s * 1.2, falls) + blur_k / self.period_s
+        pulses = self.power_w / self.full_w if self.heater_kind != "digital" else 1.0
+        rate = max(self.rate_k_per_s * 1.2 * pulses, falls) + blur_k / self.period_s
+        rate *= 1 + self.sensor.free_running_s / self.period_s
         rate = max(1.05 * rate * draws.one(1.5, 1.0, 10.0), 1e-3)
         rules["rise_rate"] = text(tidy(rate, 4), "K/s")
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
