@@ -7,7 +7,7 @@ matrix, noise or room in its log is lacking, or somebody outside wants to hear o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +45,21 @@ class Beside(NamedTuple):
     below_c: float
 
 
+class Stop(NamedTuple):
+    """What ends steps before all are done: behind the step in which any of it is so.
+
+    changed -- one of these variables is not what it was; below -- a sensor feels less than so many
+    °C; spread -- no node becomes hotter without heat; turned -- this load's pin has another level.
+    """
+
+    changed: tuple[Variable, ...] = ()
+    below: tuple[str, float] | None = None
+    spread: bool = False
+    turned: str | None = None
+
+
 SOUND = Heat()
+NO_STOP = Stop()
 
 
 LOG_ROWS = 2048
@@ -185,33 +199,41 @@ class Machine:
 
     # -- time ----------------------------------------------------------------------------------
 
-    def go(self, steps: int, looked_at: Collection[Variable] = ()) -> int:
-        """Go on by some steps of time, but not beyond the one that changes a variable looked at.
+    def go(self, steps: int, stop: Stop = NO_STOP) -> int:
+        """Go on by some steps of time, but not beyond the one that stops it.
 
         Return how many are left.
         """
         m, lib, device = self._m, self._lib, self._device
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
-        self._look_at(looked_at)
+        self._wait_for(stop)
         while True:
             wake = device.wake_cycle
             fed = 0 if device.is_attended else device.feed_at
             ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
             if self._errors:
                 raise self._errors.pop(0)
-            if ended in (lib.HW_DONE, lib.HW_CHANGED):
+            if ended in (lib.HW_DONE, lib.HW_STOPPED):
                 break
             self._serve(ended, wake)
         device.avr.raise_errors()
         return int(m.left)
 
-    def _look_at(self, variables: Collection[Variable]) -> None:
-        m, read = self._m, self._device.avr.read_ram
-        m.looked_at_count = len(variables)
+    def _wait_for(self, stop: Stop) -> None:
+        m, avr = self._m, self._device.avr
+        m.looked_at_count = len(stop.changed)
         self._looked_at = m.looked_at = self._ffi.new(
             "hw_variable[]",
-            [(each.address, each.size, read(each.address, each.size)) for each in variables],
+            [(one.address, one.size, avr.read_ram(one.address, one.size)) for one in stop.changed],
         )
+        m.until_spread, m.below_of, m.turns = stop.spread, -1, -1
+        if stop.below is not None:
+            sensor, m.below = stop.below
+            m.below_of = self.sensors.index(sensor)
+        if stop.turned is not None:
+            m.turns = self.loads.index(stop.turned)
+            switch = self._device.outputs[stop.turned]
+            m.turned_from = switch.on == (switch.active == "high")
 
     def _serve(self, ended: int, wake: int | None) -> None:
         """Do what C has come back for."""

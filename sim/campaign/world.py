@@ -16,7 +16,7 @@ from heatwright.sim.elf import Elf
 from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Site, Spread, Weather, World
 from heatwright.sim.machine import FEED, TIME, TIPS
 from heatwright.sim.plants import plant_of
 from heatwright.sim.plants.thermal_network import Plant
@@ -81,7 +81,7 @@ class DrawnWorld(World):
         self._go_to(ends_s, lambda now_s: progress(now_s, ends_s))
         self.step()  # what is due at the end is done
         if self.is_caught:
-            self.until(lambda now: not now.peaks.spreads, SPREADING_S)
+            self.until(Spread(), SPREADING_S)
         self.device.feed()
 
     @property

@@ -120,7 +120,7 @@ class _AtKeys(_Unswitched):
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
         step_k = world.site.key_step_k
-        steps = int((setpoint_c - world.setpoint_c) / step_k) if step_k else 0
+        steps = round((setpoint_c - world.setpoint_c) / step_k) if step_k else 0
         world.press("up" if steps > 0 else "down", abs(steps))
 
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World
 from heatwright.spec import PwmOutput
 
 COMMANDED_STEP_K = 10.0
@@ -75,19 +75,19 @@ def heating(site: Site) -> World:
     world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
-    world.until(heater_is_on, LONGEST_S)
+    world.until(heater_on(site), LONGEST_S)
     return world
 
 
-def heater_is_on(world: World) -> bool:
-    """Whether the loop's heater is on at this moment, by its controller.
+def heater_on(site: Site) -> Condition:
+    """Return the condition that the loop's heater is on, by its controller.
 
     Under pulse width it is on while it has a duty: looked at every so often, its pin may show the
     same part of each period for ever.
     """
-    if isinstance(world.site.controller.outputs[world.site.loop.heater], PwmOutput):
-        return world.loop("duty_percent") > 0
-    return world.device.outputs[world.site.loop.heater].on
+    if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
+        return OfState(lambda now: now.loop("duty_percent") > 0)
+    return Switched(on=True)
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
@@ -139,11 +139,11 @@ def held(site: Site) -> World:
     world = World(site, Weather(max(target_c, ambient_c(site)), ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)
-    world.until(heater_is_on, LONGEST_S)
+    world.until(heater_on(site), LONGEST_S)
     if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
         full = full_percent(site.loop)
         world.until(OfState(lambda now: 0 < now.loop("duty_percent") < full), LONGEST_S)
         return world
-    world.until(lambda now: not heater_is_on(now), LONGEST_S)
-    world.until(heater_is_on, LONGEST_S)
+    world.until(Switched(on=False), LONGEST_S)
+    world.until(heater_on(site), LONGEST_S)
     return world

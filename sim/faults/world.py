@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,20 +11,19 @@ from numpy.typing import NDArray
 
 from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variable
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.machine import BITS, SENSED, TIME, TIPS, Beside, Heat, Machine
+from heatwright.sim.machine import BITS, NO_STOP, SENSED, TIME, TIPS, Beside, Heat, Machine, Stop
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
 
-__all__ = ["STEP_S", "Condition", "Site", "Weather", "Wiring", "World"]
+__all__ = ["STEP_S", "Below", "Condition", "Site", "Spread", "Switched", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""
@@ -33,6 +32,50 @@ ANSWER_S = 1.0
 """Within this long a host has had its answer, if the line works."""
 
 Condition = Callable[["World"], bool]
+
+
+@dataclass(frozen=True)
+class Below:
+    """The condition that the loop's sensor feels less than so many °C."""
+
+    limit_c: float
+
+    def __call__(self, world: World) -> bool:
+        """Tell whether it is so now."""
+        return world.sensed_c < self.limit_c
+
+    def stop(self, world: World) -> Stop:
+        """Say what the machine has to wait for."""
+        return Stop(below=(world.site.loop.sensor, self.limit_c))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The condition that no node becomes hotter without heat."""
+
+    def __call__(self, world: World) -> bool:
+        """Tell whether it is so now."""
+        return not world.peaks.spreads
+
+    def stop(self, world: World) -> Stop:
+        """Say what the machine has to wait for."""
+        del world
+        return Stop(spread=True)
+
+
+@dataclass(frozen=True)
+class Switched:
+    """The condition that the pin of the loop's heater is at its active level, or is not."""
+
+    on: bool
+
+    def __call__(self, world: World) -> bool:
+        """Tell whether it is so now."""
+        return world.device.outputs[world.site.loop.heater].on == self.on
+
+    def stop(self, world: World) -> Stop:
+        """Say what the machine has to wait for."""
+        return Stop(turned=world.site.loop.heater)
 
 
 @dataclass(frozen=True)
@@ -182,24 +225,30 @@ class World:
                 return True
             if not left:
                 return False
-            if isinstance(condition, OfState) and not self.wiring.feel:
-                left = self._go(left, read.values())
-            else:
+            stop = self._stop_of(condition)
+            if stop is None or self.wiring.feel:
                 left -= 1
                 self.step()
+            else:
+                left = self._go(left, stop)
+
+    def _stop_of(self, condition: Condition) -> Stop | None:
+        """Say what the machine has to wait for; None where only a look at each step tells."""
+        if isinstance(condition, OfState):
+            return Stop(changed=tuple(self.device.looked_at.values()))
+        if isinstance(condition, Below | Spread | Switched):
+            return condition.stop(self)
+        return None
 
     def step(self) -> None:
         """Go on by one step of time."""
         self._go(1)
 
-    def _go(self, steps: int, looked_at: Collection[Variable] = ()) -> int:
-        """Go on by some steps: together, where all is sound. Return how many are left.
-
-        looked_at -- variables; the step that changes one of them is the last.
-        """
+    def _go(self, steps: int, stop: Stop = NO_STOP) -> int:
+        """Go on by some steps, together where all is sound. Return how many are left."""
         self._look()
         if not self.wiring.feel:
-            return self._machine.go(steps, looked_at)
+            return self._machine.go(steps, stop)
         for _ in range(steps):
             self._machine.by_hand(self._tip)
         return 0

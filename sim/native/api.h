@@ -17,7 +17,7 @@ enum {
     HW_LOGGED = 6,   /* the log is full */
     HW_WAKE = 7,     /* somebody outside wants to talk within this step */
     HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
-    HW_CHANGED = 9,  /* a step has ended, and a variable that is looked at is not what it was */
+    HW_STOPPED = 9,  /* a step has ended, and what is waited for may be so now */
 };
 
 /* Causes of a reset, as MCUSR numbers them. */
@@ -228,8 +228,11 @@ typedef struct {
     hw_load *loads;
     double *felt, *tips;        /* of the feelers, then of the meters */
     double *active, *given, *conducts, closed;
+    /* what is waited for: another value of a variable, less at a feeler, no node that becomes hotter
+       without heat, another level at the pin of a load; below_of, turns -1: not that */
     hw_variable *looked_at;
-    int looked_at_count;
+    int looked_at_count, below_of, until_spread, turns, turned_from;
+    double below;
     /* what is kept */
     double *highest, peak;
     int peak_of, watches, spreads, sensed, logs_nodes;

@@ -185,7 +185,14 @@ void hw_machine_supply(hw_machine *m) {
         m->feed = hw_machine_fed(m->handle);
 }
 
-static int changed(const hw_machine *m) {
+/* Whether what is waited for may be so: whoever waits looks himself. */
+static int stops(const hw_machine *m) {
+    if (m->below_of >= 0 && m->felt[m->below_of] < m->below)
+        return 1;
+    if (m->until_spread && !m->spreads)
+        return 1;
+    if (m->turns >= 0 && (hw_pin_state(m->h, m->loads[m->turns].pin) & 1) != m->turned_from)
+        return 1;
     for (int i = 0; i < m->looked_at_count; i++) {
         const hw_variable *each = &m->looked_at[i];
         if (memcmp(m->h->avr->data + each->address, each->was, each->size))
@@ -199,8 +206,8 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
         if (m->phase == HW_SENSES) {
             if (!m->left)
                 return HW_DONE;
-            if (changed(m))
-                return HW_CHANGED;
+            if (stops(m))
+                return HW_STOPPED;
             if (m->logged == m->log_room)
                 return HW_LOGGED;
             if (lacks_noise(m))

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 from fault_machines import faults_of, site_of
 from rig.analog_specs import KEYS, bed
+from rig.specs import changed
 
 from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
 from heatwright.sim.faults.site import OfState, State
-from heatwright.sim.faults.world import STEP_S, World
+from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather, World
+from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
@@ -270,3 +272,30 @@ def test_watched_variables_end_a_wait_at_the_step_that_changes_them() -> None:
     assert 0.0 < watched.now_s == stepped.now_s
     assert not watched.until(OfState(lambda state: state.fault != 0), 7.3)
     assert watched.now_s == pytest.approx(stepped.now_s + 7.3)
+
+
+def test_the_machine_ends_a_wait_at_the_step_in_which_it_is_so() -> None:
+    """As a look at each step does: for a switch, heat that spreads no further, a temperature."""
+    ended_s: list[list[float]] = []
+    for seen in (lambda condition: condition, lambda condition: lambda world: condition(world)):
+        world = starts.heating(site_of("chamber"))
+        at_s = [world.now_s]
+        for condition in (Switched(on=False), Switched(on=True), Spread(), Below(60.0)):
+            if condition == Spread():
+                world.wiring.heat["heater"] = Heat(0.0)
+                world.run(world.step_s)
+            assert world.until(seen(condition), 600.0)
+            at_s.append(world.now_s)
+        ended_s.append(at_s)
+    assert ended_s[0] == ended_s[1]
+    assert len(set(ended_s[0])) == len(ended_s[0])
+
+
+def test_keys_go_to_setpoints_that_single_precision_rounds_up() -> None:
+    """One press is 9.9999996 K there."""
+    site = site_of(changed("chamber", ("initial: 20 °C", "initial: 20.6 °C")))
+    world = World(site, Weather(20.0, 20.0))
+    world.run(3.0)
+    assert world.setpoint_c > 20.6
+    world.set_setpoint(30.6)
+    assert starts.setpoint_moved(world, 30.6) == ""

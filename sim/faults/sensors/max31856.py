@@ -92,7 +92,8 @@ def _broken(site: Site) -> Iterator[Fault]:
 def _just_tested(site: Site) -> World:
     """Begin while the heater is on, and the chip has just looked for an open thermocouple."""
     world = starts.heating(site)
-    world.until(lambda now: _chip(now).untested == 1 and starts.heater_is_on(now), starts.LONGEST_S)
+    heats = starts.heater_on(site)
+    world.until(lambda now: _chip(now).untested == 1 and heats(now), starts.LONGEST_S)
     return world
 
 
