@@ -23,7 +23,17 @@ from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
 
-__all__ = ["STEP_S", "Below", "Condition", "Site", "Spread", "Switched", "Weather", "Wiring", "World"]
+__all__ = [
+    "STEP_S",
+    "Below",
+    "Condition",
+    "Site",
+    "Spread",
+    "Switched",
+    "Weather",
+    "Wiring",
+    "World",
+]
 
 STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""

@@ -45,10 +45,11 @@ def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) ->
     assert (first["file"], first["line"], first["column"]) == ("bad.yaml", 1, 1)
     assert set(first) == {"file", "line", "column", "path", "reason", "remedy"}
     reported = heatwright("check bad.yaml", status=2).out
-    for command in ("generate", "build", "simulate", "verify", "compare", "tune"):
-        done = heatwright(f"{command} bad.yaml", status=2)
+    of_a_spec = ("generate", "build", "simulate", "verify", "compare", "tune", "size", "campaign")
+    for words in (*(f"{each} bad.yaml" for each in of_a_spec), "identify bad.yaml --spec bad.yaml"):
+        done = heatwright(words, status=2)
         assert (done.out, done.err) == ("", reported)
-        failed = heatwright(f"{command} bad.yaml --json", status=2).json
+        failed = heatwright(f"{words} --json", status=2).json
         assert failed == {"status": 2, "error": reported.strip(), "problems": found["problems"]}
 
 

@@ -277,7 +277,7 @@ def test_watched_variables_end_a_wait_at_the_step_that_changes_them() -> None:
 def test_the_machine_ends_a_wait_at_the_step_in_which_it_is_so() -> None:
     """As a look at each step does: for a switch, heat that spreads no further, a temperature."""
     ended_s: list[list[float]] = []
-    for seen in (lambda condition: condition, lambda condition: lambda world: condition(world)):
+    for seen in (lambda condition: condition, partial):
         world = starts.heating(site_of("chamber"))
         at_s = [world.now_s]
         for condition in (Switched(on=False), Switched(on=True), Spread(), Below(60.0)):

@@ -101,6 +101,13 @@ def test_build_without_a_compiler_is_one_line_with_the_remedy(run: Any) -> None:
     assert "sudo apt-get install gcc-avr" in built.stderr
 
 
+def test_the_readme_calls_the_command_where_setup_puts_it() -> None:
+    first_screen = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## ")[0]
+    assert "The command is then `.venv/bin/heatwright`" in first_screen
+    done = ran([Path(sysconfig.get_path("scripts")) / "heatwright", "--help"])
+    assert (done.returncode, done.stdout.startswith("Usage: heatwright")) == (0, True)
+
+
 def test_scons_is_the_one_that_platformio_asks_for() -> None:
     # PlatformIO writes SCons 4.11.1 as 4.41101.0.
     asked = get_core_dependencies()["tool-scons"]
