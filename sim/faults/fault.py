@@ -35,13 +35,14 @@ class Trip:
 
     rules -- ids of those of which one must; none: whichever the reference model names first;
     allowed_s -- bound on the time it takes since `due` has been met without a gap; due_within_s --
-    how long the machine may take until then.
+    how long the machine may take until then; certain -- whether every machine gets there.
     """
 
     rules: tuple[str, ...]
     allowed_s: float
     due: Condition = at_once
     due_within_s: float = 0.0
+    certain: bool = True
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from functools import lru_cache
 from heatwright.sim.faults.bears import coldest_c
 from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
-from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World
+from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
 from heatwright.spec import PwmOutput
 
 COMMANDED_STEP_K = 10.0
@@ -82,11 +82,11 @@ def heating(site: Site) -> World:
 def heater_on(site: Site) -> Condition:
     """Return the condition that the loop's heater is on, by its controller.
 
-    Under pulse width it is on while it has a duty: looked at every so often, its pin may show the
+    Under pulse width it is on while it has pulses: looked at every so often, its pin may show the
     same part of each period for ever.
     """
     if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
-        return OfState(lambda now: now.loop("duty_percent") > 0)
+        return given(site)
     return Switched(on=True)
 
 

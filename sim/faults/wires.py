@@ -8,7 +8,7 @@ from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.currents import SOFT_START, Measured, measured
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.sim.faults.world import STEP_S, Site, World, given
 from heatwright.sim.machine import Heat
 
 BEYOND = 1.2
@@ -49,21 +49,27 @@ def _mends(site: Site) -> Act:
 
 
 def _shorted(site: Site, heater: Measured) -> Fault:
-    """A wire with so little resistance that too much flows at any duty: what the supply gives."""
+    """A wire with so little resistance that too much flows at any duty: what the supply gives.
+
+    A loop that nobody can ask for more may want less than the shortest pulse: then nothing flows.
+    """
     most = BEYOND * heater.over_a / heater.mean_a
 
     def cause(world: World) -> None:
         world.wiring.heat[site.loop.heater] = Heat(once_asked=most)
-
-    def heats(world: World) -> bool:
-        return world.loop("duty_percent") > 0
 
     return Fault(
         "heater_shorted",
         lambda: starts.heating(site),
         cause,
         _mends(site),
-        trip=Trip(("over_current",), reading_s(site.loop) + STEP_S, heats, WATCH_S),
+        trip=Trip(
+            ("over_current",),
+            reading_s(site.loop) + STEP_S,
+            given(site),
+            WATCH_S,
+            certain=site.has_operator,
+        ),
         again=True,
     )
 

@@ -19,6 +19,7 @@ from heatwright.sim.faults.site import OfState, Site
 from heatwright.sim.machine import BITS, NO_STOP, SENSED, TIME, TIPS, Beside, Heat, Machine, Stop
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
+from heatwright.sim.reference.output import heater_of
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork
 from heatwright.spec.timers import TICK_S
@@ -27,6 +28,7 @@ __all__ = [
     "STEP_S",
     "Below",
     "Condition",
+    "Given",
     "Site",
     "Spread",
     "Switched",
@@ -71,6 +73,34 @@ class Spread:
         """Say what the machine has to wait for."""
         del world
         return Stop(spread=True)
+
+
+@dataclass(frozen=True)
+class Given:
+    """The condition that the loop's heater is given some time."""
+
+    variable: str
+    """Of the program: how much it is."""
+
+    def __call__(self, world: World) -> bool:
+        """Tell whether it is so now."""
+        return bool(world.device.read(self.variable) > 0)
+
+    def stop(self, world: World) -> Stop:
+        """Say what the machine has to wait for."""
+        return Stop(changed=(world.device.variables[self.variable],))
+
+
+def given(site: Site) -> Given:
+    """Return the condition that the loop's heater is given some time.
+
+    A duty below the shortest pulse is none.
+    """
+    heater = site.loop.heater
+    members = heater_of(site.controller, heater).members
+    return Given(
+        f"output_{heater}.{members[0][0]}" if members else f"loop_{site.loop_name}.duty_percent"
+    )
 
 
 @dataclass(frozen=True)
@@ -246,7 +276,7 @@ class World:
         """Say what the machine has to wait for; None where only a look at each step tells."""
         if isinstance(condition, OfState):
             return Stop(changed=tuple(self.device.looked_at.values()))
-        if isinstance(condition, Below | Spread | Switched):
+        if isinstance(condition, Below | Given | Spread | Switched):
             return condition.stop(self)
         return None
 

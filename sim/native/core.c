@@ -6,7 +6,6 @@
 #include <time.h>
 #include "hw.h"
 
-#define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
 #define YIELD_NS 50000000L
 #define LOOK_CYCLES 400000      /* executed between looks at the clock: under 10 ms */
 #define SLEEP_OPCODE 0x9588

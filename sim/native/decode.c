@@ -129,8 +129,9 @@ static struct decoded io_bit(const struct part *p, uint16_t o, uint32_t pc) {
     struct decoded i = make(SLOW, address, mask, 0);
     if (kind == 0 || kind == 2) {
         int pin = p->special[address] & SPECIAL_PIN;
-        i.op = pin ? kind ? SBI_PIN : NOP : special(p, (uint32_t)address, 3) ? SLOW
-             : kind ? SBI : CBI;
+        int port = p->special[address] & SPECIAL_PORT;
+        i.op = pin ? kind ? SBI_PIN : NOP : port ? kind ? SBI_PORT : CBI_PORT
+             : special(p, (uint32_t)address, 3) ? SLOW : kind ? SBI : CBI;
         i.n = pin && !kind;
         return i;
     }
@@ -164,12 +165,9 @@ static struct decoded in_out(const struct part *p, uint16_t o) {
 static struct decoded page_fifteen(const struct part *p, uint16_t o, uint32_t pc) {
     int d = o >> 4 & 31, bit = o & 7;
     int32_t offset = (int16_t)(uint16_t)(o << 6) >> 9;
-    struct decoded i;
     switch (o >> 9 & 7) {
         case 0: case 1: case 2: case 3:
-            i = jump(p, o & 0x400 ? BRBC : BRBS, (int64_t)pc + 2 + 2 * offset, 1);
-            i.d = (uint8_t)bit;
-            return i;
+            return jump(p, (o & 0x400 ? BRCC : BRCS) + bit, (int64_t)pc + 2 + 2 * offset, 1);
         case 4: return make(BLD, d, 1 << bit, 0);
         case 5: return make(BST, d, bit, 0);
         case 6: return skip(p, make(SBRC, d, 1 << bit, 0), pc);

@@ -11,14 +11,16 @@
     X(EOR) X(MOV) X(CP) X(CPC) X(CPSE) X(CPI) X(SBCI) X(SUBI) X(ORI) X(ANDI) X(LDI) X(ADIW) \
     X(SBIW) X(COM) X(NEG) X(SWAP) X(INC) X(ASR) X(LSR) X(ROR) X(DEC) X(BSET) X(BCLR) X(BST) \
     X(BLD) X(LDS) X(STS) X(IN) X(OUT) X(LDD) X(STD) X(LD_INC) X(ST_INC) X(LD_DEC) X(ST_DEC) \
-    X(PUSH) X(POP) X(LPM) X(LPM_INC) X(IN_SREG) X(OUT_SREG) X(SBI) X(CBI) X(SBI_PIN) X(SBRC) \
-    X(SBRS) X(BRBS) X(BRBC) X(JUMP) X(CALL) X(RET) \
-    X(RETI) X(SEI) X(CLI) X(IJMP) X(ICALL) X(ELPM)
+    X(PUSH) X(POP) X(LPM) X(LPM_INC) X(IN_SREG) X(OUT_SREG) X(SBI) X(CBI) X(SBI_PIN) X(SBI_PORT) X(CBI_PORT) X(SBRC) \
+    X(SBRS) X(BRCS) X(BREQ) X(BRMI) X(BRVS) X(BRLT) X(BRHS) X(BRTS) X(BRIE) \
+    X(BRCC) X(BRNE) X(BRPL) X(BRVC) X(BRGE) X(BRHC) X(BRTC) X(BRID) X(JUMP) X(CALL) X(RET) X(RETI) \
+    X(SEI) X(CLI) X(IJMP) X(ICALL) X(ELPM)
 
 #define NAME(name) name,
 enum op { OPERATIONS(NAME) };
 
 struct decoded {
+    const void *go;             /* where its operation is, see fast.c */
     uint8_t op, d, r, n;
     int32_t k;
 };
@@ -31,7 +33,7 @@ struct part {
 };
 
 #define SPECIAL 312             /* data addresses simavr may have handlers for */
-enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4 };
+enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4, SPECIAL_PORT = 8 };
 
 struct decoded decode(const struct part *part, uint32_t pc);
 

@@ -11,9 +11,12 @@
 
 struct fast {
     struct decoded *code;       /* one for each word of flash, and one beyond */
+    const void *const *labels;  /* where each operation is, in `run` */
     uint8_t special[SPECIAL];
     struct part part;
 };
+
+static avr_flashaddr_t run(hw *h, const void *const **places);
 
 static void mark_special(hw *h) {
     uint8_t *special = h->fast->special;
@@ -25,8 +28,10 @@ static void mark_special(hw *h) {
     }
     special[R_SREG] = SPECIAL_READ | SPECIAL_WRITE;
     for (int i = 0; i < HW_PORTS; i++)
-        if (h->ports[i].io)
+        if (h->ports[i].io) {
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
+            special[h->ports[i].io->r_port] |= SPECIAL_PORT;
+        }
 }
 
 /* Anew after the flash or the registers' handlers have changed. */
@@ -34,7 +39,8 @@ void fast_forget(hw *h) {
     if (!h->fast)
         return;
     mark_special(h);
-    memset(h->fast->code, 0, (h->avr->flashend / 2 + 1) * sizeof *h->fast->code);
+    for (size_t word = 0; word <= h->avr->flashend / 2; word++)
+        h->fast->code[word] = (struct decoded){.op = UNDECODED, .go = h->fast->labels[UNDECODED]};
 }
 
 void fast_init(hw *h) {
@@ -44,7 +50,8 @@ void fast_init(hw *h) {
         abort();
     h->fast->part = (struct part){.flash = h->avr->flash, .flash_end = h->avr->flashend,
                                   .special = h->fast->special};
-    h->fast->code[words].op = SLOW;
+    run(NULL, &h->fast->labels);
+    h->fast->code[words].go = h->fast->labels[SLOW];
     fast_forget(h);
 }
 
@@ -75,63 +82,93 @@ static inline uint16_t load_pair(const uint8_t *from) {
 
 static inline void store_pair(uint8_t *into, uint16_t pair) { memcpy(into, &pair, sizeof pair); }
 
-static inline void zns(uint8_t *S, uint8_t res) {
-    S[S_Z] = res == 0;
-    S[S_N] = res >> 7;
-    S[S_S] = S[S_N] ^ S[S_V];
+/* The flags while a burst runs, each as cheap to set as it can be: C is 0 or 1, Z is set when z is 0,
+   N, V and S are bits 7, H is bit 4. T and I stay in simavr's array. */
+struct flags {
+    unsigned c, z, n, v, s, h;
+};
+
+static inline struct flags unpacked(unsigned sreg) {
+    return (struct flags){.c = sreg & 1, .z = ~sreg & 2, .n = sreg << 5, .v = sreg << 4,
+                          .s = sreg << 3, .h = sreg >> 1};
 }
 
-static inline void add_flags(uint8_t *S, uint8_t res, uint8_t a, uint8_t b) {
-    uint8_t carry = (uint8_t)((a & b) | (b & ~res) | (~res & a));
-    S[S_H] = BIT(carry, 3);
-    S[S_C] = carry >> 7;
-    S[S_V] = (uint8_t)((a & b & ~res) | (~a & ~b & res)) >> 7;
-    zns(S, res);
-}
-
-/* keep: Z stays clear if it was (SBC, SBCI, CPC). */
-static inline void sub_flags(uint8_t *S, uint8_t res, uint8_t a, uint8_t b, int keep) {
-    uint8_t carry = (uint8_t)((~a & b) | (b & res) | (res & ~a)), zero = S[S_Z];
-    S[S_H] = BIT(carry, 3);
-    S[S_C] = carry >> 7;
-    S[S_V] = (uint8_t)((a & ~b & ~res) | (~a & b & res)) >> 7;
-    zns(S, res);
-    if (keep)
-        S[S_Z] &= zero;
-}
-
-static inline void logic_flags(uint8_t *S, uint8_t res) {
-    S[S_V] = 0;
-    zns(S, res);
-}
-
-static inline void shift_flags(uint8_t *S, uint8_t res, uint8_t before) {
-    S[S_Z] = res == 0;
-    S[S_C] = before & 1;
-    S[S_N] = res >> 7;
-    S[S_V] = S[S_N] ^ S[S_C];
-    S[S_S] = S[S_N] ^ S[S_V];
-}
-
-static inline void word_flags(uint8_t *S, uint16_t res, uint16_t overflow, uint16_t carry) {
-    S[S_V] = overflow >> 15;
-    S[S_C] = carry >> 15;
-    S[S_Z] = res == 0;
-    S[S_N] = res >> 15;
-    S[S_S] = S[S_N] ^ S[S_V];
-}
-
-static inline void product(uint8_t *D, uint8_t *S, uint16_t res) {
-    SET_PAIR(0, res);
-    S[S_Z] = res == 0;
-    S[S_C] = res >> 15;
+static inline unsigned packed(const struct flags *f) {
+    return f->c | (unsigned)!f->z << 1 | (f->n >> 5 & 4) | (f->v >> 4 & 8) | (f->s >> 3 & 16) |
+           (f->h << 1 & 32);
 }
 
 /* The eight flags, each a byte of 0 or 1, as one byte: the product moves them side by side. */
-static inline uint8_t packed(const uint8_t *S) {
+static inline struct flags flags_from(const uint8_t *S) {
     uint64_t flags;
     memcpy(&flags, S, sizeof flags);
-    return (uint8_t)(flags * 0x0102040810204080u >> 56);
+    return unpacked((uint8_t)(flags * 0x0102040810204080u >> 56));
+}
+
+/* And back: each byte takes its bit, and 0x7f lifts it to the top. */
+static inline void flags_into(uint8_t *S, const struct flags *f) {
+    uint64_t each = packed(f) * 0x0101010101010101u & 0x0000201008040201u;
+    each = (each + 0x007f7f7f7f7f7fu) >> 7 & 0x0000010101010101u;
+    memcpy(S, &each, S_T);
+}
+
+/* In all of these a and b are what was added or subtracted, res what came out, of 8 bits. */
+static inline void zns(struct flags *f, unsigned res) {
+    f->z = f->n = res;
+    f->s = res ^ f->v;
+}
+
+static inline unsigned add(struct flags *f, unsigned a, unsigned b, unsigned carry) {
+    unsigned sum = a + b + carry, res = (uint8_t)sum;
+    f->c = sum >> 8;
+    f->h = a ^ b ^ res;
+    f->v = (a ^ res) & (b ^ res);
+    zns(f, res);
+    return res;
+}
+
+static inline unsigned subtract(struct flags *f, unsigned a, unsigned b, unsigned borrow) {
+    unsigned difference = a - b - borrow, res = (uint8_t)difference;
+    f->c = difference >> 31;
+    f->h = a ^ b ^ res;
+    f->v = (a ^ b) & (a ^ res);
+    zns(f, res);
+    return res;
+}
+
+/* Z stays clear if it was (SBC, SBCI, CPC). */
+static inline unsigned subtract_on(struct flags *f, unsigned a, unsigned b) {
+    unsigned zero = f->z, res = subtract(f, a, b, f->c);
+    f->z |= zero;
+    return res;
+}
+
+static inline unsigned logic(struct flags *f, unsigned res) {
+    f->v = 0;
+    zns(f, res);
+    return res;
+}
+
+static inline unsigned shift(struct flags *f, unsigned res, unsigned before) {
+    f->c = before & 1;
+    f->v = res ^ f->c << 7;
+    zns(f, res);
+    return res;
+}
+
+static inline unsigned word(struct flags *f, unsigned res, unsigned overflow, unsigned carry) {
+    f->c = carry >> 15 & 1;
+    f->v = overflow >> 8;
+    f->n = res >> 8;
+    f->s = f->n ^ f->v;
+    f->z = res;
+    return res;
+}
+
+static inline void product(uint8_t *D, struct flags *f, unsigned res) {
+    SET_PAIR(0, res);
+    f->z = (uint16_t)res;
+    f->c = res >> 15 & 1;
 }
 
 static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, int size) {
@@ -201,17 +238,34 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
-/* One instruction after the other: each label is an instruction, NEXT goes to the one after it. */
+/* Whether nothing has come between since simavr did an instruction: no interrupt, no timer, no end. */
+static int goes_on(const hw *h, uint32_t pc) {
+    const avr_t *avr = h->avr;
+    const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
+    return avr->state == cpu_Running && !avr->interrupt_state && avr->run == avr_callback_run_raw &&
+           !h->limit && !h->log_full && !h->profile && pc < avr->flashend && next &&
+           next->when > avr->cycle;
+}
+
+/* Cycles to the next timer, as simavr counts them. */
+static int32_t budget_of(const avr_t *avr) {
+    avr_cycle_count_t most = avr->cycle_timers.timer->when - avr->cycle;
+    return (int32_t)(most < BURST ? most : BURST);
+}
+
+/* One instruction after the other: each label is an instruction, NEXT goes to the one that i is at. */
+#define PC ((uint32_t)(i - code) * 2)
 #define NEXT(cycles) do { \
         if ((left -= (int32_t)(cycles)) <= 0) \
             goto out; \
-        i = &code[pc / 2]; \
-        goto *labels[i->op]; \
+        goto *i->go; \
     } while (0)
 #define LEAVE(cycles) do { left -= (int32_t)(cycles); goto out; } while (0)
-#define DONE(cycles) do { pc += 2; NEXT(cycles); } while (0)
+#define DONE(cycles) do { i++; NEXT(cycles); } while (0)
+#define GO(cycles) do { int32_t taken = (int32_t)(cycles); i = code + i->k / 2; NEXT(taken); } while (0)
 #define SKIP(condition) do { \
-        if (condition) { pc = (uint32_t)i->k; NEXT(i->n); } \
+        if (condition) \
+            GO(i->n); \
         DONE(1); \
     } while (0)
 #define CHECK(a, how) do { \
@@ -227,70 +281,73 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
             goto SLOW; \
     } while (0)
 
-/* Run until the next cycle timer, or until simavr has done an instruction. Returns the next pc. */
-avr_flashaddr_t fast_run(hw *h) {
+/* Run until the next cycle timer, or until an instruction that simavr has done brings an interrupt
+   or an end. Returns the next pc. Without a processor it only tells where each operation is. */
+static avr_flashaddr_t run(hw *h, const void *const **places) {
 #define LABEL(name) &&name,
     static const void *const labels[] = {OPERATIONS(LABEL)};
+    if (!h) {
+        *places = labels;
+        return 0;
+    }
     avr_t *const avr = h->avr;
     uint8_t *const D = avr->data, *const S = avr->sreg;
     struct decoded *const code = h->fast->code, *i;
     const uint8_t *const special = h->fast->special;
     const uint16_t ram_end = avr->ramend;
-    const int32_t budget = (int32_t)avr->run_cycle_count;
+    int32_t budget = (int32_t)avr->run_cycle_count;
     int32_t left = budget;
-    uint32_t pc = avr->pc;
     uint16_t address, wide;
-    uint32_t target;
-    uint8_t a, b, res;
+    uint32_t pc = avr->pc, target;
+    uint8_t a;
+    struct flags f = flags_from(S);
 
     if (pc >= avr->flashend)
         return leave_to_simavr(h, pc);
     i = &code[pc / 2];
-    goto *labels[i->op];
+    goto *i->go;
 
-UNDECODED: *i = decode(&h->fast->part, pc); goto *labels[i->op];
+UNDECODED: *i = decode(&h->fast->part, PC); i->go = labels[i->op]; goto *i->go;
 NOP: DONE(1 + i->n);
 MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); DONE(1);
-MULS: product(D, S, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);
-MUL: product(D, S, (uint16_t)(Rd * Rr)); DONE(2);
-ADD: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b); add_flags(S, res, a, b); DONE(1);
-ADC: a = Rd; b = Rr; Rd = res = (uint8_t)(a + b + S[S_C]); add_flags(S, res, a, b); DONE(1);
-SUB: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
-SBC: a = Rd; b = Rr; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
-CP: a = Rd; b = Rr; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
-CPC: a = Rd; b = Rr; res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
-CPI: a = Rd; b = K; res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
-SUBI: a = Rd; b = K; Rd = res = (uint8_t)(a - b); sub_flags(S, res, a, b, 0); DONE(1);
-SBCI: a = Rd; b = K; Rd = res = (uint8_t)(a - b - S[S_C]); sub_flags(S, res, a, b, 1); DONE(1);
-AND: Rd &= Rr; logic_flags(S, Rd); DONE(1);
-OR: Rd |= Rr; logic_flags(S, Rd); DONE(1);
-EOR: Rd ^= Rr; logic_flags(S, Rd); DONE(1);
-ORI: Rd |= K; logic_flags(S, Rd); DONE(1);
-ANDI: Rd &= K; logic_flags(S, Rd); DONE(1);
+MULS: product(D, &f, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);
+MUL: product(D, &f, (unsigned)Rd * Rr); DONE(2);
+ADD: Rd = (uint8_t)add(&f, Rd, Rr, 0); DONE(1);
+ADC: Rd = (uint8_t)add(&f, Rd, Rr, f.c); DONE(1);
+SUB: Rd = (uint8_t)subtract(&f, Rd, Rr, 0); DONE(1);
+SBC: Rd = (uint8_t)subtract_on(&f, Rd, Rr); DONE(1);
+CP: subtract(&f, Rd, Rr, 0); DONE(1);
+CPC: subtract_on(&f, Rd, Rr); DONE(1);
+CPI: subtract(&f, Rd, K, 0); DONE(1);
+SUBI: Rd = (uint8_t)subtract(&f, Rd, K, 0); DONE(1);
+SBCI: Rd = (uint8_t)subtract_on(&f, Rd, K); DONE(1);
+AND: Rd = (uint8_t)logic(&f, Rd & Rr); DONE(1);
+OR: Rd = (uint8_t)logic(&f, Rd | Rr); DONE(1);
+EOR: Rd = (uint8_t)logic(&f, Rd ^ Rr); DONE(1);
+ORI: Rd = (uint8_t)logic(&f, Rd | K); DONE(1);
+ANDI: Rd = (uint8_t)logic(&f, Rd & K); DONE(1);
 MOV: Rd = Rr; DONE(1);
 LDI: Rd = K; DONE(1);
 ADIW:
-    address = PAIR(i->d); wide = (uint16_t)(address + i->k); SET_PAIR(i->d, wide);
-    word_flags(S, wide, (uint16_t)(~address & wide), (uint16_t)(~wide & address)); DONE(2);
+    address = PAIR(i->d); wide = (uint16_t)(address + i->k);
+    SET_PAIR(i->d, word(&f, wide, ~address & wide, ~wide & address)); DONE(2);
 SBIW:
-    address = PAIR(i->d); wide = (uint16_t)(address - i->k); SET_PAIR(i->d, wide);
-    word_flags(S, wide, (uint16_t)(address & ~wide), (uint16_t)(wide & ~address)); DONE(2);
-COM: Rd = (uint8_t)~Rd; logic_flags(S, Rd); S[S_C] = 1; DONE(1);
-NEG:
-    a = Rd; Rd = res = (uint8_t)-a;
-    S[S_H] = BIT(res | a, 3); S[S_V] = res == 0x80; S[S_C] = res != 0; zns(S, res); DONE(1);
+    address = PAIR(i->d); wide = (uint16_t)(address - i->k);
+    SET_PAIR(i->d, word(&f, wide, address & ~wide, wide & ~address)); DONE(2);
+COM: Rd = (uint8_t)logic(&f, (uint8_t)~Rd); f.c = 1; DONE(1);
+NEG: Rd = (uint8_t)subtract(&f, 0, Rd, 0); DONE(1);
 SWAP: Rd = (uint8_t)(Rd << 4 | Rd >> 4); DONE(1);
-INC: res = ++Rd; S[S_V] = res == 0x80; zns(S, res); DONE(1);
-DEC: res = --Rd; S[S_V] = res == 0x7f; zns(S, res); DONE(1);
-ASR: a = Rd; Rd = res = (uint8_t)(a >> 1 | (a & 0x80)); shift_flags(S, res, a); DONE(1);
-LSR: a = Rd; Rd = res = a >> 1; shift_flags(S, res, a); DONE(1);
-ROR: a = Rd; Rd = res = (uint8_t)(a >> 1 | S[S_C] << 7); shift_flags(S, res, a); DONE(1);
-BSET: S[i->d] = 1; DONE(1);
-BCLR: S[i->d] = 0; DONE(1);
+INC: a = ++Rd; f.v = (unsigned)(a == 0x80) << 7; zns(&f, a); DONE(1);
+DEC: a = --Rd; f.v = (unsigned)(a == 0x7f) << 7; zns(&f, a); DONE(1);
+ASR: a = Rd; Rd = (uint8_t)shift(&f, (unsigned)(a >> 1 | (a & 0x80)), a); DONE(1);
+LSR: a = Rd; Rd = (uint8_t)shift(&f, a >> 1, a); DONE(1);
+ROR: a = Rd; Rd = (uint8_t)shift(&f, a >> 1 | f.c << 7, a); DONE(1);
+BSET: flags_into(S, &f); S[i->d] = 1; f = flags_from(S); DONE(1);
+BCLR: flags_into(S, &f); S[i->d] = 0; f = flags_from(S); DONE(1);
 BST: S[S_T] = BIT(Rd, i->r); DONE(1);
 BLD: Rd = (uint8_t)(S[S_T] ? Rd | i->r : Rd & ~i->r); DONE(1);
-LDS: if (i->k > ram_end) goto wild; Rd = D[i->k]; pc += 2; DONE(2);
-STS: if (i->k > ram_end) goto wild; D[i->k] = Rd; pc += 2; DONE(2);
+LDS: if (i->k > ram_end) goto wild; Rd = D[i->k]; i++; DONE(2);
+STS: if (i->k > ram_end) goto wild; D[i->k] = Rd; i++; DONE(2);
 IN: Rd = D[i->k]; DONE(1);
 OUT: D[i->k] = Rd; DONE(1);
 LDD: address = (uint16_t)(POINTER + i->k); CHECK(address, SPECIAL_READ); Rd = D[address]; DONE(2);
@@ -311,48 +368,63 @@ PUSH: wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1); 
 POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; DONE(2);
 LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
 LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
-IN_SREG: Rd = D[R_SREG] = packed(S); DONE(1);
+IN_SREG:
+    Rd = D[R_SREG] = (uint8_t)(packed(&f) | (unsigned)S[S_T] << 6 | (unsigned)S[S_I] << 7); DONE(1);
 OUT_SREG:
-    a = D[R_SREG] = Rd;
-    for (int n = 0; n < S_I; n++)
-        S[n] = BIT(a, n);
+    a = D[R_SREG] = Rd; f = unpacked(a); S[S_T] = BIT(a, 6);
     if (!(a >> 7))
         disable(avr);
     else if (enable(avr)) {
-        pc += 2;
+        i++;
         LEAVE(1);
     }
     DONE(1);
 SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
-SBI_PIN: avr->cycle += (uint32_t)(budget - left); return toggle(avr, pc, i->d, i->r);
+SBI_PORT: if (Rd & i->r) DONE(2); goto SLOW;
+CBI_PORT: if (!(Rd & i->r)) DONE(2); goto SLOW;
+SBI_PIN: flags_into(S, &f); avr->cycle += (uint32_t)(budget - left); return toggle(avr, PC, i->d, i->r);
 SBRC: SKIP(!(Rd & i->r));
 SBRS: SKIP(Rd & i->r);
 CPSE: SKIP(Rd == Rr);
-BRBS: SKIP(S[i->d]);
-BRBC: SKIP(!S[i->d]);
-JUMP: pc = (uint32_t)i->k; NEXT(i->n);
+BRCS: SKIP(f.c);
+BREQ: SKIP(!f.z);
+BRMI: SKIP(f.n & 0x80);
+BRVS: SKIP(f.v & 0x80);
+BRLT: SKIP(f.s & 0x80);
+BRHS: SKIP(f.h & 0x10);
+BRTS: SKIP(S[S_T]);
+BRIE: SKIP(S[S_I]);
+BRCC: SKIP(!f.c);
+BRNE: SKIP(f.z);
+BRPL: SKIP(!(f.n & 0x80));
+BRVC: SKIP(!(f.v & 0x80));
+BRGE: SKIP(!(f.s & 0x80));
+BRHC: SKIP(!(f.h & 0x10));
+BRTC: SKIP(!S[S_T]);
+BRID: SKIP(!S[S_I]);
+JUMP: GO(i->n);
 CALL:
     wide = PAIR(R_SPL); STACK(wide);
-    wide = push_address(D, wide, (pc + i->d) / 2, avr->address_size);
-    SET_PAIR(R_SPL, wide); pc = (uint32_t)i->k; NEXT(i->n + avr->address_size);
+    wide = push_address(D, wide, (PC + i->d) / 2, avr->address_size);
+    SET_PAIR(R_SPL, wide); GO(i->n + avr->address_size);
 RET:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
-    SET_PAIR(R_SPL, wide); pc = target; NEXT(2 + avr->address_size);
+    SET_PAIR(R_SPL, wide); i = code + target / 2; NEXT(2 + avr->address_size);
 RETI:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
-    SET_PAIR(R_SPL, wide); pc = target;
+    SET_PAIR(R_SPL, wide); i = code + target / 2;
     enable(avr);
     avr_interrupt_reti(avr);
     LEAVE(2 + avr->address_size);
 SEI:
     if (!enable(avr))
         DONE(1);
-    pc += 2; LEAVE(1);
+    i++; LEAVE(1);
 CLI: disable(avr); DONE(1);
 IJMP:
     if (i->d && !avr->eind)
@@ -360,17 +432,28 @@ IJMP:
     target = (i->d ? (uint32_t)D[avr->eind] << 16 : 0) | PAIR(R_ZL);
     if (2 * target >= avr->flashend)
         goto SLOW;
-    pc = 2 * target; NEXT(2);
+    i = code + target; NEXT(2);
 ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
 wild:
+    flags_into(S, &f);
     avr->cycle += (uint32_t)(budget - left);
     crash(h, "access outside the memory");
-    return pc;
+    return PC;
 SLOW:
+    flags_into(S, &f);
     avr->cycle += (uint32_t)(budget - left);
-    return leave_to_simavr(h, pc);
+    pc = leave_to_simavr(h, PC);
+    if (!goes_on(h, pc))
+        return pc;
+    budget = left = budget_of(avr);
+    i = &code[pc / 2];
+    f = flags_from(S);
+    goto *i->go;
 out:
+    flags_into(S, &f);
     avr->cycle += (uint32_t)(budget - left);
-    return pc;
+    return PC;
 }
+
+avr_flashaddr_t fast_run(hw *h) { return run(h, NULL); }

@@ -245,6 +245,7 @@ void relay_coil(hw_relay *r, int high);
 void relay_free(hw *h);
 void fan_driven(hw_fan *f, int high);
 void fan_free(hw *h);
+#define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);

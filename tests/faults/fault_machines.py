@@ -33,6 +33,36 @@ PID = changed(
     ("watchdog: 2 s", "watchdog: 500 ms\n  relay: contactor\n  relay_feedback: D12"),
 )  # fmt: skip
 
+SIPS = """
+heatwright: 1
+controller: {name: sips, board: atmega2560}
+sensors:
+  air: {kind: max6675, chip_select: PE2, clock: PJ6, data_out: PC1}
+  amps: {kind: current, pin: PF1, scale: 8.17 V/A, oversample: 4}
+outputs:
+  heater: {kind: pwm, pin: PC2, frequency: 100 Hz, power: 100 W, supply: 230 V, rated: 115 V,
+    current: {sensor: amps, trip: 1.04 A}}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    period: 1 s
+    setpoint: {initial: 21 °C, minimum: 20 °C, maximum: 200 °C}
+    algorithm: {kind: pid, kp: 1.43, ki: 0.0000143}
+    protection: {maximum: 250 °C, minimum: 6 °C, heating: 'off'}
+safety: {watchdog: 1 s}
+interfaces: [{kind: serial_plotter, loop: air, baud: 9600}]
+simulation:
+  ambient: 20 °C
+  plant:
+    kind: thermal_network
+    nodes: {air: 205.8 J/K}
+    links: [{between: [air, ambient], resistance: 5 K/W}]
+    heat: {heater: air}
+    sense: {amps: {of: heater}, air: {node: air, lag: 10 s}}
+  scenario: [{for: 60 s}]
+"""
+
 # A transistor under PWM, a fast loop, a short patience; no display, no keys, no fan.
 BARE = changed(
     "chamber",
@@ -134,6 +164,11 @@ MACHINES = {
             ("step: 10 K}", "step: 10 K, countdown: {longest: 1 h, step: 2 min}}"),
         ),
         only=("countdown_ends", "power_cut", "keys_at_random", "select_stuck"),
+    ),
+    # Nobody can ask for more than a duty below the shortest pulse: a shorted wire carries nothing.
+    "sips": Machine(
+        SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
+        absent=("heater_part_shorted", "current_sensor_stands"),
     ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
