@@ -238,13 +238,14 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
-/* Whether nothing has come between since simavr did an instruction: no interrupt, no timer, no end. */
-static int goes_on(const hw *h, uint32_t pc) {
+/* Whether nothing has come between since simavr did an instruction: no interrupt, no timer, no end,
+   and no time to look up. */
+static int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
     const avr_t *avr = h->avr;
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
     return avr->state == cpu_Running && !avr->interrupt_state && avr->run == avr_callback_run_raw &&
            !h->limit && !h->log_full && !h->profile && pc < avr->flashend && next &&
-           next->when > avr->cycle;
+           next->when > avr->cycle && avr->cycle < last;
 }
 
 /* Cycles to the next timer, as simavr counts them. */
@@ -295,6 +296,7 @@ static avr_flashaddr_t run(hw *h, const void *const **places) {
     struct decoded *const code = h->fast->code, *i;
     const uint8_t *const special = h->fast->special;
     const uint16_t ram_end = avr->ramend;
+    const avr_cycle_count_t last = avr->cycle + BURST;
     int32_t budget = (int32_t)avr->run_cycle_count;
     int32_t left = budget;
     uint16_t address, wide;
@@ -444,7 +446,7 @@ SLOW:
     flags_into(S, &f);
     avr->cycle += (uint32_t)(budget - left);
     pc = leave_to_simavr(h, PC);
-    if (!goes_on(h, pc))
+    if (!goes_on(h, pc, last))
         return pc;
     budget = left = budget_of(avr);
     i = &code[pc / 2];
