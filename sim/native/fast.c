@@ -15,6 +15,9 @@ struct fast {
     struct part part;
 };
 
+#ifndef PROFILED
+#define PROFILED(...)           /* what this file is for in profiled.c alone */
+
 static void mark_special(hw *h) {
     uint8_t *special = h->fast->special;
     memset(special, 0, SPECIAL);
@@ -27,6 +30,8 @@ static void mark_special(hw *h) {
     for (int i = 0; i < HW_PORTS; i++)
         if (h->ports[i].io)
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
+    if (h->profile)             /* for its lowest stack pointer */
+        special[R_SPL] = special[R_SPH] = SPECIAL_WRITE;
 }
 
 /* Anew after the flash or the registers' handlers have changed. */
@@ -53,6 +58,7 @@ void fast_free(hw *h) {
         free(h->fast->code);
     free(h->fast);
 }
+#endif
 
 #define Rd (D[i->d])
 #define Rr (D[i->r])
@@ -187,10 +193,13 @@ static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     int writes_flash = word_at(avr, pc) == 0x95e8;
     avr->pc = pc;
     avr->run_cycle_limit = avr->run_cycle_count = 1;    /* this one instruction */
+    PROFILED(profile_before(h);)
     avr_flashaddr_t next = avr_run_one(avr);
     if (writes_flash)
         fast_forget(h);
-    return mended_skip(avr, pc, next);
+    next = mended_skip(avr, pc, next);
+    PROFILED(profile_after(h, next);)
+    return next;
 }
 
 static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t mask) {
@@ -201,17 +210,22 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
+/* The cycles up to now, and those of this instruction, reach avr->cycle before the burst ends. */
+#define SPEND(cycles) \
+    (avr->cycle += (uint32_t)(budget - left + (cycles)), budget = left - (int32_t)(cycles))
+
 /* One instruction after the other: each label is an instruction, NEXT goes to the one after it. */
 #define NEXT(cycles) do { \
         if ((left -= (int32_t)(cycles)) <= 0) \
             goto out; \
+        PROFILED(if (pc - p->from >= p->size) goto crossed;) \
         i = &code[pc / 2]; \
         goto *labels[i->op]; \
     } while (0)
 #define LEAVE(cycles) do { left -= (int32_t)(cycles); goto out; } while (0)
 #define DONE(cycles) do { pc += 2; NEXT(cycles); } while (0)
 #define SKIP(condition) do { \
-        if (condition) { pc = (uint32_t)i->k; NEXT(i->n); } \
+        if (condition) { PROFILED(profile_jump(p, pc);) pc = (uint32_t)i->k; NEXT(i->n); } \
         DONE(1); \
     } while (0)
 #define CHECK(a, how) do { \
@@ -236,7 +250,7 @@ avr_flashaddr_t fast_run(hw *h) {
     struct decoded *const code = h->fast->code, *i;
     const uint8_t *const special = h->fast->special;
     const uint16_t ram_end = avr->ramend;
-    const int32_t budget = (int32_t)avr->run_cycle_count;
+    int32_t budget = (int32_t)avr->run_cycle_count;
     int32_t left = budget;
     uint32_t pc = avr->pc;
     uint16_t address, wide;
@@ -245,10 +259,13 @@ avr_flashaddr_t fast_run(hw *h) {
 
     if (pc >= avr->flashend)
         return leave_to_simavr(h, pc);
+    PROFILED(struct profile *const p = h->profile; profile_enter(h, pc); goto crossed;)
     i = &code[pc / 2];
     goto *labels[i->op];
 
-UNDECODED: *i = decode(&h->fast->part, pc); goto *labels[i->op];
+UNDECODED:
+    PROFILED(p->coverage[pc / 2] = 1;)
+    *i = decode(&h->fast->part, pc); goto *labels[i->op];
 NOP: DONE(1 + i->n);
 MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); DONE(1);
 MULS: product(D, S, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);
@@ -307,7 +324,9 @@ LD_DEC:
 ST_DEC:
     address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd;
     SET_POINTER(address); DONE(2);
-PUSH: wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1); DONE(2);
+PUSH:
+    wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1);
+    PROFILED(profile_stack(p, (uint16_t)(wide - 1));) DONE(2);
 POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; DONE(2);
 LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
 LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
@@ -316,61 +335,79 @@ OUT_SREG:
     a = D[R_SREG] = Rd;
     for (int n = 0; n < S_I; n++)
         S[n] = BIT(a, n);
-    if (!(a >> 7))
+    if (!(a >> 7)) {
         disable(avr);
-    else if (enable(avr)) {
+        PROFILED(SPEND(0); profile_mask(h, pc);)
+    } else if (enable(avr)) {
+        PROFILED(SPEND(1); profile_mask(h, pc);)
         pc += 2;
         LEAVE(1);
     }
     DONE(1);
 SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
-SBI_PIN: avr->cycle += (uint32_t)(budget - left); return toggle(avr, pc, i->d, i->r);
+SBI_PIN: SPEND(0); pc = toggle(avr, pc, i->d, i->r); goto gone;
 SBRC: SKIP(!(Rd & i->r));
 SBRS: SKIP(Rd & i->r);
 CPSE: SKIP(Rd == Rr);
 BRBS: SKIP(S[i->d]);
 BRBC: SKIP(!S[i->d]);
-JUMP: pc = (uint32_t)i->k; NEXT(i->n);
+JUMP: PROFILED(profile_jump(p, pc);) pc = (uint32_t)i->k; NEXT(i->n);
 CALL:
     wide = PAIR(R_SPL); STACK(wide);
+    PROFILED(if (i->d == 2 && i->k == (int32_t)pc + 2) goto SLOW; profile_jump(p, pc);)
     wide = push_address(D, wide, (pc + i->d) / 2, avr->address_size);
-    SET_PAIR(R_SPL, wide); pc = (uint32_t)i->k; NEXT(i->n + avr->address_size);
+    SET_PAIR(R_SPL, wide); pc = (uint32_t)i->k;
+    PROFILED(SPEND(i->n + avr->address_size); profile_called(h, pc);)
+    NEXT(i->n + avr->address_size);
 RET:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
-    SET_PAIR(R_SPL, wide); pc = target; NEXT(2 + avr->address_size);
+    PROFILED(profile_jump(p, pc);)
+    SET_PAIR(R_SPL, wide); pc = target;
+    PROFILED(SPEND(2 + avr->address_size); profile_returned(h, pc);)
+    NEXT(2 + avr->address_size);
 RETI:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
+    PROFILED(profile_jump(p, pc);)
     SET_PAIR(R_SPL, wide); pc = target;
     enable(avr);
     avr_interrupt_reti(avr);
+    PROFILED(SPEND(2 + avr->address_size); profile_returned(h, pc); profile_mask(h, pc);)
     LEAVE(2 + avr->address_size);
 SEI:
     if (!enable(avr))
         DONE(1);
+    PROFILED(SPEND(1); profile_mask(h, pc);)
     pc += 2; LEAVE(1);
-CLI: disable(avr); DONE(1);
+CLI:
+    disable(avr);
+    PROFILED(SPEND(0); profile_mask(h, pc);) DONE(1);
 IJMP:
     if (i->d && !avr->eind)
         goto SLOW;
     target = (i->d ? (uint32_t)D[avr->eind] << 16 : 0) | PAIR(R_ZL);
     if (2 * target >= avr->flashend)
         goto SLOW;
+    PROFILED(profile_jump(p, pc);)
     pc = 2 * target; NEXT(2);
 ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
 wild:
-    avr->cycle += (uint32_t)(budget - left);
+    SPEND(0);
     crash(h, "access outside the memory");
-    return pc;
+    goto gone;
 SLOW:
-    avr->cycle += (uint32_t)(budget - left);
+    SPEND(0);
+    PROFILED(profile_count(h);)
     return leave_to_simavr(h, pc);
+PROFILED(crossed: SPEND(0); profile_cross(h, pc); i = &code[pc / 2]; goto *labels[i->op];)
 out:
-    avr->cycle += (uint32_t)(budget - left);
+    SPEND(0);
+gone:
+    PROFILED(profile_leave(h, pc);)
     return pc;
 }
