@@ -1,4 +1,4 @@
-"""Where a program spends its time: one instruction at a time, about a third of the usual speed."""
+"""Where a program spends its time, to the cycle; on simavr's core one instruction at a time."""
 
 from __future__ import annotations
 

@@ -211,13 +211,23 @@ static int may_sleep(hw *h) {
     return !h->sleep_register || (h->avr->data[h->sleep_register] & h->sleep_enable);
 }
 
+/* For a profile of simavr's core, which knows nothing of it, or at the beginning of one of ours. */
+static avr_flashaddr_t step(hw *h) {
+    profile_before(h);
+    avr_flashaddr_t pc = h->reference ? avr_run_one(h->avr) : fast_run(h);
+    profile_after(h, pc);
+    return pc;
+}
+
 static avr_flashaddr_t burst(hw *h) {
     avr_t *avr = h->avr;
-    if (h->profile || avr->interrupt_state)
+    int stepped = h->profile && (h->reference || !profile_settled(h));
+    if (stepped || avr->interrupt_state)
         avr->run_cycle_count = 1;
-    avr->run_cycle_limit = h->profile ? 1 : BURST;
-    avr_flashaddr_t pc = h->reference ? avr_run_one(avr) : fast_run(h);
-    avr->run_cycle_limit = h->profile ? 1 : BURST;
+    avr->run_cycle_limit = stepped ? 1 : BURST;
+    avr_flashaddr_t pc = stepped ? step(h) : h->profile ? profiled_run(h)
+                       : h->reference ? avr_run_one(avr) : fast_run(h);
+    avr->run_cycle_limit = stepped ? 1 : BURST;
     return pc;
 }
 
@@ -267,11 +277,7 @@ static void turn(hw *h) {
     int awake = avr->state == cpu_Running, asleep;
     avr_flashaddr_t pc = avr->pc;
     if (awake) {
-        if (h->profile)
-            profile_before(h);
         pc = execute(h);
-        if (h->profile)
-            profile_after(h, pc);
         if (avr->state == cpu_Sleeping)
             fall_asleep(h);
     }

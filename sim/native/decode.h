@@ -20,7 +20,6 @@
 enum op { OPERATIONS(NAME) };
 
 struct decoded {
-    const void *go;             /* where its operation is, see fast.c */
     uint8_t op, d, r, n;
     int32_t k;
 };

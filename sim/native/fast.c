@@ -11,12 +11,12 @@
 
 struct fast {
     struct decoded *code;       /* one for each word of flash, and one beyond */
-    const void *const *labels;  /* where each operation is, in `run` */
     uint8_t special[SPECIAL];
     struct part part;
 };
 
-static avr_flashaddr_t run(hw *h, const void *const **places);
+#ifndef PROFILED
+#define PROFILED(...)           /* what this file is for in profiled.c alone */
 
 static void mark_special(hw *h) {
     uint8_t *special = h->fast->special;
@@ -32,6 +32,8 @@ static void mark_special(hw *h) {
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
             special[h->ports[i].io->r_port] |= SPECIAL_PORT;
         }
+    if (h->profile)             /* for its lowest stack pointer */
+        special[R_SPL] = special[R_SPH] = SPECIAL_WRITE;
 }
 
 /* Anew after the flash or the registers' handlers have changed. */
@@ -39,8 +41,7 @@ void fast_forget(hw *h) {
     if (!h->fast)
         return;
     mark_special(h);
-    for (size_t word = 0; word <= h->avr->flashend / 2; word++)
-        h->fast->code[word] = (struct decoded){.op = UNDECODED, .go = h->fast->labels[UNDECODED]};
+    memset(h->fast->code, 0, (h->avr->flashend / 2 + 1) * sizeof *h->fast->code);
 }
 
 void fast_init(hw *h) {
@@ -50,8 +51,7 @@ void fast_init(hw *h) {
         abort();
     h->fast->part = (struct part){.flash = h->avr->flash, .flash_end = h->avr->flashend,
                                   .special = h->fast->special};
-    run(NULL, &h->fast->labels);
-    h->fast->code[words].go = h->fast->labels[SLOW];
+    h->fast->code[words].op = SLOW;
     fast_forget(h);
 }
 
@@ -60,6 +60,7 @@ void fast_free(hw *h) {
         free(h->fast->code);
     free(h->fast);
 }
+#endif
 
 #define Rd (D[i->d])
 #define Rr (D[i->r])
@@ -224,10 +225,13 @@ static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     int writes_flash = word_at(avr, pc) == 0x95e8;
     avr->pc = pc;
     avr->run_cycle_limit = avr->run_cycle_count = 1;    /* this one instruction */
+    PROFILED(profile_before(h);)
     avr_flashaddr_t next = avr_run_one(avr);
     if (writes_flash)
         fast_forget(h);
-    return mended_skip(avr, pc, next);
+    next = mended_skip(avr, pc, next);
+    PROFILED(profile_after(h, next);)
+    return next;
 }
 
 static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t mask) {
@@ -256,14 +260,24 @@ static int32_t budget_of(const avr_t *avr) {
 
 /* One instruction after the other: each label is an instruction, NEXT goes to the one that i is at. */
 #define PC ((uint32_t)(i - code) * 2)
+
+/* The cycles up to now, and those of this instruction, reach avr->cycle before the burst ends. */
+#define SPEND(cycles) \
+    (avr->cycle += (uint32_t)(budget - left + (cycles)), budget = left - (int32_t)(cycles))
 #define NEXT(cycles) do { \
         if ((left -= (int32_t)(cycles)) <= 0) \
             goto out; \
-        goto *i->go; \
+        PROFILED(if (PC - p->from >= p->size) goto crossed;) \
+        goto *labels[i->op]; \
     } while (0)
 #define LEAVE(cycles) do { left -= (int32_t)(cycles); goto out; } while (0)
 #define DONE(cycles) do { i++; NEXT(cycles); } while (0)
-#define GO(cycles) do { int32_t taken = (int32_t)(cycles); i = code + i->k / 2; NEXT(taken); } while (0)
+#define GO(cycles) do { \
+        int32_t taken = (int32_t)(cycles); \
+        PROFILED(profile_jump(p, PC);) \
+        i = code + i->k / 2; \
+        NEXT(taken); \
+    } while (0)
 #define SKIP(condition) do { \
         if (condition) \
             GO(i->n); \
@@ -283,14 +297,10 @@ static int32_t budget_of(const avr_t *avr) {
     } while (0)
 
 /* Run until the next cycle timer, or until an instruction that simavr has done brings an interrupt
-   or an end. Returns the next pc. Without a processor it only tells where each operation is. */
-static avr_flashaddr_t run(hw *h, const void *const **places) {
+   or an end. Returns the next pc. */
+avr_flashaddr_t fast_run(hw *h) {
 #define LABEL(name) &&name,
     static const void *const labels[] = {OPERATIONS(LABEL)};
-    if (!h) {
-        *places = labels;
-        return 0;
-    }
     avr_t *const avr = h->avr;
     uint8_t *const D = avr->data, *const S = avr->sreg;
     struct decoded *const code = h->fast->code, *i;
@@ -307,10 +317,13 @@ static avr_flashaddr_t run(hw *h, const void *const **places) {
     if (pc >= avr->flashend)
         return leave_to_simavr(h, pc);
     i = &code[pc / 2];
-    goto *i->go;
+    PROFILED(struct profile *const p = h->profile; profile_enter(h, pc); goto crossed;)
+    goto *labels[i->op];
 
-UNDECODED: *i = decode(&h->fast->part, PC); i->go = labels[i->op]; goto *i->go;
-NOP: DONE(1 + i->n);
+UNDECODED:
+    PROFILED(p->coverage[i - code] = 1;)
+    *i = decode(&h->fast->part, PC); goto *labels[i->op];
+NOP: target = 1u + i->n; DONE(target);
 MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); DONE(1);
 MULS: product(D, &f, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);
 MUL: product(D, &f, (unsigned)Rd * Rr); DONE(2);
@@ -366,7 +379,9 @@ LD_DEC:
 ST_DEC:
     address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd;
     SET_POINTER(address); DONE(2);
-PUSH: wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1); DONE(2);
+PUSH:
+    wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1);
+    PROFILED(profile_stack(p, (uint16_t)(wide - 1));) DONE(2);
 POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; DONE(2);
 LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
 LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
@@ -374,9 +389,11 @@ IN_SREG:
     Rd = D[R_SREG] = (uint8_t)(packed(&f) | (unsigned)S[S_T] << 6 | (unsigned)S[S_I] << 7); DONE(1);
 OUT_SREG:
     a = D[R_SREG] = Rd; f = unpacked(a); S[S_T] = BIT(a, 6);
-    if (!(a >> 7))
+    if (!(a >> 7)) {
         disable(avr);
-    else if (enable(avr)) {
+        PROFILED(SPEND(0); profile_mask(h, PC);)
+    } else if (enable(avr)) {
+        PROFILED(SPEND(1); profile_mask(h, PC);)
         i++;
         LEAVE(1);
     }
@@ -385,7 +402,7 @@ SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
 SBI_PORT: if (Rd & i->r) DONE(2); goto SLOW;
 CBI_PORT: if (!(Rd & i->r)) DONE(2); goto SLOW;
-SBI_PIN: flags_into(S, &f); avr->cycle += (uint32_t)(budget - left); return toggle(avr, PC, i->d, i->r);
+SBI_PIN: SPEND(0); pc = toggle(avr, PC, i->d, i->r); goto gone;
 SBRC: SKIP(!(Rd & i->r));
 SBRS: SKIP(Rd & i->r);
 CPSE: SKIP(Rd == Rr);
@@ -408,54 +425,69 @@ BRID: SKIP(!S[S_I]);
 JUMP: GO(i->n);
 CALL:
     wide = PAIR(R_SPL); STACK(wide);
+    PROFILED(if (i->d == 2 && i->k == (int32_t)PC + 2) goto SLOW;)
     wide = push_address(D, wide, (PC + i->d) / 2, avr->address_size);
-    SET_PAIR(R_SPL, wide); GO(i->n + avr->address_size);
+    SET_PAIR(R_SPL, wide); target = i->n + avr->address_size;
+    PROFILED(profile_jump(p, PC); SPEND(target); profile_called(h, (uint32_t)i->k);)
+    i = code + i->k / 2; NEXT(target);
 RET:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
-    SET_PAIR(R_SPL, wide); i = code + target / 2; NEXT(2 + avr->address_size);
+    PROFILED(profile_jump(p, PC);)
+    SET_PAIR(R_SPL, wide); i = code + target / 2;
+    PROFILED(SPEND(2 + avr->address_size); profile_returned(h, target);)
+    NEXT(2 + avr->address_size);
 RETI:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
+    PROFILED(profile_jump(p, PC);)
     SET_PAIR(R_SPL, wide); i = code + target / 2;
     enable(avr);
     avr_interrupt_reti(avr);
+    PROFILED(SPEND(2 + avr->address_size); profile_returned(h, target); profile_mask(h, target);)
     LEAVE(2 + avr->address_size);
 SEI:
     if (!enable(avr))
         DONE(1);
+    PROFILED(SPEND(1); profile_mask(h, PC);)
     i++; LEAVE(1);
-CLI: disable(avr); DONE(1);
+CLI:
+    disable(avr);
+    PROFILED(SPEND(0); profile_mask(h, PC);) DONE(1);
 IJMP:
     if (i->d && !avr->eind)
         goto SLOW;
     target = (i->d ? (uint32_t)D[avr->eind] << 16 : 0) | PAIR(R_ZL);
     if (2 * target >= avr->flashend)
         goto SLOW;
+    PROFILED(profile_jump(p, PC);)
     i = code + target; NEXT(2);
 ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
 wild:
-    flags_into(S, &f);
-    avr->cycle += (uint32_t)(budget - left);
+    SPEND(0);
     crash(h, "access outside the memory");
-    return PC;
+    pc = PC;
+    goto gone;
 SLOW:
     flags_into(S, &f);
-    avr->cycle += (uint32_t)(budget - left);
+    SPEND(0);
+    PROFILED(profile_count(h);)
     pc = leave_to_simavr(h, PC);
     if (!goes_on(h, pc, last))
         return pc;
     budget = left = budget_of(avr);
     i = &code[pc / 2];
     f = flags_from(S);
-    goto *i->go;
+    goto *labels[i->op];
+PROFILED(crossed: SPEND(0); profile_cross(h, PC); goto *labels[i->op];)
 out:
+    SPEND(0);
+    pc = PC;
+gone:
     flags_into(S, &f);
-    avr->cycle += (uint32_t)(budget - left);
-    return PC;
+    PROFILED(profile_leave(h, pc);)
+    return pc;
 }
-
-avr_flashaddr_t fast_run(hw *h) { return run(h, NULL); }

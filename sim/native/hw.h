@@ -250,7 +250,9 @@ void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);
 avr_flashaddr_t fast_run(hw *h);
+avr_flashaddr_t profiled_run(hw *h);
 void profile_free(hw *h);
+int profile_settled(hw *h);
 void profile_before(hw *h);
 void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
 void profile_interrupt(hw *h);

@@ -1,39 +1,10 @@
-/* Profile: one instruction at a time, who spends the cycles, and the longest stretches. */
+/* Profile: who spends the cycles, and the longest stretches.
+
+   Told of each instruction (profile_before, profile_after), or by our core of changes only
+   (profiled.c): the numbers are the same. */
 #include <stdlib.h>
 #include <string.h>
-#include "hw.h"
-
-#define WINDOW 16               /* bytes of flash: 8 words */
-#define DEPTH 128
-#define NO_FUNCTION 0xffff
-
-struct window {
-    uint32_t low, high;
-    uint64_t began, paused;     /* cycle of the first instruction; cycles of interrupts within */
-};
-
-struct frame {
-    uint16_t sp;                /* before the call pushed */
-    uint16_t function;
-    enum { CALLED, JUMPED, INTERRUPT } kind;
-    uint64_t began, stolen;     /* stolen: cycles of interrupts within */
-    struct window window;       /* of the interrupted code */
-};
-
-struct profile {
-    uint16_t *function_of_word;
-    uint32_t *starts;
-    int functions, depth, masked, ever_enabled;
-    hw_function *totals;
-    uint8_t *traced, *coverage;
-    struct frame frames[DEPTH];
-    struct window window;
-    uint32_t pc, masked_pc;
-    uint16_t sp, lowest;
-    int half_moved;             /* the stack pointer: SPH is written, SPL not yet */
-    uint64_t began, masked_since;
-    hw_stretch longest_masked, longest_busy;
-};
+#include "profile.h"
 
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
                      int functions) {
@@ -43,15 +14,20 @@ int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *st
         return free(p), -1;
     p->function_of_word = malloc(words * sizeof *function_of_word);
     p->starts = malloc((size_t)functions * sizeof *starts);
+    p->ends = calloc((size_t)functions, sizeof *p->ends);
     p->totals = calloc((size_t)functions, sizeof *p->totals);
     p->traced = calloc((size_t)functions, 1);
     p->coverage = calloc(words, 1);
     memcpy(p->function_of_word, function_of_word, words * sizeof *function_of_word);
     memcpy(p->starts, starts, (size_t)functions * sizeof *starts);
-    p->functions = functions;
+    for (uint32_t word = 0; word < words; word++)
+        if (function_of_word[word] != NO_FUNCTION)
+            p->ends[function_of_word[word]] = 2 * word + 2;
+    p->words = words;
     p->lowest = hw_stack_pointer(h);
     h->profile = p;
     profile_reset(h);
+    fast_forget(h);
     return 0;
 }
 
@@ -61,14 +37,21 @@ void profile_free(hw *h) {
         return;
     free(p->function_of_word);
     free(p->starts);
+    free(p->ends);
     free(p->totals);
     free(p->traced);
     free(p->coverage);
     free(p);
     h->profile = NULL;
+    fast_forget(h);
 }
 
 void hw_profile_stop(hw *h) { profile_free(h); }
+
+/* Code may jump beyond the flash, where it ends. */
+static uint16_t function_at(const struct profile *p, uint32_t pc) {
+    return pc / 2 < p->words ? p->function_of_word[pc / 2] : NO_FUNCTION;
+}
 
 static void open_window(struct profile *p, uint32_t pc, uint64_t now) {
     p->window = (struct window){.low = pc, .high = pc, .began = now};
@@ -103,7 +86,7 @@ static void follow_window(struct profile *p, uint32_t pc, uint64_t now) {
 
 static void end_mask(struct profile *p, uint64_t now) {
     uint64_t lasted = now - p->masked_since;
-    uint16_t function = p->function_of_word[p->masked_pc / 2];
+    uint16_t function = function_at(p, p->masked_pc);
     if (function != NO_FUNCTION && lasted > p->totals[function].masked)
         p->totals[function].masked = lasted;
     if (lasted > p->longest_masked.cycles)
@@ -139,7 +122,7 @@ static void trace_entry(hw *h, uint16_t function) {
 
 static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int kind) {
     struct profile *p = h->profile;
-    uint16_t function = p->function_of_word[pc / 2];
+    uint16_t function = function_at(p, pc);
     trace_entry(h, function);
     if (p->depth == DEPTH)
         return;
@@ -194,7 +177,7 @@ void profile_before(hw *h) {
     p->pc = h->avr->pc;
     p->sp = hw_stack_pointer(h);
     p->began = h->avr->cycle;
-    if (p->pc / 2 <= h->avr->flashend / 2)
+    if (p->pc / 2 < p->words)
         p->coverage[p->pc / 2] = 1;
     follow_window(p, p->pc, p->began);
 }
@@ -207,10 +190,10 @@ static int is_call(uint16_t op) {
 
 /* A jump to the start of another function is a call whose return the caller has passed on.
    Vectors are such jumps too, but their handlers have been entered already. */
-static int is_tail_call(struct profile *p, uint32_t pc) {
-    uint16_t from = p->function_of_word[p->pc / 2], to = p->function_of_word[pc / 2];
+static int is_tail_call(struct profile *p, uint16_t from, uint32_t pc) {
+    uint16_t to = function_at(p, pc);
     return from != to && to != NO_FUNCTION && p->starts[to] == pc &&
-           from != p->function_of_word[0];
+           from != function_at(p, 0);
 }
 
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
@@ -222,14 +205,15 @@ static void note_stack(struct profile *p, uint16_t op, uint16_t sp) {
         p->half_moved = 1;
     else if (written == 0xbe0d)
         p->half_moved = 0;
-    if (sp < p->lowest && !p->half_moved)
-        p->lowest = sp;
+    profile_stack(p, sp);
 }
 
 void profile_after(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     avr_t *avr = h->avr;
-    uint16_t function = p->function_of_word[p->pc / 2];
+    if (p->pc / 2 >= p->words)
+        return;
+    uint16_t function = function_at(p, p->pc);
     uint16_t op = (uint16_t)(avr->flash[p->pc] | avr->flash[p->pc + 1] << 8);
     uint16_t sp = hw_stack_pointer(h);
     if (function != NO_FUNCTION)
@@ -239,9 +223,79 @@ void profile_after(hw *h, uint32_t pc) {
         push(h, pc, p->sp, avr->cycle, CALLED);
     else if (is_return(op))
         returned(h);
-    else if (is_tail_call(p, pc))
+    else if (is_tail_call(p, function, pc))
         jumped(h, pc, (uint16_t)(sp + avr->address_size));
     follow_mask(h, p->pc);
+}
+
+/* Whether what has not changed since has been noted: not so at the beginning of a profile, say. */
+int profile_settled(hw *h) {
+    struct profile *p = h->profile;
+    return (p->ever_enabled || !h->avr->sreg[S_I]) &&
+           (p->half_moved || hw_stack_pointer(h) >= p->lowest);
+}
+
+void profile_enter(hw *h, uint32_t pc) {
+    struct profile *p = h->profile;
+    p->function = function_at(p, pc);
+    p->counted = h->avr->cycle;
+    p->size = 0;                /* the window has not followed yet */
+}
+
+void profile_count(hw *h) {
+    struct profile *p = h->profile;
+    if (p->function != NO_FUNCTION)
+        p->totals[p->function].own += h->avr->cycle - p->counted;
+    p->counted = h->avr->cycle;
+}
+
+/* By a jump or straight on: of calls and returns it has been told. */
+void profile_leave(hw *h, uint32_t pc) {
+    struct profile *p = h->profile;
+    profile_count(h);
+    if (is_tail_call(p, p->function, pc))
+        jumped(h, pc, (uint16_t)(hw_stack_pointer(h) + h->avr->address_size));
+}
+
+/* Code of no function is watched word by word. */
+static void watch(struct profile *p, uint32_t pc) {
+    int known = p->function != NO_FUNCTION;
+    uint32_t from = known ? p->starts[p->function] : pc;
+    uint32_t end = known ? p->ends[p->function] : pc + 2;
+    uint32_t low = p->window.low, high = low + WINDOW;
+    p->from = from > low ? from : low;
+    p->size = (end < high ? end : high) - p->from;
+}
+
+/* To code beyond what is watched: of another function, in another window. */
+void profile_cross(hw *h, uint32_t pc) {
+    struct profile *p = h->profile;
+    if (function_at(p, pc) != p->function) {
+        profile_leave(h, pc);
+        profile_enter(h, pc);
+    }
+    follow_window(p, pc, h->avr->cycle);
+    watch(p, pc);
+}
+
+void profile_called(hw *h, uint32_t pc) {
+    uint16_t sp = hw_stack_pointer(h);
+    profile_stack(h->profile, sp);
+    profile_count(h);
+    push(h, pc, (uint16_t)(sp + h->avr->address_size), h->avr->cycle, CALLED);
+    profile_enter(h, pc);
+}
+
+void profile_returned(hw *h, uint32_t pc) {
+    profile_count(h);
+    returned(h);
+    profile_enter(h, pc);
+}
+
+/* pc: of the instruction, which begins now where it turns interrupts off. */
+void profile_mask(hw *h, uint32_t pc) {
+    h->profile->began = h->avr->cycle;
+    follow_mask(h, pc);
 }
 
 /* The function behind a vector: most vectors are jumps. */

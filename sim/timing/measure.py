@@ -54,7 +54,8 @@ def measure(
     profile = device.avr.profile(program)
     steps.trace(profile, program, list(controller.loops))
     _play(Stage(controller, device), device, pressed, _length_s(controller), progress)
-    found = _figures(controller, device, profile)
+    files = waits.Files(program)
+    found = _figures(controller, device, profile, files)
     if keypad_of(controller) is not None:
         answer = button_to_display(pressed, device.shield.lcd.history)
         found = {"button_to_display_ms": answer, **found}
@@ -62,7 +63,7 @@ def measure(
         found["stack_used_bytes"] = waits.stack(profile.stack_used, static_stack_bytes)
     return Timing(
         figures=found,
-        functions=waits.costs(profile, waits.Files(program), device.avr.cycle),
+        functions=waits.costs(profile, files, device.avr.cycle),
         idle_fraction=device.avr.sleep_cycles / device.avr.cycle,
         seconds=device.time_s,
     )
@@ -113,9 +114,10 @@ def _play(
     stage.advance(until_s)
 
 
-def _figures(controller: Controller, device: AvrDevice, profile: Profile) -> dict[str, Figure]:
+def _figures(
+    controller: Controller, device: AvrDevice, profile: Profile, files: waits.Files
+) -> dict[str, Figure]:
     program, clock_hz = device.elf, device.avr.clock_hz
-    files = waits.Files(program)
     each = [
         steps.jitter(profile.entries(steps.STEP.format(loop=name)), loop.period_s, clock_hz, name)
         for name, loop in controller.loops.items()
