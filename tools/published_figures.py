@@ -8,6 +8,7 @@ The generated C of a spec has what stands here, held by tests of its own.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,11 @@ from typing import Any
 import click
 
 from heatwright.cli.tables import show, table
+from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.interfaces.nextion import TURN_S
 from heatwright.sim.circuits.ports import pin_v
 from heatwright.sim.interfaces.keypad import CODES as KEYS
-from heatwright.spec import Controller, load
+from heatwright.spec import Controller, Spec, load
 from heatwright.spec.conversion import CODES
 from heatwright.spec.curves import LinearPlatinum, Platinum
 from heatwright.spec.max31856 import HIGHEST_C
@@ -38,11 +40,11 @@ OF_THE_STANDARD = 3851.0
 @click.argument("path", metavar="SPEC", type=click.Path(path_type=Path, exists=True))
 def main(path: Path) -> None:
     """Print the figures of a machine of the examples."""
-    controller = load(path).controller
-    machine = controller.identity.name
+    spec = load(path)
+    machine = spec.controller.identity.name
     if machine not in MACHINES:
         raise click.UsageError(f"of {machine} there are none; of {', '.join(MACHINES)}")
-    rows = [(what, told(ours), unit) for what, ours, unit in MACHINES[machine](controller)]
+    rows = [(what, told(ours), unit) for what, ours, unit in MACHINES[machine](spec)]
     show(table(("figure", "ours", "unit"), rows))
 
 
@@ -51,8 +53,15 @@ def told(ours: float | tuple[float, ...]) -> str:
     return ", ".join(f"{each:.7g}" for each in (ours if isinstance(ours, tuple) else (ours,)))
 
 
-def of_kiln(controller: Controller) -> Iterator[Figure]:
+def setpoints(controller: Controller, loop: str) -> Figure:
+    """Return what may be asked of a loop."""
+    asked = controller.loops[loop].setpoint
+    return "setpoints", (asked.minimum_c, asked.maximum_c), "°C"
+
+
+def of_kiln(spec: Spec) -> Iterator[Figure]:
     """Yield what its converter and its display have."""
+    controller = spec.controller
     sensor: Any = controller.sensors["chamber"]
     types = sensor.selectable
     yield "step of a reading", sensor.step_k, "K"
@@ -63,17 +72,22 @@ def of_kiln(controller: Controller) -> Iterator[Figure]:
     yield "from one instruction to the next at least", TURN_S * 1e3, "ms"
 
 
-def of_chamber(controller: Controller) -> Iterator[Figure]:
-    """Yield how long its sensor converts, by the resolution, and what its keys give."""
-    sensor: Any = controller.sensors["air"]
-    for bits in range(9, 13):
-        converts = sensor.model_copy(update={"resolution_bits": bits})
-        yield f"conversion at {bits} bit", converts.conversion_s * 1e3, "ms"
+def of_chamber(spec: Spec) -> Iterator[Figure]:
+    """Yield its sensor's steps and times, what its keys give, and where the firmware parts them."""
+    sensor: Any = spec.controller.sensors["air"]
+    resolved = [sensor.model_copy(update={"resolution_bits": bits}) for bits in range(9, 13)]
+    yield "steps at 9 to 12 bit", tuple(each.step_k for each in resolved), "K"
+    for each in resolved:
+        yield f"conversion at {each.resolution_bits} bit", each.conversion_s * 1e3, "ms"
     yield "codes of the keys", tuple(KEYS.values()), ""
+    limits = re.findall(r"_BELOW = (\d+) / 4", render(plan_firmware(spec))["src/keypad.c"])
+    yield "limits between them", tuple(map(float, limits)), ""
+    yield setpoints(spec.controller, "air")
 
 
-def of_feeder(controller: Controller) -> Iterator[Figure]:
+def of_feeder(spec: Spec) -> Iterator[Figure]:
     """Yield what its sensor and the published law's row have."""
+    controller = spec.controller
     sensor = controller.sensors["nozzle"]
     yield "element at 250 °C", round(Platinum(100.0).ohm(250), 2), "Ω"
     yield "amplifier at 0 °C, 250 °C", tuple(map(float, pin_v(sensor, [0, 250]).round(2))), "V"
@@ -83,11 +97,17 @@ def of_feeder(controller: Controller) -> Iterator[Figure]:
     step = law.ki * controller.loops["nozzle"].period_s
     ends = (law.integral.minimum_percent / step, law.integral.maximum_percent / step)
     yield "limits of the sum of errors", tuple(round(each) for each in ends), "K"
+    yield setpoints(controller, "nozzle")
 
 
-def of_fabricator(controller: Controller) -> Iterator[Figure]:
+def of_extruder(spec: Spec) -> Iterator[Figure]:
+    """Yield what may be asked of it."""
+    yield setpoints(spec.controller, "nozzle")
+
+
+def of_fabricator(spec: Spec) -> Iterator[Figure]:
     """Yield how far its line is from the curve of an element of IEC 60751."""
-    sensor: Any = controller.sensors["nozzle"]
+    sensor: Any = spec.controller.sensors["nozzle"]
     for ppm_per_k in (sensor.alpha_ppm_per_k, OF_THE_STANDARD):
         line = LinearPlatinum(CURVE.zero_ohm, ppm_per_k * 1e-6)
         for at_c in (200, 300):
@@ -95,11 +115,12 @@ def of_fabricator(controller: Controller) -> Iterator[Figure]:
             yield f"a line of {ppm_per_k:.0f} ppm/K is off at {at_c} °C by", round(off_k, 1), "K"
 
 
-MACHINES: dict[str, Callable[[Controller], Iterator[Figure]]] = {
+MACHINES: dict[str, Callable[[Spec], Iterator[Figure]]] = {
     "kiln": of_kiln,
     "chamber": of_chamber,
     "feeder": of_feeder,
     "fabricator": of_fabricator,
+    "extruder": of_extruder,
 }
 
 if __name__ == "__main__":

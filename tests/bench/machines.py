@@ -14,7 +14,7 @@ from heatwright.sim.interfaces.indicators import Indicators
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning import gains as tuning
-from heatwright.sim.tuning.margins import margins
+from heatwright.sim.tuning.margins import Margins, margins
 from heatwright.sim.tuning.process import process_of
 from heatwright.spec import Controller, Event
 from heatwright.spec.base import ReadOnlyDict
@@ -60,8 +60,8 @@ def noisy(controller: Controller, noise_k: float) -> Controller:
 def assert_margins(
     controller: Controller, gains: Gains | None = None, at_c: float | None = None, *,
     gain: float = 2.0, phase_deg: float = 45.0,
-) -> None:  # fmt: skip
-    """See that the only loop keeps what every tuned loop here is held to, at a temperature."""
+) -> Margins:  # fmt: skip
+    """See that the only loop keeps what every tuned loop here is held to; return its margins."""
     ((name, loop),) = controller.loops.items()
     own = loop.algorithm
     kp, ki, kd = map(float, gains or (own.kp, own.ki, own.kd))
@@ -70,6 +70,7 @@ def assert_margins(
     assert found.stable
     assert found.gain >= gain
     assert found.phase_deg >= phase_deg
+    return found
 
 
 # ---- runs ----

@@ -5,6 +5,7 @@ firmware measures.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -86,6 +87,15 @@ def test_it_never_has_more_than_its_power_and_its_current(name: str, kind: str) 
     assert rms_a.max() <= LIMIT_A * told
     assert heat_w.max() <= RATED_W
     assert rms_a.max() == pytest.approx(min(LIMIT_A, RATED_V / ohm), rel=TOLD - 1)
+
+
+def test_the_page_tells_what_flows() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "evidence.md").read_text(encoding="utf-8")
+    ohm = WIRES_OHM["cold"]
+    heat_w, rms_a = loads(heated("binary", ohm), ohm)
+    assert f"{rms_a.max():.3f} A through the cold wire" in page
+    assert f"whose mean of {heat_w.max() / SUPPLY_V:.1f} A the ADC tells to 5 mA" in page
+    assert f"the rated wire, with {RATED_V / RATED_OHM:.3f} A" in page
 
 
 @pytest.mark.parametrize("kind", ["model", "binary"])

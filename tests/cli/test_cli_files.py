@@ -12,7 +12,7 @@ from unittest.mock import Mock
 import pytest
 from rich.console import Console
 from rig.commands import Heatwright, changed, printer_rows
-from rig.specs import EXAMPLES
+from rig.specs import EXAMPLES, example
 
 from heatwright.cli.tables import table
 from heatwright.cli.tune import tabled as tuned
@@ -238,6 +238,21 @@ def test_a_comparison_as_json_of_several_loops(heatwright: Heatwright) -> None:
     assert heatwright(f"compare {spec} --loop bad", status=2).err.endswith(
         "has no loop bad; there are hotend, bed.\n"
     )
+
+
+COMPARED = sorted(
+    path.stem for path in EXAMPLES.glob("*.yaml") if "\ncomparison:" in path.read_text("utf-8")
+)
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_all_rows_are_drawn_beside_each_other(heatwright: Heatwright, name: str) -> None:
+    """An author's own law and ours: a curve for each row of an example, by its name."""
+    rows = example(name).controller.comparison
+    heatwright(f"compare {EXAMPLES}/{name}.yaml --model --plot c.html")
+    page = Path("c.html").read_text(encoding="utf-8")
+    drawn = [each for each in re.findall('"name":"(.*?)"', page) if "this spec" not in each]
+    assert drawn == [f"{row.name}, {row.setpoint_c:g} °C" for row in rows]
 
 
 # -- what cannot be done: status 2, the reason, nothing printed and nothing written

@@ -83,7 +83,8 @@ BARE = changed(
 HELD = changed(
     "fabricator",
     (", current: {sensor: current, limit: 3 A}", ""),
-    ("  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4}\n", ""),
+    ("  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4, "
+     "tolerances: {scale: 2 %, offset: 10 mV, reference: 0.2 V}}\n", ""),
     (", current: {of: heater}", ""),
     ("{kind: digital, pin: PD6}",
      "{kind: digital, pin: PD6, minimum_on: 1500 ms, minimum_off: 3 s}"),

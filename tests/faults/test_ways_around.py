@@ -1,5 +1,7 @@
 """Ways around the protection."""
 
+from pathlib import Path
+
 import pytest
 from fault_machines import site_of
 from rig.specs import changed
@@ -9,6 +11,7 @@ from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
 
+DOCS = Path(__file__).parents[2] / "docs"
 SIX_SIGMA_K = 6 * 0.8
 """Of the machine's noise."""
 COLD_C = 50.0
@@ -61,6 +64,11 @@ def test_without_a_relay_it_is_cooled_to_where_the_whole_supply_holds_it(spec: s
     )
     assert world.sensed_c == pytest.approx(cooled_c, abs=SIX_SIGMA_K)
     assert (cooled_c < site.loop.protection.maximum_c) is (spec == WEAK)
+    if spec == STRONG:
+        told = f"settle at {cooled_c:.0f} °C with its cooler on"
+        assert all(
+            told in (DOCS / page).read_text("utf-8") for page in ("evidence.md", "safety.md")
+        )
     assert uncooled_c > site.loop.protection.maximum_c
 
 

@@ -404,3 +404,41 @@ def test_the_plotters_lines(decimals: int, line_end: str) -> None:
         wanted = (step["temperature_c"], step["setpoint_c"], step["duty_percent"] / 10, lead_k)
         assert line.values == pytest.approx(wanted, abs=0.501 * 10**-decimals)
         assert 0 < line.time_s - step["time_s"] < 0.2
+
+
+AUTHORS_PID = changed(
+    changed("oven").partition("# The published gains")[0],
+    ("maximum: 70 °C", "maximum: 60 °C"),  # what 60 % hold
+    ("kp: 32 ", "kp: 50 "), ("ki: 0.19 ", "ki: 0.6 "), ("kd: 400 ", "kd: 800 "),
+    ("derivative_filter: 3 s", "derivative_of: error\n      derivative_filter: 4 s\n"
+     "      integral: {minimum: 0 %, maximum: 60 %, while_limited: run}"),
+    ("kind: time_proportional, pin: D3, window: 1 s", "kind: pwm, pin: D3, frequency: 490 Hz"),
+    ("kp: {minimum: 20, maximum: 45, step: 1}", "kp: {minimum: 20, maximum: 60, step: 1}"),
+    ("ki: {minimum: 0.1, maximum: 0.3, step: 0.01}", "ki: {minimum: 0.1, maximum: 0.6, step: 0.1}"),
+    ("kd: {minimum: 200, maximum: 600, step: 20}", "kd: {minimum: 200, maximum: 800, step: 20}"),
+)  # fmt: skip
+"""The oven under its comparison's row `PID`, and its author's line."""
+
+
+def test_the_plotters_line_of_a_pid() -> None:
+    """Temperature, setpoint, P, I, D, a tenth of their sum and of the duty, ended by CR LF."""
+    controller = controller_of(AUTHORS_PID)
+    row = next(row for row in controller_of("oven").comparison if row.name == "PID")
+    assert controller.loops["air"].algorithm == row.algorithm
+    device = AvrDevice(controller, whole(AUTHORS_PID))
+    for turn in range(60):  # up to the setpoint, beyond it, and back
+        device.sense("air", 50.0 + 3.0 * np.sin(turn / 8 - np.pi / 3))
+        device.advance(turn + 1.0)
+    steps, lines = device.steps("air"), device.plotter.lines
+    assert device.plotter.garbage == 0
+    assert len(lines) >= len(steps) - 1
+    assert device.plotter.ended == len(lines) - 1
+    limited = set()
+    for step, line in zip(steps, lines, strict=False):
+        own = {name: step[f"algorithm.{name}"] for name in ("proportional", "integral")}
+        terms = (*own.values(), step["algorithm.kd"] * step["algorithm.derivative"])
+        shown = (sum(terms) / 10, step["duty_percent"] / 10)
+        wanted = (step["temperature_c"], step["setpoint_c"], *terms, *shown)
+        assert line.values == pytest.approx(wanted, abs=0.501 * 10**-2)
+        limited.add(bool(abs(shown[0] - shown[1]) > 1))
+    assert limited == {True, False}, "sum and duty are told apart, and are one"

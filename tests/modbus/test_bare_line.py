@@ -37,7 +37,11 @@ CALM = {
         ("{rise: 5 K, within: 30 s}", "off"),
         ("{above: 20 K, for: 60 s}", "off\n      frozen: off\n      rising_while_off: off"),
         (", current: {sensor: current, limit: 3 A}", ""),
-        ("  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4}\n", ""),
+        (
+            "  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4, "
+            "tolerances: {scale: 2 %, offset: 10 mV, reference: 0.2 V}}\n",
+            "",
+        ),
         (", current: {of: heater}", ""),
         ("    heat: {", "    bears: {block: 700 °C, cold_end: 700 °C}\n    heat: {"),
     ),

@@ -61,7 +61,10 @@ class Instant(NamedTuple):
 
 
 class Kiln:
-    """The generated C of the kiln, and the machine that its specification describes."""
+    """The generated C of the kiln, and the machine that its specification describes.
+
+    stops -- how often a firing was told to stop, of all kilns that there have been.
+    """
 
     def __init__(self, spec: Spec, seed: str) -> None:
         self.random = Random(f"interrupted {seed}")  # noqa: S311 - no secret
@@ -69,6 +72,7 @@ class Kiln:
         self.host = Host(build_of_spec(spec, sanitized=False))
         self.time_s, self.seen = 0, list[Instant]()
         self.dead = False
+        self.stops = 0
         self._lies: list[float | int] = []
         self._image, self._writes = b"", -1
         self.renew()
@@ -170,6 +174,7 @@ class Kiln:
             self.run(1)
 
     def order(self, order: int, argument: int = 0) -> None:
+        self.stops += order == orders.STOP and self.state != IDLE
         self.host.order(order, argument)
 
     def acknowledge(self) -> None:

@@ -77,6 +77,7 @@ class Oracle:
     def _followed(self, last: Progress, now: Progress) -> Iterator[str]:
         if last.state != IDLE and now.state == IDLE:
             self.tally[f"ended {now.ended}"] += last.state == INTERRUPTED
+            self.tally["stopped"] += now.ended == STOPPED
             if now.ended not in {FINISHED, STOPPED, TOO_FAR}:
                 yield f"{last} ended as {now}"
         if now.state == INTERRUPTED and last.state in {RUNNING, RETURNING}:

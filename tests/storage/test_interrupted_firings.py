@@ -5,6 +5,8 @@ from interrupted_firing import Kiln, spec_for, strike
 from interrupted_oracle import Oracle
 from suite import SEED, amount
 
+from heatwright.sim.reference import program_state as orders
+
 KILNS = [(otherwise, seed) for otherwise in ("stop", "pause") for seed in range(4)]
 EACH = amount("interrupted_firings") // len(KILNS)
 RENEWED = 10
@@ -20,7 +22,10 @@ COMMON = {
 def struck(
     otherwise: str, seed: int, faults: int, on_fault: str = "pause"
 ) -> tuple[list[str], Oracle]:
-    """Let so many faults happen; return what is wrong, and who found it."""
+    """Let so many faults happen; return what is wrong, and who found it.
+
+    The oracle knows no orders: it is asked here whether more firings ended as stopped than were.
+    """
     spec = spec_for(otherwise, on_fault)
     kiln, oracle = Kiln(spec, f"{SEED} {seed}"), Oracle(spec.controller)
     wrong: list[str] = []
@@ -31,6 +36,10 @@ def struck(
         for now in kiln.seen:
             wrong += [f"{now.time_s} s: {problem}" for problem in oracle.problems(now)]
         kiln.seen.clear()
+        if oracle.tally["stopped"] > kiln.stops:
+            wrong.append(
+                f"{kiln.stops} STOPs were given, {oracle.tally['stopped']} firings ended so"
+            )
         if kiln.dead or (latched and done % RENEWED == 0):
             kiln.renew()
             oracle.begin()
@@ -48,3 +57,17 @@ def test_a_firing_goes_on_where_it_was_or_has_ended(otherwise: str, seed: int) -
 def test_the_oracle_sees_a_firing_that_ends() -> None:
     wrong, _ = struck("stop", 0, RENEWED, on_fault="stop")
     assert wrong
+
+
+def test_a_stop_that_nobody_gave_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if a firmware took what resumes a firing for what ends it."""
+    given = Kiln.order
+
+    def order(kiln: Kiln, order: int, argument: int = 0) -> None:
+        given(kiln, order, argument)
+        if order == orders.RESUME:
+            kiln.host.order(orders.STOP)
+
+    monkeypatch.setattr(Kiln, "order", order)
+    (wrong,), _ = struck("stop", 0, RENEWED)
+    assert "STOPs were given" in wrong
