@@ -156,6 +156,9 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
         "proven": list(proofs(root.controller)),
+        "fans": list(
+            dict.fromkeys(loop.fan for loop in root.controller.loops.values() if loop.fan)
+        ),
     }
     return Part(
         files=(

@@ -124,3 +124,14 @@ def test_a_controller_without_keys() -> None:
     timing = measure(controller, whole(text))
     assert "button_to_display_ms" not in timing.figures
     assert failed(timing) == set()
+
+
+def test_a_fan_beside_a_cooler_and_a_watched_relay_keeps_interrupts_short() -> None:
+    """The longest tick there is without a proof of the fan."""
+    spec = changed(
+        "fabricator",
+        ("\nloops:", "\n  blower: {kind: digital, pin: PC7, runs: always}\n\nloops:"),
+        ("    heater: heater\n", "    heater: heater\n    fan: blower\n"),
+    )
+    timing = measure(spec_of(spec).controller, whole(spec))
+    assert failed(timing) == set()

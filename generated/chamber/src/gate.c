@@ -13,7 +13,7 @@
 #include "config.h" /* *_PERMIT_TICKS */
 #include "fault.h"  /* fault */
 #include "output_heater.h" /* output_heater_tick */
-#include "output_fan.h" /* output_fan_is_on */
+#include "pins.h" /* pin_output_fan_is_on */
 #include "reset.h" /* reset_hang_mark */
 
 static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
@@ -58,7 +58,7 @@ void gate_tick(void)
     if (!spend(&air_sensor_ticks)) {
         air_permitted = false;
     }
-    if (!output_fan_is_on()) {
+    if (!pin_output_fan_is_on()) {
         air_permitted = false; /* chamber.yaml:20 loops.air.fan */
     }
     output_heater_tick(air_permitted);

@@ -9,8 +9,3 @@ void output_fan_start(void)
     pin_output_fan_on(); /* chamber.yaml:14 outputs.fan.runs */
     pin_output_fan_drive();
 }
-
-bool output_fan_is_on(void)
-{
-    return pin_output_fan_is_on();
-}

@@ -3,11 +3,6 @@
 #ifndef OUTPUT_FAN_H
 #define OUTPUT_FAN_H
 
-#include <stdbool.h> /* bool */
-
 void output_fan_start(void);
-
-/* The level really driven at the pin. */
-bool output_fan_is_on(void);
 
 #endif
