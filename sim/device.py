@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -61,6 +61,14 @@ class Interface(Protocol):
         """Take pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
 
 
+class Waker(Protocol):
+    """A part that acts by itself."""
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """When it wants to hear and to talk next; None: it waits for nothing."""
+
+
 class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
@@ -107,6 +115,7 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        self._displays = self._parts(Nextion)
         self._talkers = [*self._parts(GcodeHost), *self._pluggable]
         self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
@@ -205,8 +214,18 @@ class AvrDevice:
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which somebody outside wants to hear and to talk, or has let a key go."""
-        wakes = [wake for part in self._wakers if (wake := part.wake_cycle) is not None]
-        return min(wakes) if wakes else None
+        return _first_wake(self._wakers)
+
+    @property
+    def wakes(self) -> tuple[int | None, int | None]:
+        """The same, apart from displays that only wait for the board, and when those look next.
+
+        Where nothing has been sent, to look changes nothing.
+        """
+        idle = [part for part in self._displays if part.is_idle]
+        if not idle:
+            return self.wake_cycle, None
+        return _first_wake(part for part in self._wakers if part not in idle), _first_wake(idle)
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
@@ -335,6 +354,10 @@ class AvrDevice:
         self._power_on(eeprom)
         if not plugged:
             self.unplug()
+
+
+def _first_wake(parts: Iterable[Waker]) -> int | None:
+    return min((wake for part in parts if (wake := part.wake_cycle) is not None), default=None)
 
 
 def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:

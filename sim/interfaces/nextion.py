@@ -148,6 +148,13 @@ class Nextion:
         """Whether there is something to look at, or it is still starting."""
         return self._plugged and (self.line.has_news or not self.display.is_on)
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing but what the board sends, or a touch, will make it do anything."""
+        if not self._plugged or self.is_busy:
+            return False
+        return not any(part.values["en"] for part in self.display.memory.timers)
+
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""
         del pins

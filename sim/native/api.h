@@ -18,6 +18,7 @@ enum {
     HW_WAKE = 7,     /* somebody outside wants to talk within this step */
     HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
     HW_STOPPED = 9,  /* a step has ended, and what is waited for may be so now */
+    HW_NEWS = 10,    /* the board has sent something, and somebody who waits for it looks now */
 };
 
 /* Causes of a reset, as MCUSR numbers them. */
@@ -210,7 +211,7 @@ typedef struct {
     void *handle;
     hw_relay *relay;
     double clock_hz, step_s, powered_s, began_s;
-    uint64_t row, until, read_at, relay_closed, left;
+    uint64_t row, until, read_at, relay_closed, left, look_at, look_every;
     int phase;
     /* the network */
     int states, nodes, inputs, heater_count, surface_count, fan_count;

@@ -201,6 +201,20 @@ static int stops(const hw_machine *m) {
     return 0;
 }
 
+/* Runs to the end of the step. Who only waits for what the board sends looks from time to time, and
+   hears of a look that finds something. */
+static int run(hw_machine *m) {
+    while (m->look_at < m->until) {
+        int ended = hw_run(m->h, m->look_at);
+        if (ended)
+            return ended;
+        m->look_at += m->look_every;
+        if (hw_log_count(m->h, HW_UART_LOG))
+            return HW_NEWS;
+    }
+    return hw_run(m->h, m->until);
+}
+
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
     for (;;) {
         if (m->phase == HW_SENSES) {
@@ -219,7 +233,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
         if (m->phase == HW_RUNS) {
             if (wake < m->until)
                 return HW_WAKE;
-            int ended = hw_run(m->h, m->until);
+            int ended = run(m);
             if (ended)
                 return ended;
             hw_machine_read(m);
