@@ -192,7 +192,10 @@ class Machine:
         tips = [m.feelers[number] for number in range(m.feeler_count)]
         tips += [m.meters[number] for number in range(m.meter_count)]
         for name, tip in zip(self.sensors, tips, strict=True):
-            tip.channel = getattr(device.sensors[name], "channel", -1)
+            sensor = device.sensors[name]
+            tip.channel = getattr(sensor, "channel", -1)
+            if name in self.plant.feelers:
+                tip.tip = sensor.tip.pointer if hasattr(sensor, "tip") else self._ffi.NULL
         for number, name in enumerate(self.loads):
             load, switch = m.loads[number], device.outputs[name]
             load.pin, load.active_high = switch.number, switch.active == "high"

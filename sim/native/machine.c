@@ -105,8 +105,10 @@ static void note(hw_machine *m) {
         memcpy(row + m->load_count, m->vector, (size_t)m->nodes * sizeof *row);
 }
 
-static void sense(hw_machine *m, int i, int channel) {
-    if (channel < 0 || !hw_adc_sense(m->h, channel, m->tips[i]))
+static void sense(hw_machine *m, int i, int channel, hw_tip *tip) {
+    if (tip)
+        hw_tip_tell(tip, m->h->avr->cycle, m->tips[i]);
+    else if (channel < 0 || !hw_adc_sense(m->h, channel, m->tips[i]))
         hw_machine_sense(m->handle, i, m->tips[i]);
 }
 
@@ -114,9 +116,9 @@ void hw_machine_begin(hw_machine *m) {
     m->sensed = 1;
     m->began_s = m->powered_s + (double)m->h->avr->cycle / m->clock_hz;
     for (int i = 0; i < m->feeler_count; i++)
-        sense(m, i, m->feelers[i].channel);
+        sense(m, i, m->feelers[i].channel, m->feelers[i].tip);
     for (int i = 0; i < m->meter_count; i++)
-        sense(m, m->feeler_count + i, m->meters[i].channel);
+        sense(m, m->feeler_count + i, m->meters[i].channel, NULL);
     m->row++;
     /* As AvrDevice.advance does, to the last bit: both ways end each step at the same cycle. */
     double until_s = m->powered_s + (double)m->row * m->step_s;
