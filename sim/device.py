@@ -15,6 +15,7 @@ from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.menu_keys import keys_for
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
@@ -115,8 +116,8 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        self._displays = self._parts(Nextion)
-        self._talkers = [*self._parts(GcodeHost), *self._pluggable]
+        self._lookers = self._pluggable
+        self._talkers = [*self._parts(GcodeHost), *self._lookers]
         self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
         self._watch_interlocks()
@@ -217,15 +218,12 @@ class AvrDevice:
         return _first_wake(self._wakers)
 
     @property
-    def wakes(self) -> tuple[int | None, int | None]:
-        """The same, apart from displays that only wait for the board, and when those look next.
-
-        Where nothing has been sent, to look changes nothing.
-        """
-        idle = [part for part in self._displays if part.is_idle]
-        if not idle:
-            return self.wake_cycle, None
-        return _first_wake(part for part in self._wakers if part not in idle), _first_wake(idle)
+    def wakes(self) -> tuple[int | None, Look]:
+        """The same, apart from one who waits for what the board sends, and when he looks."""
+        for part in self._lookers:
+            if (look := part.look) is not None:
+                return _first_wake(each for each in self._wakers if each is not part), look
+        return self.wake_cycle, NO_LOOK
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.dwarf import Variable
-from heatwright.sim.interfaces.nextion import LOOK_S
+from heatwright.sim.interfaces.look import NEVER
 from heatwright.sim.native.shim import load
 from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
@@ -65,7 +65,6 @@ NO_STOP = Stop()
 
 LOG_ROWS = 2048
 """Steps between two times the log is emptied."""
-NEVER = 2**64 - 1
 WATCHED, SENSED = 1, 2
 """Bits of a row: it counts for the peaks; sensors were given what it says."""
 TIME, BITS, FEED, TIPS = range(4)
@@ -185,7 +184,6 @@ class Machine:
         m, device = self._m, self._device
         m.h, m.clock_hz, m.powered_s = device.avr.pointer, device.avr.clock_hz, device.powered_s
         m.row, m.phase, m.read_at = 0, self._lib.HW_SENSES, device.avr.cycle
-        m.look_every = round(LOOK_S * device.avr.clock_hz)
         m.steps_motors = self._coupling.moves
         m.relay = self._ffi.NULL if device.relay is None else device.relay.pointer
         m.relay_closed = 0 if device.relay is None else device.relay.closed_cycles
@@ -213,8 +211,8 @@ class Machine:
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
         self._wait_for(stop)
         while True:
-            wake, look_at = device.wakes
-            m.look_at = NEVER if look_at is None else look_at
+            wake, look = device.wakes
+            m.look = look
             fed = 0 if device.is_attended else device.feed_at
             ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
             if self._errors:

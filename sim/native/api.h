@@ -218,12 +218,15 @@ typedef struct {
     double beside, below;               /* heat from elsewhere, while less is felt */
 } hw_load;
 typedef struct { uint16_t address, size; uint8_t was[8]; } hw_variable;
+/* See Look in Python. */
+typedef struct { uint64_t at, every, latest; int drifts, uart; uint64_t silence; } hw_look;
 typedef struct {
     hw *h;
     void *handle;
     hw_relay *relay;
     double clock_hz, step_s, powered_s, began_s;
-    uint64_t row, until, read_at, relay_closed, left, look_at, look_every;
+    uint64_t row, until, read_at, relay_closed, left;
+    hw_look look;
     int phase;
     /* the network */
     int states, nodes, inputs, heater_count, surface_count, fan_count;

@@ -203,18 +203,38 @@ static int stops(const hw_machine *m) {
     return 0;
 }
 
-/* Runs to the end of the step. Who only waits for what the board sends looks from time to time, and
-   hears of a look that finds something. */
-static int run(hw_machine *m) {
-    while (m->look_at < m->until) {
-        int ended = hw_run(m->h, m->look_at);
+/* Whether the board has sent what is waited for. What may be too short a silence counts as one:
+   Python looks closer. From the end of a byte to that of the next is longer than what lies between. */
+static int has_news(const hw_machine *m) {
+    const hw_uart_byte *sent = hw_log_data(m->h, HW_UART_LOG);
+    size_t count = hw_log_count(m->h, HW_UART_LOG);
+    if (!m->look.silence)
+        return count > 0;
+    uint64_t ended = UINT64_MAX - m->look.silence;
+    for (size_t i = 0; i < count; i++) {
+        if (sent[i].uart != m->look.uart || sent[i].lost)
+            continue;
+        if (sent[i].end > ended + m->look.silence)
+            return 1;
+        ended = sent[i].end;
+    }
+    return m->h->avr->cycle >= ended + m->look.silence;
+}
+
+/* Runs to the end of the step, or to where somebody wants to hear. */
+static int run(hw_machine *m, uint64_t wake) {
+    hw_look *look = &m->look;
+    uint64_t end = wake < m->until ? wake : m->until;
+    while (look->at < end) {
+        int ended = hw_run(m->h, look->at);
         if (ended)
             return ended;
-        m->look_at += m->look_every;
-        if (hw_log_count(m->h, HW_UART_LOG))
+        uint64_t now = m->h->avr->cycle;
+        if (now >= look->latest || has_news(m))
             return HW_NEWS;
+        look->at = (look->drifts ? now : look->at) + look->every;
     }
-    return hw_run(m->h, m->until);
+    return wake < m->until ? HW_WAKE : hw_run(m->h, m->until);
 }
 
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
@@ -233,9 +253,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
             m->phase = HW_RUNS;
         }
         if (m->phase == HW_RUNS) {
-            if (wake < m->until)
-                return HW_WAKE;
-            int ended = run(m);
+            int ended = run(m, wake);
             if (ended)
                 return ended;
             hw_machine_read(m);
