@@ -38,7 +38,10 @@ from heatwright.spec.program_orders import Order, ProgramOrder
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
 FEED_S = 10.0
-"""How often what chips and lines have recorded is read, s of simulated time."""
+"""How often those who talk hear at least, s of simulated time."""
+LISTEN_S = 60.0
+"""How often those who only listen are given what chips and lines have recorded, unless somebody
+asks for it: the larger the blocks, the less work. Of a heater's PWM it is some megabyte."""
 
 
 Kind = TypeVar("Kind")
@@ -118,7 +121,8 @@ class AvrDevice:
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
         self._lookers = self._pluggable
         self._talkers = [*self._parts(GcodeHost), *self._lookers]
-        self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
+        self._shields = self._parts(LcdKeypad)
+        self._wakers = [*self._talkers, *self._shields]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
         self._watch_interlocks()
         for master in self._parts(ModbusMaster):
@@ -127,7 +131,7 @@ class AvrDevice:
             display.serve(display_pages(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
-        self.feed_at = 0
+        self.feed_at = self._listen_at = 0
         keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
         self.run_to = keypads[0].advance if keypads else self.avr.run_to
 
@@ -310,26 +314,33 @@ class AvrDevice:
     def hear(self) -> None:
         """Give those who talk what has happened up to now; the others get it with the next feed."""
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
-        for part in self._wakers:
+        for part in self._talkers:
             part.feed(pins, sent)
+        for shield in self._shields:
+            shield.fingers.move(self.avr.cycle)
         self._held.append((pins, sent))
 
     def listen(self) -> None:
         """Give those who talk what has happened up to now, and all if that is due."""
-        if self.avr.cycle >= self.feed_at:
+        if self.avr.cycle >= self._listen_at:
             self.feed()
-        else:
-            self.hear()
+            return
+        self.hear()
+        if self.avr.cycle >= self.feed_at:
+            self.feed_at = self._after(FEED_S)
 
     def feed(self) -> None:
         """Give the interfaces and recorders what has happened up to now."""
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
-        listeners = [each for each in self.interfaces if each not in self._wakers]
+        listeners = [each for each in self.interfaces if each not in self._talkers]
         for part in (*listeners, *self._steppers, *self.interlocks.values(), *self._recorders):
             part.feed(pins, sent)
-        self.feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
+        self.feed_at, self._listen_at = self._after(FEED_S), self._after(LISTEN_S)
+
+    def _after(self, seconds: float) -> int:
+        return self.avr.cycle + round(seconds * self.avr.clock_hz)
 
     def record(self, recorder: Interface) -> None:
         """Give a recorder everything from now on (see heatwright.sim.vcd)."""
