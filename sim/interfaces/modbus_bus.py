@@ -95,6 +95,11 @@ class Bus:
         return self._driver is not None
 
     @property
+    def has_heard(self) -> bool:
+        """Whether the board has sent anything since the last request, to whomever."""
+        return self.hears or len(self._avr.uarts.log) > 0
+
+    @property
     def hears(self) -> bool:
         """Whether an answer has begun."""
         return bool(self._frame or self._coming)

@@ -167,7 +167,7 @@ class ModbusMaster:
         With a driver on the line it looks by itself: bytes may be sent that nobody hears.
         """
         waits, at = self._current, self.wake_cycle
-        if waits is None or at is None or self.bus.hears or self.bus.is_driven:
+        if waits is None or at is None or self.bus.has_heard or self.bus.is_driven:
             return None
         latest_s = waits.sent_s or 0.0
         if waits.address != TO_ALL:
