@@ -94,10 +94,7 @@ class AvrDevice:
         check_digest(self.elf, digest(controller))
         self._start_s = 0.0
         self._recorders: list[Any] = []
-        self._logs = {
-            loop: StateLog(self.variables, self.elf.static_ram, controller, loop)
-            for loop in controller.loops
-        }
+        self._logs = {loop: StateLog(self.variables, controller, loop) for loop in controller.loops}
         self._resets: list[NDArray[Any]] = []
         self.interlocks: dict[str, Interlock] = {}
         self.relay = SafetyRelay() if controller.safety.relay is not None else None
