@@ -39,9 +39,8 @@ class Tape:
         self.raw: list[int] = log["reading_raw"].tolist()
         self.setpoint_c = _singles(log["setpoint_c"])
         self.fault_code: list[int] = log["fault.code"].tolist()
-        given = _given(log, names)
-        fields = [given.get(field, repeat(usual)) for field, usual in NO_ORDERS._asdict().items()]
-        self.orders = [Orders(*each) for _, *each in zip(self.raw, *fields, strict=False)]
+        usual = {field: repeat(each, len(log)) for field, each in NO_ORDERS._asdict().items()}
+        self.orders = list(map(Orders, *(usual | _given(log, names)).values()))
 
 
 def _singles(column: NDArray[Any]) -> list[Single]:
