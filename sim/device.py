@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -15,6 +15,7 @@ from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.menu_keys import keys_for
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
@@ -37,7 +38,10 @@ from heatwright.spec.program_orders import Order, ProgramOrder
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
 FEED_S = 10.0
-"""How often what chips and lines have recorded is read, s of simulated time."""
+"""How often those who talk hear at least, s of simulated time."""
+LISTEN_S = 60.0
+"""How often those who only listen are given what chips and lines have recorded, unless somebody
+asks for it: the larger the blocks, the less work. Of a heater's PWM it is some megabyte."""
 
 
 Kind = TypeVar("Kind")
@@ -61,6 +65,14 @@ class Interface(Protocol):
         """Take pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
 
 
+class Waker(Protocol):
+    """A part that acts by itself."""
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """When it wants to hear and to talk next; None: it waits for nothing."""
+
+
 class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
@@ -82,10 +94,7 @@ class AvrDevice:
         check_digest(self.elf, digest(controller))
         self._start_s = 0.0
         self._recorders: list[Any] = []
-        self._logs = {
-            loop: StateLog(self.variables, self.elf.static_ram, controller, loop)
-            for loop in controller.loops
-        }
+        self._logs = {loop: StateLog(self.variables, controller, loop) for loop in controller.loops}
         self._resets: list[NDArray[Any]] = []
         self.interlocks: dict[str, Interlock] = {}
         self.relay = SafetyRelay() if controller.safety.relay is not None else None
@@ -107,8 +116,10 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        self._talkers = [*self._parts(GcodeHost), *self._pluggable]
-        self._wakers = [*self._talkers, *self._parts(LcdKeypad)]
+        self._lookers = self._pluggable
+        self._talkers = [*self._parts(GcodeHost), *self._lookers]
+        self._shields = self._parts(LcdKeypad)
+        self._wakers = [*self._talkers, *self._shields]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
         self._watch_interlocks()
         for master in self._parts(ModbusMaster):
@@ -117,7 +128,7 @@ class AvrDevice:
             display.serve(display_pages(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
-        self.feed_at = 0
+        self.feed_at = self._listen_at = 0
         keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
         self.run_to = keypads[0].advance if keypads else self.avr.run_to
 
@@ -205,8 +216,15 @@ class AvrDevice:
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which somebody outside wants to hear and to talk, or has let a key go."""
-        wakes = [wake for part in self._wakers if (wake := part.wake_cycle) is not None]
-        return min(wakes) if wakes else None
+        return _first_wake(self._wakers)
+
+    @property
+    def wakes(self) -> tuple[int | None, Look]:
+        """The same, apart from one who waits for what the board sends, and when he looks."""
+        for part in self._lookers:
+            if (look := part.look) is not None:
+                return _first_wake(each for each in self._wakers if each is not part), look
+        return self.wake_cycle, NO_LOOK
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction of an output since the last call, 0..1."""
@@ -293,26 +311,33 @@ class AvrDevice:
     def hear(self) -> None:
         """Give those who talk what has happened up to now; the others get it with the next feed."""
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
-        for part in self._wakers:
+        for part in self._talkers:
             part.feed(pins, sent)
+        for shield in self._shields:
+            shield.fingers.move(self.avr.cycle)
         self._held.append((pins, sent))
 
     def listen(self) -> None:
         """Give those who talk what has happened up to now, and all if that is due."""
-        if self.avr.cycle >= self.feed_at:
+        if self.avr.cycle >= self._listen_at:
             self.feed()
-        else:
-            self.hear()
+            return
+        self.hear()
+        if self.avr.cycle >= self.feed_at:
+            self.feed_at = self._after(FEED_S)
 
     def feed(self) -> None:
         """Give the interfaces and recorders what has happened up to now."""
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
-        listeners = [each for each in self.interfaces if each not in self._wakers]
+        listeners = [each for each in self.interfaces if each not in self._talkers]
         for part in (*listeners, *self._steppers, *self.interlocks.values(), *self._recorders):
             part.feed(pins, sent)
-        self.feed_at = self.avr.cycle + round(FEED_S * self.avr.clock_hz)
+        self.feed_at, self._listen_at = self._after(FEED_S), self._after(LISTEN_S)
+
+    def _after(self, seconds: float) -> int:
+        return self.avr.cycle + round(seconds * self.avr.clock_hz)
 
     def record(self, recorder: Interface) -> None:
         """Give a recorder everything from now on (see heatwright.sim.vcd)."""
@@ -335,6 +360,10 @@ class AvrDevice:
         self._power_on(eeprom)
         if not plugged:
             self.unplug()
+
+
+def _first_wake(parts: Iterable[Waker]) -> int | None:
+    return min((wake for part in parts if (wake := part.wake_cycle) is not None), default=None)
 
 
 def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:

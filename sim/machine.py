@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.dwarf import Variable
+from heatwright.sim.interfaces.look import NEVER
 from heatwright.sim.native.shim import load
 from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
@@ -64,7 +65,6 @@ NO_STOP = Stop()
 
 LOG_ROWS = 2048
 """Steps between two times the log is emptied."""
-NEVER = 2**64 - 1
 WATCHED, SENSED = 1, 2
 """Bits of a row: it counts for the peaks; sensors were given what it says."""
 TIME, BITS, FEED, TIPS = range(4)
@@ -190,7 +190,10 @@ class Machine:
         tips = [m.feelers[number] for number in range(m.feeler_count)]
         tips += [m.meters[number] for number in range(m.meter_count)]
         for name, tip in zip(self.sensors, tips, strict=True):
-            tip.channel = getattr(device.sensors[name], "channel", -1)
+            sensor = device.sensors[name]
+            tip.channel = getattr(sensor, "channel", -1)
+            if name in self.plant.feelers:
+                tip.tip = sensor.tip.pointer if hasattr(sensor, "tip") else self._ffi.NULL
         for number, name in enumerate(self.loads):
             load, switch = m.loads[number], device.outputs[name]
             load.pin, load.active_high = switch.number, switch.active == "high"
@@ -208,7 +211,8 @@ class Machine:
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
         self._wait_for(stop)
         while True:
-            wake = device.wake_cycle
+            wake, look = device.wakes
+            m.look = look
             fed = 0 if device.is_attended else device.feed_at
             ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
             if self._errors:
@@ -242,6 +246,8 @@ class Machine:
             device.listen()
         elif ended == lib.HW_WAKE and wake is not None:
             device.run_to(wake)
+            device.hear()
+        elif ended == lib.HW_NEWS:
             device.hear()
         elif ended == lib.HW_MATRIX:
             self._remember()

@@ -2,26 +2,22 @@
 
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
-from heatwright.sim.reference.inputs import Gains, Limits, Orders
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, WATCHED_FAULTS
 from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
 from heatwright.sim.reference.resumed import resumed
+from heatwright.sim.tape import ACKNOWLEDGEMENTS, STARTS, Tape, count_in
+from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
-from heatwright.spec.adjusted import KINDS
 
-ACKNOWLEDGEMENTS = "fault.acknowledgements"
-STARTS = "autotune.starts"
 LOADED = "loaded"
-"""Columns of inputs."""
+"""Column of the copy of the program."""
 
 
 @dataclass(frozen=True)
@@ -57,19 +53,23 @@ class Player:
         self.segments = 0
         """Runs of steps from one reset to the next, so far."""
         self.restored: list[Restored] = []
-        self._last: np.void | None = None
 
-    def play(self, number: int, row: np.void) -> tuple[object, ...]:
-        """Return what the reference makes of a row, member by member."""
-        if self._last is None or self._is_reset(row, self._last):
-            return self._first_of_segment(number, row)
-        self._acknowledge(_counted(ACKNOWLEDGEMENTS, row, self._last), self._passed_c(row))
-        starts = _counted(STARTS, row, self._last)
-        self._last = row
-        lost = bool(row["fault.code"] == MASTER_LOST)
-        if self._reference.fault_code or not row["fault.code"]:
-            return self._fed(row, starts, lost=lost)
-        return self._tripped(number, row, starts, lost=lost)
+    def play(self, log: StepLog) -> list[tuple[object, ...]]:
+        """Return what the reference makes of each row, member by member."""
+        self._log, self._tape = log, Tape(log)
+        return [self._played(number) for number in range(len(log))]
+
+    def _played(self, number: int) -> tuple[object, ...]:
+        tape = self._tape
+        if tape.begins[number]:
+            return self._first_of_segment(number, self._log[number])
+        if tape.acknowledged[number]:
+            self._acknowledge(tape.acknowledged[number], self._passed_c(self._log[number]))
+        code, starts = tape.fault_code[number], tape.started[number]
+        lost = code == MASTER_LOST
+        if self._reference.fault_code or not code:
+            return self._fed(number, starts, lost=lost)
+        return self._tripped(number, self._log[number], starts, lost=lost)
 
     def _tripped(self, number: int, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
         """Do a step after which a fault is latched: one of this loop, or else of another.
@@ -77,7 +77,7 @@ class Player:
         Another loop's comes before the step or, if that loop is later in the same tick, after it.
         """
         before = deepcopy(self._reference) if self._has_others else None
-        values = self._fed(row, starts, lost=lost)
+        values = self._fed(number, starts, lost=lost)
         code, temperature_c = int(row["fault.code"]), Single(row["fault.temperature_c"])
         own = self._reference.fault_code == code and (
             before is None or self._is_equal(values, row)  # several can trip the same rule at once
@@ -90,7 +90,7 @@ class Player:
             return later
         self._reference = before
         before.restore(code, temperature_c)
-        return self._fed(row, starts, lost=False)
+        return self._fed(number, starts, lost=False)
 
     def _latched_after(self, values: tuple[object, ...], row: np.void) -> tuple[object, ...] | None:
         """Latch another loop's fault after a step; None where the row shows that it was not so."""
@@ -105,8 +105,7 @@ class Player:
 
     def _first_of_segment(self, number: int, row: np.void) -> tuple[object, ...]:
         self.segments += 1
-        self._last = row
-        values = self._begun_with(0, row)
+        values = self._begun_with(0, number)
         code = int(row["fault.code"])
         tripped = self._reference.fault_code and (
             code not in (*WATCHED_FAULTS, MONITOR_LIMIT) or self._is_equal(values, row)
@@ -116,30 +115,31 @@ class Player:
             self.latched.append(Latched(number, time_s, code, own=True))
         if not code or tripped:
             return values
-        restored = self._begun_with(code, row)
+        restored = self._begun_with(code, number)
         if not self._is_equal(restored, row):
-            later = self._latched_after(self._begun_with(0, row), row)
+            later = self._latched_after(self._begun_with(0, number), row)
             if later is not None:
                 self.latched.append(Latched(number, time_s, code, own=False))
                 return later
-            restored = self._begun_with(code, row)
+            restored = self._begun_with(code, number)
         self.restored.append(Restored(number, time_s, code))
         return restored
 
-    def _begun_with(self, code: int, row: np.void) -> tuple[object, ...]:
+    def _begun_with(self, code: int, number: int) -> tuple[object, ...]:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none.
 
         What was acknowledged before it has gone, whichever it was.
         """
         self._reference = Reference(self._controller, self._loop)
-        acknowledged, told_c = _counted(ACKNOWLEDGEMENTS, row), Single(row["fault.temperature_c"])
+        row = self._log[number]
+        acknowledged, told_c = count_in(row, ACKNOWLEDGEMENTS), Single(row["fault.temperature_c"])
         self._acknowledge(acknowledged, told_c)
         if code or not acknowledged:
             self._reference.restore(code, told_c)
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)
-        return self._fed(row, _counted(STARTS, row), lost=False)
+        return self._fed(number, count_in(row, STARTS), lost=False)
 
     def _passed_c(self, row: np.void) -> Single:
         """Return the temperature of a fault that came and went since the step before.
@@ -155,21 +155,22 @@ class Player:
                 self._reference.restore(EMERGENCY_STOP, passed_c)
             self._reference.acknowledge()
 
-    def _fed(self, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
-        if row["fault.code"] == EMERGENCY_STOP:
-            self._reference.stop()
-        if self._reference.program and row["program.order"] == START:
-            self._load(row)
-        if tuner := self._reference.steering.tuner:
+    def _fed(self, number: int, starts: int, *, lost: bool) -> tuple[object, ...]:
+        tape, reference = self._tape, self._reference
+        orders = tape.orders[number]
+        if tape.fault_code[number] == EMERGENCY_STOP:
+            reference.stop()
+        if reference.program and orders.program[0] == START:
+            self._load(self._log[number])
+        if starts and (tuner := reference.steering.tuner):
             for _ in range(starts):
-                tuner.start(int(row["autotune.cycles"]))
-        record = self._reference.step(
-            int(row["reading_status"]),
-            int(row["reading_raw"]),
-            Single(row["setpoint_c"]),
-            orders=_orders(row, lost=lost),
+                tuner.start(int(self._log[number]["autotune.cycles"]))
+        return reference.stepped(
+            tape.status[number],
+            tape.raw[number],
+            tape.setpoint_c[number],
+            orders=orders._replace(master_lost=True) if lost else orders,
         )
-        return tuple(record.values())
 
     def _is_equal(self, values: tuple[object, ...], row: np.void) -> bool:
         return all(
@@ -180,72 +181,3 @@ class Player:
         if program := self._reference.program:
             number = int(row["program.argument"] or row["program.number"])
             program.load(number, from_cell(row[LOADED]))
-
-    @staticmethod
-    def _is_reset(row: np.void, last: np.void) -> bool:
-        return bool(row["steps"] == 1 and last["steps"] != 0)
-
-
-class _Told(NamedTuple):
-    """What a log has of the inputs that not every loop has.
-
-    numbers -- by field of the algorithm; monitors -- by name: members for status and raw number.
-    """
-
-    names: frozenset[str]
-    numbers: dict[str, str]
-    monitors: dict[str, tuple[str, str]]
-
-
-@lru_cache(maxsize=64)
-def _told(names: tuple[str, ...]) -> _Told:
-    """Find them by the names of a log's members."""
-    keyed = {kind.field: f"algorithm.{kind.field}" for kind in KINDS}
-    watched = [name.partition(".")[0] for name in names if name.endswith(".warns")]
-    return _Told(
-        frozenset(names),
-        {field: name for field, name in keyed.items() if name in names},
-        {
-            each.removeprefix("monitor_"): (f"{each}.reading_status", f"{each}.reading_raw")
-            for each in watched
-        },
-    )
-
-
-def _orders(row: np.void, *, lost: bool) -> Orders:
-    names, numbers, monitors = _told(_names(row))
-    code = int(row["fault.code"])
-    given: dict[str, Any] = {
-        "master_lost": lost,
-        "watch_fault": code if code in WATCHED_FAULTS else 0,
-        "numbers": {field: Single(row[name]) for field, name in numbers.items()},
-        "monitors": {
-            name: (int(row[status]), int(row[raw])) for name, (status, raw) in monitors.items()
-        },
-    }
-    if "enabled" in names:
-        given["enabled"] = int(row["enabled"])
-    if "current.raw" in names:
-        given["current_raw"] = int(row["current.raw"])
-    if "guard.maximum_c" in names:
-        given["maximum_c"] = Single(row["guard.maximum_c"])
-    if "program.order" in names:
-        given["program"] = (int(row["program.order"]), int(row["program.argument"]))
-    if "mode" in names:
-        given["mode"] = int(row["mode"])
-        given["manual_percent"] = Single(row["manual_percent"])
-        given["gains"] = Gains(*(Single(row[f"algorithm.{gain}"]) for gain in Gains._fields))
-    if "output_maximum_percent" in names:
-        given["limits"] = Limits(*(Single(row[f"{limit}_percent"]) for limit in Limits._fields))
-    return Orders(**given)
-
-
-def _counted(member: str, row: np.void, last: np.void | None = None) -> int:
-    """Return by how much a count of 8 bits went on, or since the reset; 0 if the log has none."""
-    if member not in _told(_names(row)).names:
-        return 0
-    return (int(row[member]) - (0 if last is None else int(last[member]))) & 0xFF
-
-
-def _names(row: np.void) -> tuple[str, ...]:
-    return row.dtype.names or ()

@@ -131,9 +131,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         raise ReplayError(message)
     player = Player(controller, name)
     _check_members(log, player.members)
-    expected = np.array(
-        [player.play(number, row) for number, row in enumerate(log)], player.members
-    )
+    expected = np.array(player.play(log), player.members)
     found = [
         (int(row), member)
         for member, _ in player.members

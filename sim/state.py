@@ -18,7 +18,7 @@ LOADED = "program.c:loaded"
 
 
 class StateLog:
-    """The steps of one loop: images of the whole static RAM, decoded when asked for.
+    """The steps of one loop: images of the RAM that has its state, decoded when asked for.
 
     The columns are the members of docs/control.md: those of the loop itself by their own names, the
     others behind ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
@@ -26,14 +26,13 @@ class StateLog:
     programmed loop works off.
     """
 
-    def __init__(
-        self, variables: Variables, static_ram: tuple[int, int], controller: Controller, name: str
-    ) -> None:
-        self._base = static_ram[0]
-        self._size = static_ram[1] - static_ram[0]
+    def __init__(self, variables: Variables, controller: Controller, name: str) -> None:
         self._counter = variables[f"loop_{name}.steps"]
         self._variables = variables
         self._columns = _columns(variables, controller, name)
+        kept = [variables[path] for path in self._columns.values()]
+        self._base = min(each.address for each in kept)
+        self._size = max(each.address + each.size for each in kept) - self._base
         self._times: list[NDArray[np.float64]] = []
         self._images: list[NDArray[np.uint8]] = []
         self._snapshots: Snapshots | None = None

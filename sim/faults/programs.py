@@ -304,6 +304,7 @@ def _read_first(world: World) -> str:
     log = world.device.steps(world.site.loop_name)
     valid = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
     first_s = float(valid["time_s"][0]) if len(valid) else float("inf")
+    world.device.feed()
     on_s = world.heater.first_on_s
     early = on_s is not None and on_s < first_s
     return "the heater was on before the first reading" if early else ""

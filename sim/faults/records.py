@@ -144,11 +144,12 @@ class HeaterLog:
         """Return the changes from a time of late on (device time, s): each heater's in order."""
         found = []
         for start_s, mine in self._recent:
-            for cycle, pin, state in zip(mine["cycle"], mine["pin"], mine["state"], strict=True):
-                edge_s = start_s + int(cycle) / self._device.avr.clock_hz
-                if edge_s >= time_s:
-                    on = bool(state & 1) == self._active[int(pin)]
-                    found.append(Edge(int(pin), edge_s, on, state >> 1 == Source.MCU))
+            edges_s = start_s + mine["cycle"] / self._device.avr.clock_hz
+            late = np.flatnonzero(edges_s >= time_s)
+            for edge_s, edge in zip(edges_s[late].tolist(), mine[late], strict=True):
+                pin, state = int(edge["pin"]), int(edge["state"])
+                on = bool(state & 1) == self._active[pin]
+                found.append(Edge(pin, edge_s, on, state >> 1 == Source.MCU))
         return found
 
     def last_on_s(self, since_s: float) -> float | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatwright.sim.circuits import current_v, reference_v
 from heatwright.sim.faults.currents import CODES
@@ -20,6 +21,8 @@ from heatwright.sim.replay import replay_all
 from heatwright.spec import CurrentSensor, monitors_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.timers import TICK_S
+
+Numbers = NDArray[np.float64]
 
 SATURATE = {"ds18b20", "max6675"}
 """Kinds that say the end of their range where it is hotter or colder, and not that it is."""
@@ -90,24 +93,35 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     thermometer = controller.thermometers[sensor]
     age_s = thermometer.conversion_s + controller.loops[name].period_s + world.step_s
     ends_c = thermometer.range_c if thermometer.kind in SATURATE else None
-    first = np.searchsorted(times_s, good["time_s"] - age_s)
-    last = np.searchsorted(times_s, good["time_s"] + world.step_s)
-    step_k = thermometer.step_k
-    blurs_k: dict[float, float] = {}  # a reading says the same of many rows
-    for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
-        felt_c, found_c = tips_c[max(0, begin - 1) : end + 1], float(read_c[row])
-        if ends_c is not None:
-            felt_c = np.clip(felt_c, *ends_c)
-        if found_c not in blurs_k:
-            blurs_k[found_c] = sensor_blur_k(controller, sensor, found_c)
-        off_k = step_k + blurs_k[found_c]
-        if not felt_c.min() - off_k <= found_c <= felt_c.max() + off_k:
-            yield (
-                f"{sensor} of {prefix.rstrip('.') or name} read {found_c:.2f} °C at "
-                f"{good['time_s'][row]:.2f} s, where it felt {felt_c.min():.2f} to "
-                f"{felt_c.max():.2f} °C"
-            )
-            return
+    if ends_c is not None:
+        tips_c = np.clip(tips_c, *ends_c)
+    spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
+    least_c, most_c = _extremes(tips_c, spans)
+    readings_c, which = np.unique(read_c, return_inverse=True)  # most rows say the same as others
+    blurs_k = [sensor_blur_k(controller, sensor, each) for each in readings_c.tolist()]
+    off_k, found_c = thermometer.step_k + np.array(blurs_k)[which], read_c.astype(np.float64)
+    is_true = (least_c - off_k <= found_c) & (found_c <= most_c + off_k)
+    for row in np.flatnonzero(~is_true)[:1]:
+        yield (
+            f"{sensor} of {prefix.rstrip('.') or name} read {found_c[row]:.2f} °C at "
+            f"{good['time_s'][row]:.2f} s, where it felt {least_c[row]:.2f} to "
+            f"{most_c[row]:.2f} °C"
+        )
+
+
+def _spans(times_s: Numbers, since_s: Numbers, until_s: Numbers) -> NDArray[np.intp]:
+    """Return the first element of what held from one time to another, and the one behind it."""
+    first, last = np.searchsorted(times_s, since_s), np.searchsorted(times_s, until_s)
+    return np.stack((np.maximum(0, first - 1), np.minimum(last + 1, len(times_s))), axis=1)
+
+
+def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Numbers]:
+    """Return the least and the most of each span."""
+    if not len(spans):
+        return np.empty(0), np.empty(0)
+    padded = np.append(values, 0.0)  # so that a span may end at the end
+    least, most = (each.reduceat(padded, spans.ravel())[::2] for each in (np.minimum, np.maximum))
+    return least, most
 
 
 def _not_flowed(world: World, name: str) -> Iterator[str]:
@@ -126,15 +140,14 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     volts = current_v(sensor, flowed_a)
     codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
     age_s = loop.period_s + sensor.oversample * TICK_S + world.step_s
-    first = np.searchsorted(times_s, log["time_s"] - age_s)
-    last = np.searchsorted(times_s, log["time_s"] + world.step_s)
-    for row, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
-        place = slice(max(0, begin - 1), end + 1)
-        code = log["current.raw"][row] / sensor.oversample
-        if not codes[place].min() - 1 <= code <= codes[place].max() + 1:
-            yield (
-                f"{name} measured {log['current.amperes'][row]:.2f} A at "
-                f"{log['time_s'][row]:.2f} s, where {flowed_a[place].min():.2f} to "
-                f"{flowed_a[place].max():.2f} A flowed"
-            )
-            return
+    spans = _spans(times_s, log["time_s"] - age_s, log["time_s"] + world.step_s)
+    least, most = _extremes(codes, spans)
+    code = log["current.raw"] / sensor.oversample
+    is_true = (least - 1 <= code) & (code <= most + 1)
+    for row in np.flatnonzero(~is_true)[:1]:
+        flowed = flowed_a[slice(*spans[row])]
+        yield (
+            f"{name} measured {log['current.amperes'][row]:.2f} A at "
+            f"{log['time_s'][row]:.2f} s, where {flowed.min():.2f} to "
+            f"{flowed.max():.2f} A flowed"
+        )

@@ -107,28 +107,13 @@ class Hd44780:
 
     def _take(self, time_ns: int, rs: int, byte: int) -> bool:
         if rs:
-            self._data(byte)
             self._busy_until = time_ns + self.times.data
-        else:
-            slow = byte in {0x01, 0x02, 0x03}
-            self._instruction(byte)
-            self._busy_until = time_ns + (self.times.clear if slow else self.times.other)
-        return bool(rs) or byte < 0x40  # above are addresses
-
-    def _instruction(self, byte: int) -> None:
-        """The highest set bit says which."""
-        handlers = (
-            self._clear,
-            self._home,
-            self._entry_mode,
-            self._display_control,
-            self._move,
-            self._function_set,
-            self._cgram_address,
-            self._ddram_address,
-        )
+            return self._data(byte)
+        slow = byte in {0x01, 0x02, 0x03}
         if byte:
-            handlers[byte.bit_length() - 1](byte)
+            _INSTRUCTIONS[byte.bit_length() - 1](self, byte)
+        self._busy_until = time_ns + (self.times.clear if slow else self.times.other)
+        return byte < 0x40  # above are addresses
 
     def _clear(self, _: int) -> None:
         self._ddram[:] = b" " * len(self._ddram)
@@ -166,14 +151,18 @@ class Hd44780:
         self._address = byte & 0x7F
         self._in_cgram = False
 
-    def _data(self, byte: int) -> None:
+    def _data(self, byte: int) -> bool:
+        """Take a character; tell whether it may show: most are there already."""
+        shows = False
         if self._in_cgram:
             self._cgram[self._address & 0x3F] = byte
         else:
+            shows = self._shifts or self._ddram[self._address] != byte
             self._ddram[self._address] = byte
             if self._shifts:
                 self._shift = (self._shift + self._increment) % LINE_LENGTH
         self._step(self._increment)
+        return shows
 
     def _step(self, by: int) -> None:
         if self._in_cgram:
@@ -182,3 +171,16 @@ class Hd44780:
         places, place_of = _TWO_ROWS if self._two_lines else _ONE_ROW
         place = place_of.get(self._address, 0)
         self._address = places[(place + by) % len(places)]
+
+
+_INSTRUCTIONS = (
+    Hd44780._clear,
+    Hd44780._home,
+    Hd44780._entry_mode,
+    Hd44780._display_control,
+    Hd44780._move,
+    Hd44780._function_set,
+    Hd44780._cgram_address,
+    Hd44780._ddram_address,
+)
+"""By the number of the highest bit that is set."""

@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.native.characters import Format, heard, sent_by
+from heatwright.sim.native.characters import Format, receiver, sent_by
 
 FIXED_ABOVE_BAUD = 19_200
 FIXED_SILENCE_S = 1.75e-3
@@ -41,11 +41,12 @@ class Frame:
     longest_gap_s: float
 
 
-@dataclass(frozen=True)
-class _Byte:
+class _Byte(NamedTuple):
     start_s: float
     end_s: float
-    record: Any
+    value: int
+    format: int
+    bit_cycles: int
 
 
 class Bus:
@@ -63,7 +64,7 @@ class Bus:
         self.unheard = self.collisions = 0
         self.slowest_release_s = 0.0
         self._avr = avr
-        self._number = uart
+        self.uart = uart
         self._uart = avr.uarts[uart]
         self._driver = driver
         self._driven: deque[tuple[float, bool]] = deque([(0.0, driver is None)])
@@ -89,6 +90,16 @@ class Bus:
         return self._quiet_s
 
     @property
+    def is_driven(self) -> bool:
+        """Whether the board has to switch a driver on before it sends."""
+        return self._driver is not None
+
+    @property
+    def has_heard(self) -> bool:
+        """Whether the board has sent anything since the last request, to whomever."""
+        return self.hears or len(self._avr.uarts.log) > 0
+
+    @property
     def hears(self) -> bool:
         """Whether an answer has begun."""
         return bool(self._frame or self._coming)
@@ -107,11 +118,11 @@ class Bus:
         return found
 
     def _bytes(self, sent: NDArray[Any]) -> Iterator[_Byte]:
-        clock_hz = self._avr.clock_hz
-        for record in sent_by(self._number, sent):
-            cycles = Format.of(int(record["format"])).bits * int(record["bit_cycles"])
-            end = int(record["end"])
-            yield _Byte((end - cycles) / clock_hz, end / clock_hz, record)
+        clock_hz, mine = self._avr.clock_hz, sent_by(self.uart, sent)
+        columns = (mine[name].tolist() for name in ("end", "value", "format", "bit_cycles"))
+        for end, value, code, bit in zip(*columns, strict=True):
+            start = end - Format.of(code).bits * bit
+            yield _Byte(start / clock_hz, end / clock_hz, value, code, bit)
 
     def _take(self, byte: _Byte, found: list[Frame]) -> None:
         if not self._is_driven(byte.start_s, byte.end_s):
@@ -129,7 +140,10 @@ class Bus:
 
     def _framed(self) -> Frame:
         bit = self._avr.clock_hz / self.baud
-        read = [heard(byte.record, self.form, bit) for byte in self._frame]
+        read = [
+            receiver(byte.format, byte.bit_cycles, self.form, bit)[byte.value]
+            for byte in self._frame
+        ]
         gaps = [later.start_s - byte.end_s for byte, later in pairwise(self._frame)]
         return Frame(
             self._frame[0].start_s,

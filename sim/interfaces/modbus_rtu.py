@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces import modbus_frames as frames
+from heatwright.sim.interfaces.look import Look
 from heatwright.sim.interfaces.modbus_bus import Bus, Frame
 from heatwright.sim.interfaces.modbus_exchange import TO_ALL, Exchange
 from heatwright.sim.interfaces.registers import Register
@@ -157,6 +159,25 @@ class ModbusMaster:
         else:
             return None
         return max(round(wake_s * self._avr.clock_hz), self._avr.cycle + 1)
+
+    @property
+    def look(self) -> Look | None:
+        """How it looks while it waits for an answer of which it has heard nothing yet.
+
+        With a driver on the line it looks by itself: bytes may be sent that nobody hears.
+        """
+        waits, at = self._current, self.wake_cycle
+        if waits is None or at is None or self.bus.has_heard or self.bus.is_driven:
+            return None
+        latest_s = waits.sent_s or 0.0
+        if waits.address != TO_ALL:
+            latest_s += self.bus.silence_s + ANSWER_S
+        clock_hz = self._avr.clock_hz
+        latest, silence = (
+            max(1, math.floor(each * clock_hz) - 1) for each in (latest_s, self.bus.silence_s)
+        )
+        every = round(LOOK_S * clock_hz)
+        return Look(at, every, latest, drifts=True, uart=self.bus.uart, silence=silence)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the board has sent, and go on."""

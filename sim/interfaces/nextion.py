@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.interfaces.nextion_codes import END, Code
 from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_line import Line
@@ -147,6 +148,16 @@ class Nextion:
     def is_busy(self) -> bool:
         """Whether there is something to look at, or it is still starting."""
         return self._plugged and (self.line.has_news or not self.display.is_on)
+
+    @property
+    def look(self) -> Look | None:
+        """How it looks if it will do nothing but by a touch, or by what the board sends."""
+        at = self.wake_cycle
+        if at is None or self.is_busy:
+            return None
+        if any(part.values["en"] for part in self.display.memory.timers):
+            return None
+        return Look(at, self._look_cycles, NEVER)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""

@@ -18,6 +18,7 @@ enum {
     HW_WAKE = 7,     /* somebody outside wants to talk within this step */
     HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
     HW_STOPPED = 9,  /* a step has ended, and what is waited for may be so now */
+    HW_NEWS = 10,    /* the board has sent something, and somebody who waits for it looks now */
 };
 
 /* Causes of a reset, as MCUSR numbers them. */
@@ -183,13 +184,25 @@ hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, dou
 void hw_fan_fail(hw_fan *f, double pace, double noise, double low, int wire);
 double hw_fan_speed(hw_fan *f);                 /* pulses per cycle */
 
+/* What a sensor's tip feels, and has felt: C tells, the chip reads it when it converts. A value that
+   stays is kept once. */
+enum { HW_TIP_KEEPS = 4096 };
+typedef struct {
+    uint64_t since[HW_TIP_KEEPS], told_at;
+    double felt[HW_TIP_KEEPS];
+    uint32_t newest, older;     /* its place, and how many are kept beside it */
+} hw_tip;
+void hw_tip_tell(hw_tip *t, uint64_t cycle, double felt);
+double hw_tip_felt(const hw_tip *t, uint64_t cycle);  /* at a cycle, or the oldest that is kept */
+
 /* A machine: see machine.c. All arrays are Python's. Indices: of states, loads, the ADC's channels. */
 enum { HW_SENSES = 0, HW_RUNS = 1, HW_HEATS = 2 };  /* its phases */
 enum { HW_MACHINE_PLACES = 4096 };                  /* a power of two, above twice the matrices */
 typedef struct { int load; double power_w; } hw_heater;
 typedef struct { int here, there; double factor; } hw_surface;
 typedef struct {
-    int state, channel;         /* channel -1: Python is told */
+    int state, channel;         /* channel -1: the tip is told, or Python where there is none */
+    hw_tip *tip;
     double older;               /* share of the older of two steps */
     double *past;               /* a ring */
     int length, oldest;
@@ -205,12 +218,15 @@ typedef struct {
     double beside, below;               /* heat from elsewhere, while less is felt */
 } hw_load;
 typedef struct { uint16_t address, size; uint8_t was[8]; } hw_variable;
+/* See Look in Python. */
+typedef struct { uint64_t at, every, latest; int drifts, uart; uint64_t silence; } hw_look;
 typedef struct {
     hw *h;
     void *handle;
     hw_relay *relay;
     double clock_hz, step_s, powered_s, began_s;
     uint64_t row, until, read_at, relay_closed, left;
+    hw_look look;
     int phase;
     /* the network */
     int states, nodes, inputs, heater_count, surface_count, fan_count;

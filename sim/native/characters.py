@@ -103,11 +103,19 @@ def heard(sent: Any, form: Format, bit_cycles: float) -> tuple[int, bool]:
 
     It samples each bit once, in its middle, from the start bit's edge on by its own clock.
     """
-    own, value = Format.of(int(sent["format"])), int(sent["value"])
-    return _sampled(own, value, bit_cycles / int(sent["bit_cycles"]), form)
+    of = receiver(int(sent["format"]), int(sent["bit_cycles"]), form, bit_cycles)
+    return of[int(sent["value"])]
 
 
 @cache
+def receiver(
+    code: int, sent_cycles: int, form: Format, bit_cycles: float
+) -> tuple[tuple[int, bool], ...]:
+    """Return what `heard` makes of each value that is sent in a format (its code) at a speed."""
+    own, ratio = Format.of(code), bit_cycles / sent_cycles
+    return tuple(_sampled(own, value, ratio, form) for value in range(256))
+
+
 def _sampled(own: Format, value: int, ratio: float, form: Format) -> tuple[int, bool]:
     """Receive a byte; ratio -- how much longer than the sender's the receiver's bits are."""
     levels = int(own.levels[value])

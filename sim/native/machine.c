@@ -105,8 +105,10 @@ static void note(hw_machine *m) {
         memcpy(row + m->load_count, m->vector, (size_t)m->nodes * sizeof *row);
 }
 
-static void sense(hw_machine *m, int i, int channel) {
-    if (channel < 0 || !hw_adc_sense(m->h, channel, m->tips[i]))
+static void sense(hw_machine *m, int i, int channel, hw_tip *tip) {
+    if (tip)
+        hw_tip_tell(tip, m->h->avr->cycle, m->tips[i]);
+    else if (channel < 0 || !hw_adc_sense(m->h, channel, m->tips[i]))
         hw_machine_sense(m->handle, i, m->tips[i]);
 }
 
@@ -114,9 +116,9 @@ void hw_machine_begin(hw_machine *m) {
     m->sensed = 1;
     m->began_s = m->powered_s + (double)m->h->avr->cycle / m->clock_hz;
     for (int i = 0; i < m->feeler_count; i++)
-        sense(m, i, m->feelers[i].channel);
+        sense(m, i, m->feelers[i].channel, m->feelers[i].tip);
     for (int i = 0; i < m->meter_count; i++)
-        sense(m, m->feeler_count + i, m->meters[i].channel);
+        sense(m, m->feeler_count + i, m->meters[i].channel, NULL);
     m->row++;
     /* As AvrDevice.advance does, to the last bit: both ways end each step at the same cycle. */
     double until_s = m->powered_s + (double)m->row * m->step_s;
@@ -201,6 +203,40 @@ static int stops(const hw_machine *m) {
     return 0;
 }
 
+/* Whether the board has sent what is waited for. What may be too short a silence counts as one:
+   Python looks closer. From the end of a byte to that of the next is longer than what lies between. */
+static int has_news(const hw_machine *m) {
+    const hw_uart_byte *sent = hw_log_data(m->h, HW_UART_LOG);
+    size_t count = hw_log_count(m->h, HW_UART_LOG);
+    if (!m->look.silence)
+        return count > 0;
+    uint64_t ended = UINT64_MAX - m->look.silence;
+    for (size_t i = 0; i < count; i++) {
+        if (sent[i].uart != m->look.uart || sent[i].lost)
+            continue;
+        if (sent[i].end > ended + m->look.silence)
+            return 1;
+        ended = sent[i].end;
+    }
+    return m->h->avr->cycle >= ended + m->look.silence;
+}
+
+/* Runs to the end of the step, or to where somebody wants to hear. */
+static int run(hw_machine *m, uint64_t wake) {
+    hw_look *look = &m->look;
+    uint64_t end = wake < m->until ? wake : m->until;
+    while (look->at < end) {
+        int ended = hw_run(m->h, look->at);
+        if (ended)
+            return ended;
+        uint64_t now = m->h->avr->cycle;
+        if (now >= look->latest || has_news(m))
+            return HW_NEWS;
+        look->at = (look->drifts ? now : look->at) + look->every;
+    }
+    return wake < m->until ? HW_WAKE : hw_run(m->h, m->until);
+}
+
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
     for (;;) {
         if (m->phase == HW_SENSES) {
@@ -217,9 +253,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
             m->phase = HW_RUNS;
         }
         if (m->phase == HW_RUNS) {
-            if (wake < m->until)
-                return HW_WAKE;
-            int ended = hw_run(m->h, m->until);
+            int ended = run(m, wake);
             if (ended)
                 return ended;
             hw_machine_read(m);

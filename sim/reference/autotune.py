@@ -66,6 +66,7 @@ class Tuner:
         self._constants = Constants.of(algorithm, autotune, loop.period_s)
         self._swing_share = Single(autotune.swing_percent / 100)
         self.swing_percent = self._constants.swing_percent
+        self._limits: Limits | None = None
         self._usual_cycles = autotune.cycles
         self._longest = min(LONGEST_STEPS, steps(autotune.timeout_s, loop.period_s))
         self.result = NONE
@@ -80,8 +81,8 @@ class Tuner:
 
     def take_limits(self, limits: Limits) -> None:
         """Go by other limits than the specification's."""
-        self._constants = self._constants.within(limits, self._swing_share)
-        self.swing_percent = self._constants.swing_percent
+        self._limits = limits
+        self.swing_percent = limits.output_maximum * self._swing_share
 
     def start(self, cycles: int | None = None) -> None:
         """Begin anew, with the specification's number of cycles if none is given."""
@@ -211,6 +212,9 @@ class Tuner:
             self._peak_sum,
             self._rise,
         )
-        self._found = found_by(swings, self._constants)
+        constants = self._constants
+        if self._limits is not None:
+            constants = constants.within(self._limits, self._swing_share)
+        self._found = found_by(swings, constants)
         usable = all(gain <= LARGEST_GAIN for gain in self.gains)
         self.result = DONE if usable else NO_USE

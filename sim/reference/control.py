@@ -151,7 +151,7 @@ class Steering:
             if gains is None:
                 message = "A tunable loop needs its gains"
                 raise ValueError(message)
-            self._pid.take(gains._replace(**numbers))
+            self._pid.take(gains._replace(**numbers) if numbers else gains)
             if orders.mode == MANUAL:
                 return self._pid.follow(
                     look.temperature_c, look.gap, look.setpoint_c, orders.manual_percent

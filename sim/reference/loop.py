@@ -119,6 +119,13 @@ class Reference:
         """
         if acknowledge:
             self.acknowledge()
+        values = self.stepped(status, raw, setpoint, orders=orders)
+        return dict(zip(self._names, values, strict=True))
+
+    def stepped(
+        self, status: int, raw: int, setpoint: Single, *, orders: Orders
+    ) -> tuple[Value, ...]:
+        """Do a step, and return the values of `members`."""
         self._steps = (self._steps + 1) & 0xFFFF
         self._readings.take(status, raw, anew=bool(self._guard.fresh))
         orders, setpoint = self._run_program(status, orders, setpoint)
@@ -134,7 +141,7 @@ class Reference:
         if self.program:
             temperature_c = self._readings.mean.temperature_c
             self.program.count(self._duty_percent, temperature_c, fault=bool(self.fault_code))
-        return dict(zip(self._names, self._values(setpoint, orders), strict=True))
+        return self._values(setpoint, orders)
 
     def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:
         """Let the program do its part, and return what it makes of the inputs."""
@@ -152,6 +159,7 @@ class Reference:
         return self.program.steered(orders, setpoint)
 
     def _look(self, seen: Seen, raw: int, setpoint: Single, orders: Orders) -> Look:
+        full_percent, bandless, by_hand = self.steering.exemptions(setpoint, orders)
         return Look(
             *seen,
             self._readings.gap,
@@ -159,8 +167,10 @@ class Reference:
             setpoint,
             self._duty_percent,
             self._asked_percent,
-            **self.steering.exemptions(setpoint, orders)._asdict(),
-            moved=self.program is not None and self.program.moves,
+            full_percent,
+            bandless,
+            by_hand,
+            self.program is not None and self.program.moves,
         )
 
     def _mind_others(self, orders: Orders) -> None:
@@ -188,7 +198,8 @@ class Reference:
         if status:
             code = self._guard.without_reading(status, self._readings.missing)
         else:
-            code = self._guard.with_reading(look._replace(**single._asdict()))
+            alone = look._replace(**single._asdict()) if self._readings.averages else look
+            code = self._guard.with_reading(alone)
         self._trip(code, single.temperature_c)
 
     def _trip(self, code: int, temperature_c: Single) -> None:

@@ -20,8 +20,16 @@ def limits_of(algorithm: Pid) -> Limits:
 
 def may_limit(algorithm: Pid, limits: Limits) -> bool:
     """Tell whether limits are in order, and within those of the specification."""
-    widest = limits_of(algorithm)
-    least_maximum = Single(algorithm.output.minimum_percent + LEAST_RANGE)
+    return in_order(limits, limits_of(algorithm), least_maximum_of(algorithm))
+
+
+def least_maximum_of(algorithm: Pid) -> Single:
+    """Return the least maximum of the output that may be set, %."""
+    return Single(algorithm.output.minimum_percent + LEAST_RANGE)
+
+
+def in_order(limits: Limits, widest: Limits, least_maximum: Single) -> bool:
+    """Tell whether limits are in order, and within the widest."""
     return bool(
         widest.integral_minimum
         <= limits.integral_minimum

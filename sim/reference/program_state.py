@@ -1,6 +1,7 @@
 """What is known of the program that runs (docs/control.md, "Programs")."""
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single
@@ -47,7 +48,8 @@ class ProgramState:
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of MEMBERS."""
-        return tuple(getattr(self, name) for name, _ in MEMBERS)
+        values: tuple[Value, ...] = _VALUES(self)
+        return values
 
 
 _WIDTHS = {
@@ -59,3 +61,4 @@ _WIDTHS = {
 MEMBERS: tuple[Member, ...] = tuple(
     (name, _WIDTHS.get(name, "u1")) for name in ProgramState.__dataclass_fields__
 )
+_VALUES = attrgetter(*(name for name, _ in MEMBERS))

@@ -51,7 +51,9 @@ class Readings:
         sensor = controller.thermometers[name]
         kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
         self._convert = kind.converter(sensor, controller.board)
-        self._average = Average(sensor.moving_average) if sensor.moving_average > 1 else None
+        self.averages = sensor.moving_average > 1
+        """Whether the mean is another temperature than that of the reading alone."""
+        self._average = Average(sensor.moving_average) if self.averages else None
         self.raw_width: str = getattr(kind, "RAW", RAW_WIDTH)
         self.members: tuple[Member, ...] = (
             ("reading_status", "u1"),

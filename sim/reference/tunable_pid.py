@@ -6,7 +6,7 @@ All terms exist, whatever the gains of the specification are.
 from heatwright.sim.reference.inputs import Gains, Limits
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, clamp
-from heatwright.sim.reference.pid import PidControl, limits_of, may_limit
+from heatwright.sim.reference.pid import PidControl, in_order, least_maximum_of, limits_of
 from heatwright.spec import Pid
 
 
@@ -16,8 +16,9 @@ class TunablePid(PidControl):
     def __init__(self, algorithm: Pid, period_s: float) -> None:
         """Begin without gains: the first step takes them over."""
         super().__init__(algorithm, period_s)
-        self._algorithm = algorithm
-        self.limits = limits_of(algorithm)
+        self._adjustable = algorithm.limits_adjustable
+        self._least_maximum = least_maximum_of(algorithm)
+        self.limits = self._widest = limits_of(algorithm)
         """Those in force."""
         self._integrates = self._differentiates = True
         self._period_s = Single(period_s)
@@ -38,13 +39,13 @@ class TunablePid(PidControl):
 
     def take_limits(self, limits: Limits | None) -> None:
         """Take over the limits, where they are adjustable; what cannot be is as specified."""
-        if not self._algorithm.limits_adjustable:
+        if not self._adjustable:
             return
         if limits is None:
             message = "The loop needs its limits"
             raise ValueError(message)
-        sound = may_limit(self._algorithm, limits)
-        self.limits = limits if sound else limits_of(self._algorithm)
+        sound = in_order(limits, self._widest, self._least_maximum)
+        self.limits = limits if sound else self._widest
         *self._integral_limits, self.full_percent = self.limits
 
     def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
@@ -69,5 +70,5 @@ class TunablePid(PidControl):
                 self._integral + lost_kp * error + lost_kd * self._derivative,
                 *self._integral_limits,
             )
-        if self._algorithm.limits_adjustable:
+        if self._adjustable:
             self._integral = clamp(self._integral, *self._integral_limits)

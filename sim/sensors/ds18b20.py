@@ -13,6 +13,7 @@ from functools import cache
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.one_wire import Line, Timing
+from heatwright.sim.native.tip import Tip
 from heatwright.spec import Board
 from heatwright.spec import Ds18b20 as Spec
 
@@ -102,7 +103,7 @@ class _Conversion:
 class Ds18b20:
     """A chip on a pin of a processor.
 
-    temperature_c -- what its tip feels, °C; a conversion takes it when it starts.
+    tip -- what it feels; a conversion takes it when it starts.
     undefined_bits -- of a reading, those below the resolution. faults -- see Faults. line -- the
     1-Wire line.
     """
@@ -110,7 +111,7 @@ class Ds18b20:
     def __init__(
         self, avr: Avr, pin: str, *, serial: int = 1, timing: Timing | None = None
     ) -> None:
-        self.temperature_c = 20.0
+        self.tip = Tip(avr)
         self.undefined_bits = 0b111
         self.faults = Faults()
         self.rom = rom_code(serial)
@@ -124,7 +125,7 @@ class Ds18b20:
 
     def sense(self, temperature_c: float) -> None:
         """Give its tip this temperature from now on, °C."""
-        self.temperature_c = temperature_c
+        self.tip.tell(temperature_c)
 
     # -- faults --------------------------------------------------------------------------------
 
@@ -229,7 +230,7 @@ class Ds18b20:
     def _converted(self) -> int:
         if self.faults.frozen:
             return self._raw
-        return raw_code(self.temperature_c, self._settings.resolution_bits, self.undefined_bits)
+        return raw_code(self.tip.felt_c, self._settings.resolution_bits, self.undefined_bits)
 
     def _finish(self, cycle: int) -> None:
         done = self._conversion

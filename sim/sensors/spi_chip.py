@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import random
-from collections import deque
 from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Port, Timing, Wires
+from heatwright.sim.native.tip import Tip
 from heatwright.spec import Board, Max6675, Max31855, Max31856
 
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
@@ -41,8 +41,8 @@ class Faults:
 class SpiChip:
     """A converter on its wires; what it sends is its kind's.
 
-    temperature_c -- what the thermocouple's tip feels, °C; faults -- see Faults; port -- its end of
-    the wires; reads -- answers begun.
+    tip -- the thermocouple's; faults -- see Faults; port -- its end of the wires; reads -- answers
+    begun.
     """
 
     longest_s: float
@@ -54,23 +54,18 @@ class SpiChip:
     """Bits, 0 the last, that a disturbance may invert."""
 
     def __init__(self, avr: Avr, wires: Wires, *, timing: Timing, seed: int = 1) -> None:
-        self.temperature_c = 20.0
+        self.tip = Tip(avr)
         self.faults = Faults()
         self.reads = 0
         self._avr = avr
         self._wires = wires
         self._random = random.Random(seed)  # noqa: S311 - noise, not a secret
-        self._past: deque[tuple[int, float]] = deque([(0, self.temperature_c)])
         self._power_on(avr.cycle)
         self.port: Port = avr.spi(wires, self, timing)
 
     def sense(self, temperature_c: float) -> None:
         """Give the thermocouple's tip this temperature from now on, °C."""
-        self.temperature_c = temperature_c
-        now = self._avr.cycle
-        self._past.append((now, temperature_c))
-        while len(self._past) > 1 and self._past[1][0] < now - self._cycles(REMEMBERED_S):
-            self._past.popleft()
+        self.tip.tell(temperature_c)
 
     # -- faults --------------------------------------------------------------------------------
 
@@ -135,12 +130,8 @@ class SpiChip:
 
     def _felt_c(self, cycle: int) -> float:
         """Return what the tip felt at a cycle."""
-        felt_c = self._past[0][1]
-        for since, temperature_c in self._past:
-            if since > cycle:
-                break
-            felt_c = temperature_c
-        return felt_c
+        oldest = self.tip.told_at - self._cycles(REMEMBERED_S) - 1
+        return self.tip.felt_at_c(max(cycle, oldest))
 
 
 def wires_of(board: Board, sensor: Max6675 | Max31855 | Max31856) -> Wires:

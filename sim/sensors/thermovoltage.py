@@ -5,7 +5,7 @@ The functions are NIST's of ITS-90 (Monograph 175), of all eight types.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from typing import Literal
 
 from thermocouple_its90 import Thermocouple, get
@@ -23,7 +23,7 @@ def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
 
     Where NIST's function has an end it goes on straight: what is beyond must not look like the end.
     """
-    return _emf(letter, tip_c) - _emf(letter, junction_c)
+    return _emf(letter, tip_c) - _at_junction(letter, junction_c)
 
 
 def celsius(letter: Type, measured_mv: float, junction_c: float) -> float:
@@ -33,7 +33,7 @@ def celsius(letter: Type, measured_mv: float, junction_c: float) -> float:
     goes on straight.
     """
     wire = _wire(letter)
-    emf_mv = measured_mv + _emf(letter, junction_c)
+    emf_mv = measured_mv + _at_junction(letter, junction_c)
     near_mv = min(max(emf_mv, wire.invertible_emf_range[0]), wire.invertible_emf_range[1])
     near_c = wire.temperature(near_mv)
     beyond_mv = emf_mv - near_mv
@@ -45,6 +45,12 @@ def _emf(letter: Type, temperature_c: float) -> float:
     near_c = min(max(temperature_c, wire.range[0]), wire.range[1])
     beyond_k = temperature_c - near_c
     return wire.emf(near_c) + (beyond_k * _slope(letter, near_c) if beyond_k else 0.0)
+
+
+@lru_cache(maxsize=64)
+def _at_junction(letter: Type, junction_c: float) -> float:
+    """Return the same of a cold junction: it hardly ever changes."""
+    return _emf(letter, junction_c)
 
 
 @cache

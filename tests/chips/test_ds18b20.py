@@ -39,7 +39,7 @@ class Master(Small):
         return self.ask(SKIP, READ, receive=9)
 
     def convert(self, temperature_c: float) -> None:
-        self.chip.temperature_c = temperature_c
+        self.chip.sense(temperature_c)
         self.ask(SKIP, CONVERT)
         self.avr.run(0.8)
 
@@ -102,9 +102,9 @@ def test_alarm_search_finds_it_only_beyond_its_limits(master: Master) -> None:
 def test_a_conversion_takes_its_time(master: Master, bits: int) -> None:
     settings = [0x55, 0xAA, (bits - 9) << 5 | 0x1F]
     master.ask(SKIP, WRITE, *settings)
-    master.chip.temperature_c = 50.0
+    master.chip.sense(50.0)
     assert master.ask(SKIP, CONVERT, receive=1) == b"\0"
-    master.chip.temperature_c = 90.0  # too late: it is taken at the start
+    master.chip.sense(90.0)  # too late: it is taken at the start
     master.avr.run(CONVERSION_S[bits] - 0.005)
     assert master.scratchpad()[:2] == POWER_ON[:2]
     master.avr.run(0.005)
@@ -186,13 +186,14 @@ def test_two_chips_on_one_line() -> None:
     """Both answer: a search finds one of them, Match ROM talks to either."""
     master = Master(chip=False)
     chips = [Ds18b20(master.avr, "PC1", serial=serial) for serial in (1, 2)]
-    chips[0].temperature_c, chips[1].temperature_c = 30.0, 60.0
+    chips[0].sense(30.0)
+    chips[1].sense(60.0)
     master.avr.run(0.001)
     master.ask(SKIP, CONVERT)
     master.avr.run(0.8)
     for chip in chips:
         data = master.ask(0x55, *chip.rom, READ, receive=9)
-        assert int.from_bytes(data[:2], "little") == chip.temperature_c * 16
+        assert int.from_bytes(data[:2], "little") == chip.tip.felt_c * 16
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,8 @@ def held(device: AvrDevice, felt_c: float, **faults: Any) -> list[Any]:
     device.power_cycle()
     done = {name: len(device.steps(name)) for name in device.sensors}
     for chip in device.sensors.values():
-        chip.undefined_bits, chip.temperature_c = 0, felt_c
+        chip.undefined_bits = 0
+        chip.sense(felt_c)
         vars(chip.faults).update(faults)
     device.advance(device.time_s + 14.05)
     return [device.steps(name)[first:] for name, first in done.items()]

@@ -11,6 +11,8 @@ from heatwright.sim.bench import bench, step_of
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import Weather, World
+from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
+from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.plants import plant_of
 from heatwright.sim.trace import Trace
 from heatwright.spec import Event
@@ -77,3 +79,32 @@ def test_many_steps_are_each_step_by_hand(name: str) -> None:
         logs.append([world._machine.rows, *(world.device.steps(each) for each in controller.loops)])
     for one, other in zip(*logs, strict=True):
         assert one.tobytes() == other.tobytes()
+
+
+def talk(part: Any) -> object:
+    """Return what one who talks with the board has heard of it, and when."""
+    if isinstance(part, ModbusMaster):
+        return part.polls, part.unanswered, part.slowest_s, part.longest_gap_s, part.values
+    return list(part.history) if isinstance(part, Nextion) else None
+
+
+@pytest.mark.parametrize("name", ["barrel", "dryer", "fabricator", "kiln"])
+def test_who_has_c_look_for_him_hears_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the same times, also of answers that stay away."""
+    heard: list[Any] = []
+    controller = example(name).controller
+    loop = next(iter(controller.loops))
+    for by_himself in (False, True):
+        if by_himself:
+            for kind in (ModbusMaster, Nextion):
+                monkeypatch.setattr(kind, "look", None)
+        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
+        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
+        world.run(10.0)
+        world.device.avr.reset()
+        world.run(0.5)
+        world.power_cut()
+        world.run(20.0)
+        logs = [world.device.steps(each).tobytes() for each in controller.loops]
+        heard.append([*map(talk, world.device.interfaces), world.device.avr.cycle, *logs])
+    assert heard[0] == heard[1]

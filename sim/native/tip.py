@@ -1,0 +1,40 @@
+"""What the tip of a chip's sensor feels: the machine tells it, the chip asks when it converts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from heatwright.sim.native.shim import load
+
+if TYPE_CHECKING:
+    from heatwright.sim.avr import Avr
+
+BEGINS_C = 20.0
+
+
+class Tip:
+    """A tip, and its past. pointer -- for the shim: C tells it without a way through Python."""
+
+    def __init__(self, avr: Avr) -> None:
+        native = load()
+        self._lib, self._avr = native.lib, avr
+        self.pointer = native.ffi.new("hw_tip *")
+        self.pointer.felt[0] = BEGINS_C
+
+    def tell(self, felt_c: float) -> None:
+        """Have it feel this from now on, °C."""
+        self._lib.hw_tip_tell(self.pointer, self._avr.cycle, felt_c)
+
+    @property
+    def felt_c(self) -> float:
+        """What it feels now, °C."""
+        return float(self.pointer.felt[self.pointer.newest])
+
+    @property
+    def told_at(self) -> int:
+        """The cycle at which it was told last."""
+        return int(self.pointer.told_at)
+
+    def felt_at_c(self, cycle: int) -> float:
+        """Return what it felt at a cycle, °C, or the first it ever felt."""
+        return float(self._lib.hw_tip_felt(self.pointer, max(0, cycle)))
