@@ -83,7 +83,7 @@ def test_air_that_comes_back_in_time_is_no_fault() -> None:
         assert (world.heater.last_on_s(torn_s), world.fault) == (None, 0)
         proof.fail()
         world.run(0.1)
-        assert world.until(starts.heater_is_on, 10.0)
+        assert world.until(starts.heater_on(world.site), 10.0)
 
 
 def test_both_loops_of_a_fan_are_without_heat() -> None:
