@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.dwarf import Variable
-from heatwright.sim.interfaces.look import NEVER
+from heatwright.sim.interfaces.look import NEVER, NO_LOOK
 from heatwright.sim.native.shim import load
 from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
@@ -210,9 +210,8 @@ class Machine:
         m, lib, device = self._m, self._lib, self._device
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
         self._wait_for(stop)
+        wake, m.look = device.wakes
         while True:
-            wake, look = device.wakes
-            m.look = look
             fed = 0 if device.is_attended else device.feed_at
             ended = lib.hw_machine_go(m, NEVER if wake is None else wake, fed)
             if self._errors:
@@ -220,6 +219,10 @@ class Machine:
             if ended in (lib.HW_DONE, lib.HW_STOPPED):
                 break
             self._serve(ended, wake)
+            if ended == lib.HW_YIELD:  # by the clock on the wall: whoever looks next, looks then
+                wake, m.look = min(NEVER if wake is None else wake, m.look.at), NO_LOOK
+            else:
+                wake, m.look = device.wakes
         device.avr.raise_errors()
         return int(m.left)
 

@@ -108,3 +108,37 @@ def test_who_has_c_look_for_him_hears_the_same(name: str, monkeypatch: pytest.Mo
         logs = [world.device.steps(each).tobytes() for each in controller.loops]
         heard.append([*map(talk, world.device.interfaces), world.device.avr.cycle, *logs])
     assert heard[0] == heard[1]
+
+
+class Stalling:
+    """C that comes back in the middle of a step, as it does by the clock on the wall."""
+
+    def __init__(self, lib: Any, avr: Any) -> None:
+        self._lib, self._avr, self.calls = lib, avr, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._lib, name)
+
+    def hw_machine_go(self, m: Any, wake: int, fed: int) -> int:
+        self.calls += 1
+        if self.calls % 2 and m.phase == self._lib.HW_RUNS:
+            self._avr.run_to(min(m.until, wake, m.look.at, self._avr.cycle + 5000))
+            return int(self._lib.HW_YIELD)
+        return int(self._lib.hw_machine_go(m, wake, fed))
+
+
+@pytest.mark.parametrize("name", ["barrel", "fabricator", "kiln"])
+def test_a_computer_that_stalls_changes_nothing(name: str) -> None:
+    """Nobody looks at another time because C came back to let Python look up."""
+    heard: list[Any] = []
+    controller = example(name).controller
+    loop = next(iter(controller.loops))
+    for stalls in (False, True):
+        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
+        if stalls:
+            world._machine._lib = Stalling(world._machine._lib, world.device.avr)
+        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
+        world.run(20.0)
+        logs = [world.device.steps(each).tobytes() for each in controller.loops]
+        heard.append([*map(talk, world.device.interfaces), world.device.avr.cycle, *logs])
+    assert heard[0] == heard[1]
