@@ -10,13 +10,14 @@ from heatwright.sim.reference.host import Host
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.reference.latch import Latch
 from heatwright.sim.reference.master import Master
+from heatwright.sim.reference.menu import MenuKeys
 from heatwright.sim.reference.modelled_loop import SECOND_US, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.pages import Pages
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, Stepper, modbus_of, nextion_of
+from heatwright.spec import Controller, Stepper, modbus_of, nextion_of, programmed
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
@@ -55,6 +56,8 @@ class ReferenceDevice:
         self._display = self._display_of(controller)
         self._keypad = keypad_of(controller)
         self._pages = self._pages_of(controller)
+        leads = self._keypad is not None and programmed(controller, self._keypad.loop)
+        self._menu = MenuKeys() if leads else None
         self._key: str | None = None
         self.fault_loop = ""
         """The loop in whose step the first fault was found."""
@@ -158,6 +161,9 @@ class ReferenceDevice:
         if not pressed or self._keypad is None or (self._latch.code and key != "select"):
             return
         operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
+        if self._menu is not None and not self._latch.code:
+            self._choose(self._menu.moves(key) * step_k)
+            return
         if self._pages.take(key):
             self._loops[self._keypad.loop].operator.numbers = self._pages.values
             return
@@ -169,6 +175,13 @@ class ReferenceDevice:
             operator.key_off()
         elif key == "select":
             self._latch.acknowledge()
+
+    def _choose(self, by_k: Single) -> None:
+        """Move the setpoint of a loop with programs; while one runs that is refused."""
+        if self._keypad is not None and by_k:
+            loop = self._loops[self._keypad.loop]
+            ends, wanted_c = loop.spec.setpoint, loop.operator.setpoint_c + by_k
+            loop.operator.set(min(max(float(wanted_c), ends.minimum_c), ends.maximum_c))
 
     def send(self, line: str) -> None:
         """Send a line of G-code, or what a display sends; what is refused changes nothing.

@@ -70,6 +70,14 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
                     f"Delete it, or current of {loop.heater}",
                     (("outputs", loop.heater), ("loops", name)),
                 )
+        if getattr(controller.outputs.get(str(loop.fan)), "proof", None) is not None:
+            yield Finding(
+                ("outputs", str(loop.fan), "proof"),
+                f"until the fan has proved that it turns the heater of the loop {name} is not what "
+                "is asked of it, and its current would be taken for a fault",
+                f"Delete it, or current of {loop.heater}",
+                (("outputs", loop.heater), ("loops", name)),
+            )
 
 
 def rests_break_no_rule(controller: Controller) -> Findings:

@@ -6,9 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from machines import at, course, events, example, modelled, noisy
+from rig.avr import whole
 from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.interlock import Interlock
 from heatwright.sim.native.pins import PIN_EVENT, pin_number
 from heatwright.sim.reference.line import parsed
@@ -91,6 +93,18 @@ def test_csv_has_units_and_the_state_of_the_last_step(chamber, tmp_path):
     assert {f"air.{name} [{unit}]" for name, unit in units.items()} <= {*header}
     steps = [row[header.index("air.steps")] for row in rows]
     assert steps == [""] * 10 + ["1"] * 10 + ["2"] * 10 + ["3"] * 2
+
+
+def test_keys_of_a_menu_move_the_setpoint_on_its_page_alone():
+    """As the binary has it: not where the state is shown, nor at another value."""
+    keys = ("up", "left", "up", "up", "right", "up", "left", "select", "up")
+    lines = [{"at": f"{2 * turn + 1.5} s", "press": key} for turn, key in enumerate(keys)]
+    lines += [{"for": "22 s"}]
+    controller = controller_of("kiln_uno")
+    devices = ReferenceDevice(controller), AvrDevice(controller, whole("kiln_uno"))
+    model, binary = (bench(controller, each, events(*lines)).steps["chamber"] for each in devices)
+    assert len(set(model["setpoint_c"][:20].tolist())) == 3
+    assert model["setpoint_c"].tolist() == binary["setpoint_c"].tolist()
 
 
 # ---- scenarios ----

@@ -16,6 +16,7 @@ from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
+from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
 from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather, World
 from heatwright.sim.machine import Heat
@@ -299,3 +300,19 @@ def test_keys_go_to_setpoints_that_single_precision_rounds_up() -> None:
     assert world.setpoint_c > 20.6
     world.set_setpoint(30.6)
     assert starts.setpoint_moved(world, 30.6) == ""
+
+
+def test_a_trip_is_waited_for_until_the_program_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step of time may end between the latch and its record."""
+    recorded, late = TripLog.since, []
+
+    def since(log: TripLog, time_s: float) -> list[Change]:
+        found = recorded(log, time_s)
+        if found and not late:
+            late.append(found)
+            return []
+        return found
+
+    monkeypatch.setattr(TripLog, "since", since)
+    assert found().passed
+    assert late

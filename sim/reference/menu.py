@@ -1,0 +1,29 @@
+"""The keys of a loop with programs, which lead through a menu."""
+
+STATE, TIMES, RUN, EDIT, VALUES = range(5)
+"""The screens, in the order of RIGHT."""
+SCREENS = 5
+
+
+class MenuKeys:
+    """Where in its menu the display is.
+
+    Of what the screens do the model knows one thing, the setpoint, which is the first of the
+    values: programs are started and ended by orders, not by keys.
+    """
+
+    def __init__(self) -> None:
+        """Show the state."""
+        self._screen = STATE
+        self._is_first = True
+
+    def moves(self, key: str | None) -> int:
+        """Take a press; return by how many steps it moves the setpoint."""
+        if key in {"left", "right"}:
+            self._screen = (self._screen + (1 if key == "right" else -1)) % SCREENS
+            self._is_first = True
+        elif key == "select":
+            self._is_first = False
+        elif self._screen == VALUES and self._is_first:
+            return {"up": 1, "down": -1}.get(key or "", 0)
+        return 0
