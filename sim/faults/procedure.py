@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 
 from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
-from heatwright.sim.faults.fault import Fault, FaultResult, Trip
+from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
@@ -203,6 +203,10 @@ class _Trial:
         was met counts. A trip that comes sooner counts from the step of time before it.
         """
         world = self.world
+        if trip.due is at_once:  # which may last for days, where stale_after does
+            from_s = max(began_s, world.now_s - world.step_s)
+            world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
+            return from_s
         since_s: float | None = None
         give_up_s = began_s + trip.due_within_s
         while not _is_latched(world):
