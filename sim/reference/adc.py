@@ -37,9 +37,7 @@ class IdealSensor:
     def __init__(self, sensor: AnalogSensor, board: Board) -> None:
         """Prepare the codes of the range's ends, and of the circuit's."""
         self._sensor, self._board = sensor, board
-        self._codes: list[int] = []  # those known, by rising temperature, and from where to where
-        self._from_c: list[float] = []
-        self._to_c: list[float] = []
+        self._known = (math.inf, -math.inf, 0)
         self.sampled_before_step_s = (sensor.oversample + 1) * TICK_S / 2
         self._low, self._high = sorted(self._code(celsius) for celsius in sensor.range_c)
         opened = self._limit(Wiring(opened=True))
@@ -75,18 +73,13 @@ class IdealSensor:
 
     def _code(self, temperature_c: float) -> int:
         """Return the code of a temperature; between two of the same code there is no other."""
-        place = bisect_right(self._from_c, temperature_c)
-        if place and temperature_c <= self._to_c[place - 1]:
-            return self._codes[place - 1]
+        low_c, high_c, known = self._known
+        if low_c <= temperature_c <= high_c:
+            return known
         code = _limited(float(shares(self._sensor, self._board, temperature_c)))
-        if place and self._codes[place - 1] == code:
-            self._to_c[place - 1] = temperature_c
-        elif self._codes[place : place + 1] == [code]:
-            self._from_c[place] = temperature_c
-        else:
-            self._codes.insert(place, code)
-            self._from_c.insert(place, temperature_c)
-            self._to_c.insert(place, temperature_c)
+        if code != known:
+            low_c = high_c = temperature_c
+        self._known = (min(low_c, temperature_c), max(high_c, temperature_c), code)
         return code
 
     def _limit(self, wiring: Wiring) -> int:
