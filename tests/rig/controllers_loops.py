@@ -161,7 +161,7 @@ class LoopDraw:
         elif self._spare_pins >= 4 and draws.seldom():
             part = {"kind": "digital", "pin": self.left.digital(), "runs": "always"}
             part |= draws.maybe({"active": "low"})
-            if self._spare_pins >= 5 and draws.some():
+            if self._spare_pins >= 5 and draws.some() and not self.measured:
                 part["proof"] = {"pin": self.left.digital(), "within": draws.one("5 s", "1 s")}
                 self._tachometer(part["proof"])
             self.outputs[f"{self.name}_fan"] = part
