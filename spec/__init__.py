@@ -48,6 +48,7 @@ from heatwright.spec.interfaces import (
     SerialLog,
     SerialPlotter,
 )
+from heatwright.spec.interrupts import longest_wait_s
 from heatwright.spec.loader import Spec, digest, load, load_text
 from heatwright.spec.loops import (
     Autotune,
@@ -185,6 +186,7 @@ __all__ = [
     "kinds",
     "load",
     "load_text",
+    "longest_wait_s",
     "modbus_of",
     "monitors_of",
     "must_release",

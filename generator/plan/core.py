@@ -149,16 +149,17 @@ def clock(root: Source, timer: int) -> Part:
 
 def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> Part:
     """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
+    proven = proofs(root.controller)
+    fans = [loop.fan for loop in root.controller.loops.values()]
     context = {
         "loops": loops,
         "steppers": steppers,
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
-        "proven": list(proofs(root.controller)),
-        "fans": list(
-            dict.fromkeys(loop.fan for loop in root.controller.loops.values() if loop.fan)
-        ),
+        "counted": [name for name, each in proven.items() if each.tachometer],
+        "pins": [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
+        + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer],
     }
     return Part(
         files=(

@@ -42,6 +42,7 @@ def _proof(source: Source, name: str) -> Part:
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),
+        tick_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_tick();"),),
         wiring=(Wiring(label(pin), f"output `{name}`", CONTACT if fan is None else TACHOMETER),),
     )
 

@@ -277,6 +277,11 @@ void host_tick(void)
         return;
     }
     gate_renew_main();
+#ifdef PROOFS
+#define PROOF(NAME, ...) JOIN(proof_, NAME, _tick)();
+    PROOFS
+#undef PROOF
+#endif
     for (uint8_t i = 0; i < LOOP_COUNT && !world->loop_hangs; i++) {
         const uint16_t before = *loops[i]->steps;
         ticking = loops[i];

@@ -9,13 +9,12 @@ from typing import Any
 BUTTON_MS = 50.0
 """A key is answered at once: a tenth of a second is what a person notices, and this is half."""
 JITTER_US = 1000.0
-"""A thousandth of the usual control period of 1 s."""
+"""A thousandth of the usual control period of 1 s; for each loop, as one's step may come after
+those of all others."""
 BUSY_US = 100.0
 """Nothing may wait longer for anything than two instructions of the display take."""
-MASKED_US = 20.0
-"""Interrupts wait no longer for each other or for a protected access to a variable."""
 SLOT_US = 70.0
-"""The same for the 1-Wire bus, whose slots last 60 µs at least."""
+"""Interrupts off in a slot of the 1-Wire bus, which lasts 60 µs at least."""
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from heatwright.sim.elf import Elf
 from heatwright.sim.profile import Profile
 from heatwright.sim.timing import steps, waits
 from heatwright.sim.timing.display import StartUps, button_to_display, to_come
-from heatwright.sim.timing.figures import Figure, Timing
-from heatwright.sim.timing.operator import HELD_S, Press, aimed, keypad_of, presses
+from heatwright.sim.timing.figures import JITTER_US, Figure, Timing
+from heatwright.sim.timing.operator import HELD_S, Press, aimed, presses
 from heatwright.sim.timing.stage import Stage
-from heatwright.spec import Controller
+from heatwright.spec import Controller, longest_wait_s
+from heatwright.spec.commands import keypad_of
 
 Progress = Callable[[float, float], None]
 """Called with the simulated time and the end, s."""
@@ -50,10 +51,11 @@ def measure(
     program = elf if isinstance(elf, Elf) else Elf(elf)
     pressed = _planned(controller, program)
     device = AvrDevice(controller, program)
+    stage = Stage(controller, device)
     _to_main(device.avr, program)
     profile = device.avr.profile(program)
     steps.trace(profile, program, list(controller.loops))
-    _play(Stage(controller, device), device, pressed, _length_s(controller), progress)
+    _play(stage, device, pressed, _length_s(controller), progress)
     files = waits.Files(program)
     found = _figures(controller, device, profile, files)
     if keypad_of(controller) is not None:
@@ -119,14 +121,20 @@ def _figures(
 ) -> dict[str, Figure]:
     program, clock_hz = device.elf, device.avr.clock_hz
     each = [
-        steps.jitter(profile.entries(steps.STEP.format(loop=name)), loop.period_s, clock_hz, name)
+        steps.jitter(
+            profile.entries(steps.STEP.format(loop=name)),
+            loop.period_s,
+            clock_hz,
+            name,
+            len(controller.loops) * JITTER_US,
+        )
         for name, loop in controller.loops.items()
     ]
     wakes = [profile.entries(handler) for handler in steps.handlers(program)]
     return {
         "step_jitter_us": max(each, key=lambda one: one.worst or np.inf),
         "longest_busy_wait_us": waits.busy(profile, files),
-        **waits.masked(profile, files, clock_hz),
+        **waits.masked(profile, files, clock_hz, 1e6 * longest_wait_s(controller)),
         "longest_tick_us": steps.longest_tick(
             profile.entries(steps.TICK),
             profile.entries(steps.WAIT),

@@ -14,6 +14,8 @@ HELD_S = 0.06
 """How long a key is held: longer than bouncing is looked at, shorter than a person does."""
 SETTLED_S = 0.3
 """After this long the display shows what a key has changed, or never does."""
+BACK_S = 0.35
+"""So long after a key the opposite one takes back what it did, where that must not last."""
 FIRST_S = 5.0
 """When the first key is pressed: start-up is over."""
 BEFORE_S, AFTER_S = 0.045, 0.010
@@ -29,24 +31,28 @@ class Press:
     setpoint_c: float
 
 
-def keypad_of(controller: Controller) -> LcdKeypad | None:
-    """Return the keypad that the spec has, or None."""
-    return next((part for part in controller.interfaces if isinstance(part, LcdKeypad)), None)
-
-
 def presses(controller: Controller, keypad: LcdKeypad, times_s: Sequence[float]) -> list[Press]:
-    """Give each time its key, so that the setpoint goes up and down about the resting point."""
+    """Give the times their keys, so that the setpoint goes up and down below the resting point.
+
+    There the machine need not heat, which it cannot. What leads above it is taken back as soon as
+    it has been shown, and the times until that has been are left out. A key leads no further than
+    to an end of the range, and each of these changes the setpoint.
+    """
     loop = controller.loops[keypad.loop]
     low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
-    middle_c = min(max(resting_c(controller, keypad.loop), low_c), high_c)
-    setpoint_c, up = loop.setpoint.initial_c, True
-    found = []
+    resting, setpoint_c = resting_c(controller, keypad.loop), loop.setpoint.initial_c
+    found: list[Press] = []
     for time_s in times_s:
-        if setpoint_c > middle_c or setpoint_c + keypad.step_k > high_c:
-            up = False
-        if setpoint_c < middle_c or setpoint_c - keypad.step_k < low_c:
-            up = True
-        setpoint_c += keypad.step_k if up else -keypad.step_k
+        if found and time_s <= found[-1].time_s + SETTLED_S:
+            continue
+        up = setpoint_c <= low_c or setpoint_c + keypad.step_k <= min(resting, high_c)
+        moved_c = setpoint_c + (keypad.step_k if up else -keypad.step_k)
+        if up and moved_c > resting:
+            found.append(Press(time_s, "up", min(moved_c, high_c)))
+            found.append(Press(time_s + BACK_S, "down", low_c))
+            setpoint_c = low_c
+            continue
+        setpoint_c = min(max(moved_c, low_c), high_c)
         found.append(Press(time_s, "up" if up else "down", setpoint_c))
     return found
 

@@ -16,11 +16,11 @@ from heatwright.spec import (
     PwmOutput,
     full_a,
     modbus_of,
-    nextion_of,
     programmed,
     starts_enabled,
     switched,
 )
+from heatwright.spec.commands import keyed, keypad_of, touched
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
@@ -28,8 +28,12 @@ SWING_K = 0.1
 
 STARTED_S = 1.5
 """When a loop is switched on: the program, a display and a person are there by then."""
-TO_SETPOINT = ("left", "select", "up", "select", "right", "left")
-"""In a menu: to the switch, on, back to the first screen, and to the setpoint."""
+SWITCH_ON = ("left", "select", "up", "select", "right")
+"""In a menu: to the switch, on, and back to the first screen."""
+TO_SETPOINT = ("left",)
+"""In a menu, from its first screen."""
+ABOVE_MINIMUM_K = 1.0
+"""A machine is warmer by this than what its protection takes for a lost sensor, at least."""
 
 
 @dataclass
@@ -59,35 +63,41 @@ class Stage:
             if switched(controller, name):
                 self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))
         self._beats += swings.values()
+        self._act(0.0)  # the first reading may be soon after the power-on
 
     def advance(self, until_s: float) -> None:
         """Run to a time since power-on, s."""
         while (at_s := min(beat.due_s for beat in self._beats)) < until_s:
             self._device.advance(at_s)
-            for beat in self._beats:
-                if beat.due_s <= at_s:
-                    beat.act()
-                    beat.due_s += beat.period_s
+            self._act(at_s)
         self._device.advance(until_s)
+
+    def _act(self, at_s: float) -> None:
+        for beat in self._beats:
+            if beat.due_s <= at_s:
+                beat.act()
+                beat.due_s += beat.period_s
 
 
 def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
-    """Let the loop work: have its master switch it on, its display start a program.
+    """Let the loop work: have its master switch it on, its keys, or its touch display.
 
-    At the keys of a menu it is switched on, and then the screen of the setpoint is shown. UP at
-    one that is on already would change its setpoint.
+    At the keys of a menu the screen of the setpoint is shown then. UP at a loop that is on already
+    would change its setpoint.
     """
-    if modbus_of(controller) is not None:
+    has_master = modbus_of(controller) is not None
+    if has_master:
         device.write(f"{loop}.enabled", True)
-    elif nextion_of(controller) is None:
+    if keyed(controller, loop):
         if programmed(controller, loop):
-            device.shield.play(TO_SETPOINT)
-        elif not starts_enabled(controller, loop):
+            device.shield.play((*(() if has_master else SWITCH_ON), *TO_SETPOINT))
+        elif not has_master and not starts_enabled(controller, loop):
             device.shield.play(("up",))
-    elif programmed(controller, loop):
-        device.program("start", 1)
-    else:
-        device.send("#2 1;")
+    elif not has_master and touched(controller, loop):
+        if programmed(controller, loop):
+            device.program("start", 1)
+        else:
+            device.send("#2 1;")
 
 
 def _swing(device: AvrDevice, sensor: str, middle_c: float) -> Callable[[], None]:
@@ -116,9 +126,20 @@ def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat
 
 
 def resting_c(controller: Controller, loop: str) -> float:
-    """Return the multiple of ten next to a loop's first setpoint, if that may be set; in °C."""
-    setpoint = controller.loops[loop].setpoint
-    nearest_c = 10.0 * round(setpoint.initial_c / 10)
-    if setpoint.minimum_c <= nearest_c <= setpoint.maximum_c:
-        return nearest_c
-    return setpoint.initial_c
+    """Return the multiple of ten next to a loop's first setpoint, if that may be set; in °C.
+
+    It is never so low that the protection takes the sensor for a lost one. Where a key's first step
+    up would lead above it, it is there already, or as near as is no runaway.
+    """
+    setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
+    low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)
+    first_c = max(setpoint.initial_c, low_c)
+    nearest_c = 10.0 * round(first_c / 10)
+    resting = nearest_c if low_c <= nearest_c <= setpoint.maximum_c else first_c
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.loop != loop:
+        return resting
+    runaway = protection.runaway
+    most_c = inf if runaway is None else setpoint.initial_c + runaway.above_k
+    stepped_c = min(setpoint.minimum_c + keypad.step_k, setpoint.maximum_c)
+    return max(resting, min(stepped_c, most_c - 2 * SWING_K))

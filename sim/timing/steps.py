@@ -32,7 +32,9 @@ def trace(profile: Profile, program: Elf, loops: list[str]) -> None:
         profile.trace(name)
 
 
-def jitter(entries: Cycles, period_s: float, clock_hz: int, loop: str) -> Figure:
+def jitter(
+    entries: Cycles, period_s: float, clock_hz: int, loop: str, limit_us: float = JITTER_US
+) -> Figure:
     """Hold the steps to the grid that the first of them begins, µs.
 
     Details: the drift is the slope of a straight line through the deviations, the spread what
@@ -40,7 +42,7 @@ def jitter(entries: Cycles, period_s: float, clock_hz: int, loop: str) -> Figure
     """
     what = f"{loop}: control step off its time"
     if len(entries) < 2:
-        return Figure(what, "µs", None, JITTER_US, details={"steps": len(entries)})
+        return Figure(what, "µs", None, limit_us, details={"steps": len(entries)})
     late_us = deviations_us(entries, period_s, clock_hz)
     hours = np.arange(len(late_us)) * period_s / 3600
     drift = float(np.polyfit(hours, late_us, 1)[0])
@@ -48,7 +50,7 @@ def jitter(entries: Cycles, period_s: float, clock_hz: int, loop: str) -> Figure
         what,
         "µs",
         float(np.abs(late_us).max()),
-        JITTER_US,
+        limit_us,
         details={
             "spread": float(np.ptp(late_us)),
             "drift_per_hour": drift,

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.profile import FunctionProfile, Profile, line_ranges
-from heatwright.sim.timing.figures import BUSY_US, MASKED_US, SLOT_US, Cost, Figure
+from heatwright.sim.timing.figures import BUSY_US, SLOT_US, Cost, Figure
 
 ONE_WIRE = "one_wire"
 """What the names of the source files of 1-Wire buses begin with."""
@@ -41,13 +41,16 @@ def busy(profile: Profile, files: Files) -> Figure:
     return Figure("busy waiting", "µs", 1e6 * found.seconds, BUSY_US, files.label(found.function))
 
 
-def masked(profile: Profile, files: Files, clock_hz: int) -> dict[str, Figure]:
-    """Return the longest times with interrupts off, µs: outside 1-Wire slots, and in them."""
+def masked(profile: Profile, files: Files, clock_hz: int, limit_us: float) -> dict[str, Figure]:
+    """Return the longest times with interrupts off, µs: outside 1-Wire slots, and in them.
+
+    limit_us -- outside, what the machine's interrupts bear; in slots it is SLOT_US.
+    """
     functions = profile.functions
     slots = {name: each for name, each in functions.items() if files.is_slot(name)}
     rest = {name: each for name, each in functions.items() if name not in slots}
     figures = {
-        "longest_interrupts_off_us": _longest("interrupts off", rest, MASKED_US, files, clock_hz)
+        "longest_interrupts_off_us": _longest("interrupts off", rest, limit_us, files, clock_hz)
     }
     if slots:
         figures["longest_one_wire_slot_us"] = _longest(

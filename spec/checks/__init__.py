@@ -95,6 +95,7 @@ CHECKS: tuple[Check, ...] = (
     timers.clock_ticks,
     timers.timers_suffice,
     timing.periods_are_ticks,
+    timing.interrupts_are_short,
     reading.conversion_fits,
     timing.time_outs_fit,
     timing.stale_after,

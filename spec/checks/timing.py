@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import WATCHDOG_S, Controller
+from heatwright.spec.interrupts import longest_tick_s, waits
 from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import duration
+from heatwright.spec.quantity import duration, hertz
 from heatwright.spec.timers import TICK_S
 
 MOST_MISSING = 255
@@ -159,3 +160,19 @@ def watchdog_fast_enough(controller: Controller) -> Findings:
                 f"Use at most {duration(able[-1])}" if able else "Lengthen stale_after",
                 (("loops", name, "protection", "stale_after"),),
             )
+
+
+def interrupts_are_short(controller: Controller) -> Findings:
+    """Hold the tick's interrupt to what the others bear: they wait until it is over."""
+    tick_s = longest_tick_s(controller)
+    least = min(waits(controller), key=lambda each: each.seconds)
+    if tick_s > least.seconds:
+        instead = f", or {least.instead}" if least.instead else ""
+        yield Finding(
+            ("loops",),
+            f"the interrupt of the tick takes up to {1e6 * tick_s:.0f} µs with these loops at "
+            f"{hertz(controller.board.clock_hz)}, and no interrupt may wait for longer than "
+            f"{1e6 * least.seconds:.0f} µs: {least.what}",
+            f"Use a faster clock or fewer loops{instead}",
+            (("controller",), ("outputs",), ("interfaces",), ("safety",)),
+        )

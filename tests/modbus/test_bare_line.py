@@ -24,7 +24,6 @@ from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.sim.timing import steps, waits
-from heatwright.sim.timing.figures import JITTER_US
 from heatwright.spec import Controller, modbus_of
 
 ANSWER_S = 0.005
@@ -309,6 +308,8 @@ def test_a_reset_in_the_middle_of_anything(at_us: int) -> None:
     assert wire.bus.unheard == cut_off
 
 
+MASKED_US = 20.0
+"""Interrupts off, at most."""
 LOAD_S = float(amount("modbus_load_s"))
 """Of each kind; a request falls at every phase of a tick, and of a control step."""
 ANSWER_MS = 1.0
@@ -360,10 +361,10 @@ def test_control_is_as_punctual_as_ever(
         entries = profile.entries(steps.STEP.format(loop=loop))
         late = steps.jitter(entries, each.period_s, device.avr.clock_hz, loop)
         assert late.worst is not None
-        assert late.worst < JITTER_US
+        assert late.passed
         assert late.details["steps"] >= LOAD_S / each.period_s - 1
     files = waits.Files(device.elf)
-    for figure in waits.masked(profile, files, device.avr.clock_hz).values():
+    for figure in waits.masked(profile, files, device.avr.clock_hz, MASKED_US).values():
         assert figure.passed, figure
     assert waits.busy(profile, files).passed
     answering = profile.functions.get("modbus_answer")

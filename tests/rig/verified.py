@@ -1,4 +1,4 @@
-"""What `heatwright verify` looks at but the timing, in this process, with all or some faults."""
+"""What `heatwright verify` looks at, in this process, with all or some faults."""
 
 from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from heatwright.sim.chain import chain_errors
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.rehearsal import findings, parts, rehearse
+from heatwright.sim.timing import measure
 from heatwright.spec import Spec
 from heatwright.spec.checks.finding import Finding
 
@@ -72,7 +73,8 @@ def verified(
 def _findings(spec: Spec, faults: int | Collection[str] | None) -> Iterator[tuple[str, str]]:
     controller = spec.controller
     assert controller.simulation is not None
-    elf = build_firmware(spec, Silent()).elf
+    built = build_firmware(spec, Silent())
+    elf = built.elf
     loops = closed_loop(controller, elf, Silent())
     checks = (
         *chain_checks(chain_errors(controller, elf)),
@@ -81,6 +83,9 @@ def _findings(spec: Spec, faults: int | Collection[str] | None) -> Iterator[tupl
     )
     for check in checks:
         yield check.what, "" if check.passed else f"{check.found}, not {check.limit}"
+    timing = measure(controller, elf, static_stack_bytes=built.stack_bytes)
+    for name, figure in timing.figures.items():
+        yield name, "" if figure.passed else f"{figure.worst}, not {figure.limit}"
     by_name = {fault.id: fault for fault in catalogue(controller, Elf(elf))}
     for name in _chosen(spec, list(by_name), faults):
         yield name, try_fault(by_name[name]).detail

@@ -1,15 +1,20 @@
 """The arithmetic of the timing: grids, ticks, keys, texts."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rig.specs import changed, controller_of
 
 from heatwright.sim.interfaces.lcd import Screen
 from heatwright.sim.timing.display import button_to_display, to_come
 from heatwright.sim.timing.figures import Figure
-from heatwright.sim.timing.operator import Press, aimed, keypad_of, presses
+from heatwright.sim.timing.operator import Press, aimed, presses
+from heatwright.sim.timing.stage import resting_c
 from heatwright.sim.timing.steps import deviations_us, jitter, longest_tick
-from heatwright.spec import Controller
+from heatwright.spec import Controller, longest_wait_s
+from heatwright.spec.commands import keypad_of
 
 CLOCK_HZ = 1_000_000
 
@@ -91,6 +96,42 @@ def test_keys_change_the_setpoint_both_ways_within_its_limits(chamber: Controlle
     for press, before in zip(pressed, setpoints, strict=False):
         assert press.setpoint_c - before == (10 if press.key == "up" else -10)
     assert {press.key for press in pressed} == {"up", "down"}
+
+
+NARROW = ("minimum: 10 °C, maximum: 70 °C", "minimum: 20 °C, maximum: 39 °C")
+
+
+@pytest.mark.parametrize("above", ["10 K", "25 K"])
+def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
+    above: str,
+) -> None:
+    wide = ("step: 10 K", "step: 15 K"), ("above: 10 K", f"above: {above}")
+    controller = controller_of(changed("chamber", NARROW, *wide))
+    keypad = keypad_of(controller)
+    assert keypad is not None
+    times_s = [5 + 0.5 * each for each in range(40)]
+    pressed = presses(controller, keypad, times_s)
+    assert {press.setpoint_c for press in pressed} == {20.0, 35.0}
+    after_s = np.diff([press.time_s for press in pressed])
+    assert after_s.min() > 0.3
+    assert bool(after_s[::2].max() < 0.4) is (resting_c(controller, "air") < 35)
+    assert (resting_c(controller, "air") < 35) is (above == "10 K")
+
+
+@pytest.mark.parametrize(
+    ("machine", "wait_us"),
+    [
+        (("chamber",), 100),
+        (("kiln",), 1e7 / 115_200),  # its log's line
+        (("extruder",), 50),  # PWM by interrupts
+        (("printer", ("baud: 115200", "baud: 250000")), 40),  # what is sent to it,
+    ],
+)
+def test_interrupts_wait_as_long_as_what_they_serve_bears(
+    machine: tuple[Any, ...], wait_us: float
+) -> None:
+    name, *changes = machine
+    assert 1e6 * longest_wait_s(controller_of(changed(name, *changes))) == pytest.approx(wait_us)
 
 
 def test_a_limit_is_still_within() -> None:

@@ -14,7 +14,7 @@
 #include "config.h" /* LCD_* */
 #include "pins.h"   /* pin_lcd_* */
 
-enum { CELLS_A_TICK = 3 };
+enum { INSTRUCTIONS_A_TICK = 7 };
 enum { EXECUTION_US = 40 }; /* 37 us for every instruction but clear and home */
 
 /* High nibble alone until the bus is 4 bits wide, then whole instructions: 4-bit bus and two
@@ -114,7 +114,7 @@ static void send_start_up(void)
     }
 }
 
-static void send_cell(uint8_t cell)
+static void send_address(uint8_t cell)
 {
     uint8_t address = cell; /* in the display's memory, where line 2 begins at 0x40 */
     if (cell >= LCD_COLUMNS) {
@@ -123,6 +123,11 @@ static void send_cell(uint8_t cell)
     pin_lcd_rs_low();
     send(0x80u | address);
     _delay_us(EXECUTION_US);
+}
+
+/* To where the display is; then it is one cell further to the right. */
+static void send_character(uint8_t cell)
+{
     pin_lcd_rs_high();
     send((uint8_t)wanted[cell]);
     shown[cell] = wanted[cell];
@@ -132,16 +137,23 @@ static void send_cell(uint8_t cell)
 /* The changed cells first, several a tick: a key must show soon. */
 static void send_changed(void)
 {
-    uint8_t cells_left = CELLS_A_TICK;
+    uint8_t left = INSTRUCTIONS_A_TICK;
+    uint8_t next = 0; /* where the display is, after a character; 0: nobody knows */
 
     for (uint8_t i = 0; i < LCD_CELLS; i++) {
         position = (uint8_t)((position + 1u) % LCD_CELLS);
-        if (shown[position] != wanted[position]) {
-            send_cell(position);
-            cells_left--;
-            if (cells_left == 0) {
-                return;
-            }
+        if (shown[position] == wanted[position]) {
+            continue;
+        }
+        if (position == 0 || position == LCD_COLUMNS || position != next) {
+            send_address(position);
+            left--;
+        }
+        send_character(position);
+        left--;
+        next = (uint8_t)(position + 1u);
+        if (left < 2) {
+            return; /* one more may need its address, too */
         }
     }
     changed = false;
@@ -161,6 +173,7 @@ void lcd_tick(void)
         send_changed();
     } else if (refresh_left != 0) {
         refresh_left--;
-        send_cell(refresh_left);
+        send_address(refresh_left);
+        send_character(refresh_left);
     }
 }

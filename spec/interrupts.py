@@ -1,0 +1,79 @@
+"""How long interrupts may keep each other waiting on a machine, and how long the tick's does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
+from heatwright.spec.outputs import Stepper, TimeProportionalOutput
+from heatwright.spec.pwm import LATEST_INTERRUPT_S
+from heatwright.spec.pwm_timers import share_pwm
+
+ANY_S = 100e-6
+"""Where nothing needs them sooner: a hundredth of the tick."""
+BITS_OF_A_BYTE = 10
+"""On a serial line, at least: a start bit, eight bits, a stop bit."""
+
+# Cycles of the tick's interrupt, each a little more than was measured: what is within keeps to it.
+TICK_CYCLES = 135
+LOOP_CYCLES = 65
+WINDOW_CYCLES = 45
+"""Of a heater that is time-proportional."""
+BY_INTERRUPTS_CYCLES = 85
+"""Of a heater whose PWM interrupts make."""
+COOLER_CYCLES = 80
+FAN_CYCLES = 30
+RELAY_CYCLES = 100
+STEPPER_CYCLES = 15
+
+
+class Wait(NamedTuple):
+    """How long something bears that interrupts are off, s; what it is, and what bears more."""
+
+    seconds: float
+    what: str
+    instead: str
+
+
+def waits(controller: Controller) -> Iterator[Wait]:
+    """List what interrupts serve, and how late they may come for it to lose nothing.
+
+    A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
+    shorter than the latest of its interrupts. A stepper's interrupt makes one step, and would lose
+    the next.
+    """
+    yield Wait(ANY_S, "a hundredth of the tick", "")
+    for part in controller.interfaces:
+        if isinstance(part, Gcode | ModbusRtu | Nextion | SerialLog):
+            slower = "a slower line"
+            yield Wait(BITS_OF_A_BYTE / part.baud, f"a byte on the line of {part.kind}", slower)
+    for name, channel in share_pwm(controller).channels.items():
+        if channel.by_interrupts:
+            other = "the kind time_proportional"
+            yield Wait(LATEST_INTERRUPT_S, f"the PWM of {name}, by interrupts", other)
+    for name, output in controller.outputs.items():
+        if isinstance(output, Stepper):
+            step_s = 1 / (output.maximum_mm_per_s * output.steps_per_mm)
+            yield Wait(step_s, f"a step of {name}", "a slower maximum")
+
+
+def longest_wait_s(controller: Controller) -> float:
+    """Return how long interrupts may be off, s."""
+    return min(each.seconds for each in waits(controller))
+
+
+def longest_tick_s(controller: Controller) -> float:
+    """Return how long the tick's interrupt takes at most, s: it is the longest that there is."""
+    outputs, channels = controller.outputs, share_pwm(controller).channels
+    cycles = TICK_CYCLES
+    cycles += RELAY_CYCLES * (controller.safety.relay is not None)
+    cycles += STEPPER_CYCLES * sum(isinstance(each, Stepper) for each in outputs.values())
+    for loop in controller.loops.values():
+        cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
+        cycles += COOLER_CYCLES * (loop.cooler is not None)
+        cycles += WINDOW_CYCLES * isinstance(outputs.get(loop.heater), TimeProportionalOutput)
+        channel = channels.get(loop.heater)
+        cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
+    return cycles / controller.board.clock_hz
