@@ -205,12 +205,15 @@ def _path(tripped: Tripped) -> Path:
 
 def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> str:
     """Return the least of some larger numbers that is enough, with its unit; "" for none."""
+    hardest_first = list(tripped)
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
         if check(other):
             return ""  # another rule, or what the machine bears, is against it
-        if not any(_trips_again(other, each) for each in tripped):
+        again = next((each for each in hardest_first if _trips_again(other, each)), None)
+        if again is None:
             return f"{value} {number.unit}"
+        hardest_first.sort(key=lambda each: each is not again)
     return ""
 
 

@@ -141,20 +141,21 @@ static void send_changed(void)
     uint8_t next = 0; /* where the display is, after a character; 0: nobody knows */
 
     for (uint8_t i = 0; i < LCD_CELLS; i++) {
-        position = (uint8_t)((position + 1u) % LCD_CELLS);
-        if (shown[position] == wanted[position]) {
-            continue;
-        }
-        if (position == 0 || position == LCD_COLUMNS || position != next) {
-            send_address(position);
+        const uint8_t cell = (uint8_t)((position + 1u) % LCD_CELLS);
+        if (shown[cell] != wanted[cell]) {
+            const bool is_elsewhere = cell == 0 || cell == LCD_COLUMNS || cell != next;
+            if (left < (is_elsewhere ? 2u : 1u)) {
+                return; /* the next tick goes on here */
+            }
+            if (is_elsewhere) {
+                send_address(cell);
+                left--;
+            }
+            send_character(cell);
             left--;
+            next = (uint8_t)(cell + 1u);
         }
-        send_character(position);
-        left--;
-        next = (uint8_t)(position + 1u);
-        if (left < 2) {
-            return; /* one more may need its address, too */
-        }
+        position = cell;
     }
     changed = false;
 }
