@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from campaigns import campaigns
 from cores import cores
 from growth import growth
 from measure import ROOT, machine
@@ -37,6 +38,7 @@ def main() -> None:
         "loops": lambda: loops(asked.times, tell, asked.against),
         "cores": lambda: cores(asked.times, tell, asked.share),
         "growth": lambda: growth(asked.times, tell),
+        "campaigns": lambda: campaigns(asked.times, tell),
     }
     found = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     for part in asked.parts or parts:
@@ -54,7 +56,7 @@ def main() -> None:
 def arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
-    names = ("startup", "verify", "loops", "cores", "growth")
+    names = ("startup", "verify", "loops", "cores", "growth", "campaigns")
     parser.add_argument("parts", nargs="*", choices=[*names, []], help="what to measure; all")
     parser.add_argument("--times", type=int, default=3, help="of which the quickest counts")
     parser.add_argument("--share", type=float, default=1.0, help="of the processor's usual run")

@@ -7,6 +7,7 @@ import os
 import resource
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,22 +31,27 @@ class Failed(RuntimeError):
 
 
 class Ran(NamedTuple):
-    """What became of a command: processor time with that of all its children, s, and its output."""
+    """What became of a command: processor time with that of all its children, s, and its output.
+
+    wall_s -- what the clock on the wall says, s.
+    """
 
     processor_s: float
     output: str
+    wall_s: float
 
 
 def ran(command: Command, cwd: Path | None = None) -> Ran:
     """Run a command; it must end well."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun_s = time.monotonic()
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)  # noqa: S603
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
         words = " ".join(map(str, command))
         raise Failed(f"{words} ended with {done.returncode}:\n{done.stderr[-2000:]}")
     took_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Ran(took_s, done.stdout)
+    return Ran(took_s, done.stdout, time.monotonic() - begun_s)
 
 
 def least_s(

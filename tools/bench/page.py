@@ -28,6 +28,7 @@ def page(found: dict[str, Any]) -> str:
     text = f"Measured on: {host['processor']}, {host['cores']} cores, Python {host['python']}.\n\n"
     parts = {
         "startup": startup, "verify": verify, "loops": loops, "cores": cores, "growth": growth,
+        "campaigns": campaigns,
     }  # fmt: skip
     told = [write(found[part]) for part, write in parts.items() if part in found]
     return f"{INTRODUCTION}{text}![The figures]({PICTURE})\n\n" + "\n".join(told)
@@ -72,7 +73,8 @@ All the evidence for one spec, its binary compiled before.
 def loops(found: dict[str, Any]) -> str:
     """Tell the speed of closed loops."""
     yard = found["yard_s"]
-    heads = ["closed loop", "times real time", "its limit", "yards for an hour"]
+    heads = ["closed loop", "times real time", "its limit", "yards for an hour",
+             "processor", "chips, plant", "Python"]  # fmt: skip
     rows = []
     for name, runs in found.items():
         if name == "yard_s":
@@ -80,15 +82,24 @@ def loops(found: dict[str, Any]) -> str:
         now, before = runs["now"], runs.get("before")
         row = [name, count(now["speed"]), count(now["limit"])]
         row.append(f"{3600 / now['speed'] / yard:.1f}")
+        row += [f"{share:.0%}" for share in shares(now)]
         rows.append(row + ([f"{now['speed'] / before['speed']:.2f}"] if before else []))
     if any(len(row) > len(heads) for row in rows):
         heads.append("against the other checkout")
     return f"""## Closed loop
 
 The scenario of the spec, by its binary. The limit: the cycles in which the processor is awake, \
-times what one takes with nothing at its pins.
+times what one takes with nothing at its pins, its share of the wakes included; that is the \
+processor's part of the time. What else C does is chips and plant, those chips included that C \
+asks in Python; the remainder is Python between two calls of C.
 
 {table(heads, rows)}"""
+
+
+def shares(run: dict[str, Any]) -> tuple[float, float, float]:
+    """Return the parts of the time: the processor, what else C does, Python."""
+    processor = min(run["speed"] / run["limit"], run["in_c"])
+    return processor, run["in_c"] - processor, 1 - run["in_c"]
 
 
 def cores(found: dict[str, Any]) -> str:
@@ -126,6 +137,23 @@ faults.
 The chamber, simulated for longer:
 
 {table(("hours", "simulate, yards"), lengths)}"""
+
+
+def campaigns(found: dict[str, Any]) -> str:
+    """Tell what a campaign costs."""
+    yard, runs = found["yard_s"], found["runs"]
+    (first, *_) = found["processes"].values()
+    rows = [
+        (number, f"{1000 / runs * each['processor_s'] / yard:.0f}",
+         f"{1000 / runs * each['wall_s'] / yard:.0f}", f"{first['wall_s'] / each['wall_s']:.2f}")
+        for number, each in found["processes"].items()
+    ]  # fmt: skip
+    heads = ("processes", "processor, yards for 1,000 runs", "until it is done, yards", "sooner by")
+    return f"""## Campaigns
+
+Chambers drawn about that of the spec, 30 simulated minutes each: {runs} of them, in proportion.
+
+{table(heads, rows)}"""
 
 
 def ratio(speeds: dict[str, float]) -> str:
