@@ -21,7 +21,8 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.output import heater_of
 from heatwright.sim.scenario import PRESS_S
-from heatwright.spec import ThermalNetwork
+from heatwright.spec import ThermalNetwork, modbus_of
+from heatwright.spec.commands import gcode_of
 from heatwright.spec.timers import TICK_S
 
 __all__ = [
@@ -41,7 +42,10 @@ STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""
 ROUNDING = 1e-6
 ANSWER_S = 1.0
-"""Within this long a host has had its answer, if the line works."""
+ANSWER_CHARACTERS = 2048
+CHARACTER_BITS = 11
+"""Within this long, and what so many characters take, a host has had its answer, if the line works:
+what it had asked before is answered first."""
 
 Condition = Callable[["World"], bool]
 
@@ -314,12 +318,18 @@ class World:
     def send(self, line: str) -> None:
         """Let the host send a line, and give the board time to answer."""
         self.device.send(line)
-        self.until(lambda now: not now.device.host.is_busy, ANSWER_S)
+        self.until(lambda now: not now.device.host.is_busy, self._answer_s)
 
     def write(self, name: str, value: float | bool) -> None:
         """Let the master write a value, and give the board time to answer."""
         self.device.write(name, value)
-        self.until(lambda now: not now.device.master.is_busy, ANSWER_S)
+        self.until(lambda now: not now.device.master.is_busy, self._answer_s)
+
+    @property
+    def _answer_s(self) -> float:
+        lines = (gcode_of(self.site.controller), modbus_of(self.site.controller))
+        slowest = min(line.baud for line in lines if line is not None)
+        return ANSWER_S + ANSWER_CHARACTERS * CHARACTER_BITS / slowest
 
     def acknowledge(self) -> None:
         """Acknowledge the latched fault, by key, touch or command.

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from fault_machines import faults_of, site_of
 from rig.analog_specs import KEYS, bed
-from rig.specs import changed
+from rig.avr import whole
+from rig.specs import changed, controller_of
 
-from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
+from heatwright.sim.faults import Fault, FaultResult, catalogue, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
@@ -316,3 +317,17 @@ def test_a_trip_is_waited_for_until_the_program_sleeps(monkeypatch: pytest.Monke
     monkeypatch.setattr(TripLog, "since", since)
     assert found().passed
     assert late
+
+
+def test_whoever_acknowledges_over_a_slow_line_waits_until_it_is_done() -> None:
+    """Whatever the master had asked before."""
+    slow = changed("barrel", ("baud: 19200", "baud: 1200"))
+    (fault, *_) = catalogue(controller_of(slow), whole(slow))
+    assert fault.id == "barrel.unplugged"
+    world = fault.make()
+    fault.cause(world)
+    world.until(OfState(lambda now: now.fault != 0), 20)
+    for celsius in range(150, 158):
+        world.device.write("barrel.setpoint", celsius)
+    world.acknowledge()
+    assert world.trips.acknowledged_s() > 0
