@@ -21,7 +21,7 @@
 #include "sensor_chamber.h"
 #include "settings.h"
 
-enum { RS = 1u << 0, ENABLE = 1u << 1, KEYPAD = 1u << 0, TICK_NS = 10000000, MOST_NS = 300000 };
+enum { RS = 1u << 0, ENABLE = 1u << 1, KEYPAD = 1u << 0, TICK_NS = 10000000, MOST_NS = 600000 };
 
 struct fault_state fault;
 struct loop_chamber_state loop_chamber;

@@ -14,7 +14,7 @@
 #include "config.h" /* LCD_* */
 #include "pins.h"   /* pin_lcd_* */
 
-enum { INSTRUCTIONS_A_TICK = 7 };
+enum { CELLS_A_TICK = 6 }; /* half a millisecond; a line of 16 is complete in three ticks */
 enum { EXECUTION_US = 40 }; /* 37 us for every instruction but clear and home */
 
 /* High nibble alone until the bus is 4 bits wide, then whole instructions: 4-bit bus and two
@@ -114,7 +114,7 @@ static void send_start_up(void)
     }
 }
 
-static void send_address(uint8_t cell)
+static void send_cell(uint8_t cell)
 {
     uint8_t address = cell; /* in the display's memory, where line 2 begins at 0x40 */
     if (cell >= LCD_COLUMNS) {
@@ -123,11 +123,6 @@ static void send_address(uint8_t cell)
     pin_lcd_rs_low();
     send(0x80u | address);
     _delay_us(EXECUTION_US);
-}
-
-/* To where the display is; then it is one cell further to the right. */
-static void send_character(uint8_t cell)
-{
     pin_lcd_rs_high();
     send((uint8_t)wanted[cell]);
     shown[cell] = wanted[cell];
@@ -137,25 +132,17 @@ static void send_character(uint8_t cell)
 /* The changed cells first, several a tick: a key must show soon. */
 static void send_changed(void)
 {
-    uint8_t left = INSTRUCTIONS_A_TICK;
-    uint8_t next = 0; /* where the display is, after a character; 0: nobody knows */
+    uint8_t cells_left = CELLS_A_TICK;
 
     for (uint8_t i = 0; i < LCD_CELLS; i++) {
-        const uint8_t cell = (uint8_t)((position + 1u) % LCD_CELLS);
-        if (shown[cell] != wanted[cell]) {
-            const bool is_elsewhere = cell == 0 || cell == LCD_COLUMNS || cell != next;
-            if (left < (is_elsewhere ? 2u : 1u)) {
-                return; /* the next tick goes on here */
+        position = (uint8_t)((position + 1u) % LCD_CELLS);
+        if (shown[position] != wanted[position]) {
+            send_cell(position);
+            cells_left--;
+            if (cells_left == 0) {
+                return;
             }
-            if (is_elsewhere) {
-                send_address(cell);
-                left--;
-            }
-            send_character(cell);
-            left--;
-            next = (uint8_t)(cell + 1u);
         }
-        position = cell;
     }
     changed = false;
 }
@@ -174,7 +161,6 @@ void lcd_tick(void)
         send_changed();
     } else if (refresh_left != 0) {
         refresh_left--;
-        send_address(refresh_left);
-        send_character(refresh_left);
+        send_cell(refresh_left);
     }
 }

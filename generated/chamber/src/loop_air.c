@@ -98,10 +98,15 @@ void loop_air_tick(void)
     panel_refresh();
 }
 
+bool loop_air_works(void)
+{
+    return fault.code == FAULT_NONE && !is_off();
+}
+
 uint8_t loop_air_state(void)
 {
     const float error_k = loop_air.setpoint_c - loop_air.temperature_c;
-    const bool works = fault.code == FAULT_NONE && !is_off();
+    const bool works = loop_air_works();
     uint8_t state = 0;
 
     if (works) {

@@ -28,6 +28,9 @@ void loop_air_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_air_tick(void);
 
+/* True while it is on, and no fault is latched. */
+bool loop_air_works(void);
+
 /* STATE_*, as the last step left it. */
 uint8_t loop_air_state(void);
 

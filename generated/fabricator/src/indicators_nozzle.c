@@ -11,7 +11,7 @@
 #include "config.h" /* INDICATORS_* */
 #include "current_heater.h" /* current_heater */
 #include "fault.h" /* fault */
-#include "loop_nozzle.h" /* loop_nozzle_state, STATE_*, loop_nozzle */
+#include "loop_nozzle.h" /* loop_nozzle_works, loop_nozzle */
 #include "modbus.h" /* modbus_silent_ticks, modbus_was_heard */
 #include "output_cooler.h" /* output_cooler_is_on */
 #include "output_heater.h" /* output_heater_is_on */
@@ -27,7 +27,7 @@ static enum light enabled(void)
     if (fault.code != FAULT_NONE) {
         return BLINKING;
     }
-    return (loop_nozzle_state() & STATE_WORK) != 0 ? LIT : DARK;
+    return loop_nozzle_works() ? LIT : DARK;
 }
 
 /* Lit while the heater is on; blinking while its current holds it back. */

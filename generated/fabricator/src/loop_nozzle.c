@@ -120,10 +120,15 @@ void loop_nozzle_tick(void)
     sensor_nozzle_begin();
 }
 
+bool loop_nozzle_works(void)
+{
+    return fault.code == FAULT_NONE && !is_off();
+}
+
 uint8_t loop_nozzle_state(void)
 {
     const float error_k = loop_nozzle.setpoint_c - loop_nozzle.temperature_c;
-    const bool works = fault.code == FAULT_NONE && !is_off();
+    const bool works = loop_nozzle_works();
     uint8_t state = 0;
 
     if (works) {

@@ -29,6 +29,9 @@ void loop_nozzle_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_nozzle_tick(void);
 
+/* True while it is on, and no fault is latched. */
+bool loop_nozzle_works(void);
+
 /* STATE_*, as the last step left it. */
 uint8_t loop_nozzle_state(void);
 

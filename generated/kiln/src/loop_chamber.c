@@ -143,10 +143,15 @@ void loop_chamber_tick(void)
     sensor_chamber_begin();
 }
 
+bool loop_chamber_works(void)
+{
+    return fault.code == FAULT_NONE && !is_off();
+}
+
 uint8_t loop_chamber_state(void)
 {
     const float error_k = loop_chamber.setpoint_c - loop_chamber.temperature_c;
-    const bool works = fault.code == FAULT_NONE && !is_off();
+    const bool works = loop_chamber_works();
     uint8_t state = 0;
 
     if (works) {

@@ -33,6 +33,9 @@ void loop_chamber_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_chamber_tick(void);
 
+/* True while it is on, and no fault is latched. */
+bool loop_chamber_works(void);
+
 /* STATE_*, as the last step left it. */
 uint8_t loop_chamber_state(void);
 

@@ -100,8 +100,8 @@ def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[
 
     for meaning in ("enabled", "fault"):
         ask(meaning, "fault.h", "fault")
-    for meaning in ("enabled", "warm"):
-        ask(meaning, f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
+    ask("enabled", f"loop_{name}.h", f"loop_{name}_works")
+    ask("warm", f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
     ask("heating", f"output_{loop.heater}.h", f"output_{loop.heater}_is_on")
     if _limited(source, loop):
         ask("heating", f"current_{loop.heater}.h", f"current_{loop.heater}")
