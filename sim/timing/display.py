@@ -44,12 +44,20 @@ def button_to_display(pressed: Sequence[Press], history: Sequence[Screen]) -> Fi
 
 
 def _answer_s(press: Press, times_s: NDArray[np.float64], rows: Sequence[str]) -> float | None:
-    """Return when the text was first what it has settled to; None if that is not the setpoint."""
+    """Return when the text was first what it has settled to; None if that is not the setpoint.
+
+    A display of whole degrees may show a step of less by nothing: it is right at once.
+    """
     first, end = np.searchsorted(times_s, (press.time_s, press.time_s + SETTLED_S))
     settled = rows[end - 1]
     shown = NUMBER.search(settled)
-    if shown is None or abs(float(shown.group()) - press.setpoint_c) > ALLOWED_K:
+    if shown is None:
         return None
+    half_k = 0.5 * 10.0 ** -max(len(shown[1] or "") - 1, 0)
+    if abs(float(shown.group()) - press.setpoint_c) > half_k + ALLOWED_K:
+        return None
+    if first and rows[first - 1] == settled:
+        return 0.0
     place = next((place for place in range(first, end) if rows[place] == settled), None)
     return None if place is None else float(times_s[place]) - press.time_s
 

@@ -58,6 +58,15 @@ def test_keys_are_timed_to_the_complete_text() -> None:
     assert figure.passed
 
 
+def test_a_display_of_whole_degrees_rounds() -> None:
+    shown = ((0.0, "289°C"), (1.02, "279°C"), (1.03, "278°C"), (2.03, "289°C"))
+    screens = [Screen(at_s, ("Setpoint", row)) for at_s, row in shown]
+    pressed = [Press(1.0, "down", 278.2), Press(2.0, "up", 288.5), Press(3.0, "up", 288.8)]
+    figure = button_to_display(pressed, screens)
+    assert figure.worst == pytest.approx(30)
+    assert figure.details["not_shown"] == 0
+
+
 @pytest.mark.parametrize("row", ["Set temp 19°C", "Set temp 29°C", "E06 TOO HOT", ""])
 def test_a_wrong_text_is_no_answer(row: str) -> None:
     screens = [Screen(0.0, ("", "Set temp 19°C")), Screen(1.03, ("", row))]
