@@ -120,9 +120,9 @@ class Bus:
     def _bytes(self, sent: NDArray[Any]) -> Iterator[_Byte]:
         clock_hz, mine = self._avr.clock_hz, sent_by(self.uart, sent)
         columns = (mine[name].tolist() for name in ("end", "value", "format", "bit_cycles"))
+        bits = {code: Format.of(code).bits for code in set(mine["format"].tolist())}
         for end, value, code, bit in zip(*columns, strict=True):
-            start = end - Format.of(code).bits * bit
-            yield _Byte(start / clock_hz, end / clock_hz, value, code, bit)
+            yield _Byte((end - bits[code] * bit) / clock_hz, end / clock_hz, value, code, bit)
 
     def _take(self, byte: _Byte, found: list[Frame]) -> None:
         if not self._is_driven(byte.start_s, byte.end_s):
@@ -140,10 +140,9 @@ class Bus:
 
     def _framed(self) -> Frame:
         bit = self._avr.clock_hz / self.baud
-        read = [
-            receiver(byte.format, byte.bit_cycles, self.form, bit)[byte.value]
-            for byte in self._frame
-        ]
+        sent = {(byte.format, byte.bit_cycles) for byte in self._frame}
+        heard = {how: receiver(*how, self.form, bit) for how in sent}
+        read = [heard[byte.format, byte.bit_cycles][byte.value] for byte in self._frame]
         gaps = [later.start_s - byte.end_s for byte, later in pairwise(self._frame)]
         return Frame(
             self._frame[0].start_s,

@@ -8,7 +8,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 POLYNOMIAL = 0xA001
 EXCEPTION = 0x80
@@ -25,15 +24,17 @@ def crc(data: bytes) -> bytes:
     """Return the checksum as it is sent, low byte first (serial line, 6.2.2)."""
     register = 0xFFFF
     for byte in data:
-        register = register >> 8 ^ _shifted((register ^ byte) & 0xFF)
+        register = register >> 8 ^ SHIFTED[(register ^ byte) & 0xFF]
     return struct.pack("<H", register)
 
 
-@cache
 def _shifted(byte: int) -> int:
     for _ in range(8):
         byte = byte >> 1 ^ (POLYNOMIAL if byte & 1 else 0)
     return byte
+
+
+SHIFTED = tuple(map(_shifted, range(256)))
 
 
 def framed(address: int, pdu: bytes) -> bytes:
