@@ -1,6 +1,7 @@
 """`make bench`: its machines are good, what is missing is told, the page says what was measured."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -70,12 +71,32 @@ def test_the_page_tells_ratios(bench: Any) -> None:
     assert "| `generate` | 0.80 | – | – |" in alone
     beside = page({**HOST, "startup": {**STARTUP, "esphome": {"config": 0.6}}})
     assert "| `check --quick` | 0.60 | `config`: 1.20 | 0.50 |" in beside
-    loops = {"yard_s": 0.5, "kiln": {"now": {"speed": 1000.0, "limit": 4321.0}}}
-    assert "| kiln | 1,000 | 4,320 | 7.2 |" in page({**HOST, "loops": loops})
+    loops = {"yard_s": 0.5, "kiln": {"now": {"speed": 1000.0, "limit": 4000.0, "in_c": 0.8}}}
+    assert "| kiln | 1,000 | 4,000 | 7.2 | 25% | 55% | 20% |" in page({**HOST, "loops": loops})
     loops["kiln"]["before"] = {"speed": 400.0, "limit": None}
-    assert "| kiln | 1,000 | 4,320 | 7.2 | 2.50 |" in page({**HOST, "loops": loops})
+    assert "| kiln | 1,000 | 4,000 | 7.2 | 25% | 55% | 20% | 2.50 |" in page(
+        {**HOST, "loops": loops}
+    )
     cores = {"tick": {"heatwright": 300.0, "simavr": 200.0, "avr8js": 4.0}}
     assert "| tick | 300 | 200 | 4 | 1.5 |" in page({**HOST, "cores": cores})
+    took = {"1": {"processor_s": 20.0, "wall_s": 25.0}, "2": {"processor_s": 22.0, "wall_s": 12.5}}
+    told = page({**HOST, "campaigns": {"yard_s": 0.5, "runs": 100, "processes": took}})
+    assert "| 1 | 400 | 500 | 1.00 |" in told
+    assert "| 2 | 440 | 250 | 2.00 |" in told
+
+
+@pytest.mark.parametrize(("peak", "status"), [(71.5, 0), (71.6, 1)])
+def test_results_are_compared_row_by_row(peak: float, status: int, tmp_path: Path) -> None:
+    results = {"before": ("own", 71.5), "now": ("simavr", peak)}
+    for name, (core, peak_c) in results.items():
+        row = {"fault": "unplugged", "loop": "air", "peak": peak_c, "passed": True}
+        found = {"core": core, "faults": [row], "speed": {"wall_s": peak_c}, "passed": True}
+        (tmp_path / name).write_text(json.dumps(found), encoding="utf-8")
+    tool = [sys.executable, BENCH.parent / "same_rows.py", *(tmp_path / each for each in results)]
+    done = subprocess.run(tool, capture_output=True, text=True, check=False)
+    assert done.returncode == status
+    assert f"1 rows of faults and 5 values compared, {status} differ" in done.stdout
+    assert ("/faults/air.unplugged/peak: 71.5, 71.6" in done.stdout) is bool(status)
 
 
 def test_the_specs_that_are_measured_are_there(bench: Any) -> None:
