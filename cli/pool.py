@@ -20,9 +20,6 @@ R = TypeVar("R")
 LOOK_S = 0.05
 """How often the results are looked for while nothing is told."""
 
-SELDOM = 50_000
-"""New objects after which a worker looks for garbage."""
-
 _told: Any = None
 """In a worker: the queue to the process that shows the progress."""
 
@@ -132,7 +129,6 @@ def _begin(told: Any) -> None:
     that for garbage took a fifteenth of the time.
     """
     gc.freeze()
-    gc.set_threshold(SELDOM)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     global _told  # noqa: PLW0603 - the one thing a worker has of its own
     _told = told

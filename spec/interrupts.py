@@ -7,12 +7,17 @@ from typing import NamedTuple
 
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
-from heatwright.spec.outputs import Stepper, TimeProportionalOutput
+from heatwright.spec.outputs import DigitalOutput, Output, Stepper, TimeProportionalOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
+from heatwright.spec.sensors import Ds18b20
 
 ANY_S = 100e-6
 """Where nothing needs them sooner: a hundredth of the tick."""
+SLOT_S = 50e-6
+"""A slot of the 1-Wire bus that writes a zero lasts for 64 µs, and may for 120."""
+OTHERS_S = 10e-6
+"""What else may come before the interrupt of a PWM: that of a line, and of another channel."""
 BITS_OF_A_BYTE = 10
 """On a serial line, at least: a start bit, eight bits, a stop bit."""
 
@@ -21,6 +26,8 @@ TICK_CYCLES = 135
 LOOP_CYCLES = 65
 WINDOW_CYCLES = 45
 """Of a heater that is time-proportional."""
+HELD_CYCLES = 45
+"""Of a heater or a cooler with minimum times."""
 BY_INTERRUPTS_CYCLES = 85
 """Of a heater whose PWM interrupts make."""
 COOLER_CYCLES = 80
@@ -41,10 +48,13 @@ def waits(controller: Controller) -> Iterator[Wait]:
     """List what interrupts serve, and how late they may come for it to lose nothing.
 
     A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
-    shorter than the latest of its interrupts. A stepper's interrupt makes one step, and would lose
-    the next.
+    shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
+    at least, however late an interrupt makes one of them.
     """
     yield Wait(ANY_S, "a hundredth of the tick", "")
+    for name, sensor in controller.sensors.items():
+        if isinstance(sensor, Ds18b20):
+            yield Wait(SLOT_S, f"the slots of {name}'s bus", "a sensor of another kind")
     for part in controller.interfaces:
         if isinstance(part, Gcode | ModbusRtu | Nextion | SerialLog):
             slower = "a slower line"
@@ -52,11 +62,12 @@ def waits(controller: Controller) -> Iterator[Wait]:
     for name, channel in share_pwm(controller).channels.items():
         if channel.by_interrupts:
             other = "the kind time_proportional"
-            yield Wait(LATEST_INTERRUPT_S, f"the PWM of {name}, by interrupts", other)
+            wait_s = LATEST_INTERRUPT_S - OTHERS_S
+            yield Wait(wait_s, f"the PWM of {name}, by interrupts", other)
     for name, output in controller.outputs.items():
         if isinstance(output, Stepper):
             step_s = 1 / (output.maximum_mm_per_s * output.steps_per_mm)
-            yield Wait(step_s, f"a step of {name}", "a slower maximum")
+            yield Wait(step_s / 2, f"half a step of {name}", "a slower maximum")
 
 
 def longest_wait_s(controller: Controller) -> float:
@@ -74,6 +85,13 @@ def longest_tick_s(controller: Controller) -> float:
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
         cycles += COOLER_CYCLES * (loop.cooler is not None)
         cycles += WINDOW_CYCLES * isinstance(outputs.get(loop.heater), TimeProportionalOutput)
+        for name in filter(None, (loop.heater, loop.cooler)):
+            cycles += HELD_CYCLES * _is_held(outputs.get(name))
         channel = channels.get(loop.heater)
         cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
     return cycles / controller.board.clock_hz
+
+
+def _is_held(output: Output | None) -> bool:
+    """Tell whether an output has minimum times."""
+    return isinstance(output, DigitalOutput) and bool(output.minimum_on_s or output.minimum_off_s)

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+NONE = "nothing"
 LEFT_OUT = ("core", "elf", "spec", "speed")
 
 
@@ -29,7 +30,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         value = {f"{each['loop']}.{each['fault']}": each for each in value}
     if isinstance(value, list):
         value = dict(enumerate(value))
-    if not isinstance(value, dict):
+    if not isinstance(value, dict) or not value:
         yield path, value
         return
     for key, each in value.items():
@@ -43,12 +44,12 @@ def main() -> int:
     parser.add_argument("results", nargs=2, type=Path, help="files of verify --json")
     texts = [each.read_text(encoding="utf-8") for each in parser.parse_args().results]
     before, now = (dict(leaves(json.loads(text))) for text in texts)
-    different = [each for each in before | now if before.get(each) != now.get(each)]
+    different = [each for each in before | now if before.get(each, NONE) != now.get(each, NONE)]
     for each in different:
-        print(f"{each}: {before.get(each, 'nothing')}, {now.get(each, 'nothing')}")
+        print(f"{each}: {before.get(each, NONE)}, {now.get(each, NONE)}")
     rows = {each.split("/")[2] for each in before if each.startswith("/faults/")}
     print(f"{len(rows)} rows of faults and {len(before)} values compared, {len(different)} differ")
-    return int(bool(different))
+    return int(bool(different) or not rows)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,8 @@ HELD_S = 0.06
 """How long a key is held: longer than bouncing is looked at, shorter than a person does."""
 SETTLED_S = 0.3
 """After this long the display shows what a key has changed, or never does."""
+DIGITS = 6
+"""Steps of a tenth, summed in binary, would miss the end of the range by less."""
 BACK_S = 0.35
 """So long after a key the opposite one takes back what it did, where that must not last."""
 FIRST_S = 5.0
@@ -46,7 +48,7 @@ def presses(controller: Controller, keypad: LcdKeypad, times_s: Sequence[float])
         if found and time_s <= found[-1].time_s + SETTLED_S:
             continue
         up = setpoint_c <= low_c or setpoint_c + keypad.step_k <= min(resting, high_c)
-        moved_c = setpoint_c + (keypad.step_k if up else -keypad.step_k)
+        moved_c = round(setpoint_c + (keypad.step_k if up else -keypad.step_k), DIGITS)
         if up and moved_c > resting:
             found.append(Press(time_s, "up", min(moved_c, high_c)))
             found.append(Press(time_s + BACK_S, "down", low_c))

@@ -28,10 +28,8 @@ SWING_K = 0.1
 
 STARTED_S = 1.5
 """When a loop is switched on: the program, a display and a person are there by then."""
-SWITCH_ON = ("left", "select", "up", "select", "right")
-"""In a menu: to the switch, on, and back to the first screen."""
-TO_SETPOINT = ("left",)
-"""In a menu, from its first screen."""
+TO_SETPOINT = ("left", "select", "up", "select", "right", "left")
+"""In a menu: to the switch, on, back to the first screen, and to the setpoint."""
 ABOVE_MINIMUM_K = 1.0
 """A machine is warmer by this than what its protection takes for a lost sensor, at least."""
 
@@ -90,7 +88,7 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
         device.write(f"{loop}.enabled", True)
     if keyed(controller, loop):
         if programmed(controller, loop):
-            device.shield.play((*(() if has_master else SWITCH_ON), *TO_SETPOINT))
+            device.shield.play(TO_SETPOINT)
         elif not has_master and not starts_enabled(controller, loop):
             device.shield.play(("up",))
     elif not has_master and touched(controller, loop):

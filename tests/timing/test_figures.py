@@ -107,6 +107,18 @@ def test_keys_change_the_setpoint_both_ways_within_its_limits(chamber: Controlle
     assert {press.key for press in pressed} == {"up", "down"}
 
 
+def test_down_is_not_pressed_at_the_lowest_setpoint_which_would_switch_off() -> None:
+    tenths = ("initial: 20 °C, minimum: 10 °C", "initial: 10.3 °C, minimum: 10 °C")
+    controller = controller_of(changed("chamber", tenths, ("step: 10 K", "step: 0.1 K")))
+    keypad = keypad_of(controller)
+    assert keypad is not None
+    pressed = presses(controller, keypad, [float(each) for each in range(40)])
+    before = [10.3, *(press.setpoint_c for press in pressed)]
+    downs = [at for at, press in zip(before, pressed, strict=False) if press.key == "down"]
+    assert min(downs) > 10
+    assert len(downs) > 10
+
+
 NARROW = ("minimum: 10 °C, maximum: 70 °C", "minimum: 20 °C, maximum: 39 °C")
 
 
@@ -130,9 +142,10 @@ def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
 @pytest.mark.parametrize(
     ("machine", "wait_us"),
     [
-        (("chamber",), 100),
+        (("hotplate",), 100),
+        (("chamber",), 50),  # its DS18B20
         (("kiln",), 1e7 / 115_200),  # its log's line
-        (("extruder",), 50),  # PWM by interrupts
+        (("extruder",), 40),  # PWM by interrupts
         (("printer", ("baud: 115200", "baud: 250000")), 40),  # what is sent to it,
     ],
 )
