@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from measure import EXAMPLES, HEATWRIGHT, Tell, built, ran, yard_command, yard_s
+from measure import EXAMPLES, HEATWRIGHT, ROOT, Tell, built, ran, yard_command, yard_s
 
 VERIFIED = ("chamber", "extruder", "feeder", "fabricator", "kiln", "kiln_uno")
 LOOPS = ("chamber", "kiln", "extruder", "fabricator")
@@ -37,21 +37,26 @@ def one_verified(spec: Path, times: int, tell: Tell) -> dict[str, Any]:
 
 
 def loops(times: int, tell: Tell, against: Path | None, names: Iterable[str] = LOOPS) -> Any:
-    """Run closed loops; `against`: a folder with another checkout, whose runs take turns."""
-    pythons = {"now": Path(sys.executable)}
+    """Run closed loops; `against`: a folder with another checkout, whose runs take turns.
+
+    Each runs its own example of the name: an older one may not know what ours says.
+    """
+    checkouts = {"now": (Path(sys.executable), EXAMPLES)}
     if against is not None:
-        pythons["before"] = against / ".venv" / "bin" / "python"
+        python = against / ".venv" / "bin" / "python"
+        checkouts["before"] = (python, against / EXAMPLES.relative_to(ROOT))
     found: dict[str, Any] = {"yard_s": yard_s()}
     for name in names:
         tell(f"closed loop of {name}")
-        found[name] = fastest(EXAMPLES / f"{name}.yaml", times, pythons)
+        found[name] = fastest(name, times, checkouts)
     return found
 
 
-def fastest(spec: Path, times: int, pythons: dict[str, Path]) -> dict[str, Any]:
-    """Return the run of least processor time, of each checkout."""
-    runs: dict[str, list[Any]] = {each: [] for each in pythons}
+def fastest(name: str, times: int, checkouts: dict[str, tuple[Path, Path]]) -> dict[str, Any]:
+    """Return the run of least processor time, of each checkout: its Python, and its examples."""
+    runs: dict[str, list[Any]] = {each: [] for each in checkouts}
     for _ in range(times):
-        for each, python in pythons.items():
-            runs[each].append(json.loads(ran((python, LOOP, spec)).output))
+        for each, (python, examples) in checkouts.items():
+            command = (python, LOOP, examples / f"{name}.yaml")
+            runs[each].append(json.loads(ran(command).output))
     return {each: max(of, key=lambda run: run["speed"]) for each, of in runs.items()}
