@@ -96,6 +96,7 @@ CHECKS: tuple[Check, ...] = (
     timers.timers_suffice,
     timing.periods_are_ticks,
     timing.interrupts_are_short,
+    timing.buses_wait_for_each_other,
     reading.conversion_fits,
     timing.time_outs_fit,
     timing.stale_after,

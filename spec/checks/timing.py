@@ -10,7 +10,11 @@ from heatwright.spec.interrupts import longest_tick_s, waits
 from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
+from heatwright.spec.sensors import Ds18b20
 from heatwright.spec.timers import TICK_S
+
+MOST_BUSES, QUICK_HZ = 4, 16_000_000
+"""Of 1-Wire with this clock or a faster one; with a slower one, one less (measured)."""
 
 MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""
@@ -175,4 +179,25 @@ def interrupts_are_short(controller: Controller) -> Findings:
             f"{1e6 * least.seconds:.0f} µs: {least.what}",
             f"Use a faster clock or fewer loops{instead}",
             (("controller",), ("outputs",), ("interfaces",), ("safety",)),
+        )
+
+
+def buses_wait_for_each_other(controller: Controller) -> Findings:
+    """Count the 1-Wire buses: their slots come at the same times, and one waits for the others.
+
+    With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
+    DS18B20 bears 120 µs.
+    """
+    buses = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
+    quick = controller.board.clock_hz >= QUICK_HZ
+    most = MOST_BUSES if quick else MOST_BUSES - 1
+    for name in buses[most:]:
+        faster = "" if quick else f", or a clock of {hertz(QUICK_HZ)}"
+        yield Finding(
+            ("sensors", name, "kind"),
+            f"it is DS18B20 number {buses.index(name) + 1}, each with a bus of its own, and the "
+            f"slots of more than {most} at {hertz(controller.board.clock_hz)} would wait for each "
+            "other for longer than the chip bears",
+            f"Use a sensor of another kind{faster}",
+            (("controller",), ("sensors",)),
         )
