@@ -24,9 +24,7 @@ LEFT_OUT = ("core", "elf", "spec", "speed")
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield each number, word and truth with where it stands; rows of faults by their names."""
-    if isinstance(value, list) and all(
-        isinstance(each, dict) and "fault" in each for each in value
-    ):
+    if path == "/faults":
         value = {f"{each['loop']}.{each['fault']}": each for each in value}
     if isinstance(value, list):
         value = dict(enumerate(value))
