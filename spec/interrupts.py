@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
-from heatwright.spec.outputs import DigitalOutput, Output, Stepper, TimeProportionalOutput
+from heatwright.spec.outputs import Stepper, TimeProportionalOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
 from heatwright.spec.sensors import Ds18b20
@@ -86,12 +86,7 @@ def longest_tick_s(controller: Controller) -> float:
         cycles += COOLER_CYCLES * (loop.cooler is not None)
         cycles += WINDOW_CYCLES * isinstance(outputs.get(loop.heater), TimeProportionalOutput)
         for name in filter(None, (loop.heater, loop.cooler)):
-            cycles += HELD_CYCLES * _is_held(outputs.get(name))
+            cycles += HELD_CYCLES * getattr(outputs.get(name), "is_held", False)
         channel = channels.get(loop.heater)
         cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
     return cycles / controller.board.clock_hz
-
-
-def _is_held(output: Output | None) -> bool:
-    """Tell whether an output has minimum times."""
-    return isinstance(output, DigitalOutput) and bool(output.minimum_on_s or output.minimum_off_s)

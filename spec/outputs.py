@@ -126,6 +126,11 @@ class DigitalOutput(Model):
     )
 
     @property
+    def is_held(self) -> bool:
+        """Whether it has minimum times."""
+        return self.minimum_on_s > 0 or self.minimum_off_s > 0
+
+    @property
     def cycle_s(self) -> float:
         """Time from one pulse to the next, s: none, for it is on or off."""
         return 0.0

@@ -12,7 +12,7 @@ from heatwright.spec import DigitalOutput
 def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> Part:
     """Plan a heater, a cooler, a fan that runs always, or one that the host commands."""
     start = Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();")
-    if output.minimum_on_s > 0 or output.minimum_off_s > 0:
+    if output.is_held:
         return _held(source, name, output, use, () if use.gated else (start,))
     return output_part(
         source,
