@@ -108,8 +108,8 @@ class _Controller:
         self.board = self._clocked(BOARDS[self.identity["board"]])
         if draws.seldom():
             self.identity["title"] = draws.one(*TITLES)
-        self.left = Resources(draws, self.board)
         self.names = NAMES[: draws.one(*loops)]
+        self.left = Resources(draws, self.board, len(self.names))
         self.interfaces: list[Part] = []
         self.outputs: dict[str, Part] = {}
         self.safety: Part = {}

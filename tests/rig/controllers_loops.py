@@ -446,6 +446,9 @@ class LoopDraw:
             waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
             late_s = 0.0 if self.kind == "pid" else self.late_s + waits_s + 2 * self.period_s
             least_k += math.ceil(3 * late_s * self.rate_k_per_s / self.strength)
+            if self.kind == "pid" and not self.integrates:  # comes to rest below its setpoint
+                held = 100 * self.full_w / self.strength / self.power_w
+                least_k += math.ceil(1.5 * held / self.algorithm["kp"])
             below_k = draws.number(least_k, least_k + 50, 10, 0.1)
             rule["below"] = text(below_k, "K")
             self.above_k = min(self.above_k, below_k)

@@ -20,6 +20,10 @@ Part = dict[str, Any]
 _SENSOR: TypeAdapter[Any] = TypeAdapter(Sensor)
 NARROWEST_K = 45.0
 """Of a sensor's range, between what its errors take off at both ends: room for a machine."""
+LEAST_TOP_C = 50.0
+"""Of a drawn range, where the circuit shows that: warmer than a room by what a machine needs."""
+BY_INTERRUPTS_HZ = 6_000_000
+"""Of the clock, for each loop: a tick that is short enough for a PWM by interrupts, mostly."""
 
 
 def text(value: float, unit: str = "") -> str:
@@ -102,8 +106,8 @@ def adjusted(draws: Draws, algorithm: Part) -> Part:
 class Resources:
     """The pins and timers of a board that are left."""
 
-    def __init__(self, draws: Draws, board: Board) -> None:
-        self.draws, self.board = draws, board
+    def __init__(self, draws: Draws, board: Board, loops: int) -> None:
+        self.draws, self.board, self._loops = draws, board, loops
         barred = () if board.bootloader_bytes else JTAG_PINS.get(board.mcu, ())
         pins = {pin.name: pin for pin in board.pins.values() if pin.port_name not in barred}
         self._free = sorted(pins.values(), key=lambda pin: (pin.adc is not None, pin.digital))
@@ -162,7 +166,8 @@ class Resources:
         pins = [pin for pin in self._switched() if self._is_quiet(pin) or not heats]
         able = [pin for pin in pins if pin.pwm and self._serves(pin.pwm[0], slowest_hz)]
         free = [number for number, timer in self.timers.items() if timer.bits == 16]
-        by_interrupts = [n for n in free if self._leaves_tick([n])]
+        soon = self.board.clock_hz >= BY_INTERRUPTS_HZ * self._loops
+        by_interrupts = [n for n in free if self._leaves_tick([n])] if soon else []
         ways = ["timer"] * bool(able) + ["interrupts"] * bool(by_interrupts)
         if not ways:
             return None
@@ -312,7 +317,8 @@ class Sensors:
         if high_c - low_c < NARROWEST_K + 2 or low_c > 10:
             low_c, high_c = max(low_c, -45.0), max(high_c, 60.0)
         first = self.draws.number(math.ceil(low_c), min(10, high_c - NARROWEST_K), 0)
-        last = self.draws.number(first + NARROWEST_K, math.floor(high_c), high_c)
+        warm_c = max(first + NARROWEST_K, min(LEAST_TOP_C, math.floor(high_c)))
+        last = self.draws.number(warm_c, math.floor(high_c), high_c)
         part |= {"range": f"{text(first)} °C .. {text(last)} °C"}
         draws = own_draws(part)
         part |= draws.maybe({"tolerances": self._tolerances(draws, kind, part)})

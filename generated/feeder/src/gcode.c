@@ -233,7 +233,7 @@ static bool take_heater(void)
     return true;
 }
 
-/* The heater that M303 means: H, or a tool as in any command. */
+/* The heater that M303 means: H, or T or E, of which -1 is a bed and -2 a chamber. */
 static bool take_tuned(void)
 {
     float named = 0.0f;
