@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import mul
 
 Number = float | complex
 Matrix = list[list[float]]
@@ -37,12 +38,12 @@ def solve(matrix: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[N
 def product(left: Matrix, right: Matrix) -> Matrix:
     """Multiply two square matrices."""
     columns = list(zip(*right, strict=True))
-    return [[sum(map(float.__mul__, row, column)) for column in columns] for row in left]
+    return [[sum(map(mul, row, column)) for column in columns] for row in left]
 
 
 def apply(matrix: Matrix, vector: Vector) -> Vector:
     """Multiply a matrix by a vector."""
-    return [sum(map(float.__mul__, row, vector)) for row in matrix]
+    return [sum(map(mul, row, vector)) for row in matrix]
 
 
 def exponential(matrix: Matrix) -> Matrix:
