@@ -211,6 +211,11 @@ class Avr:
         """Set bytes of RAM; registers written so do not act."""
         self._memory()[address : address + len(data)] = data
 
+    def flip(self, address: int, bit: int) -> None:
+        """Flip a bit of the data space, as a particle would: of a register it acts."""
+        value = self.read_ram(address, 1)[0] ^ 1 << bit
+        self._lib.hw_poke(self._hw, address, value)
+
     def _memory(self) -> Any:
         return self._ffi.buffer(self._lib.hw_ram(self._hw), self._lib.hw_ram_end(self._hw) + 1)
 

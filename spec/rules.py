@@ -213,6 +213,13 @@ _RULES = (
         "Nothing proves that the fan turns although it is on.",
         "Check the fan, its supply and its filter, then what proves it, and its wires.",
     ),
+    Rule(
+        29,
+        "memory_damaged",
+        "MEMORY BAD",
+        "A byte of memory by which the heater is judged has changed by itself.",
+        "Set again what was set; if it comes again, look for disturbances, then replace the board.",
+    ),
 )
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}

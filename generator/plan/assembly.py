@@ -133,6 +133,7 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "main_includes": _includes([*start, *tick]),
         "start_calls": start,
         "tick_calls": tick,
+        "watchdog": f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
     }
     return (
         File("src/config.h", "src/config.h.j2", config),

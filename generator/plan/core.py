@@ -34,6 +34,7 @@ LAST_RULE_OF_RELAYS = 26
 """Of those with a contact that says what they do."""
 LAST_RULE_OF_MONITORS = 27
 LAST_RULE_OF_PROOFS = 28
+MEMORY_DAMAGED = "memory_damaged"
 
 
 def rule_macro(rule: Rule) -> str:
@@ -44,7 +45,7 @@ def rule_macro(rule: Rule) -> str:
 def rules(controller: Controller) -> list[dict[str, object]]:
     """Name the rules as fault.h and the display need them, in the order of the codes.
 
-    They end with the last one that this controller can break; there are no gaps.
+    All up to the last one that this controller can break, and that of damaged memory.
     """
     last = LAST_RULE
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
@@ -63,6 +64,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_MONITORS
     if proofs(controller):
         last = LAST_RULE_OF_PROOFS
+    always = {rule.code for rule in RULES.values() if rule.id == MEMORY_DAMAGED}
     return [
         {
             "macro": rule_macro(rule),
@@ -73,7 +75,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last
+        if rule.code <= last or rule.code in always
     ]
 
 
@@ -124,11 +126,13 @@ def clock(root: Source, timer: int) -> Part:
             Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods to one tick")
         )
     names = registers(board, timer)
+    setup = compare_match(names, interval, "CLOCK_COMPARE")
     tick = {
         "timer": timer,
         "vector": names.vector(),
         "divider": interval.divider,
-        "setup": compare_match(names, interval, "CLOCK_COMPARE"),
+        "setup": setup,
+        "kept": [line for line in setup if not line.startswith((names.counter, "TIFR"))],
         "shared": names.shared,
     }
     context = {
@@ -151,14 +155,19 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
     """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
     proven = proofs(root.controller)
     fans = [loop.fan for loop in root.controller.loops.values()]
+    driven = {loop.heater for loop in root.controller.loops.values()}
+    driven |= {loop.cooler for loop in root.controller.loops.values() if loop.cooler}
+    driven |= {root.controller.safety.relay} - {None}
     context = {
         "loops": loops,
         "steppers": steppers,
+        "driven": [name for name in root.controller.outputs if name in driven],
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
         "counted": [name for name, each in proven.items() if each.tachometer],
-        "pins": [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
+        "pins": ["pin_output_*_drive"]
+        + [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
         + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer],
     }
     return Part(

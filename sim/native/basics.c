@@ -64,6 +64,25 @@ void timer_stop(struct timer *t) {
     avr_cycle_timer_cancel(t->h->avr, on_due, t);
 }
 
+/* As an instruction would: registers act, and their pins follow. */
+void hw_poke(hw *h, uint16_t address, uint8_t value) {
+    avr_t *avr = h->avr;
+    avr_io_addr_t a = AVR_DATA_TO_IO(address);
+    if (address < 32 || address > avr->ioend) {
+        avr->data[address] = value;
+        return;
+    }
+    if (avr->io[a].w.c)
+        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
+    else
+        avr->data[address] = value;
+    if (avr->io[a].irq) {
+        avr_raise_irq(avr->io[a].irq + AVR_IOMEM_IRQ_ALL, value);
+        for (int bit = 0; bit < 8; bit++)
+            avr_raise_irq(avr->io[a].irq + bit, (value >> bit) & 1);
+    }
+}
+
 void hw_flash_changed(hw *h) { fast_forget(h); }
 void hw_reference_core(hw *h, int on) { h->reference = on; }
 

@@ -19,8 +19,8 @@ Record = dict[str, Value]
 
 EMERGENCY_STOP = 19
 MASTER_LOST = 23
-WATCHED_FAULTS = (25, 26, 28)
-"""Of the relay and of fans: found between the steps."""
+WATCHED_FAULTS = (25, 26, 28, 29)
+"""Of the relay, of fans and of damaged memory: found between the steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
 """While a fault is latched the cooler runs, unless a reading tells that it is colder."""
