@@ -56,6 +56,15 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     TEXT_16,
 };
 
+/* Damaged memory may hold a code that no rule has. */
+static const char *text_of_fault(uint8_t code)
+{
+    if (code == FAULT_NONE || code > FAULT_LAST) {
+        return PSTR("E?? NO SUCH CODE");
+    }
+    return (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+}
+
 static void append_celsius(char *text)
 {
     strcat_P(text, PSTR("\337C")); /* the degree sign of the display's character set */
@@ -81,7 +90,7 @@ static void show_setpoint_or_fault(void)
     char text[LINE_SIZE];
 
     if (fault.code != FAULT_NONE) {
-        strcpy_P(text, (const char *)pgm_read_ptr(&FAULT_TEXT[fault.code - 1u]));
+        strcpy_P(text, text_of_fault(fault.code));
     } else {
         strcpy_P(text, loop_air_is_enabled() ? PSTR("Set temp ") : PSTR("OFF, UP: "));
         text_number(text + strlen(text), settings.air_setpoint_c, PANEL_SETPOINT_DECIMALS);

@@ -86,6 +86,15 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     TEXT_19,
 };
 
+/* Damaged memory may hold a code that no rule has. */
+static const char *text_of_fault(uint8_t code)
+{
+    if (code == FAULT_NONE || code > FAULT_LAST) {
+        return PSTR("Error:E?? NO SUCH CODE");
+    }
+    return (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+}
+
 /* The next three set a piece, and give what its report returns: there was one. */
 static bool say(const char *in_flash)
 {
@@ -123,7 +132,7 @@ static bool latched_fault(void)
 {
     switch (step) {
     case 0:
-        return fault.code != FAULT_NONE && say((const char *)pgm_read_ptr(&FAULT_TEXT[fault.code - 1u]));
+        return fault.code != FAULT_NONE && say(text_of_fault(fault.code));
     case 1:
         if (fault.code == FAULT_EMERGENCY_STOP) {
             return say(PSTR(" (M112"));

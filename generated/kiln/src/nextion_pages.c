@@ -74,11 +74,17 @@ void pages_want(uint8_t page)
     pages_retry();
 }
 
+/* Damaged memory may hold a code that no rule has. */
+static uint8_t page_of_fault(void)
+{
+    return fault.code <= FAULT_LAST ? pgm_read_byte(&PAGE_OF[fault.code]) : (uint8_t)PAGE_FAULTS;
+}
+
 void pages_start(void)
 {
     pages_note(PAGE_MAIN);
     if (fault.code != FAULT_NONE) {
-        pages_want(pgm_read_byte(&PAGE_OF[fault.code]));
+        pages_want(page_of_fault());
     }
 }
 
@@ -102,7 +108,7 @@ void pages_turn(void)
     seen_code = fault.code;
     seen_acknowledgements = fault.acknowledgements;
     if (fault.code != FAULT_NONE) {
-        pages_want(pgm_read_byte(&PAGE_OF[fault.code]));
+        pages_want(page_of_fault());
     } else if (is_of_fault(pages_shown) || is_of_fault(wanted) || pages_shown == PAGE_MAIN) {
         pages_want(PAGE_MAIN); /* the main page too begins anew: its alarm may be lit just now */
     }
