@@ -155,9 +155,9 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
     """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
     proven = proofs(root.controller)
     fans = [loop.fan for loop in root.controller.loops.values()]
-    driven = {loop.heater for loop in root.controller.loops.values()}
-    driven |= {loop.cooler for loop in root.controller.loops.values() if loop.cooler}
-    driven |= {root.controller.safety.relay} - {None}
+    driven = {root.controller.safety.relay}
+    for loop in root.controller.loops.values():
+        driven |= {loop.heater, loop.cooler}
     context = {
         "loops": loops,
         "steppers": steppers,

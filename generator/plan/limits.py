@@ -38,8 +38,8 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "without the main loop",
             "brown_out": "a reset by the brown-out detector",
             "settings_corrupt": "records in the EEPROM, and none of them valid",
-            "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit, in the next "
-            "control step",
+            "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit; it is seen "
+            "in the next control step",
         }
     )
 

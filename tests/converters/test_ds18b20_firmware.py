@@ -46,3 +46,16 @@ def test_a_power_cut_at_85_degrees(bits: int) -> None:
             measured = steps["reading_status"] == 0
             assert {*steps["reading_status"][~measured]} == {5}
             assert {*steps["reading_raw"][measured]} == ({320} if "slow" in faults else set())
+
+
+def test_an_exchange_that_has_lost_its_place_ends() -> None:
+    """A bit that flips in RAM must not have it write all over the memory until it finds its end."""
+    text = SPEC.format(12, 12, 1000, 1000, HOT)
+    device = AvrDevice(controller_of(text), whole(text))
+    place = device.variables["one_wire_left.index"]
+    device.advance(0.1)
+    while not (device.read("one_wire_left.busy") and device.read("one_wire_left.index") > 2):
+        device.advance(device.time_s + 0.0003)
+    device.avr.write_ram(place.address, bytes([int(device.read("one_wire_left.size")) + 1]))
+    device.advance(device.time_s + 0.002)
+    assert not device.read("one_wire_left.busy")

@@ -76,6 +76,15 @@ def test_off_at_once_and_on_again(key: str, left_at: str) -> None:
         assert device.outputs["heater"].on != off
 
 
+@pytest.mark.parametrize("code", [200, 255])
+def test_a_code_of_no_rule_is_told_as_one(code: int) -> None:
+    """Damaged memory may hold any."""
+    device = started()
+    put(device, "fault.code", code)
+    device.advance(3.5)
+    assert device.shield.lcd.text[1] == "E?? NO SUCH CODE"
+
+
 @pytest.mark.parametrize("tolerance", [-0.1, 0.0, 0.1])
 def test_cheap_resistors(tolerance: float) -> None:
     """And a key without a use changes nothing."""

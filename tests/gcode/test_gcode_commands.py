@@ -208,6 +208,13 @@ def test_a_fault_that_trips_again_at_once_is_told_again(world: Path) -> None:
         assert sum(answer.startswith("Error:E01") for answer in told) == 2
 
 
+def test_a_code_of_no_rule_is_told_as_one(world: Path) -> None:
+    """Damaged memory may hold any."""
+    for code in (200, 255):
+        told = run(world, fault(code), ticks(20)).answers
+        assert sum(answer.startswith("Error:E?? NO SUCH CODE (at ") for answer in told) == 1
+
+
 @pytest.mark.parametrize("line", ["M112", "M 112"])
 def test_a_stop_is_told(world: Path, line: str) -> None:
     """Also by a line that the receiver does not recognise at once."""

@@ -73,7 +73,7 @@ PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "setpoint_c": ("f", (15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1080.5, 1099.0, 1100.0)),
     "kp": ("f", GAINS), "ki": ("f", GAINS), "kd": ("f", GAINS),
     "maximum_c": ("f", (1150.0, 15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1130.5, 1149.0)),
-    "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + tuple(range(1, 27)) + (26,) * 9),
+    "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + (*range(1, 27), 255) + (26,) * 8),
     "saves": ("I", COUNTS), "is_saved": ("B", (1, 1, 0)), "answer": ("B", (1, 1, 1, 0)),
     "entries_count": ("B", ()), "entries": ("72s", ()), "stored": ("", ()), "is_stored": ("3s", ()),
     "level": ("B", ()), "fresh": ("B", ()),

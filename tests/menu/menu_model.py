@@ -330,7 +330,9 @@ class Menu:
         """Show things as they are now."""
         first, second = self._screens[self._at].lines()
         if self.m.fault:
-            second = f"E{self.m.fault:02} {FAULTS[self.m.fault - 1]}"
+            second = "E?? NO SUCH CODE"  # damaged memory
+            if self.m.fault <= len(FAULTS):
+                second = f"E{self.m.fault:02} {FAULTS[self.m.fault - 1]}"
         self.shown = f"{first:16.16}", f"{second:16.16}"
 
     def press(self, key: str, repeats: int) -> None:

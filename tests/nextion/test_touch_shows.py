@@ -113,6 +113,7 @@ SHOWN: dict[str, dict[str, str | int]] = {
     # That of a fault is not ordered again once it is seen, but when the display starts.
     "3 s; fault 6; 20 ticks; page main; 10 s": {"page fault06": 3},
     "3 s; fault 6; 60 s": {"page fault06": 9},
+    "3 s; fault 255; 60 s": {"page faults": 9},
     f"3 s; {SEEN}; 10 s": {"page fault06": 1, "t.txt": "20.0"},
     f"3 s; {SEEN}; 3 s; page main; 3 s; started; 1 s": {"page fault06": 2},
     "3 s; fault 9; 9 ticks; page main; 2 s": {"page main": 1, ALARM: "E09 FROZEN", ERROR: "1"},

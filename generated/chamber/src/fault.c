@@ -5,19 +5,46 @@
 #include "clock.h" /* clock_seconds */
 #include "guard_air.h" /* guard_air_reset */
 #include "loop_air.h" /* loop_air_switch_off */
-#include "settings.h" /* settings_save */
+#include "settings.h" /* settings_save, settings_save_fault */
 
 struct fault_state fault;
+uint8_t fault_complement = (uint8_t)~FAULT_NONE;
+
+static void set_code(uint8_t code)
+{
+    fault.code = code;
+    fault_complement = (uint8_t)~code;
+}
+
+void fault_restore(const struct fault_state *latched)
+{
+    fault = *latched;
+    set_code(latched->code > FAULT_LAST ? FAULT_SETTINGS_CORRUPT : latched->code);
+    fault.acknowledgements = 0;
+}
+
+void fault_judge(bool settings_sound, float temperature_c)
+{
+    bool sound = settings_sound;
+
+    if ((fault.code ^ fault_complement) != UINT8_MAX) {
+        set_code(FAULT_NONE); /* which one was latched nobody knows: the next line latches another */
+        sound = false;
+    }
+    if (!sound) {
+        fault_trip(FAULT_MEMORY_DAMAGED, temperature_c);
+    }
+}
 
 void fault_trip(uint8_t code, float temperature_c)
 {
     if (fault.code != FAULT_NONE) {
         return;
     }
-    fault.code = code;
+    set_code(code);
     fault.temperature_c = temperature_c;
     fault.time_s = clock_seconds();
-    settings_save();
+    settings_save_fault();
 }
 
 void fault_acknowledge(void)
@@ -25,7 +52,7 @@ void fault_acknowledge(void)
     if (fault.code == FAULT_NONE) {
         return;
     }
-    fault.code = FAULT_NONE;
+    set_code(FAULT_NONE);
     fault.acknowledgements++;
     guard_air_reset();
     loop_air_switch_off(); /* it never begins to heat again by itself */

@@ -11,22 +11,25 @@
 #include <util/atomic.h> /* ATOMIC_BLOCK */
 
 #include "config.h" /* *_PERMIT_TICKS */
-#include "fault.h"  /* fault */
+#include "fault.h"  /* fault_is_none */
 #include "output_heater.h" /* output_heater_tick */
-#include "pins.h" /* pin_output_fan_is_on */
+#include "pins.h" /* pin_output_*_drive, pin_output_fan_is_on */
 #include "reset.h" /* reset_hang_mark */
 
 static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
 static uint16_t air_ticks;
 static uint16_t air_sensor_ticks;
 
-/* True while the permit lasts; uses up one tick of it. */
-static bool spend(uint16_t *ticks)
+/* True while the permit lasts; uses up one tick of it. More than it can be is a flipped bit. */
+static bool spend(uint16_t *ticks, uint16_t most)
 {
-    if (*ticks == 0) {
+    const uint16_t left = *ticks;
+
+    if (left == 0 || left > most) {
+        *ticks = 0;
         return false;
     }
-    (*ticks)--;
+    *ticks = (uint16_t)(left - 1u);
     return true;
 }
 
@@ -41,9 +44,12 @@ static void renew(uint16_t *ticks, uint16_t count)
 void gate_tick(void)
 {
     const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
-    const bool healthy = left != 0 && fault.code == FAULT_NONE;
+    const bool runs = left != 0 && left <= GATE_MAIN_PERMIT_TICKS;
+    const bool healthy = runs && fault_is_none();
 
-    if (left != 0) {
+    if (!runs) {
+        main_ticks = 0;
+    } else {
         main_ticks = (uint8_t)(left - 1u);
         if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
@@ -52,10 +58,10 @@ void gate_tick(void)
 
     /* chamber.yaml:19 loops.air.heater */
     bool air_permitted = healthy;
-    if (!spend(&air_ticks)) {
+    if (!spend(&air_ticks, LOOP_AIR_PERMIT_TICKS)) {
         air_permitted = false;
     }
-    if (!spend(&air_sensor_ticks)) {
+    if (!spend(&air_sensor_ticks, LOOP_AIR_SENSOR_PERMIT_TICKS)) {
         air_permitted = false;
     }
     if (!pin_output_fan_is_on()) {
@@ -68,6 +74,8 @@ void gate_renew_main(void)
 {
     main_ticks = GATE_MAIN_PERMIT_TICKS;
     reset_hang_mark = 0;
+    /* The tick's interrupt writes the levels, this the directions: a flipped bit lasts for a tick. */
+    pin_output_heater_drive();
 }
 
 void gate_renew_air(void)

@@ -4,18 +4,19 @@
 
 #include "algorithm_air.h" /* algorithm_air_step */
 #include "config.h" /* LOOP_AIR_* */
-#include "fault.h" /* fault */
+#include "fault.h" /* fault, fault_judge */
 #include "gate.h" /* gate_renew_air */
 #include "guard_air.h" /* guard_air_step */
 #include "output_heater.h" /* output_heater_set */
 #include "sensor_air.h" /* sensor_air_take */
-#include "settings.h" /* settings */
+#include "settings.h" /* settings, settings_are_sound */
 #include "plotter.h" /* plotter_send */
 #include "panel.h" /* panel_refresh */
 
 struct loop_air_state loop_air;
 static uint16_t ticks_left;
-static bool next_enabled = true; /* for the next step to take over: chamber.yaml:22 loops.air.starts */
+enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
+static uint8_t next_enabled = ON; /* for the next step to take over: chamber.yaml:22 loops.air.starts */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
 
 static bool is_off(void)
@@ -39,9 +40,11 @@ static void step(void)
     const float last_c = loop_air.temperature_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
+    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+
     loop_air.steps++;
     loop_air.setpoint_c = settings.air_setpoint_c;
-    loop_air.enabled = next_enabled && !off_is_due;
+    loop_air.enabled = next_enabled == ON && !off_is_due;
     off_is_due = false;
     loop_air.reading_status = sensor_air_take(&loop_air.reading_raw);
 
@@ -59,6 +62,7 @@ static void step(void)
         loop_air.missing++;
     }
 
+    fault_judge(sound, loop_air.temperature_c);
     guard_air_step(change_k, gap);
 
     if (fault.code != FAULT_NONE) {
@@ -133,6 +137,7 @@ bool loop_air_set(float setpoint_c)
         return false;
     }
     settings.air_setpoint_c = setpoint_c;
+    settings_seal();
     return true;
 }
 
@@ -146,13 +151,13 @@ bool loop_air_enable(void)
     if (!loop_air_may_enable()) {
         return false;
     }
-    next_enabled = true;
+    next_enabled = ON;
     return true;
 }
 
 void loop_air_switch_off(void)
 {
-    next_enabled = false;
+    next_enabled = OFF;
     off_is_due = loop_air.enabled;
     gate_close_air(); /* not even until the next step, by what the last one decided */
 }
@@ -164,7 +169,7 @@ void loop_air_disable(void)
 
 bool loop_air_is_enabled(void)
 {
-    return next_enabled;
+    return next_enabled == ON;
 }
 
 bool loop_air_regulates(void)

@@ -37,24 +37,37 @@ static const char TEXT_13[] PROGMEM = "E13 HEATS IN OFF";
 static const char TEXT_14[] PROGMEM = "E14 WATCHDOG";
 static const char TEXT_15[] PROGMEM = "E15 BROWN-OUT";
 static const char TEXT_16[] PROGMEM = "E16 SETTINGS BAD";
+static const char TEXT_29[] PROGMEM = "E29 MEMORY BAD";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
-    TEXT_1,
-    TEXT_2,
-    TEXT_3,
-    TEXT_4,
-    TEXT_5,
-    TEXT_6,
-    TEXT_7,
-    TEXT_8,
-    TEXT_9,
-    TEXT_10,
-    TEXT_11,
-    TEXT_12,
-    TEXT_13,
-    TEXT_14,
-    TEXT_15,
-    TEXT_16,
+    [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
+    [FAULT_SENSOR_SHORT - 1] = TEXT_2,
+    [FAULT_SENSOR_CRC - 1] = TEXT_3,
+    [FAULT_SENSOR_STALE - 1] = TEXT_4,
+    [FAULT_SENSOR_RESET - 1] = TEXT_5,
+    [FAULT_OVER_TEMPERATURE - 1] = TEXT_6,
+    [FAULT_UNDER_TEMPERATURE - 1] = TEXT_7,
+    [FAULT_RISE_RATE - 1] = TEXT_8,
+    [FAULT_SENSOR_FROZEN - 1] = TEXT_9,
+    [FAULT_HEATING_FAILED - 1] = TEXT_10,
+    [FAULT_RUNAWAY_ABOVE - 1] = TEXT_11,
+    [FAULT_RUNAWAY_BELOW - 1] = TEXT_12,
+    [FAULT_RISING_WHILE_OFF - 1] = TEXT_13,
+    [FAULT_WATCHDOG_RESET - 1] = TEXT_14,
+    [FAULT_BROWN_OUT - 1] = TEXT_15,
+    [FAULT_SETTINGS_CORRUPT - 1] = TEXT_16,
+    [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
 };
+
+/* Damaged memory may hold a code that no rule has, or none of this machine's. */
+static const char *text_of_fault(uint8_t code)
+{
+    const char *found = 0;
+
+    if (code != FAULT_NONE && code <= FAULT_LAST) {
+        found = (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+    }
+    return found ? found : PSTR("E?? NO SUCH CODE");
+}
 
 static void append_celsius(char *text)
 {
@@ -81,7 +94,7 @@ static void show_setpoint_or_fault(void)
     char text[LINE_SIZE];
 
     if (fault.code != FAULT_NONE) {
-        strcpy_P(text, (const char *)pgm_read_ptr(&FAULT_TEXT[fault.code - 1u]));
+        strcpy_P(text, text_of_fault(fault.code));
     } else {
         strcpy_P(text, loop_air_is_enabled() ? PSTR("Set temp ") : PSTR("OFF, UP: "));
         text_number(text + strlen(text), settings.air_setpoint_c, PANEL_SETPOINT_DECIMALS);

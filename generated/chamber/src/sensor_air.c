@@ -77,7 +77,7 @@ static uint8_t judge(const uint8_t *scratchpad)
         || scratchpad[SETTINGS] != SENSOR_AIR_SETTINGS) {
         return FAULT_SENSOR_RESET;
     }
-    const uint16_t bits = (uint16_t)(scratchpad[RAW_LOW] | (uint16_t)(scratchpad[RAW_HIGH] << 8));
+    const uint16_t bits = (uint16_t)((uint16_t)scratchpad[RAW_HIGH] << 8 | scratchpad[RAW_LOW]);
     if (bits == POWER_ON && !has_converted) {
         return FAULT_SENSOR_RESET;
     }

@@ -5,6 +5,7 @@
 #include <avr/interrupt.h> /* ISR, cli, sei */
 #include <avr/io.h>        /* timer registers */
 #include <avr/sleep.h>     /* sleep_cpu */
+#include <util/atomic.h>   /* ATOMIC_BLOCK */
 
 #include "config.h" /* CLOCK_* */
 #include "gate.h"   /* gate_tick */
@@ -35,6 +36,18 @@ void clock_start(void)
     TCCR1B = (1u << WGM12) | (1u << CS11);
 }
 
+/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
+static void keep_registers(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        TCCR1A = 0;
+        OCR1A = CLOCK_COMPARE;
+        TIMSK1 = (1u << OCIE1A);
+        TCCR1B = (1u << WGM12) | (1u << CS11);
+    }
+}
+
 void clock_wait(void)
 {
     cli();
@@ -47,6 +60,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
+    keep_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

@@ -5,12 +5,12 @@
 #include "algorithm_nozzle.h" /* algorithm_nozzle_step */
 #include "autotune_nozzle.h" /* autotune_nozzle_step */
 #include "config.h" /* LOOP_NOZZLE_* */
-#include "fault.h" /* fault */
+#include "fault.h" /* fault, fault_judge */
 #include "gate.h" /* gate_renew_nozzle */
 #include "guard_nozzle.h" /* guard_nozzle_step */
 #include "output_heater.h" /* output_heater_set */
 #include "sensor_nozzle.h" /* sensor_nozzle_take */
-#include "settings.h" /* settings */
+#include "settings.h" /* settings, settings_are_sound */
 
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
@@ -58,6 +58,8 @@ static void step(void)
     const float last_c = loop_nozzle.temperature_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
+    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
     loop_nozzle.mode = next_mode;
@@ -78,6 +80,7 @@ static void step(void)
         loop_nozzle.missing++;
     }
 
+    fault_judge(sound, loop_nozzle.temperature_c);
     guard_nozzle_step(change_k, gap);
     take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
@@ -130,6 +133,7 @@ bool loop_nozzle_set(float setpoint_c)
         return false;
     }
     settings.nozzle_setpoint_c = setpoint_c;
+    settings_seal();
     next_mode = MODE_AUTOMATIC;
     return true;
 }

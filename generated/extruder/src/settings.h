@@ -4,7 +4,7 @@
 #define SETTINGS_H
 
 #include <stdbool.h> /* bool */
-#include <stdint.h> /* uint32_t */
+#include <stdint.h>  /* uint8_t, uint32_t */
 
 /* What the operator has set. */
 struct settings {
@@ -22,8 +22,17 @@ extern struct settings settings;
 /* Read the newest valid record, or take the defaults of the spec. */
 void settings_start(void);
 
+/* After each change of a setpoint, a maximum or a type: nothing else changes them. */
+void settings_seal(void);
+
+/* Whether they are as they were set last; where a flipped bit changed one, the spec's are taken. */
+bool settings_are_sound(void);
+
 /* Write everything soon, in the background: of the gains those that were kept. */
 void settings_save(void);
+
+/* The same, and once more: should one record be damaged later, the other tells of the fault. */
+void settings_save_fault(void);
 
 /* Let the present gains outlive a loss of power: those of a loop, or all, with the limits. */
 void settings_keep_nozzle(void);

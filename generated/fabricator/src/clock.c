@@ -47,6 +47,17 @@ void clock_start(void)
     }
 }
 
+/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
+static void keep_registers(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        OCR2 = CLOCK_COMPARE;
+        TIMSK |= (1u << OCIE2);
+        TCCR2 = (1u << WGM21) | (1u << CS22) | (1u << CS20);
+    }
+}
+
 void clock_wait(void)
 {
     cli();
@@ -65,6 +76,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
+    keep_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

@@ -5,18 +5,19 @@
 #include "algorithm_nozzle.h" /* algorithm_nozzle_step */
 #include "config.h" /* LOOP_NOZZLE_* */
 #include "current_heater.h" /* current_heater_step */
-#include "fault.h" /* fault */
+#include "fault.h" /* fault, fault_judge */
 #include "gate.h" /* gate_renew_nozzle */
 #include "guard_nozzle.h" /* guard_nozzle_step */
 #include "output_cooler.h" /* output_cooler_set */
 #include "output_heater.h" /* output_heater_set */
 #include "relay.h" /* relay_judge */
 #include "sensor_nozzle.h" /* sensor_nozzle_take */
-#include "settings.h" /* settings */
+#include "settings.h" /* settings, settings_are_sound */
 
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
-static bool next_enabled; /* for the next step to take over: fabricator.yaml:27 loops.nozzle.starts */
+enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
+static uint8_t next_enabled; /* for the next step to take over: fabricator.yaml:27 loops.nozzle.starts */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
 static bool released; /* somebody has switched off since the reset, and since the last fault */
 
@@ -54,9 +55,11 @@ static void step(void)
     const float last_c = loop_nozzle.temperature_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
+    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
-    loop_nozzle.enabled = next_enabled && !off_is_due;
+    loop_nozzle.enabled = next_enabled == ON && !off_is_due;
     off_is_due = false;
     loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
 
@@ -74,6 +77,7 @@ static void step(void)
         loop_nozzle.missing++;
     }
 
+    fault_judge(sound, loop_nozzle.temperature_c);
     relay_judge(loop_nozzle.temperature_c);
     guard_nozzle_master();
     current_heater_step();
@@ -158,12 +162,13 @@ bool loop_nozzle_set(float setpoint_c)
         return false;
     }
     settings.nozzle_setpoint_c = setpoint_c;
+    settings_seal();
     return true;
 }
 
 bool loop_nozzle_may_enable(void)
 {
-    return fault.code == FAULT_NONE && (released || next_enabled);
+    return fault.code == FAULT_NONE && (released || next_enabled == ON);
 }
 
 bool loop_nozzle_enable(void)
@@ -171,7 +176,7 @@ bool loop_nozzle_enable(void)
     if (!loop_nozzle_may_enable()) {
         return false;
     }
-    next_enabled = true;
+    next_enabled = ON;
     return true;
 }
 
@@ -182,7 +187,7 @@ void loop_nozzle_demand_release(void)
 
 void loop_nozzle_switch_off(void)
 {
-    next_enabled = false;
+    next_enabled = OFF;
     off_is_due = loop_nozzle.enabled;
     gate_close_nozzle(); /* not even until the next step, by what the last one decided */
 }
@@ -195,7 +200,7 @@ void loop_nozzle_disable(void)
 
 bool loop_nozzle_is_enabled(void)
 {
-    return next_enabled;
+    return next_enabled == ON;
 }
 
 bool loop_nozzle_regulates(void)

@@ -61,12 +61,11 @@ void relay_switch(bool wanted)
 {
     const bool next = wanted && found == FAULT_NONE && may_close();
 
-    if (next == closed) {
-        return;
+    if (next != closed) {
+        closed = next;
+        ticks = 0;
     }
-    closed = next;
-    ticks = 0;
-    if (closed) {
+    if (next) { /* written in each tick: a flipped bit of the port lasts for no longer */
         pin_output_supply_relay_on();
     } else {
         pin_output_supply_relay_off();

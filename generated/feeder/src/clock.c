@@ -5,6 +5,7 @@
 #include <avr/interrupt.h> /* ISR, cli, sei */
 #include <avr/io.h>        /* timer registers */
 #include <avr/sleep.h>     /* sleep_cpu */
+#include <util/atomic.h>   /* ATOMIC_BLOCK */
 
 #include "config.h" /* CLOCK_* */
 #include "gate.h"   /* gate_tick */
@@ -42,6 +43,18 @@ void clock_start(void)
     TCCR2B = (1u << CS22) | (1u << CS20);
 }
 
+/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
+static void keep_registers(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        TCCR2A = (1u << WGM21);
+        OCR2A = CLOCK_COMPARE;
+        TIMSK2 = (1u << OCIE2A);
+        TCCR2B = (1u << CS22) | (1u << CS20);
+    }
+}
+
 void clock_wait(void)
 {
     cli();
@@ -54,6 +67,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
+    keep_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

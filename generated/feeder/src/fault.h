@@ -3,7 +3,8 @@
 #ifndef FAULT_H
 #define FAULT_H
 
-#include <stdint.h> /* uint8_t, uint32_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t, uint32_t */
 
 enum {
     FAULT_NONE = 0,
@@ -27,7 +28,8 @@ enum {
     FAULT_SENSOR_OPEN = 17, /* The sensor reads as if its wire were broken. */
     FAULT_SENSOR_RANGE = 18, /* The sensor reads a temperature outside its range. */
     FAULT_EMERGENCY_STOP = 19, /* The host ordered an emergency stop. */
-    FAULT_LAST = 19
+    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
+    FAULT_LAST = 29
 };
 
 struct fault_state {
@@ -38,6 +40,20 @@ struct fault_state {
 };
 
 extern struct fault_state fault;
+extern uint8_t fault_complement; /* of its code: a flipped bit of one byte is not in the other */
+
+/* Whether no fault is latched, as both bytes say. */
+static inline bool fault_is_none(void)
+{
+    return fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
+}
+
+/* Take over what was latched before a reset. */
+void fault_restore(const struct fault_state *latched);
+
+/* In each control step: a flipped bit of the RAM that could move heat becomes a fault.
+ * settings_sound: what settings_are_sound() said. */
+void fault_judge(bool settings_sound, float temperature_c);
 
 /* Latch `code`, unless an earlier fault is still unacknowledged. */
 void fault_trip(uint8_t code, float temperature_c);

@@ -11,8 +11,9 @@
 #include <util/atomic.h> /* ATOMIC_BLOCK */
 
 #include "config.h" /* *_PERMIT_TICKS */
-#include "fault.h"  /* fault */
+#include "fault.h"  /* fault_is_none */
 #include "output_heater.h" /* output_heater_tick */
+#include "pins.h" /* pin_output_*_drive */
 #include "output_feed.h" /* output_feed_halt */
 #include "reset.h" /* reset_hang_mark */
 
@@ -20,13 +21,16 @@ static volatile uint8_t main_ticks; /* one byte: written and counted down withou
 static uint16_t nozzle_ticks;
 static uint16_t nozzle_sensor_ticks;
 
-/* True while the permit lasts; uses up one tick of it. */
-static bool spend(uint16_t *ticks)
+/* True while the permit lasts; uses up one tick of it. More than it can be is a flipped bit. */
+static bool spend(uint16_t *ticks, uint16_t most)
 {
-    if (*ticks == 0) {
+    const uint16_t left = *ticks;
+
+    if (left == 0 || left > most) {
+        *ticks = 0;
         return false;
     }
-    (*ticks)--;
+    *ticks = (uint16_t)(left - 1u);
     return true;
 }
 
@@ -41,9 +45,12 @@ static void renew(uint16_t *ticks, uint16_t count)
 void gate_tick(void)
 {
     const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
-    const bool healthy = left != 0 && fault.code == FAULT_NONE;
+    const bool runs = left != 0 && left <= GATE_MAIN_PERMIT_TICKS;
+    const bool healthy = runs && fault_is_none();
 
-    if (left != 0) {
+    if (!runs) {
+        main_ticks = 0;
+    } else {
         main_ticks = (uint8_t)(left - 1u);
         if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
@@ -52,10 +59,10 @@ void gate_tick(void)
 
     /* feeder.yaml:29 loops.nozzle.heater */
     bool nozzle_permitted = healthy;
-    if (!spend(&nozzle_ticks)) {
+    if (!spend(&nozzle_ticks, LOOP_NOZZLE_PERMIT_TICKS)) {
         nozzle_permitted = false;
     }
-    if (!spend(&nozzle_sensor_ticks)) {
+    if (!spend(&nozzle_sensor_ticks, LOOP_NOZZLE_SENSOR_PERMIT_TICKS)) {
         nozzle_permitted = false;
     }
     output_heater_tick(nozzle_permitted);
@@ -69,6 +76,8 @@ void gate_renew_main(void)
 {
     main_ticks = GATE_MAIN_PERMIT_TICKS;
     reset_hang_mark = 0;
+    /* The tick's interrupt writes the levels, this the directions: a flipped bit lasts for a tick. */
+    pin_output_heater_drive();
 }
 
 void gate_renew_nozzle(void)

@@ -64,27 +64,40 @@ static const char TEXT_16[] PROGMEM = "Error:E16 SETTINGS BAD";
 static const char TEXT_17[] PROGMEM = "Error:E17 SENSOR OPEN";
 static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
 static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
+static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
-    TEXT_1,
-    TEXT_2,
-    TEXT_3,
-    TEXT_4,
-    TEXT_5,
-    TEXT_6,
-    TEXT_7,
-    TEXT_8,
-    TEXT_9,
-    TEXT_10,
-    TEXT_11,
-    TEXT_12,
-    TEXT_13,
-    TEXT_14,
-    TEXT_15,
-    TEXT_16,
-    TEXT_17,
-    TEXT_18,
-    TEXT_19,
+    [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
+    [FAULT_SENSOR_SHORT - 1] = TEXT_2,
+    [FAULT_SENSOR_CRC - 1] = TEXT_3,
+    [FAULT_SENSOR_STALE - 1] = TEXT_4,
+    [FAULT_SENSOR_RESET - 1] = TEXT_5,
+    [FAULT_OVER_TEMPERATURE - 1] = TEXT_6,
+    [FAULT_UNDER_TEMPERATURE - 1] = TEXT_7,
+    [FAULT_RISE_RATE - 1] = TEXT_8,
+    [FAULT_SENSOR_FROZEN - 1] = TEXT_9,
+    [FAULT_HEATING_FAILED - 1] = TEXT_10,
+    [FAULT_RUNAWAY_ABOVE - 1] = TEXT_11,
+    [FAULT_RUNAWAY_BELOW - 1] = TEXT_12,
+    [FAULT_RISING_WHILE_OFF - 1] = TEXT_13,
+    [FAULT_WATCHDOG_RESET - 1] = TEXT_14,
+    [FAULT_BROWN_OUT - 1] = TEXT_15,
+    [FAULT_SETTINGS_CORRUPT - 1] = TEXT_16,
+    [FAULT_SENSOR_OPEN - 1] = TEXT_17,
+    [FAULT_SENSOR_RANGE - 1] = TEXT_18,
+    [FAULT_EMERGENCY_STOP - 1] = TEXT_19,
+    [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
 };
+
+/* Damaged memory may hold a code that no rule has, or none of this machine's. */
+static const char *text_of_fault(uint8_t code)
+{
+    const char *found = 0;
+
+    if (code != FAULT_NONE && code <= FAULT_LAST) {
+        found = (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+    }
+    return found ? found : PSTR("Error:E?? NO SUCH CODE");
+}
 
 /* The next three set a piece, and give what its report returns: there was one. */
 static bool say(const char *in_flash)
@@ -123,7 +136,7 @@ static bool latched_fault(void)
 {
     switch (step) {
     case 0:
-        return fault.code != FAULT_NONE && say((const char *)pgm_read_ptr(&FAULT_TEXT[fault.code - 1u]));
+        return fault.code != FAULT_NONE && say(text_of_fault(fault.code));
     case 1:
         if (fault.code == FAULT_EMERGENCY_STOP) {
             return say(PSTR(" (M112"));

@@ -35,6 +35,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
+    SEALED = 1 * sizeof(float), /* bytes of the settings, from the first on */
     BLANK = 0xFF /* what stands in a slot that was never written */
 };
 
@@ -52,8 +53,9 @@ struct settings settings;
 static struct record record = { .size = OWN_SIZE, .digest = SPEC_DIGEST };
 static uint8_t slot; /* where it is */
 static uint8_t next_byte = sizeof record; /* to be written; sizeof record: none */
-static bool save_wanted;
+static uint8_t saves_wanted;
 static struct kept kept; /* what the next record will say */
+static uint8_t seal; /* sum of the sealed settings, as they were set last */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
@@ -74,6 +76,23 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
     return crc;
 }
 
+/* By so many settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
+static uint8_t sum_of_settings(void)
+{
+    const uint8_t *const byte = (const uint8_t *)&settings;
+    uint8_t sum = 0;
+
+    for (uint8_t i = 0; i < SEALED; i++) {
+        sum = (uint8_t)(sum + byte[i]);
+    }
+    return sum;
+}
+
+void settings_seal(void)
+{
+    seal = sum_of_settings();
+}
+
 /* Negated, so that a value that is not a number is refused too. */
 static bool is_gain(float value)
 {
@@ -87,23 +106,35 @@ static void keep_nozzle(float kp, float ki, float kd)
     kept.nozzle_kd = kd;
 }
 
-static void take_defaults(void)
+static void take_sealed_defaults(void)
 {
     settings.nozzle_setpoint_c = LOOP_NOZZLE_SETPOINT_INITIAL_C;
+    settings_seal();
+}
+
+static void take_defaults(void)
+{
+    take_sealed_defaults();
     keep_nozzle(LOOP_NOZZLE_KP, LOOP_NOZZLE_KI, LOOP_NOZZLE_KD);
 }
 
 static void take_record(void)
 {
-    fault = record.fault;
-    if (fault.code > FAULT_LAST) {
-        fault.code = FAULT_SETTINGS_CORRUPT;
-    }
-    fault.acknowledgements = 0;
+    fault_restore(&record.fault);
     if (is_gain(record.kept.nozzle_kp) && is_gain(record.kept.nozzle_ki)
         && is_gain(record.kept.nozzle_kd)) {
         keep_nozzle(record.kept.nozzle_kp, record.kept.nozzle_ki, record.kept.nozzle_kd);
     }
+    settings_seal();
+}
+
+bool settings_are_sound(void)
+{
+    if (sum_of_settings() == seal) {
+        return true;
+    }
+    take_sealed_defaults();
+    return false;
 }
 
 void settings_start(void)
@@ -141,7 +172,14 @@ void settings_start(void)
 
 void settings_save(void)
 {
-    save_wanted = true;
+    if (saves_wanted == 0) {
+        saves_wanted = 1;
+    }
+}
+
+void settings_save_fault(void)
+{
+    saves_wanted = 2;
 }
 
 void settings_keep_nozzle(void)
@@ -175,7 +213,7 @@ void settings_defaults(void)
 
 static void begin(void)
 {
-    save_wanted = false;
+    saves_wanted--;
     record.sequence++;
     record.fault = fault;
     record.kept = kept;
@@ -192,7 +230,7 @@ void settings_tick(void)
     if (next_byte < sizeof record) {
         eeprom_write_byte(address(slot, next_byte), ((const uint8_t *)&record)[next_byte]);
         next_byte++;
-    } else if (save_wanted) {
+    } else if (saves_wanted != 0) {
         begin();
     }
 }

@@ -3,7 +3,8 @@
 #ifndef FAULT_H
 #define FAULT_H
 
-#include <stdint.h> /* uint8_t, uint32_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t, uint32_t */
 
 enum {
     FAULT_NONE = 0,
@@ -34,7 +35,8 @@ enum {
     FAULT_PROGRAM_LAGS = 24, /* The machine has lagged behind its program for too long. */
     FAULT_RELAY_WELDED = 25, /* The safety relay's contact says closed although the relay is off. */
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
-    FAULT_LAST = 26
+    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
+    FAULT_LAST = 29
 };
 
 struct fault_state {
@@ -45,6 +47,20 @@ struct fault_state {
 };
 
 extern struct fault_state fault;
+extern uint8_t fault_complement; /* of its code: a flipped bit of one byte is not in the other */
+
+/* Whether no fault is latched, as both bytes say. */
+static inline bool fault_is_none(void)
+{
+    return fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
+}
+
+/* Take over what was latched before a reset. */
+void fault_restore(const struct fault_state *latched);
+
+/* In each control step: a flipped bit of the RAM that could move heat becomes a fault.
+ * settings_sound: what settings_are_sound() said. */
+void fault_judge(bool settings_sound, float temperature_c);
 
 /* Latch `code`, unless an earlier fault is still unacknowledged. */
 void fault_trip(uint8_t code, float temperature_c);

@@ -11,8 +11,9 @@
 #include <util/atomic.h> /* ATOMIC_BLOCK */
 
 #include "config.h" /* *_PERMIT_TICKS */
-#include "fault.h"  /* fault */
+#include "fault.h"  /* fault_is_none */
 #include "output_element.h" /* output_element_tick */
+#include "pins.h" /* pin_output_*_drive */
 #include "relay.h" /* relay_look, relay_switch */
 #include "reset.h" /* reset_hang_mark */
 
@@ -21,13 +22,16 @@ static uint16_t chamber_ticks;
 static uint16_t chamber_sensor_ticks;
 static volatile bool chamber_wanted;
 
-/* True while the permit lasts; uses up one tick of it. */
-static bool spend(uint16_t *ticks)
+/* True while the permit lasts; uses up one tick of it. More than it can be is a flipped bit. */
+static bool spend(uint16_t *ticks, uint16_t most)
 {
-    if (*ticks == 0) {
+    const uint16_t left = *ticks;
+
+    if (left == 0 || left > most) {
+        *ticks = 0;
         return false;
     }
-    (*ticks)--;
+    *ticks = (uint16_t)(left - 1u);
     return true;
 }
 
@@ -42,9 +46,12 @@ static void renew(uint16_t *ticks, uint16_t count)
 void gate_tick(void)
 {
     const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
-    const bool healthy = left != 0 && fault.code == FAULT_NONE;
+    const bool runs = left != 0 && left <= GATE_MAIN_PERMIT_TICKS;
+    const bool healthy = runs && fault_is_none();
 
-    if (left != 0) {
+    if (!runs) {
+        main_ticks = 0;
+    } else {
         main_ticks = (uint8_t)(left - 1u);
         if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */
@@ -57,10 +64,10 @@ void gate_tick(void)
 
     /* kiln.yaml:29 loops.chamber.heater */
     bool chamber_permitted = healthy;
-    if (!spend(&chamber_ticks)) {
+    if (!spend(&chamber_ticks, LOOP_CHAMBER_PERMIT_TICKS)) {
         chamber_permitted = false;
     }
-    if (!spend(&chamber_sensor_ticks)) {
+    if (!spend(&chamber_sensor_ticks, LOOP_CHAMBER_SENSOR_PERMIT_TICKS)) {
         chamber_permitted = false;
     }
     if (!chamber_wanted) {
@@ -79,6 +86,9 @@ void gate_renew_main(void)
 {
     main_ticks = GATE_MAIN_PERMIT_TICKS;
     reset_hang_mark = 0;
+    /* The tick's interrupt writes the levels, this the directions: a flipped bit lasts for a tick. */
+    pin_output_element_drive();
+    pin_output_safety_relay_drive();
 }
 
 void gate_renew_chamber(void)

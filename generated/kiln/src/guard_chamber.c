@@ -136,7 +136,8 @@ static bool rising_while_off(void)
 /* The first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
-    if (loop_chamber.reading_c >= guard_chamber.maximum_c) { /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable */
+    /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable; what is not a number is no maximum. */
+    if (!(loop_chamber.reading_c < guard_chamber.maximum_c) || loop_chamber.reading_c >= LOOP_CHAMBER_MAXIMUM_C) {
         return FAULT_OVER_TEMPERATURE;
     }
     if (loop_chamber.reading_c <= LOOP_CHAMBER_MINIMUM_C) {
@@ -169,6 +170,7 @@ bool guard_chamber_set_maximum(float maximum_c)
     }
     if (maximum_c != settings.chamber_maximum_c) {
         settings.chamber_maximum_c = maximum_c;
+        settings_seal();
         settings_save_later();
     }
     return true;

@@ -4,7 +4,7 @@
 
 #include "algorithm_chamber.h" /* algorithm_chamber_step */
 #include "config.h" /* LOOP_CHAMBER_* */
-#include "fault.h" /* fault */
+#include "fault.h" /* fault, fault_judge */
 #include "gate.h" /* gate_renew_chamber */
 #include "guard_chamber.h" /* guard_chamber_step */
 #include "output_element.h" /* output_element_set */
@@ -12,13 +12,14 @@
 #include "response_chamber.h" /* response_chamber_step */
 #include "relay.h" /* relay_judge */
 #include "sensor_chamber.h" /* sensor_chamber_take */
-#include "settings.h" /* settings */
+#include "settings.h" /* settings, settings_are_sound */
 
 struct loop_chamber_state loop_chamber;
 static uint16_t ticks_left;
 static uint8_t next_mode; /* for the next step to take over */
 static float next_percent;
-static bool next_enabled; /* for the next step to take over: kiln.yaml:27 loops.chamber.starts (default) */
+enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
+static uint8_t next_enabled; /* for the next step to take over: kiln.yaml:27 loops.chamber.starts (default) */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
 
 static bool is_off(void)
@@ -60,7 +61,7 @@ static void follow_program(void)
     if (program.state == PROGRAM_IDLE) {
         return;
     }
-    next_enabled = false;
+    next_enabled = OFF;
     loop_chamber.enabled = program.state == PROGRAM_RUNNING || program.state == PROGRAM_RETURNING;
     next_mode = MODE_AUTOMATIC;
     loop_chamber.mode = MODE_AUTOMATIC;
@@ -74,12 +75,14 @@ static void step(void)
     const float reading_last_c = loop_chamber.reading_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
+    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+
     loop_chamber.steps++;
     loop_chamber.setpoint_c = settings.chamber_setpoint_c;
     guard_chamber.maximum_c = settings.chamber_maximum_c;
     loop_chamber.mode = next_mode;
     loop_chamber.manual_percent = next_percent;
-    loop_chamber.enabled = next_enabled && !off_is_due;
+    loop_chamber.enabled = next_enabled == ON && !off_is_due;
     off_is_due = false;
     loop_chamber.reading_status = sensor_chamber_take(&loop_chamber.reading_raw);
 
@@ -102,6 +105,7 @@ static void step(void)
 
     program_step(ok);
     follow_program();
+    fault_judge(sound, loop_chamber.temperature_c);
     relay_judge(loop_chamber.temperature_c);
     guard_chamber_step(reading_change_k, gap);
 
@@ -181,6 +185,7 @@ bool loop_chamber_set(float setpoint_c)
         return false;
     }
     settings.chamber_setpoint_c = setpoint_c;
+    settings_seal();
     return true;
 }
 
@@ -194,13 +199,13 @@ bool loop_chamber_enable(void)
     if (!loop_chamber_may_enable()) {
         return false;
     }
-    next_enabled = true;
+    next_enabled = ON;
     return true;
 }
 
 void loop_chamber_switch_off(void)
 {
-    next_enabled = false;
+    next_enabled = OFF;
     off_is_due = loop_chamber.enabled;
     next_mode = MODE_AUTOMATIC;
     gate_close_chamber(); /* not even until the next step, by what the last one decided */
@@ -214,7 +219,7 @@ void loop_chamber_disable(void)
 
 bool loop_chamber_is_enabled(void)
 {
-    return next_enabled;
+    return next_enabled == ON;
 }
 
 bool loop_chamber_regulates(void)
@@ -233,7 +238,7 @@ bool loop_chamber_set_manual_percent(float percent)
 
 bool loop_chamber_set_manual(float percent)
 {
-    if (fault.code != FAULT_NONE || !next_enabled || !loop_chamber_set_manual_percent(percent)) {
+    if (fault.code != FAULT_NONE || next_enabled != ON || !loop_chamber_set_manual_percent(percent)) {
         return false;
     }
     next_mode = MODE_MANUAL;

@@ -18,33 +18,34 @@ enum { NO_PAGE = UINT8_MAX, MOST_TRIES = 3, BEATS_OF_TRY = 2 };
 
 /* The page of each fault, by its code. */
 static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
-    PAGE_MAIN,
-    11, /* fault01 */
-    12, /* fault02 */
-    13, /* fault03 */
-    14, /* fault04 */
-    15, /* fault05 */
-    16, /* fault06 */
-    17, /* fault07 */
-    18, /* fault08 */
-    19, /* fault09 */
-    20, /* fault10 */
-    21, /* fault11 */
-    PAGE_MAIN,
-    22, /* fault13 */
-    23, /* fault14 */
-    24, /* fault15 */
-    25, /* fault16 */
-    26, /* fault17 */
-    27, /* fault18 */
-    PAGE_MAIN,
-    PAGE_MAIN,
-    PAGE_MAIN,
-    PAGE_MAIN,
-    PAGE_MAIN,
-    28, /* fault24 */
-    29, /* fault25 */
-    30, /* fault26 */
+    [FAULT_NONE] = PAGE_MAIN,
+    [FAULT_SENSOR_NO_ANSWER] = 11, /* fault01 */
+    [FAULT_SENSOR_SHORT] = 12, /* fault02 */
+    [FAULT_SENSOR_CRC] = 13, /* fault03 */
+    [FAULT_SENSOR_STALE] = 14, /* fault04 */
+    [FAULT_SENSOR_RESET] = 15, /* fault05 */
+    [FAULT_OVER_TEMPERATURE] = 16, /* fault06 */
+    [FAULT_UNDER_TEMPERATURE] = 17, /* fault07 */
+    [FAULT_RISE_RATE] = 18, /* fault08 */
+    [FAULT_SENSOR_FROZEN] = 19, /* fault09 */
+    [FAULT_HEATING_FAILED] = 20, /* fault10 */
+    [FAULT_RUNAWAY_ABOVE] = 21, /* fault11 */
+    [FAULT_RUNAWAY_BELOW] = PAGE_MAIN,
+    [FAULT_RISING_WHILE_OFF] = 22, /* fault13 */
+    [FAULT_WATCHDOG_RESET] = 23, /* fault14 */
+    [FAULT_BROWN_OUT] = 24, /* fault15 */
+    [FAULT_SETTINGS_CORRUPT] = 25, /* fault16 */
+    [FAULT_SENSOR_OPEN] = 26, /* fault17 */
+    [FAULT_SENSOR_RANGE] = 27, /* fault18 */
+    [FAULT_EMERGENCY_STOP] = PAGE_MAIN,
+    [FAULT_OVER_CURRENT] = PAGE_MAIN,
+    [FAULT_CURRENT_WHILE_OFF] = PAGE_MAIN,
+    [FAULT_NO_CURRENT] = PAGE_MAIN,
+    [FAULT_MASTER_LOST] = PAGE_MAIN,
+    [FAULT_PROGRAM_LAGS] = 28, /* fault24 */
+    [FAULT_RELAY_WELDED] = 29, /* fault25 */
+    [FAULT_RELAY_OPEN] = 30, /* fault26 */
+    [FAULT_MEMORY_DAMAGED] = PAGE_MAIN,
 };
 
 uint8_t pages_shown;
@@ -74,11 +75,17 @@ void pages_want(uint8_t page)
     pages_retry();
 }
 
+/* Damaged memory may hold a code that no rule has. */
+static uint8_t page_of_fault(void)
+{
+    return fault.code <= FAULT_LAST ? pgm_read_byte(&PAGE_OF[fault.code]) : (uint8_t)PAGE_FAULTS;
+}
+
 void pages_start(void)
 {
     pages_note(PAGE_MAIN);
     if (fault.code != FAULT_NONE) {
-        pages_want(pgm_read_byte(&PAGE_OF[fault.code]));
+        pages_want(page_of_fault());
     }
 }
 
@@ -102,7 +109,7 @@ void pages_turn(void)
     seen_code = fault.code;
     seen_acknowledgements = fault.acknowledgements;
     if (fault.code != FAULT_NONE) {
-        pages_want(pgm_read_byte(&PAGE_OF[fault.code]));
+        pages_want(page_of_fault());
     } else if (is_of_fault(pages_shown) || is_of_fault(wanted) || pages_shown == PAGE_MAIN) {
         pages_want(PAGE_MAIN); /* the main page too begins anew: its alarm may be lit just now */
     }

@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 49
+    WORDS_IN_ALL = 50
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -331,6 +331,7 @@ static const char WORD_45[] PROGMEM = "E23 MASTER LOST";
 static const char WORD_46[] PROGMEM = "E24 KILN LAGS";
 static const char WORD_47[] PROGMEM = "E25 RELAY WELDED";
 static const char WORD_48[] PROGMEM = "E26 RELAY OPEN";
+static const char WORD_49[] PROGMEM = "E29 MEMORY BAD";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -381,6 +382,7 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_46,
     WORD_47,
     WORD_48,
+    WORD_49,
 };
 
 enum { MOST_COMPONENTS = 42 };

@@ -37,6 +37,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
+    SEALED = 2 * sizeof(float) + 1, /* bytes of the settings, from the first on */
     BLANK = 0xFF, /* what stands in a slot that was never written */
     LAST_TYPE = 7 /* of thermocouples, by the data sheet's codes */
 };
@@ -55,9 +56,10 @@ struct settings settings;
 static struct record record = { .size = OWN_SIZE, .digest = SPEC_DIGEST };
 static uint8_t slot; /* where it is */
 static uint8_t next_byte = sizeof record; /* to be written; sizeof record: none */
-static bool save_wanted;
+static uint8_t saves_wanted;
 static uint16_t save_in_ticks;
 static struct kept kept; /* what the next record will say */
+static uint8_t seal; /* sum of the sealed settings, as they were set last */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
@@ -78,6 +80,23 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
     return crc;
 }
 
+/* By so many settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
+static uint8_t sum_of_settings(void)
+{
+    const uint8_t *const byte = (const uint8_t *)&settings;
+    uint8_t sum = 0;
+
+    for (uint8_t i = 0; i < SEALED; i++) {
+        sum = (uint8_t)(sum + byte[i]);
+    }
+    return sum;
+}
+
+void settings_seal(void)
+{
+    seal = sum_of_settings();
+}
+
 /* Negated, so that a value that is not a number is refused too. */
 static bool is_gain(float value)
 {
@@ -96,21 +115,23 @@ static bool is_type_of_chamber(uint8_t type)
     return type <= LAST_TYPE && (SENSOR_CHAMBER_TYPES >> type & 1u) != 0;
 }
 
-static void take_defaults(void)
+static void take_sealed_defaults(void)
 {
     settings.chamber_setpoint_c = LOOP_CHAMBER_SETPOINT_INITIAL_C;
     settings.chamber_maximum_c = LOOP_CHAMBER_MAXIMUM_C;
-    keep_chamber(LOOP_CHAMBER_KP, LOOP_CHAMBER_KI, LOOP_CHAMBER_KD);
     settings.chamber_thermocouple = SENSOR_CHAMBER_TYPE_GIVEN;
+    settings_seal();
+}
+
+static void take_defaults(void)
+{
+    take_sealed_defaults();
+    keep_chamber(LOOP_CHAMBER_KP, LOOP_CHAMBER_KI, LOOP_CHAMBER_KD);
 }
 
 static void take_record(void)
 {
-    fault = record.fault;
-    if (fault.code > FAULT_LAST) {
-        fault.code = FAULT_SETTINGS_CORRUPT;
-    }
-    fault.acknowledgements = 0;
+    fault_restore(&record.fault);
     if (is_gain(record.kept.chamber_kp) && is_gain(record.kept.chamber_ki)
         && is_gain(record.kept.chamber_kd)) {
         keep_chamber(record.kept.chamber_kp, record.kept.chamber_ki, record.kept.chamber_kd);
@@ -122,6 +143,16 @@ static void take_record(void)
     if (is_type_of_chamber(record.kept.chamber_thermocouple)) {
         settings.chamber_thermocouple = record.kept.chamber_thermocouple;
     }
+    settings_seal();
+}
+
+bool settings_are_sound(void)
+{
+    if (sum_of_settings() == seal) {
+        return true;
+    }
+    take_sealed_defaults();
+    return false;
 }
 
 void settings_start(void)
@@ -159,7 +190,14 @@ void settings_start(void)
 
 void settings_save(void)
 {
-    save_wanted = true;
+    if (saves_wanted == 0) {
+        saves_wanted = 1;
+    }
+}
+
+void settings_save_fault(void)
+{
+    saves_wanted = 2;
 }
 
 void settings_save_later(void)
@@ -176,6 +214,7 @@ bool settings_set_chamber_thermocouple(uint8_t type)
         settings_save_later();
     }
     settings.chamber_thermocouple = type;
+    settings_seal();
     return true;
 }
 
@@ -210,7 +249,7 @@ void settings_defaults(void)
 
 static void begin(void)
 {
-    save_wanted = false;
+    saves_wanted--;
     record.sequence++;
     record.fault = fault;
     record.kept = kept;
@@ -226,7 +265,7 @@ void settings_tick(void)
     if (save_in_ticks != 0) {
         save_in_ticks--;
         if (save_in_ticks == 0) {
-            save_wanted = true;
+            settings_save();
         }
     }
     if (!eeprom_is_ready()) {
@@ -235,7 +274,7 @@ void settings_tick(void)
     if (next_byte < sizeof record) {
         eeprom_write_byte(address(slot, next_byte), ((const uint8_t *)&record)[next_byte]);
         next_byte++;
-    } else if (save_wanted) {
+    } else if (saves_wanted != 0) {
         begin();
     }
 }

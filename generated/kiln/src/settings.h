@@ -4,16 +4,16 @@
 #define SETTINGS_H
 
 #include <stdbool.h> /* bool */
-#include <stdint.h> /* uint32_t */
+#include <stdint.h>  /* uint8_t, uint32_t */
 
 /* What the operator has set. */
 struct settings {
     float chamber_setpoint_c;
+    float chamber_maximum_c; /* of rule over_temperature; never above the spec's */
+    uint8_t chamber_thermocouple; /* code of its type: 0 to 7 for B E J K N R S T */
     float chamber_kp; /* %/K */
     float chamber_ki; /* %/(K*s) */
     float chamber_kd; /* %*s/K */
-    float chamber_maximum_c; /* of rule over_temperature; never above the spec's */
-    uint8_t chamber_thermocouple; /* code of its type: 0 to 7 for B E J K N R S T */
 };
 
 extern struct settings settings;
@@ -21,8 +21,17 @@ extern struct settings settings;
 /* Read the newest valid record, or take the defaults of the spec. */
 void settings_start(void);
 
+/* After each change of a setpoint, a maximum or a type: nothing else changes them. */
+void settings_seal(void);
+
+/* Whether they are as they were set last; where a flipped bit changed one, the spec's are taken. */
+bool settings_are_sound(void);
+
 /* Write everything soon, in the background: of the gains those that were kept. */
 void settings_save(void);
+
+/* The same, and once more: should one record be damaged later, the other tells of the fault. */
+void settings_save_fault(void);
 
 /* The same, when nothing has changed for 10 s. */
 void settings_save_later(void);
