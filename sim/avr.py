@@ -216,6 +216,16 @@ class Avr:
         value = self.read_ram(address, 1)[0] ^ 1 << bit
         self._lib.hw_poke(self._hw, address, value)
 
+    def flip_flash(self, address: int, bit: int) -> None:
+        """Flip a bit of the flash."""
+        flash = self._ffi.buffer(self._lib.hw_flash(self._hw), address + 1)
+        flash[address] = bytes([flash[address][0] ^ 1 << bit])
+        self._lib.hw_flash_changed(self._hw)
+
+    def jump(self, address: int) -> None:
+        """Go on at this byte of the flash."""
+        self._lib.hw_jump(self._hw, address)
+
     def _memory(self) -> Any:
         return self._ffi.buffer(self._lib.hw_ram(self._hw), self._lib.hw_ram_end(self._hw) + 1)
 

@@ -45,6 +45,7 @@ uint32_t hw_flash_size(hw *h);
 uint32_t hw_ram_end(hw *h);
 uint8_t *hw_ram(hw *h);
 uint8_t *hw_flash(hw *h);
+void hw_jump(hw *h, uint32_t pc);
 void hw_poke(hw *h, uint16_t address, uint8_t value);
 void hw_sleep_register(hw *h, uint16_t address, uint8_t enable, uint8_t mode);
 void hw_old_part(hw *h);                /* an ATmega16 or 32 */

@@ -64,11 +64,18 @@ void timer_stop(struct timer *t) {
     avr_cycle_timer_cancel(t->h->avr, on_due, t);
 }
 
+/* Go on elsewhere, and not asleep. */
+void hw_jump(hw *h, uint32_t pc) {
+    h->avr->pc = pc;
+    if (h->avr->state == cpu_Sleeping)
+        h->avr->state = cpu_Running;
+}
+
 /* As an instruction would: registers act, and their pins follow. */
 void hw_poke(hw *h, uint16_t address, uint8_t value) {
     avr_t *avr = h->avr;
     avr_io_addr_t a = AVR_DATA_TO_IO(address);
-    if (address < 32 || address > avr->ioend) {
+    if (address < 32 || a >= sizeof avr->io / sizeof avr->io[0]) {
         avr->data[address] = value;
         return;
     }

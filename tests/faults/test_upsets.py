@@ -1,0 +1,153 @@
+"""Flipped bits: those that once opened a heater, every one of them, and drawn ones."""
+
+import re
+import struct
+from collections.abc import Iterator
+from random import Random
+from typing import TypeVar
+
+import pytest
+from fault_machines import site_of
+from rig.avr import whole
+from rig.specs import EXAMPLES, controller_of, sources_of
+from suite import SEED, amount
+
+from heatwright.sim.avr import AvrError
+from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults.effects import SHORTED
+from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.upsets import BAD, Upset, draw, try_upset
+from heatwright.sim.faults.world import World
+from heatwright.spec.rules import RULES
+
+DECIDING = ("chamber", "extruder", "fabricator", "kiln")
+"""Keys, a host, a master with a cooler and a relay, a touch display with programs and a relay."""
+DRAWN = amount("upsets")
+LEFT = ("flash", "jump")
+"""Not guarded against: docs/safety.md, "Bits that flip"."""
+T = TypeVar("T")
+CODES = {rule.id: code for code, rule in RULES.items()}
+
+
+def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
+    """Yield name, address and size of what decides about heat."""
+    variables = World(site, starts.Weather(20.0, 20.0)).device.variables
+    loop = site.loop_name
+    names = [
+        "fault.code", "fault_complement", "gate.c:main_ticks", f"gate.c:{loop}_ticks",
+        f"gate.c:{loop}_sensor_ticks", f"settings.{loop}_setpoint_c",
+        f"settings.{loop}_maximum_c", f"loop_{loop}.c:next_enabled", f"loop_{loop}.enabled",
+        "relay.c:closed", "relay.c:ticks",
+    ]  # fmt: skip
+    for name in names:
+        if name in variables:
+            yield name, variables[name].address, variables[name].size
+    outputs, relay = site.controller.outputs, site.controller.safety.relay
+    pins = {outputs[name].pin for name in (site.loop.heater, relay) if name}
+    for port in {site.controller.board.pins[pin].port for pin in pins}:
+        for register in (f"PORT{port}", f"DDR{port}"):
+            yield register, variables[register].address, 1
+
+
+def clock_registers(example: str) -> list[str]:
+    """Name what sets the pace of the tick."""
+    started = sources_of(example)["clock.c"].partition("void clock_start")[2]
+    return list(dict.fromkeys(re.findall(r"^ +(TCCR\w+|OCR\w+|TIMSK\w*)", started, re.MULTILINE)))
+
+
+def some(bits: list[T], count: int) -> list[T]:
+    """Choose about so many, the same ones for the same SUITE_SEED."""
+    return Random(f"bits {SEED}").sample(bits, min(count, len(bits)))  # noqa: S311 - no secret
+
+
+@pytest.mark.parametrize("state", ["latched", "off"])
+@pytest.mark.parametrize("example", DECIDING)
+def test_no_bit_of_what_decides_about_heat_opens_a_heater(example: str, state: str) -> None:
+    site = site_of(example)
+    bits = [
+        (name, place, bit)
+        for name, address, size in deciding(site)
+        for place in range(address, address + size)
+        for bit in range(8)
+    ]
+    for name, place, bit in some(bits, amount("deciding_bits")):
+        upset = Upset(0, site.loop_name, state, 0.0, "ram", place, bit)
+        outcome = try_upset(site.controller, site.program, upset)
+        assert outcome.result not in BAD, f"{name} {upset}: {outcome.words}"
+
+
+@pytest.mark.parametrize("example", DECIDING)
+def test_no_bit_of_the_clock_s_registers_slows_the_control(example: str) -> None:
+    """With the prescaler at 1024 a heater was on for 194 s without a decision."""
+    site = site_of(example)
+    world, wrong = starts.heating(site), []
+    watchdog = {"WDTCSR", "WDTCR"} & set(world.device.variables)
+    for name in (*clock_registers(example), *watchdog):
+        variable = world.device.variables[name]
+        for bit in range(8 * variable.size):
+            world.device.avr.flip(variable.address + bit // 8, bit % 8)
+            try:
+                world.run(site.controller.safety.watchdog_s + 1.0)
+                before = world.loop("steps")
+                world.run(10 * site.loop.period_s)
+            except AvrError:  # a mode that is not simulated
+                world = starts.heating(site)
+                continue
+            if abs((world.loop("steps") - before) % 65536 - 10) > 1:
+                wrong.append((name, bit))
+    assert wrong == []
+
+
+@pytest.mark.parametrize("example", DECIDING)
+def test_no_bit_of_the_record_of_a_fault_forgets_it(example: str) -> None:
+    """Of the newest record, and of any other: what a loss of power makes of each."""
+    site = site_of(example)
+    world = memory.latched(site)
+    image = world.device.avr.eeprom.contents
+    used = [place for place in range(len(image)) if image[place] != 0xFF]
+    bits = [(place, bit) for place in used for bit in range(8)]
+    forgotten = []
+    for place, bit in some(bits, amount("record_bits")):
+        damaged = bytearray(image)
+        damaged[place] ^= 1 << bit
+        world.device.avr.eeprom.contents = bytes(damaged)
+        world.power_cut()
+        if not world.fault:
+            forgotten.append((place, bit))
+        world.device.avr.eeprom.contents = image
+        world.power_cut()
+    assert forgotten == []
+
+
+def test_a_relay_that_a_flipped_bit_closes_opens_in_the_next_tick() -> None:
+    """The kiln went to 1,125 °C so, with its switch shorted."""
+    site = site_of("kiln")
+    pin = site.controller.board.pins[site.controller.outputs[str(site.controller.safety.relay)].pin]
+    for name, bit in (("relay.c:closed", 0), (f"PORT{pin.port}", pin.bit)):
+        world = memory.latched(site)
+        world.wiring.heat[site.loop.heater] = SHORTED
+        before_c = world.sensed_c
+        world.device.avr.flip(world.device.variables[name].address, bit)
+        world.run(60.0)
+        assert world.sensed_c < before_c
+        assert world.fault
+
+
+@pytest.mark.parametrize("maximum_c", [float("nan"), 4600.0, float("inf")])
+def test_the_spec_s_maximum_counts_beside_one_that_is_damaged(maximum_c: float) -> None:
+    world = starts.hot(site_of("kiln"))
+    name = world.site.loop_name
+    place = world.device.variables[f"settings.{name}_maximum_c"].address
+    world.device.avr.write_ram(place, struct.pack("<f", maximum_c))
+    world.run(3 * world.site.loop.period_s)
+    assert world.fault == CODES["memory_damaged"]
+
+
+@pytest.mark.parametrize("number", range(DRAWN))
+@pytest.mark.parametrize("example", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
+def test_a_drawn_upset_opens_no_heater(example: str, number: int) -> None:
+    controller = controller_of(example)
+    site = Site(controller, next(iter(controller.loops)), whole(example))
+    upset = draw(site.controller, site.program, number, 1)
+    outcome = try_upset(site.controller, site.program, upset)
+    assert upset.kind in LEFT or outcome.result not in BAD, f"{upset}: {outcome.words}"
