@@ -2,8 +2,9 @@
 /* First instructions after every reset: heaters off, watchdog quiet, cause kept. */
 #include "reset.h"
 
+#include <avr/interrupt.h> /* ISR */
 #include <avr/io.h>  /* MCUSR, WDRF */
-#include <avr/wdt.h> /* wdt_disable */
+#include <avr/wdt.h> /* wdt_disable, wdt_enable */
 #include <stdbool.h> /* bool */
 
 #include "fault.h" /* fault_trip */
@@ -26,6 +27,15 @@ __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
     reset_cause = MCUSR;
     MCUSR = 0;
     wdt_disable();
+}
+
+/* An interrupt that nobody has asked for: a register is damaged. A jump to the start, which would
+ * follow by itself, leaves it so; the watchdog's reset sets all of them anew. */
+ISR(BADISR_vect)
+{
+    wdt_enable(WDTO_15MS);
+    for (;;) {
+    }
 }
 
 void reset_report(void)
