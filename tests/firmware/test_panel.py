@@ -81,6 +81,7 @@ def test_a_code_of_no_rule_is_told_as_one(code: int) -> None:
     """Damaged memory may hold any."""
     device = started()
     put(device, "fault.code", code)
+    put(device, "fault_complement", 255 - code)
     device.advance(3.5)
     assert device.shield.lcd.text[1] == "E?? NO SUCH CODE"
 

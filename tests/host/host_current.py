@@ -40,7 +40,7 @@ def current_problem(host: Host) -> str:
         inputs["current_raw"] = raw
         for step in range(LASTS):
             getattr(host.library, f"loop_{name}").duty_percent = applied
-            host.library.fault.code = 0
+            host.library.fault.code, host.library.fault_complement = 0, 255
             row = host.run(inputs).states[0]
             limiter.measure(raw, applied)
             code = limiter.watch()
@@ -59,7 +59,7 @@ def _upset(host: Host, inputs: NDArray[Any], limiter: Limiter) -> str:
         if upset is not None:
             getattr(host.library, f"current_{parts.heater}").limit_percent = upset
         getattr(host.library, f"loop_{parts.loop}").duty_percent = applied
-        host.library.fault.code = 0
+        host.library.fault.code, host.library.fault_complement = 0, 255
         row = host.run(inputs).states[0]
         limiter.measure(int(inputs["current_raw"][0]), applied)
         found = row["current.limit_percent"]

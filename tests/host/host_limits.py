@@ -35,7 +35,7 @@ def limits_problem(host: Host) -> str:
             return f"{limits}: they {'may' if sound else 'may not'} be"
         for member, limit in zip(Limits._fields, limits, strict=True):
             setattr(library.settings, f"{name}_{member}_percent", limit)
-        library.fault.code = 0
+        library.fault.code, library.fault_complement = 0, 255
         row = host.run(inputs).states[0]
         wanted = limits if sound else limits_of(algorithm)
         found = Limits(*(row[f"{member}_percent"] for member in Limits._fields))

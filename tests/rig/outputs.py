@@ -63,6 +63,7 @@ MAIN = """
 {includes}
 
 struct fault_state fault;
+uint8_t fault_complement = UINT8_MAX;
 volatile uint8_t permitted = 1; /* by the gate of the test's */
 volatile uint8_t hangs;
 volatile uint8_t gate_closed; /* the real one, by order */
@@ -77,6 +78,7 @@ void fault_trip(uint8_t code, float temperature_c)
 {{
     if (fault.code == FAULT_NONE) {{
         fault.code = code;
+        fault_complement = (uint8_t)~code;
         fault.temperature_c = temperature_c;
     }}
 }}
