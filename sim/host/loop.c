@@ -207,6 +207,7 @@ static bool command(const struct host_input *asked)
 {
 #if !defined(HOSTED) && !defined(SWITCHED)
     SETTING(_setpoint_c) = asked->setpoint_c;
+    settings_seal();
 #endif
     switch (asked->command) {
 #if defined(HOSTED) || defined(SWITCHED)

@@ -78,7 +78,6 @@ void fault_trip(uint8_t code, float temperature_c)
 {{
     if (fault.code == FAULT_NONE) {{
         fault.code = code;
-        fault_complement = (uint8_t)~code;
         fault.temperature_c = temperature_c;
     }}
 }}

@@ -12,12 +12,14 @@ from storage_host import Kept
 
 from heatwright.sim.host import Host
 from heatwright.sim.reference.pid import limits_of, may_limit
-from heatwright.spec import Controller, Pid
+from heatwright.spec import Pid
 from heatwright.spec.max31856 import lowered
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""
 CORRUPT = 16
+MEMORY_DAMAGED = 29
+"""The last fault that any controller can have."""
 GAIN_MAXIMUM = 1e6
 GAINS = ("kp", "ki", "kd")
 LIMITS = ("integral_minimum_percent", "integral_maximum_percent", "output_maximum_percent")
@@ -332,7 +334,7 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        last = _last_code(self.controller)
+        last = MEMORY_DAMAGED
         for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)
@@ -400,20 +402,3 @@ class SettingsKept(Kept):
                 type=code if code in self.codes_allowed else self.default.type,
             )
             yield from self.expect(f"a record of {maximum_c} and type {code}", wanted)
-
-
-def _last_code(controller: Controller) -> int:
-    """Return the last fault that a controller can have, by docs/control.md."""
-    kinds = {each.kind for each in controller.interfaces}
-    last = {
-        16: True,
-        18: any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()),
-        19: "gcode" in kinds,
-        22: len(controller.thermometers) < len(controller.sensors),
-        23: "modbus_rtu" in kinds,
-        24: bool(controller.programs),
-        26: bool(controller.safety.relay_feedback),
-        27: bool(controller.monitors),
-        28: any(getattr(each, "proof", None) for each in controller.outputs.values()),
-    }
-    return max(code for code, there in last.items() if there)
