@@ -63,6 +63,10 @@ static const char TEXT_16[] PROGMEM = "Error:E16 SETTINGS BAD";
 static const char TEXT_17[] PROGMEM = "Error:E17 SENSOR OPEN";
 static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
 static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
+static const char TEXT_20[] PROGMEM = "Error:E20 OVER CURRENT";
+static const char TEXT_21[] PROGMEM = "Error:E21 LEAKS IN OFF";
+static const char TEXT_22[] PROGMEM = "Error:E22 NO CURRENT";
+static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     TEXT_1,
     TEXT_2,
@@ -83,6 +87,10 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     TEXT_17,
     TEXT_18,
     TEXT_19,
+    TEXT_20,
+    TEXT_21,
+    TEXT_22,
+    TEXT_23,
 };
 
 /* The next three set a piece, and give what its report returns: there was one. */
@@ -115,7 +123,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 6bbc367c\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 3ef4bb5b\n"));
 }
 
 static bool latched_fault(void)
@@ -276,7 +284,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 6bbc367c PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 3ef4bb5b PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -20,6 +20,9 @@ struct guard_nozzle_state {
 
 extern struct guard_nozzle_state guard_nozzle;
 
+/* Trip if the host has been silent for too long; it comes before all other rules. */
+void guard_nozzle_master(void);
+
 /* Forget the past: at reset, and after an acknowledgement. */
 void guard_nozzle_reset(void);
 

@@ -30,7 +30,7 @@ enum {
     FAULT_OVER_CURRENT = 20, /* The heater takes more current than it may. */
     FAULT_CURRENT_WHILE_OFF = 21, /* Current flows through the heater although it is off. */
     FAULT_NO_CURRENT = 22, /* The heater is on, and too little current flows. */
-    FAULT_MASTER_LOST = 23, /* The master has not asked anything for too long. */
+    FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
     FAULT_PROGRAM_LAGS = 24, /* The machine has lagged behind its program for too long. */
     FAULT_RELAY_WELDED = 25, /* The safety relay's contact says closed although the relay is off. */
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
