@@ -410,7 +410,8 @@ def _last_code(controller: Controller) -> int:
         18: any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()),
         19: "gcode" in kinds,
         22: len(controller.thermometers) < len(controller.sensors),
-        23: "modbus_rtu" in kinds,
+        23: any(each.protection.master_lost_after_s for each in controller.loops.values())
+        or "modbus_rtu" in kinds,
         24: bool(controller.programs),
         26: bool(controller.safety.relay_feedback),
         27: bool(controller.monitors),

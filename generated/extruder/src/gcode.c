@@ -507,9 +507,7 @@ static bool speak_up(void)
 /* A host that waits for its "ok" need not say anything. */
 static void count_silence(void)
 {
-    if (wait_is_on()) {
-        silent_ticks = 0;
-    } else if (silent_ticks < UINT16_MAX) {
+    if (!wait_is_on() && silent_ticks < UINT16_MAX) {
         silent_ticks++;
     }
 }

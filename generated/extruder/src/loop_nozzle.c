@@ -78,7 +78,9 @@ static void step(void)
         loop_nozzle.missing++;
     }
 
-    guard_nozzle_master();
+    if (!is_off()) {
+        guard_nozzle_master();
+    }
     guard_nozzle_step(change_k, gap);
     take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {

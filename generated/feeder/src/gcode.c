@@ -554,9 +554,7 @@ static bool speak_up(void)
 /* A host that waits for its "ok", or for the end of its moves, need not say anything. */
 static void count_silence(void)
 {
-    if (wait_is_on() || output_feed_is_busy()) {
-        silent_ticks = 0;
-    } else if (silent_ticks < UINT16_MAX) {
+    if (!wait_is_on() && !output_feed_is_busy() && silent_ticks < UINT16_MAX) {
         silent_ticks++;
     }
 }

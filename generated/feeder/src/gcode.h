@@ -10,8 +10,8 @@ void gcode_start(void);
 /* Once a tick: one line at most. */
 void gcode_tick(void);
 
-/* Ticks since the host, or somebody at the keys, was heard, or since reset; 0 while what the host
- * asked for still goes on. Stays at its largest. */
+/* Ticks since the host was heard, or since reset; those in which it waits for what it
+ * has ordered do not count. Stays at its largest. */
 uint16_t gcode_silent_ticks(void);
 
 #endif

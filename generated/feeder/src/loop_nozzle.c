@@ -62,7 +62,9 @@ static void step(void)
         loop_nozzle.missing++;
     }
 
-    guard_nozzle_master();
+    if (!is_off()) {
+        guard_nozzle_master();
+    }
     guard_nozzle_step(change_k, gap);
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();
