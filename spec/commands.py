@@ -48,6 +48,12 @@ def by_host(controller: Controller, loop_name: str) -> bool:
     return gcode is not None and loop_name in gcode.loops.values()
 
 
+def minds_host(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a loop trips when the host that commands it says nothing any more."""
+    protection = controller.loops[loop_name].protection
+    return by_host(controller, loop_name) and protection.master_lost_after_s is not None
+
+
 def switched(controller: Controller, loop_name: str) -> bool:
     """Tell whether a loop is enabled and disabled apart from its setpoint.
 

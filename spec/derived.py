@@ -1,4 +1,4 @@
-"""Limits of protections that follow from the plant, where the spec leaves them open."""
+"""Limits of protections that follow from plant and host, where the spec leaves them open."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.heated_loop import LEAST_TIMES, TIMES, HeatedLoop, heated_loop, most_borne
+from heatwright.spec.interfaces import Gcode
 from heatwright.spec.loops import (
     Frozen,
     Heating,
@@ -46,6 +47,9 @@ integral may have by then: none after a warm start."""
 SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
 """Of a time that is derived: a draught, or some readings that are lost, must not decide."""
 
+HOST_LOST_AFTER_S = 600.0
+"""A host of G-code that says nothing for so long is lost: Klipper's `idle_timeout`."""
+
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """By all that they depend on: to follow a plant takes a while."""
 
@@ -60,11 +64,24 @@ before it."""
 
 
 def with_derived(controller: Controller) -> Controller:
-    """Put numbers in where the spec leaves a rule of a loop open and the plant says more."""
-    loops = {name: _with_derived(controller, name, loop) for name, loop in controller.loops.items()}
+    """Put numbers in where the spec leaves a rule of a loop open and the controller says more."""
+    loops = {
+        name: _with_derived(controller, name, _minding_host(controller, name, loop))
+        for name, loop in controller.loops.items()
+    }
     if all(loops[name] is loop for name, loop in controller.loops.items()):
         return controller
     return controller.model_copy(update={"loops": ReadOnlyDict(loops)})
+
+
+def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
+    """Have a loop that a host commands mind its host, unless the spec says for how long."""
+    hosts = (each for each in controller.interfaces if isinstance(each, Gcode))
+    given = "master_lost_after_s" in loop.protection.model_fields_set
+    if given or not any(name in host.loops.values() for host in hosts):
+        return loop
+    minded = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
+    return loop.model_copy(update={"protection": minded})
 
 
 def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:

@@ -151,11 +151,12 @@ class Protection(Model):
     rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
     )
-    master_lost_after_s: _Time | None = Field(
+    # The controller puts the default in, for only it knows who commands the loop.
+    master_lost_after_s: Annotated[_Time | None, Off] = Field(
         None,
         alias="master_lost_after",
-        description="Rule `master_lost`: time without a request while the loop is enabled; "
-        "left out: no such rule.",
+        description="Rule `master_lost`: time without a master's request, or a host's line, while "
+        "the loop is on. Left out: 10 min under a host of G-code, else no such rule.",
     )
 
 

@@ -175,8 +175,8 @@ _RULES = (
         23,
         "master_lost",
         "MASTER LOST",
-        "The master has not asked anything for too long.",
-        "Check the bus and the program on the master; then acknowledge it.",
+        "The master, or the host, has not asked anything for too long.",
+        "Check the line and the program at its other end; then acknowledge it.",
     ),
     Rule(
         24,

@@ -54,7 +54,8 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_HOSTS
     if len(controller.thermometers) < len(controller.sensors):
         last = LAST_RULE_OF_CURRENTS
-    if modbus_of(controller):
+    minded = (each.protection.master_lost_after_s for each in controller.loops.values())
+    if modbus_of(controller) or any(minded):
         last = LAST_RULE_OF_MASTERS
     if controller.programs:
         last = LAST_RULE_OF_PROGRAMS

@@ -15,7 +15,7 @@ def limit(spec: Spec, rule: str) -> str:
     if rule in anywhere:
         return anywhere[rule]
     limits = {
-        name: (_limits(loop.protection) | _of_current(spec, loop.heater)).get(rule, "")
+        name: (_limits(spec, loop.protection) | _of_current(spec, loop.heater)).get(rule, "")
         for name, loop in loops.items()
     }
     if len(set(limits.values())) == 1:
@@ -96,7 +96,7 @@ def _more_heat(holding_percent: float) -> str:
     return f"more heat than {quantity(holding_percent, '%')}" if holding_percent else "heat"
 
 
-def _limits(protection: Protection) -> dict[str, str]:
+def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
     """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
     limits = {
@@ -115,7 +115,8 @@ def _limits(protection: Protection) -> dict[str, str]:
         )
     if protection.master_lost_after_s is not None:
         silence = quantity(protection.master_lost_after_s, "s")
-        limits["master_lost"] = f"no request for {silence} while the loop is enabled"
+        asked = "request" if gcode_of(spec.controller) is None else "line from the host"
+        limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
     if protection.heating is not None:
         limits["heating_failed"] = (
             f"less than {quantity(protection.heating.rise_k, 'K')} in "

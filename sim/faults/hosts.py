@@ -1,4 +1,4 @@
-"""The host's side: a stop in the middle of a flood, orders out of bounds, a cable that garbles."""
+"""The host's side: silence, a stop in a flood, orders out of bounds, a cable that garbles."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, nothing
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.serial_noise import SerialNoise
 
 WATCH_S = 60.0
+ANSWERED_S = 10.0
+"""A question that is just being asked is answered by then, though the cable damages it."""
 STOP = b"\nM112\n"
 BITS_A_BYTE = 10
 FLOOD = b"M105\n" * 4000
@@ -26,6 +28,9 @@ SEED = 3
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what a host, or the cable to it, can do to a loop it commands."""
     host = next(each for each in site.controller.interfaces if each.kind == "gcode")
+    after_s = site.loop.protection.master_lost_after_s
+    if after_s is not None:
+        yield from _silent(site, after_s)
     stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
     yield Fault("host_stop", lambda: starts.heating(site), _stop, trip=stopped)
     yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
@@ -44,6 +49,24 @@ def faults(site: Site) -> Iterator[Fault]:
         calm=True,
         watch_s=WATCH_S,
         judge=_hears_all,
+    )
+
+
+def _silent(site: Site, after_s: float) -> Iterator[Fault]:
+    """A host that says nothing from now on, and one that only asks for the temperatures."""
+    yield Fault(
+        "host_lost",
+        lambda: starts.heating(site),
+        lambda world: world.device.host.unplug(),
+        lambda world: world.device.host.plug(),
+        trip=Trip(("master_lost",), after_s + site.loop.period_s + TICK_S),
+    )
+    yield Fault(
+        "host_only_asks",
+        lambda: starts.heating(site),
+        nothing,
+        calm=True,
+        watch_s=after_s + WATCH_S,
     )
 
 
@@ -86,7 +109,7 @@ def _garble(world: World) -> None:
 def _hears_all(world: World) -> str:
     """See that every line was done in the end, and nothing else."""
     host = world.device.host
-    if host.is_busy:
+    if not world.until(lambda now: not now.device.host.is_busy, ANSWERED_S):
         return "the host still waits for an answer"
     if not host.resends:
         return "no damaged line was asked for again"

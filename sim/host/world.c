@@ -64,6 +64,12 @@ uint16_t modbus_silent_ticks(void)
     return ticking->input.silent_ticks;
 }
 
+uint16_t gcode_silent_ticks(void);
+uint16_t gcode_silent_ticks(void)
+{
+    return ticking->input.silent_ticks;
+}
+
 #ifdef STEPPER
 void JOIN(output_, STEPPER, _halt)(void)
 {

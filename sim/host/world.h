@@ -19,7 +19,7 @@ struct host_input {
     float gains[3]; /* kp, ki, kd; of HOST_LIMITS the integral's minimum and maximum, the output's */
     uint8_t current_status;
     int16_t current_raw;
-    uint16_t silent_ticks; /* since the master was heard */
+    uint16_t silent_ticks; /* since the master, or the host, was heard */
     uint8_t order; /* to the program: PROGRAM_* of program.order */
     uint8_t argument;
     uint8_t monitored; /* monitors of the loop: which of their readings, or HOST_BAD + a status; and

@@ -1,4 +1,7 @@
-"""A computer that sends G-code: numbered lines with checksums, one for each `ok`."""
+"""A computer that sends G-code: numbered lines with checksums, one for each `ok`.
+
+From its first line on it asks for the temperatures whenever it has nothing else to say.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +26,8 @@ RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
 TALK_S = 0.02
 """How often it listens while it talks: so long the board takes to answer at most."""
+POLL_S = 5.0
+"""Between two such questions, as OctoPrint and Printrun do."""
 MOST_WAITING = 10_000
 """Bytes of a line that never ends, kept at most."""
 
@@ -83,11 +88,16 @@ class GcodeHost:
         self._next = 0
         self._awaits_ok = False
         self._waiting = bytearray()
+        self._poll_cycle: int | None = None
+        self._plugged = True
 
     # -- what a test does ----------------------------------------------------------------------
 
     def send(self, line: str) -> None:
-        """Send a line when those before it are answered."""
+        """Send a line when those before it are answered; nothing while the plug is pulled."""
+        if not self._plugged:
+            return
+        self._poll_cycle = self._avr.cycle + round(POLL_S * self._avr.clock_hz)
         if self.numbers and not self._history and not self._queue:
             self._queue.append("M110 N0")
         self._queue.append(line)
@@ -103,6 +113,16 @@ class GcodeHost:
         """Forget the bytes that have not begun."""
         self._uart.unsend()
 
+    def unplug(self) -> None:
+        """Pull the plug: it says nothing more, not even what waits."""
+        self._plugged, self._poll_cycle, self._awaits_ok = False, None, False
+        self._queue.clear()
+        self._next = len(self._history)
+
+    def plug(self) -> None:
+        """Put the plug back; it asks again once it has sent a line."""
+        self._plugged = True
+
     @property
     def is_busy(self) -> bool:
         """Whether it still has lines to send, or waits for an answer."""
@@ -110,8 +130,10 @@ class GcodeHost:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it wants to hear again; None while it waits for nothing."""
-        return self._avr.cycle + round(TALK_S * self._avr.clock_hz) if self.is_busy else None
+        """The cycle at which it wants to hear, or to ask, again; None before its first line."""
+        if self.is_busy:
+            return self._avr.cycle + round(TALK_S * self._avr.clock_hz)
+        return None if self._poll_cycle is None else max(self._avr.cycle, self._poll_cycle)
 
     def texts(self, start: str = "") -> list[str]:
         """Return the lines that begin with `start`."""
@@ -136,6 +158,9 @@ class GcodeHost:
             data = bytes([value]) if self.noise is None else self.noise.to_host(bytes([value]))
             for byte in data:
                 self._take(byte, end / self._avr.clock_hz)
+        due_cycle = self._poll_cycle
+        if due_cycle is not None and self._avr.cycle >= due_cycle and not self.is_busy:
+            self.send("M105")
 
     def _take(self, byte: int, time_s: float) -> None:
         if byte != ord("\n"):

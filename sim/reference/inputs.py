@@ -42,7 +42,7 @@ class Orders(NamedTuple):
     enabled: int = 1
     """Switch of a switched loop."""
     master_lost: bool = False
-    """Whether a switched loop's master has been silent for too long."""
+    """Whether the loop's master, or its host, has been silent for too long."""
     current_raw: int = 0
     """The heater's current as its sensor reads it."""
     program: tuple[int, int] = (0, 0)

@@ -130,7 +130,7 @@ class Reference:
         self._readings.take(status, raw, anew=bool(self._guard.fresh))
         orders, setpoint = self._run_program(status, orders, setpoint)
         look = self._look(self._readings.mean, raw, setpoint, orders)
-        self._mind_others(orders)
+        self._mind_others(orders, setpoint)
         self._mind_current(orders.current_raw)
         self._guard.take(orders.maximum_c)
         if not self.fault_code:
@@ -173,14 +173,15 @@ class Reference:
             self.program is not None and self.program.moves,
         )
 
-    def _mind_others(self, orders: Orders) -> None:
+    def _mind_others(self, orders: Orders, setpoint: Single) -> None:
         """Watch what is not the loop's own: the safety relay, the monitors, and the master."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
         for name, monitor in self._monitors.items():
             code = monitor.step(*orders.monitors[name])
             self._trip(code, monitor.temperature_c)
-        if orders.master_lost and self._minds_master and orders.enabled:
+        lost = orders.master_lost and self._minds_master
+        if lost and not self.steering.is_off(setpoint, orders):
             self._trip(MASTER_LOST, temperature_c)
 
     def _mind_current(self, raw: int) -> None:

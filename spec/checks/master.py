@@ -1,4 +1,4 @@
-"""A master on the bus: what it can write, and what only it could do."""
+"""A master on the bus, or a host that may be lost: what it can write, what only it could do."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.checks.tenths import fits
-from heatwright.spec.commands import modbus_of, switched, tunable
+from heatwright.spec.commands import by_host, gcode_of, modbus_of, switched, tunable
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import ModbusRtu
+from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, duration, number, rounded_up
@@ -18,6 +18,15 @@ from heatwright.spec.writes import COMMANDS, GAINS, Write
 
 LONGEST_FRAME = 256
 """Bytes (Modbus over serial line, 2.5.1)."""
+
+LONGEST_TALK = 96 + 2048
+"""Characters of the longest line that a host's firmware takes, and of its longest answer."""
+
+HOST_CHARACTER_BITS = 10
+"""Of 8N1."""
+
+HOST_POLLS_S = 5.0
+"""OctoPrint and Printrun ask for the temperatures so often while they have nothing else to say."""
 
 _REMEDY = "add {kind: modbus_rtu} to interfaces"
 
@@ -33,10 +42,12 @@ def somebody_switches_on(controller: Controller) -> Findings:
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",), ("programs",)),
             )
-        if loop.protection.master_lost_after_s is not None and modbus_of(controller) is None:
+        there = modbus_of(controller) is not None or by_host(controller, name)
+        if loop.protection.master_lost_after_s is not None and not there:
             yield Finding(
                 ("loops", name, "protection", "master_lost_after"),
-                "there is no master to be lost: there is no modbus_rtu interface",
+                "there is no master to be lost: there is no modbus_rtu interface, and no gcode "
+                "interface serves this loop",
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",),),
             )
@@ -47,23 +58,37 @@ def exchange_s(modbus: ModbusRtu) -> float:
     return 2 * LONGEST_FRAME * modbus.character_bits / modbus.baud
 
 
+def polls_s(host: Gcode) -> float:
+    """Return the time in which a host that is well says something twice, s."""
+    return 2 * HOST_POLLS_S + LONGEST_TALK * HOST_CHARACTER_BITS / host.baud
+
+
 def masters_have_time(controller: Controller) -> Findings:
-    """Hold `master_lost_after` to the longest exchange on the bus, and to a 16-bit count."""
-    modbus = modbus_of(controller)
+    """Hold `master_lost_after` to the longest exchange on the line, and to a 16-bit count."""
+    modbus, host = modbus_of(controller), gcode_of(controller)
     for name, loop in controller.loops.items():
         seconds = loop.protection.master_lost_after_s
-        if modbus is None or seconds is None:
-            continue
         path: Path = ("loops", name, "protection", "master_lost_after")
-        needed_s = exchange_s(modbus)
-        if seconds <= needed_s:
+        if seconds is None:
+            continue
+        if modbus is not None and seconds <= exchange_s(modbus):
+            needed = duration(float(rounded_up(exchange_s(modbus))))
             yield Finding(
                 path,
                 f"{duration(seconds)} may be over while a single long request and its answer are "
-                f"on the line: at {modbus.baud} baud they take up to "
-                f"{duration(float(rounded_up(needed_s)))}",
-                f"Use more than {duration(float(rounded_up(needed_s)))}, several times what the "
-                "master lets pass between two requests",
+                f"on the line: at {modbus.baud} baud they take up to {needed}",
+                f"Use more than {needed}, several times what the master lets pass between two "
+                "requests",
+                (("interfaces",),),
+            )
+        elif host is not None and seconds < polls_s(host):
+            needed = duration(float(rounded_up(polls_s(host))))
+            yield Finding(
+                path,
+                f"{duration(seconds)} may be over before a host asks again: hosts do every "
+                f"{duration(HOST_POLLS_S)} at most, and at {host.baud} baud a long answer may come "
+                "between",
+                f"Use at least {needed}",
                 (("interfaces",),),
             )
         elif seconds > MOST_STEPS * TICK_S:

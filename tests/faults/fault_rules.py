@@ -77,7 +77,10 @@ _PROGRAMS = _of(
 )  # fmt: skip
 _OPERATORS = {
     "lcd_keypad": _of("key_stuck keys_at_random display_unplugged", sensor_short="select_stuck"),
-    "gcode": _of("host_out_of_bounds host_garbled", emergency_stop="host_stop host_stop_in_flood"),
+    "gcode": _of(
+        "host_out_of_bounds host_garbled host_only_asks",
+        emergency_stop="host_stop host_stop_in_flood", master_lost="host_lost",
+    ),
     "modbus_rtu": _of(
         "master_insists_on_heat master_out_of_bounds bus_damaged bus_of_other_format "
         "bus_of_other_slaves",

@@ -17,6 +17,7 @@ from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.rules import RULES
 
 
 def started(phase_s: float = 0.0) -> AvrDevice:
@@ -99,6 +100,24 @@ def test_cheap_resistors(tolerance: float) -> None:
         device.advance(device.time_s + 1.0)
         assert (device.read(SETPOINT), device.read("loop_air.enabled")) == (setpoint_c, on)
     assert device.read("fault.code") == 0
+
+
+def test_somebody_at_the_keys_stands_in_for_the_host() -> None:
+    """Who heats by keys beside a host that is not there has its time from each press on."""
+    device = AvrDevice(controller_of(OTHERS["a host"]), whole(OTHERS["a host"]))
+    device.sense("air", 75.0)
+    device.advance(1.5)
+    press(device, "left")
+    device.advance(900.0)
+    for seconds in (590.0, 590.0, 602.0):
+        assert device.read("fault.code") == 0
+        press(device, "up")
+        device.advance(device.time_s + seconds)
+    assert RULES[int(device.read("fault.code"))].id == "master_lost"
+    assert device.shield.lcd.text[1].rstrip() == "E23 MASTER LOST"
+    press(device, "select")
+    device.advance(device.time_s + 900.0)
+    assert device.read("fault.code") == 0  # of a loop that is off nothing need be heard
 
 
 TIMED = ("up", "right", "up")

@@ -96,6 +96,28 @@ def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoa
     assert board.device.on_fraction("heater") > 0.0
 
 
+HOST_LOST_S = 600.0
+"""After which a silent host is lost, where the spec does not say."""
+
+
+def test_a_silent_host_does_not_leave_a_heater_on(board: BinaryBoard) -> None:
+    """From the last good line on; a line that is none, and what the firmware says, are no host."""
+    board.sense("nozzle", 200.2)
+    board.wait(20.0)
+    for line in ("M999", "M155 S5", "M104 S200"):
+        board.tell(line)
+    last_s = board.device.time_s
+    board.wait(300.0)
+    board.tell("login:")
+    board.wait(last_s + HOST_LOST_S - 1.0 - board.device.time_s)
+    assert board.device.read("fault.code") == 0
+    board.wait(1.5)
+    assert RULES[int(board.device.read("fault.code"))].id == "master_lost"
+    assert board.on_fraction("heater") == 0.0
+    assert any(line.startswith("Error:E23 MASTER LOST (at ") for line in board.lines())
+    assert replay(example("extruder").controller, board.device.steps("nozzle")).mismatches == 0
+
+
 NARROW = (24.0, 40.0, 30.0)
 """Integral's least and most, and output's most, %."""
 WITHIN_S, PERIOD_S = 20.0, 0.1

@@ -110,6 +110,14 @@ def test_m108_and_m410_end_a_wait_of_the_feed_at_once(feeder: Board, waits: str)
     assert " /200.0 " in feeder.told("M105")[0]
 
 
+def test_a_host_need_not_speak_while_its_moves_go_on() -> None:
+    feeder = HostBoard(gcode_world("feeder").sanitized().program(), celsius(200))
+    ready(feeder).tell("M83\nG1 E20 F600", 1.5)
+    assert int(feeder.said().state["silent"]) == 0
+    feeder.wait(2.0)
+    assert 50 < int(feeder.said().state["silent"]) <= 150
+
+
 def test_what_m410_is_not(feeder: Board) -> None:
     assert feeder.told("G1 E20 F600\nM40:\nM9999\nG28\nM82", 0.2) == [
         "ok", *(part for line in ("M40", "M9999", "G28")

@@ -157,6 +157,31 @@ def test_what_is_answered(world: Path, script: list[bytes], answers: list[str]) 
     assert run(world, *script).answers == answers
 
 
+HEARD, WAITED, MINUTES = 11, 22, ticks(60_000)
+"""Ticks since the first and before the last line of those that are spoken; ten minutes."""
+AT_LENGTH = [*spoken("M109 S200"), MINUTES, MINUTES]
+ENDED = [*AT_LENGTH, celsius(200), ticks(1000)]
+SILENT = {
+    "nobody": ([ticks(500)], 500), "for hours": (7 * [MINUTES], 65_535),
+    **{f"heard: {line!r}": (spoken(line), HEARD) for line in (
+        "M105", "G28", "T0", "T7", "M104 S9999", "m105", " M105", numbered(7, ""), "M999")},
+    **{f"not heard: {line!r}": (spoken(line), WAITED) for line in (
+        "login:", "X5", "; M105", "?", "S", "U", "F", "H", "L", "N", b"M1\x0005\n", b"N7 M105*0\n",
+        b"N7 M105\n", b"M105*37\n", b"M105")},
+    "a line that comes again": (spoken(BEGIN, b"N1 M105*1\n", *AGAIN[:1], *AGAIN[:1]), HEARD),
+    "it waits": (AT_LENGTH, 0), "it waits no more": (ENDED, 0),
+    "it has waited": ([*ENDED, ticks(100)], 100),
+    "it has waited, and is told": ([*AT_LENGTH, received(b"M108\n"), ticks(1)], 0),
+    "a tuning": ([*spoken("M303 S200"), MINUTES, MINUTES], 0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("script", "silent_ticks"), SILENT.values(), ids=SILENT)
+def test_how_long_a_host_is_silent(world: Path, script: list[bytes], silent_ticks: int) -> None:
+    """Lines that are none, and damaged ones, are no host; one that waits need not speak."""
+    assert int(run(world, *script).state["silent"]) == silent_ticks
+
+
 @pytest.mark.parametrize(
     "line", [b"M109\n", b"M107\n", b"M11.\n", b"M10\n", b"M1080\n", b"M108.\n", b"M410\n"]
 )

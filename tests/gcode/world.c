@@ -308,6 +308,7 @@ int main(void)
     }
     printf("=line %u %u %u %u %u\n", UBRR0, UCSR0A & (1u << U2X0), UCSR0B & ~(1u << UDRIE0),
         UCSR0C, pulled_up);
+    printf("=silent %u\n", gcode_silent_ticks());
     printf("=fault %d\n=acknowledged %u\n=stored %u %u %u\n=tripped %.9g\n", fault.code,
         acknowledgements, kept, reloaded, defaulted, (double)fault.temperature_c);
     return 0;

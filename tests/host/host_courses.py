@@ -22,8 +22,10 @@ COMMAND_KINDS = (
     "setpoint", "order", "manual", "gains", "gains", "off_and_on", "tune", "tune_in_part",
 )  # fmt: skip
 """What else a course of a commanded loop is made of; on others they hold."""
-SWITCH_KINDS = ("switch", "order_switched", "by_percent", "silence")
+SWITCH_KINDS = ("switch", "order_switched", "by_percent")
 """Of a switched loop, besides."""
+LOST_KINDS = ("silence",)
+"""Where the master, or the host, may be lost, besides."""
 ADJUSTING_KINDS = ("critical",)
 """Where the operator may move the critical temperature, besides."""
 NUMBER_KINDS = ("numbers", "numbers")
@@ -159,6 +161,7 @@ def kinds_of(controller: Controller) -> tuple[str, ...]:
     ((name, loop),) = controller.loops.items()
     kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
     kinds += SWITCH_KINDS * (2 * switched(controller, name))
+    kinds += LOST_KINDS * (2 * (loop.protection.master_lost_after_s is not None))
     kinds += PROGRAM_KINDS * (3 * programmed(controller, name))
     kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)

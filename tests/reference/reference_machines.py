@@ -174,6 +174,7 @@ class Commanded(Player):
         self.manual_percent = 0.0
         self.set_gains(2, 0.5, 8)
         self.limits: Limits | None = None
+        self.master_lost = False
 
     @property
     def tuner(self) -> Any:
@@ -198,6 +199,7 @@ class Commanded(Player):
 
     def step(self, status: int, raw: int, **said: Any) -> Record:
         orders = Orders(self.mode, Single(self.manual_percent), self.gains, self.limits)
+        orders = orders._replace(master_lost=self.master_lost)
         return super().step(status, raw, orders=orders, **said)
 
 

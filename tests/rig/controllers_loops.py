@@ -403,6 +403,10 @@ class LoopDraw:
         rules["stale_after"] = text(self.stale_s, "s")
         if self.served.by_master and draws.some():
             rules["master_lost_after"] = text(draws.number(10, 600, 20), "s")
+        own = own_draws(rules)
+        if self.served.by_host and own.some():
+            lost = text(own.number(100, 600, 20), "s")
+            rules["master_lost_after"] = own.one("off", lost)
         self.loop["protection"] = rules
 
     def _adjustable(self) -> None:

@@ -39,12 +39,6 @@ struct fault_state {
 extern struct fault_state fault;
 extern uint8_t fault_complement; /* of its code: a flipped bit of one byte is not in the other */
 
-/* Whether no fault is latched, as both bytes say. */
-static inline bool fault_is_none(void)
-{
-    return fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
-}
-
 /* Take over what was latched before a reset. */
 void fault_restore(const struct fault_state *latched);
 

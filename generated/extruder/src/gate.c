@@ -11,7 +11,7 @@
 #include <util/atomic.h> /* ATOMIC_BLOCK */
 
 #include "config.h" /* *_PERMIT_TICKS */
-#include "fault.h"  /* fault_is_none */
+#include "fault.h"  /* fault, fault_complement */
 #include "output_heater.h" /* output_heater_tick */
 #include "pins.h" /* pin_output_*_drive */
 #include "reset.h" /* reset_hang_mark */
@@ -45,7 +45,7 @@ void gate_tick(void)
 {
     const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
     const bool runs = left != 0 && left <= GATE_MAIN_PERMIT_TICKS;
-    const bool healthy = runs && fault_is_none();
+    const bool healthy = runs && fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
 
     if (!runs) {
         main_ticks = 0;

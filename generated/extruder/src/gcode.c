@@ -27,6 +27,7 @@ static const float FAN_PERCENT = 100.0f / 255.0f;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only when asked */
 static uint16_t ticks_to_report;
+static uint16_t silent_ticks;
 
 static void refuse(uint8_t why)
 {
@@ -435,10 +436,19 @@ static void do_command(void)
     }
 }
 
+/* What a line begins with that a host sends; noise, or a computer that starts, sends others. */
+static bool is_of_a_host(void)
+{
+    return words_letter == 'G' || words_letter == 'M' || words_letter == 'T' || words_letter == '\0';
+}
+
 static void take_line(void)
 {
     const uint8_t kind = line_tick();
 
+    if ((kind == LINE_COMMAND && is_of_a_host()) || kind == LINE_REPEATED) {
+        silent_ticks = 0;
+    }
     switch (kind) {
     case LINE_NONE:
         if (line_asks_for_more()) {
@@ -494,6 +504,19 @@ static bool speak_up(void)
     return false;
 }
 
+/* A host that waits for its "ok" need not say anything. */
+static void count_silence(void)
+{
+    if (!wait_is_on() && silent_ticks < UINT16_MAX) {
+        silent_ticks++;
+    }
+}
+
+uint16_t gcode_silent_ticks(void)
+{
+    return silent_ticks;
+}
+
 void gcode_start(void)
 {
     host_start();
@@ -505,6 +528,7 @@ void gcode_tick(void)
 {
     heed(host_take_urgent());
     wait_count();
+    count_silence();
     if (ticks_to_report != 0) {
         ticks_to_report--;
     }

@@ -3,9 +3,15 @@
 #ifndef GCODE_H
 #define GCODE_H
 
+#include <stdint.h> /* uint16_t */
+
 void gcode_start(void);
 
 /* Once a tick: one line at most. */
 void gcode_tick(void);
+
+/* Ticks since the host was heard, or since reset; those in which it waits for what it
+ * has ordered do not count. Stays at its largest. */
+uint16_t gcode_silent_ticks(void);
 
 #endif

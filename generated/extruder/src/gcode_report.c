@@ -63,6 +63,10 @@ static const char TEXT_16[] PROGMEM = "Error:E16 SETTINGS BAD";
 static const char TEXT_17[] PROGMEM = "Error:E17 SENSOR OPEN";
 static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
 static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
+static const char TEXT_20[] PROGMEM = "Error:E20 OVER CURRENT";
+static const char TEXT_21[] PROGMEM = "Error:E21 LEAKS IN OFF";
+static const char TEXT_22[] PROGMEM = "Error:E22 NO CURRENT";
+static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
@@ -84,6 +88,10 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_OPEN - 1] = TEXT_17,
     [FAULT_SENSOR_RANGE - 1] = TEXT_18,
     [FAULT_EMERGENCY_STOP - 1] = TEXT_19,
+    [FAULT_OVER_CURRENT - 1] = TEXT_20,
+    [FAULT_CURRENT_WHILE_OFF - 1] = TEXT_21,
+    [FAULT_NO_CURRENT - 1] = TEXT_22,
+    [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
 };
 
@@ -128,7 +136,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 6bbc367c\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 3ef4bb5b\n"));
 }
 
 static bool latched_fault(void)
@@ -289,7 +297,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 6bbc367c PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 3ef4bb5b PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

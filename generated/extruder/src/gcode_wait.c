@@ -137,6 +137,11 @@ static void follow_tuning(void)
     }
 }
 
+bool wait_is_on(void)
+{
+    return waiting != FOR_NOTHING;
+}
+
 bool wait_goes_on(void)
 {
     if (waiting == FOR_NOTHING) {

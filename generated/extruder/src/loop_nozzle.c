@@ -81,6 +81,9 @@ static void step(void)
     }
 
     fault_judge(sound, loop_nozzle.temperature_c);
+    if (!is_off()) {
+        guard_nozzle_master();
+    }
     guard_nozzle_step(change_k, gap);
     take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {

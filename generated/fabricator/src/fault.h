@@ -31,7 +31,7 @@ enum {
     FAULT_OVER_CURRENT = 20, /* The heater takes more current than it may. */
     FAULT_CURRENT_WHILE_OFF = 21, /* Current flows through the heater although it is off. */
     FAULT_NO_CURRENT = 22, /* The heater is on, and too little current flows. */
-    FAULT_MASTER_LOST = 23, /* The master has not asked anything for too long. */
+    FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
     FAULT_PROGRAM_LAGS = 24, /* The machine has lagged behind its program for too long. */
     FAULT_RELAY_WELDED = 25, /* The safety relay's contact says closed although the relay is off. */
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
@@ -48,12 +48,6 @@ struct fault_state {
 
 extern struct fault_state fault;
 extern uint8_t fault_complement; /* of its code: a flipped bit of one byte is not in the other */
-
-/* Whether no fault is latched, as both bytes say. */
-static inline bool fault_is_none(void)
-{
-    return fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
-}
 
 /* Take over what was latched before a reset. */
 void fault_restore(const struct fault_state *latched);

@@ -162,7 +162,7 @@ static uint8_t judge(float change_k, uint16_t gap)
  * Nobody could switch it off any more. */
 void guard_nozzle_master(void)
 {
-    if (loop_nozzle.enabled && modbus_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {
+    if (modbus_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {
         fault_trip(FAULT_MASTER_LOST, loop_nozzle.temperature_c);
     }
 }

@@ -20,7 +20,8 @@ struct guard_nozzle_state {
 
 extern struct guard_nozzle_state guard_nozzle;
 
-/* Trip if the master has been silent for too long; it comes before all other rules. */
+/* In a step in which the loop is on, before all other rules: trip if the master has been silent
+ * for too long. */
 void guard_nozzle_master(void);
 
 /* Forget the past: at reset, and after an acknowledgement. */

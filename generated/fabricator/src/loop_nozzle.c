@@ -79,7 +79,9 @@ static void step(void)
 
     fault_judge(sound, loop_nozzle.temperature_c);
     relay_judge(loop_nozzle.temperature_c);
-    guard_nozzle_master();
+    if (!is_off()) {
+        guard_nozzle_master();
+    }
     current_heater_step();
     guard_nozzle_step(change_k, gap);
 

@@ -18,6 +18,7 @@
 #include "gcode_wait.h" /* wait_for_heat */
 #include "gcode_words.h" /* words_find */
 #include "host.h" /* host_take_urgent */
+#include "output_feed.h" /* output_feed_is_busy */
 #include "settings.h" /* settings_keep */
 
 enum { MOST_REPORT_S = 60 }; /* M155, as Marlin's */
@@ -28,6 +29,7 @@ static const float FAN_PERCENT = 100.0f / 255.0f;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only when asked */
 static uint16_t ticks_to_report;
+static uint16_t silent_ticks;
 
 static void refuse(uint8_t why)
 {
@@ -478,10 +480,19 @@ static void do_command(void)
     }
 }
 
+/* What a line begins with that a host sends; noise, or a computer that starts, sends others. */
+static bool is_of_a_host(void)
+{
+    return words_letter == 'G' || words_letter == 'M' || words_letter == 'T' || words_letter == '\0';
+}
+
 static void take_line(void)
 {
     const uint8_t kind = line_tick();
 
+    if ((kind == LINE_COMMAND && is_of_a_host()) || kind == LINE_REPEATED) {
+        silent_ticks = 0;
+    }
     switch (kind) {
     case LINE_NONE:
         if (line_asks_for_more()) {
@@ -540,6 +551,19 @@ static bool speak_up(void)
     return false;
 }
 
+/* A host that waits for its "ok", or for the end of its moves, need not say anything. */
+static void count_silence(void)
+{
+    if (!wait_is_on() && !output_feed_is_busy() && silent_ticks < UINT16_MAX) {
+        silent_ticks++;
+    }
+}
+
+uint16_t gcode_silent_ticks(void)
+{
+    return silent_ticks;
+}
+
 void gcode_start(void)
 {
     host_start();
@@ -551,6 +575,7 @@ void gcode_tick(void)
 {
     heed(host_take_urgent());
     wait_count();
+    count_silence();
     if (ticks_to_report != 0) {
         ticks_to_report--;
     }

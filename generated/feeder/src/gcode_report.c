@@ -64,6 +64,10 @@ static const char TEXT_16[] PROGMEM = "Error:E16 SETTINGS BAD";
 static const char TEXT_17[] PROGMEM = "Error:E17 SENSOR OPEN";
 static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
 static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
+static const char TEXT_20[] PROGMEM = "Error:E20 OVER CURRENT";
+static const char TEXT_21[] PROGMEM = "Error:E21 LEAKS IN OFF";
+static const char TEXT_22[] PROGMEM = "Error:E22 NO CURRENT";
+static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
@@ -85,6 +89,10 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_OPEN - 1] = TEXT_17,
     [FAULT_SENSOR_RANGE - 1] = TEXT_18,
     [FAULT_EMERGENCY_STOP - 1] = TEXT_19,
+    [FAULT_OVER_CURRENT - 1] = TEXT_20,
+    [FAULT_CURRENT_WHILE_OFF - 1] = TEXT_21,
+    [FAULT_NO_CURRENT - 1] = TEXT_22,
+    [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
 };
 
@@ -129,7 +137,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec a1ad94cc\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 77f2e3de\n"));
 }
 
 static bool latched_fault(void)
@@ -290,7 +298,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec a1ad94cc PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 77f2e3de PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -21,6 +21,9 @@ void wait_stop(void);
 /* Once a tick. */
 void wait_count(void);
 
+/* Whether a command waits, so that the host has no "ok" yet. */
+bool wait_is_on(void);
+
 /* Whether the present wait goes on; says so now and then, and adds the "ok" at its end. */
 bool wait_goes_on(void);
 

@@ -6,6 +6,7 @@
 
 #include "config.h" /* LOOP_NOZZLE_* */
 #include "fault.h"  /* fault_trip */
+#include "gcode.h" /* gcode_silent_ticks */
 #include "loop_nozzle.h" /* loop_nozzle */
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
@@ -161,6 +162,15 @@ static uint8_t judge(float change_k, uint16_t gap)
         return FAULT_RISING_WHILE_OFF;
     }
     return FAULT_NONE;
+}
+
+/* feeder.yaml:35 loops.nozzle.protection.master_lost_after (default)
+ * Nobody could switch it off any more. */
+void guard_nozzle_master(void)
+{
+    if (gcode_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {
+        fault_trip(FAULT_MASTER_LOST, loop_nozzle.temperature_c);
+    }
 }
 
 void guard_nozzle_step(float change_k, uint16_t gap)

@@ -20,6 +20,10 @@ struct guard_nozzle_state {
 
 extern struct guard_nozzle_state guard_nozzle;
 
+/* In a step in which the loop is on, before all other rules: trip if the host has been silent
+ * for too long. */
+void guard_nozzle_master(void);
+
 /* Forget the past: at reset, and after an acknowledgement. */
 void guard_nozzle_reset(void);
 

@@ -65,6 +65,9 @@ static void step(void)
     }
 
     fault_judge(sound, loop_nozzle.temperature_c);
+    if (!is_off()) {
+        guard_nozzle_master();
+    }
     guard_nozzle_step(change_k, gap);
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();

@@ -13,7 +13,7 @@ from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Gcode
-from heatwright.spec.commands import limits_adjustable, tunable
+from heatwright.spec.commands import keyed, limits_adjustable, minds_host, tunable
 from heatwright.spec.uart import baud_setting
 
 SILENT_S = 3.0
@@ -43,10 +43,10 @@ def plan(source: Source, interface: Gcode) -> Part:
 
 
 def _files(context: dict[str, Any]) -> Iterable[File]:
-    for name in ("gcode.h", "gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
+    for name in ("gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
         yield File(f"src/{name}", f"interfaces/{name}")
     for name in (
-        "gcode.c", "gcode_report.h", "gcode_report.c", "gcode_tools.h", "gcode_tools.c",
+        "gcode.h", "gcode.c", "gcode_report.h", "gcode_report.c", "gcode_tools.h", "gcode_tools.c",
         "gcode_wait.h", "gcode_wait.c",
     ):  # fmt: skip
         yield File(f"src/{name}", f"interfaces/{name}.j2", context)
@@ -127,6 +127,10 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
             for key, output in sorted(interface.fans.items())
         ],
         "monitors": bool(controller.monitors),
+        "minded": any(minds_host(controller, loop) for loop in controller.loops),
+        "keyed": any(
+            minds_host(controller, loop) and keyed(controller, loop) for loop in controller.loops
+        ),
         "temperature_pieces": _temperature_pieces(interface, source.controller.monitors),
         "tick_ms": TICK_MS,
         "receive_vector": uart.receive_vector,

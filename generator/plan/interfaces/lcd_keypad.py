@@ -13,7 +13,13 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
-from heatwright.spec.commands import must_release, programmed, switched, told_elsewhere
+from heatwright.spec.commands import (
+    minds_host,
+    must_release,
+    programmed,
+    switched,
+    told_elsewhere,
+)
 from heatwright.spec.interfaces import Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
@@ -115,6 +121,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "step": quantity(interface.step_k, "K"),
         "rules": rules(controller),
         "hosted": not switched(controller, interface.loop),
+        "minds_host": minds_host(controller, interface.loop),
         "must_release": must_release(controller),
         "countdown": interface.countdown is not None,
         "numbers": adjusted.named(source, interface.loop, prefix_of(interface.loop)),
