@@ -30,10 +30,10 @@ if [ "${CI:-}" = true ] || [ -n "${LINUXCNC:-}" ]; then
 fi
 
 # What only the whole evidence needs (make setup EVIDENCE=1, and CI): other simulators of the
-# processor, a second compiler, and OctoPrint.
+# processor, a second compiler, OctoPrint, and Frama-C.
 if [ "${CI:-}" = true ] || [ -n "${EVIDENCE:-}" ]; then
     EXTRAS=dev,evidence
-    PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm)
+    PACKAGES+=(qemu-system-misc:qemu-system-avr nodejs:node npm:npm frama-c-base:frama-c)
 fi
 
 if [ -n "${PEERS:-}" ]; then

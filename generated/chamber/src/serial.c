@@ -14,11 +14,12 @@ static volatile uint8_t sent;
 
 ISR(USART_UDRE_vect)
 {
+    if (sent >= size) {
+        UCSR0B &= (uint8_t)~(1u << UDRIE0);
+        return;
+    }
     UDR0 = (uint8_t)buffer[sent];
     sent++;
-    if (sent == size) {
-        UCSR0B &= (uint8_t)~(1u << UDRIE0);
-    }
 }
 
 void serial_start(void)
@@ -31,7 +32,7 @@ void serial_start(void)
 
 bool serial_is_empty(void)
 {
-    return sent == size;
+    return sent >= size;
 }
 
 void serial_send(const char *text, uint8_t length)

@@ -58,7 +58,7 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
 {
     uint16_t crc = 0xFFFF;
 
-    while (size-- != 0) {
+    for (; size != 0; size--) {
         crc ^= *data++;
         for (uint8_t bit = 0; bit < 8; bit++) {
             crc = (uint16_t)(crc & 1u ? (crc >> 1) ^ 0xA001u : crc >> 1);

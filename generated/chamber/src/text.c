@@ -13,10 +13,11 @@ static const uint32_t POWERS[PLACES] PROGMEM
 
 uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals)
 {
-    const bool negative = value < 0.0f;
+    bool negative = false;
     uint8_t length = 0;
 
-    if (negative) {
+    if (value < 0.0f) {
+        negative = true;
         value = -value;
     }
     if (!(value < LARGEST)) {

@@ -28,6 +28,9 @@ ISR(ADC_vect)
 {
     uint8_t channel = scanned;
 
+    if (channel >= ADC_CHANNELS) {
+        return; /* damaged memory: the next tick begins anew */
+    }
     codes[channel] = ADC;
     channel++;
     scanned = channel;

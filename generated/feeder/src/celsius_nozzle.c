@@ -31,7 +31,7 @@ float sensor_nozzle_celsius(int16_t raw)
     while (i + 1 < SEGMENTS && raw >= (int16_t)pgm_read_word(&sensor_nozzle_points[i + 1].raw)) {
         i++;
     }
-    const int16_t counts = (int16_t)(raw - (int16_t)pgm_read_word(&sensor_nozzle_points[i].raw));
+    const int16_t counts = (int16_t)((uint16_t)raw - pgm_read_word(&sensor_nozzle_points[i].raw));
 
     return pgm_read_float(&sensor_nozzle_points[i].celsius)
         + (float)counts * pgm_read_float(&sensor_nozzle_points[i].k_per_count);

@@ -1,0 +1,2 @@
+/* Stand-in for avr-libc: `pointed` writes ATOMIC_BLOCK out. */
+#include "harness.h"

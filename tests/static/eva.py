@@ -1,0 +1,344 @@
+"""What Frama-C's plugin Eva is given to prove that a firmware does nothing C leaves undefined.
+
+Eva computes what every variable may hold at every statement, over all runs. It tells each access
+beyond an array or to what was never set, each overflow, shift, division and conversion whose
+result C leaves open, and, as we ask for it, each number that is not finite. No alarm is a proof,
+under the model that is made here:
+
+- The C is the firmware's own, with what `pointed` puts in and the compiler's headers replaced by
+  `avr_stubs`. Integers, pointers and alignment are the AVR's (machine `gcc_x86_16`, packed).
+- The world is unknown: whatever a register brings, bytes from lines and pins among it, an EEPROM
+  that holds anything, a reset from any cause. A port's latch, a UART's interrupt enables and the
+  timers' masks hold what the firmware wrote; a code of the ADC has ten bits.
+- Interrupts come at every point: before every statement and at the end of every block of the
+  firmware that may touch what they touch, any of those whose mask bit is set, any number of times
+  in any order, while they are on. `cli`, `sei` and ATOMIC_BLOCK switch them. An access is taken as
+  whole: that none of several bytes is torn, is not shown here.
+- Conversions to a narrower type wrap, as gcc has it; so do unsigned numbers.
+- What a record in the EEPROM gives as a number is finite (`admit`): it counts only with its CRC
+  and this spec's digest, so this firmware wrote it, whose numbers are finite by this proof.
+
+Two properties are asserted: without the main loop's permit, or with a fault, every heater's pin is
+off when the tick ends; what a loop asks of its heater is from 0 to 100 %.
+"""
+
+import os
+import re
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from mutation.known import name_of, syntax_of
+from rig.avr import board_of
+from tree_sitter import Node
+
+STUBS = Path(__file__).parent / "avr_stubs"
+MOST_S = 1800
+"""What one proof may take on the clock; a chamber takes a minute of a processor of its own."""
+
+ATOMIC = re.compile(
+    r"^( *)ATOMIC_BLOCK\(ATOMIC_RESTORESTATE\)[^\n]*\n\1\{\n(.*?)^\1\}", re.MULTILINE | re.DOTALL
+)
+LATCHED = re.compile(r"PORT[A-L]$|TIMSK\d?$|UCSR\d?B$")
+"""Registers that hold what was written."""
+NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
+ITERATIONS = 64
+"""Of each loop, which are looked at one by one; more are taken together."""
+STEPS = "8, 16, 32, 64, 100, 128"
+"""Where a bound that grows is tried to stand."""
+TEXTS = 100
+"""States that are kept apart in a function that has texts in hand: one for each length."""
+
+Sources = Mapping[str, str]
+
+
+class Proof(NamedTuple):
+    alarms: tuple[str, ...]
+    """Each with its file and line, and what must hold."""
+    asserted: int
+    """Properties of ours that are proven; one that is not is an alarm."""
+    unreached: int
+    """Functions that are called in the text and in no run: nothing is proven of them."""
+    said: str
+
+
+def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
+    """Have Eva look at a firmware: a spec's text or an example's name, and its files."""
+    board = board_of(spec)
+    registers, header = _registers(board.mcu)
+    (folder / "avr").mkdir()
+    (folder / "avr" / "io.h").write_text(header, encoding="utf-8")
+    shared = _shared(sources)
+    for name, text in sources.items():
+        pointed_text = pointed(_asserting(name, text, sources), shared)
+        plain = re.sub(r"\bvolatile\b", "", pointed_text)
+        (folder / name).write_text(f'#pragma pack(1)\n#include "harness.h"\n{plain}', "utf-8")
+    (folder / "harness.c").write_text(_harness(sources, registers), encoding="utf-8")
+    share = _run(["frama-c", "-print-share-path"], folder).strip()
+    chip = f"-D__AVR_ATmega{board.mcu.removeprefix('atmega').upper()}__"
+    where = f"-I. -I{STUBS} -I{share}/libc {chip} -DF_CPU={board.clock_hz}UL"
+    said = _run(
+        [
+            "frama-c", "-machdep", "gcc_x86_16", "-no-frama-c-stdlib", f"-cpp-extra-args={where}",
+            *sorted(name for name in sources if name.endswith(".c")), "harness.c",
+            str(STUBS / "string.c"),
+            "-eva", "-main", "powered", "-warn-special-float", "non-finite",
+            "-eva-split-return", "auto", "-eva-subdivide-non-linear", "20",
+            "-eva-domains-function", "bitwise:gate_tick+",
+            "-eva-slevel-function", ",".join(f"{name}:{TEXTS}" for name in _with_texts(sources)),
+            "-eva-msg-key=-initial-state,-final-states",
+            "-then", "-metrics", "-metrics-eva-cover",
+        ],
+        folder,
+    )  # fmt: skip
+    return Proof(
+        tuple(re.findall(r"^\[eva:alarm\] (.*(?:\n  .*)*)", said, re.MULTILINE)),
+        _count("Assertions", said),
+        _count("Syntactically reachable functions =", said)
+        - _count("Semantically reached functions =", said),
+        said,
+    )
+
+
+def _count(what: str, said: str) -> int:
+    found = re.search(rf"{what} +(\d+)", said)
+    return int(found[1]) if found else 0
+
+
+def _run(command: list[str], folder: Path) -> str:
+    """Run a command to its good end; return what it says."""
+    there = {**os.environ, "PWD": str(folder)}  # where Frama-C looks for files
+    done = subprocess.run(
+        command, cwd=folder, env=there, capture_output=True, text=True, check=False, timeout=MOST_S
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+    return done.stdout
+
+
+def pointed(text: str, shared: frozenset[str]) -> str:
+    """Return a file with a point for interrupts wherever they matter, and loops unrolled."""
+
+    def written_out(found: re.Match[str]) -> str:
+        assert not re.search(r"\b(return|break|continue)\b", found[2]), "it would stay locked"
+        return (
+            f"{{ const uint8_t were_on = interrupts_on; interrupts_on = 0;\n{found[2]}"
+            f"interrupts_on = were_on; }}"
+        )
+
+    text = ATOMIC.sub(written_out, re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL))
+    assert "ATOMIC_BLOCK(" not in text
+    data = text.encode()
+    places: dict[int, str] = {}
+    for block in _all(syntax_of(data)):
+        if (
+            block.type == "compound_statement"
+            and (block.parent or block).type != "switch_statement"
+        ):
+            inner = _statements(block)
+            _put(places, inner, shared)
+            is_loop = (block.parent or block).type in LOOPS
+            if is_loop or (inner and _touches(inner[-1], shared, whole=True)):
+                places[block.end_byte - 1] = "POINT "
+        elif block.type == "case_statement":
+            value = block.child_by_field_name("value")
+            _put(places, [each for each in _statements(block) if each != value], shared)
+    for place in sorted(places, reverse=True):
+        data = data[:place] + places[place].encode() + data[place:]
+    return data.decode()
+
+
+LOOPS = ("for_statement", "while_statement", "do_statement")
+
+
+def _put(places: dict[int, str], statements: list[Node], shared: frozenset[str]) -> None:
+    for each in statements:
+        what = "POINT " if _touches(each, shared) else ""
+        text = each.text or b""
+        if each.type in LOOPS and not text.startswith(b"for (;;)") and b"sleep_cpu" not in text:
+            what += f"/*@ loop unroll {ITERATIONS}; */ "
+        places[each.start_byte] = what
+
+
+def _all(node: Node) -> list[Node]:
+    return [node, *(each for child in node.children for each in _all(child))]
+
+
+def _statements(block: Node) -> list[Node]:
+    return [
+        each
+        for each in block.named_children
+        if each.type != "comment" and not each.type.startswith("preproc")
+    ]
+
+
+def _touches(statement: Node, shared: frozenset[str], *, whole: bool = False) -> bool:
+    """Whether it reads or writes what interrupts may touch: by name, or through a pointer. Blocks
+    within it have points of their own, and so have the functions that it calls."""
+    for node in [statement] if whole else _own(statement):
+        for each in _all(node):
+            if each.type in ("pointer_expression", "subscript_expression", "field_expression"):
+                return True
+            if each.type == "identifier" and (each.text or b"").decode() in shared:
+                return True
+            if LATCHED.match((each.text or b"").decode()):
+                return True
+    return False
+
+
+def _own(statement: Node) -> list[Node]:
+    """The parts of a statement that are no blocks."""
+    if statement.type == "compound_statement":
+        return []
+    return [each for each in statement.children if each.type != "compound_statement"]
+
+
+def _shared(sources: Sources) -> frozenset[str]:
+    """The names of all variables that outlive a function."""
+    names = set()
+    for text in sources.values():
+        for node in _all(syntax_of(text.encode())):
+            if node.type == "declaration":
+                outside = (node.parent or node).type != "compound_statement"
+                if outside or (node.text or b"").startswith(b"static"):
+                    names |= {name_of(each) for each in node.children_by_field_name("declarator")}
+    return frozenset(names)
+
+
+def _with_texts(sources: Sources) -> list[str]:
+    """The functions that have texts in hand."""
+    found = {"static_strcat"}
+    for text in sources.values():
+        functions = syntax_of(text.encode()).children
+        for node in [each for each in functions if each.type == "function_definition"]:
+            if re.search(rb"\bchar (\*|\w+\[)", node.text or b""):
+                found.add(name_of(node.child_by_field_name("declarator")))
+    return sorted(found)
+
+
+def _asserting(name: str, text: str, sources: Sources) -> str:
+    """Return a file with what is asserted in it, and what is admitted of records."""
+    if name == "text.c":
+        return _once(text, "    uint8_t length = 0;\n", "    //@ dynamic_split length;\n")
+    if name == "settings.c":
+        kept = re.search(r"^struct kept \{\n(.*?)^\};", text, re.MULTILINE | re.DOTALL)
+        floats = re.findall(r"^    float (\w+);", kept[1] if kept else "", re.MULTILINE)
+        admits = [f"    //@ admit \\is_finite(record.kept.{each});\n" for each in floats]
+        return _once(text, "static void take_record(void)\n{\n", "".join(admits))
+    if name == "gate.c":
+        text = _once(text, _line(text, "const bool healthy = "), "    //@ split healthy;\n")
+        off = {
+            each: re.search(
+                rf"pin_output_{each}_off\(void\)\n\{{\n.*?(PORT\w) (&|\|)= .*?<< (\d)",
+                sources["pins.h"], re.DOTALL,
+            )
+            for each in re.findall(r"^    output_(\w+)_tick\(\w+_permitted", text, re.MULTILINE)
+        }  # fmt: skip
+        for each, found in off.items():
+            assert found is not None, f"how is {each} switched off?"
+            on = "!=" if found[2] == "&" else "=="
+            claim = (
+                f"    const uint8_t heats_{each} = ({found[1]} & {1 << int(found[3])}u) {on} 0;\n"
+                f"    //@ assert off_{each}: healthy != 0 || heats_{each} == 0;\n"
+            )
+            text = _once(text, _line(text, f"output_{each}_tick("), claim)
+        return text
+    return re.sub(
+        r"^( +)(output_\w+_set\((loop_\w+\.duty_percent)\);)",
+        r"\1//@ assert duty: 0 <= \3 <= 100;\n\1\2", text, flags=re.MULTILINE,
+    )  # fmt: skip
+
+
+def _line(text: str, begin: str) -> str:
+    return next(f"{line}\n" for line in text.splitlines() if line.strip().startswith(begin))
+
+
+def _once(text: str, behind: str, new: str) -> str:
+    assert text.count(behind) == 1, behind
+    return text.replace(behind, behind + new)
+
+
+def _registers(mcu: str) -> tuple[dict[str, str], str]:
+    """Return the chip's registers with their bits, and an <avr/io.h> with each as a variable."""
+    said = _run(
+        ["avr-gcc", f"-mmcu={mcu}", "-dM", "-E", "-include", "avr/io.h", "-x", "c", "/dev/null"],
+        STUBS,
+    )
+    bits, lines = {}, []
+    for name, body in sorted(re.findall(r"^#define ([A-Z]\w*) (.+)$", said, re.MULTILINE)):
+        if register := re.fullmatch(r"_SFR_(?:IO|MEM)(8|16) ?\(\w+\)", body):
+            bits[name] = register[1]
+        elif NUMBER.fullmatch(body) or f"#define {body} _SFR" in said:
+            lines.append(f"#define {name} {body}")
+    del bits["ADC"]
+    lines = [f"extern {_declared(name, bits)};" for name in bits] + lines
+    lines.append("#define ADC ((uint16_t)(ADCW & 0x3FFu)) /* ten bits */")
+    head = "#ifndef STATIC_IO_H\n#define STATIC_IO_H\n#include <stdint.h>\n"
+    return bits, head + "\n".join(lines) + "\n#endif\n"
+
+
+def _declared(name: str, bits: Mapping[str, str]) -> str:
+    unknown = "" if LATCHED.match(name) else "__volatile__ "
+    return f"{unknown}uint{bits[name]}_t {name}"
+
+
+def _mask(vector: str, registers: Mapping[str, str]) -> str:
+    """Return what enables an interrupt, as C."""
+    if found := re.fullmatch(r"TIMER(\d)_COMP([A-C]?)_vect", vector):
+        register = f"TIMSK{found[1]}" if f"TIMSK{found[1]}" in registers else "TIMSK"
+        return f"{register} & (1u << OCIE{found[1]}{found[2]})"
+    if found := re.fullmatch(r"USART(\d?)_(RX|TX|UDRE)C?_vect", vector):
+        number = found[1] or ("0" if "UCSR0B" in registers else "")
+        bit = {"RX": "RXCIE", "TX": "TXCIE", "UDRE": "UDRIE"}[found[2]]
+        return f"UCSR{number}B & (1u << {bit}{number})"
+    if vector == "BADISR_vect":
+        return "1"  # whatever has no routine
+    assert vector == "ADC_vect", vector
+    return "ADCSRA & (1u << ADIE)"
+
+
+def _harness(sources: Sources, registers: Mapping[str, str]) -> str:
+    """Return the C around the firmware: registers, interrupts, and the power-up."""
+    vectors = [
+        vector
+        for text in sources.values()
+        for vector in re.findall(r"^ISR\((\w+)\)", text, re.MULTILINE)
+    ]
+    cases = "".join(
+        f"        case {number}:\n            if ({_mask(vector, registers)}) {{\n"
+        f"                {vector}();\n            }}\n            break;\n"
+        for number, vector in enumerate(vectors)
+    )
+    unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
+    variables = "".join(f"{_declared(name, registers)};\n" for name in registers)
+    routines = "".join(f"void {vector}(void);\n" for vector in vectors)
+    return f"""#include <avr/io.h>
+#include "harness.h"
+
+{variables}
+__volatile__ uint8_t unknown_byte;
+uint8_t interrupts_on;
+extern uint8_t reset_cause;
+extern uint16_t reset_hang_mark;
+{routines}int main(void);
+
+void interrupts(void)
+{{
+    interrupts_on = 0;
+    while (unknown_byte) {{
+        switch (unknown_byte) {{
+{cases}        default:
+            break;
+        }}
+    }}
+    interrupts_on = 1;
+}}
+
+void powered(void)
+{{
+    /*@ widen_hints global:"all", {STEPS}; */
+{unknown}    reset_cause = unknown_byte;
+    reset_hang_mark = (uint16_t)((uint16_t)unknown_byte << 8 | unknown_byte);
+    main();
+}}
+"""

@@ -1,0 +1,44 @@
+"""What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world.
+
+Only those are here of which it proves all. It takes minutes of a processor each.
+"""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from eva import Proof, proof_of
+from rig.specs import controller_of, sources_of
+
+ON = "    UCSR0B |= (1u << UDRIE0);\n"
+PROVEN = ("chamber", "incubator", "oven", "press")
+
+
+def proof(name: str, sources: dict[str, str], folder: Path) -> Proof:
+    assert shutil.which("frama-c"), "make setup EVIDENCE=1"
+    return proof_of(name, sources, folder)
+
+
+@pytest.mark.parametrize("name", PROVEN)
+def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
+    """And a heater is off without a permit or with a fault, and a duty is from 0 to 100 %."""
+    found = proof(name, sources_of(name), tmp_path)
+    assert found.alarms == ()
+    assert found.asserted == 2 * len(controller_of(name).loops)
+    assert found.unreached == 0
+
+
+def test_what_is_broken_is_told(tmp_path: Path) -> None:
+    """Also what only interrupts do, or only an interrupt at one place."""
+    sources = sources_of("press")
+    for file, old, new in (
+        ("serial.c", "if (sent >= size)", "if (sent > SERIAL_SIZE)"),
+        ("serial.c", ON, f"{ON}    size = (uint8_t)(size / (uint8_t)(sent == 0));\n"),
+        ("gate.c", "platen_permitted = healthy;", "platen_permitted = runs;"),
+        ("loop_platen.c", "duty_percent = algorithm_", "duty_percent = 1.01f * algorithm_"),
+    ):
+        assert sources[file].count(old) == 1, old
+        sources[file] = sources[file].replace(old, new)
+    told = proof("press", sources, tmp_path).alarms
+    for kind in ("out of bounds index", "division by zero", "'off_heater'", "'duty'"):
+        assert any(kind in alarm for alarm in told), (kind, told)
