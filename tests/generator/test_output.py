@@ -265,7 +265,7 @@ def test_the_chamber_takes_four_fifths_of_the_sketch_and_leaves_room(tmp_path: P
     that stands still trips.
     48 are for a slope to end at 0: else avr-libc's rounding of the least numbers makes the firmware
     differ from the model by which its protections are proven.
-    340 are for flipped bits: one of them cannot change latch, permits, setpoint and registers unseen.
+    340 are for flipped bits: none changes latch, permits, setpoint or registers unseen.
     """
     rules = example("chamber").controller.loops["air"].protection
     assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
