@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import modbus_of
 from heatwright.spec.adjusted import KINDS
 from heatwright.spec.commands import touched
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
 TOUCH_S = 0.1
 """Until a touch has been heard: the display's line and a tick."""
+REST_S = 1.1
+"""Longer than all keys have to be up before SELECT acknowledges."""
 HELD_S = 2.6
 """A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
 COARSE_STEPS = 10
@@ -113,10 +116,14 @@ class _AtKeys(_Unswitched):
     """Somebody at UP, DOWN and SELECT."""
 
     def begin_acknowledging(self, world: World) -> None:
+        world.run(REST_S)
         world.device.press("select")
+        world.run(PRESS_S)
+        world.device.press(None)
 
     def acknowledge(self, world: World) -> None:
-        world.press("select")
+        self.begin_acknowledging(world)
+        world.run(PRESS_S)
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
         step_k = world.site.key_step_k

@@ -22,6 +22,9 @@ from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
 
+REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
+"""SELECT acknowledges after such a rest of all keys, when it was down for so long."""
+
 
 class ReferenceDevice:
     """The control equations of all loops, with ideal timing and ideal sensors.
@@ -59,6 +62,8 @@ class ReferenceDevice:
         leads = self._keypad is not None and programmed(controller, self._keypad.loop)
         self._menu = MenuKeys() if leads else None
         self._key: str | None = None
+        self._key_us, self._now_us = 0, 0
+        self._rested = False
         self.fault_loop = ""
         """The loop in whose step the first fault was found."""
 
@@ -157,9 +162,11 @@ class ReferenceDevice:
     def press(self, key: str | None) -> None:
         """Hold a key from now on."""
         pressed = key is not None and key != self._key
-        self._key = key
-        if not pressed or self._keypad is None or (self._latch.code and key != "select"):
+        meant = self._means_select(key)
+        if self._keypad is None or not (meant if self._latch.code else pressed):
             return
+        if meant:
+            key = "select"
         operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
         if self._menu is not None and not self._latch.code:
             self._choose(self._menu.moves(key) * step_k)
@@ -175,6 +182,17 @@ class ReferenceDevice:
             operator.key_off()
         elif key == "select":
             self._latch.acknowledge()
+
+    def _means_select(self, key: str | None) -> bool:
+        """Take the key that is down from now on; tell whether a press of SELECT was meant."""
+        if key == self._key:
+            return False
+        lasted_us = self._now_us - self._key_us
+        shortest_us, longest_us = PRESS_US
+        meant = self._key == "select" and self._rested and shortest_us <= lasted_us <= longest_us
+        self._rested = self._key is None and lasted_us >= REST_US
+        self._key, self._key_us = key, self._now_us
+        return meant
 
     def _choose(self, by_k: Single) -> None:
         """Move the setpoint of a loop with programs; while one runs that is refused."""
@@ -235,6 +253,7 @@ class ReferenceDevice:
                         self._after_step(loop)
             self._due_us = min(loop.due_us for loop in loops)
         self._go(until_us)
+        self._now_us = until_us
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction (0..1) of an output since the last call."""

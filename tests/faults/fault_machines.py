@@ -136,7 +136,8 @@ MACHINES = {
     }),
     "kiln": Machine("kiln"),
     "kiln_uno": Machine(
-        "kiln_uno", only=("key_stuck", "keys_at_random", "select_stuck", "display_unplugged")
+        "kiln_uno",
+        only=("key_stuck", "keys_at_random", "select_stuck", "select_leaks", "display_unplugged"),
     ),
     "held": Machine(
         HELD,

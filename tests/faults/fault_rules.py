@@ -76,7 +76,9 @@ _PROGRAMS = _of(
     program_lags="heater_too_weak_for_program",
 )  # fmt: skip
 _OPERATORS = {
-    "lcd_keypad": _of("key_stuck keys_at_random display_unplugged", sensor_short="select_stuck"),
+    "lcd_keypad": _of(
+        "key_stuck keys_at_random display_unplugged", sensor_short="select_stuck select_leaks"
+    ),
     "gcode": _of("host_out_of_bounds host_garbled", emergency_stop="host_stop host_stop_in_flood"),
     "modbus_rtu": _of(
         "master_insists_on_heat master_out_of_bounds bus_damaged bus_of_other_format "

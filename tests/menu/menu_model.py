@@ -337,11 +337,10 @@ class Menu:
         """Do what a key does that is down for the first time, or again: coarsely after 20 times."""
         by, along = {"up": 1, "down": -1}.get(key, 0), {"right": 1, "left": -1}.get(key, 0)
         screen, steps = self._screens[self._at], 10 if repeats >= 20 else 1
-        if repeats and not by:
+        if (repeats and not by) or (self.m.fault > 0) != (key == "let go"):
             return
         if self.m.fault:
-            if key == "select":
-                self.m.tell("acknowledge", fault=0)
+            self.m.tell("acknowledge", fault=0)
         elif (along and not isinstance(screen, Edit)) or not screen.key(key, by, steps):
             screen.leave()
             self._at = (self._at + along) % len(self._screens)
@@ -349,15 +348,22 @@ class Menu:
 
 
 class Keypad:
-    """When a key counts: two samples agree; and, held for half a second, each tenth."""
+    """When a key counts: two samples agree; and, held for half a second, each tenth.
+
+    SELECT is also let go: after 9 to 201 samples of it, with at least 101 of no key before.
+    """
 
     def __init__(self) -> None:
         self._sample, self._reported, self._since, self.repeats = "", "unknown", 0, 0
+        self._alike, self._rested = 0, False
 
     def tick(self, key: str, fresh: int) -> str:
         """Take what is down by the ADC; return a key that counts now."""
         if fresh:
             before, self._sample = self._sample, key
+            if self._let_go(before, key):
+                self._since = self.repeats = 0
+                return "let go"
             if key == before != self._reported and not (self._reported == "unknown" and key):
                 self._reported, self._since, self.repeats = key, 0, 0
                 return key
@@ -369,3 +375,12 @@ class Keypad:
             return ""
         self.repeats = min(self.repeats + 1, 255)
         return self._reported
+
+    def _let_go(self, before: str, key: str) -> bool:
+        if key == before:
+            self._alike += 1
+            return False
+        meant = before == "select" and self._rested and 9 <= self._alike <= 201
+        self._rested = not before and self._alike > 100
+        self._alike = 1
+        return meant

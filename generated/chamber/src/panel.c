@@ -2,7 +2,7 @@
 /* What the display shows and the keys do (chamber.yaml:37 interfaces[0]).
  *
  * UP and DOWN move the setpoint by 10 K; DOWN at the lowest one and LEFT at any switch off, UP
- * switches on again. SELECT acknowledges a fault.
+ * switches on again. SELECT acknowledges a fault when it is let go.
  */
 #include "panel.h"
 
@@ -135,7 +135,7 @@ void panel_tick(void)
 {
     const uint8_t key = keypad_tick();
 
-    if (key == KEY_NONE || (fault.code != FAULT_NONE && key != KEY_SELECT)) {
+    if (key == KEY_NONE || (fault.code != FAULT_NONE && key != KEY_LET_GO)) {
         return; /* a setpoint that is not shown does not change */
     }
     switch (key) {
@@ -148,7 +148,7 @@ void panel_tick(void)
     case KEY_LEFT:
         switch_off();
         break;
-    case KEY_SELECT:
+    case KEY_LET_GO:
         fault_acknowledge();
         break;
     default:
