@@ -74,6 +74,7 @@ PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "kp": ("f", GAINS), "ki": ("f", GAINS), "kd": ("f", GAINS),
     "maximum_c": ("f", (1150.0, 15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1130.5, 1149.0)),
     "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + tuple(range(1, 27)) + (26,) * 9),
+    "trips": ("B", (0, 1, 2, 3)),
     "saves": ("I", COUNTS), "is_saved": ("B", (1, 1, 0)), "answer": ("B", (1, 1, 1, 0)),
     "entries_count": ("B", ()), "entries": ("72s", ()), "stored": ("", ()), "is_stored": ("3s", ()),
     "level": ("B", ()), "fresh": ("B", ()),
@@ -196,7 +197,7 @@ class Walk:
         draw = self._draw
         self._put("fault", draw.choice((0, 5, 13)))
         self._wait(draw.choice((99, 100, 101, 102, 150)), "")
-        self._wait(draw.choice((7, 8, 9, 10, 200, 201, 202)), "select", fresh=1)
+        self._wait(draw.choice((7, 8, 9, 10, 201, 202, 500, 501, 1001, 1002)), "select", fresh=1)
         self._wait_and_look()
 
     def _stir(self) -> None:

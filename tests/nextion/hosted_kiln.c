@@ -36,6 +36,9 @@ enum { BYTES_SENT_PER_TICK = 115, EEPROM_BYTES = 4096 };
 
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
+#ifdef LOCKOUT_WAIT_S
+uint16_t reset_power_mark;
+#endif
 
 static uint32_t now_ticks;
 static uint8_t eeprom[EEPROM_BYTES];

@@ -3,6 +3,7 @@
 #include "keypad.h"
 
 #include "adc.h"  /* adc_is_fresh */
+#include "config.h" /* LOCKOUT_HOLD_TICKS */
 #include "pins.h" /* pin_keypad_pull_up */
 
 /* Upper end of each key's range. Nominal ten-bit codes of the ladder: right 0, up 131, down 307,
@@ -63,10 +64,13 @@ static uint8_t let_go(uint8_t key)
     if (key == KEY_SELECT && (sampled != KEY_NONE || ticks < REST_TICKS)) {
         steady_ticks = UINT16_MAX;
     }
-    if (sampled == KEY_SELECT && ticks >= PRESS_TICKS && ticks <= LONGEST_PRESS_TICKS) {
-        return KEY_LET_GO;
+    if (sampled != KEY_SELECT) {
+        return KEY_NONE;
     }
-    return KEY_NONE;
+    if (ticks >= LOCKOUT_HOLD_TICKS && ticks <= 2u * LOCKOUT_HOLD_TICKS) {
+        return KEY_HELD;
+    }
+    return ticks >= PRESS_TICKS && ticks <= LONGEST_PRESS_TICKS ? KEY_LET_GO : KEY_NONE;
 }
 
 uint8_t keypad_tick(void)

@@ -56,6 +56,8 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     TEXT_16,
 };
 
+enum { FAULT_WORDS = 4 }; /* behind the number */
+
 static void append_celsius(char *text)
 {
     strcat_P(text, PSTR("\337C")); /* the degree sign of the display's character set */
@@ -82,6 +84,9 @@ static void show_setpoint_or_fault(void)
 
     if (fault.code != FAULT_NONE) {
         strcpy_P(text, (const char *)pgm_read_ptr(&FAULT_TEXT[fault.code - 1u]));
+        if (fault_is_locked()) {
+            strcpy_P(text + FAULT_WORDS, PSTR("HOLD SELECT"));
+        }
     } else {
         strcpy_P(text, loop_air_is_enabled() ? PSTR("Set temp ") : PSTR("OFF, UP: "));
         text_number(text + strlen(text), settings.air_setpoint_c, PANEL_SETPOINT_DECIMALS);
@@ -135,7 +140,7 @@ void panel_tick(void)
 {
     const uint8_t key = keypad_tick();
 
-    if (key == KEY_NONE || (fault.code != FAULT_NONE && key != KEY_LET_GO)) {
+    if (key == KEY_NONE || (fault.code != FAULT_NONE && key < KEY_LET_GO)) {
         return; /* a setpoint that is not shown does not change */
     }
     switch (key) {
@@ -150,6 +155,9 @@ void panel_tick(void)
         break;
     case KEY_LET_GO:
         fault_acknowledge();
+        break;
+    case KEY_HELD:
+        fault_release();
         break;
     default:
         break;

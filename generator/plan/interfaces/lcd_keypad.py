@@ -13,7 +13,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
-from heatwright.spec.commands import must_release, programmed, switched, told_elsewhere
+from heatwright.spec.commands import lockout_of, must_release, programmed, switched, told_elsewhere
 from heatwright.spec.interfaces import Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
@@ -47,6 +47,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     keypad = {
         "where": source.where,
         "shared_adc": has_sensors(controller),
+        "lockout": lockout_of(controller) is not None,
         "repeats": by_program or interface.countdown is not None,
     }
     constants = (
@@ -120,6 +121,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "numbers": adjusted.named(source, interface.loop, prefix_of(interface.loop)),
         "adjust_where": source.at("adjust").where,
         "monitors": bool(controller.monitors),
+        "lockout": lockout_of(controller) is not None,
     }
     whole = all(
         value.is_integer()
