@@ -37,13 +37,14 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
     by_keys = keypad_of(controller) is not None
     told = log["fault.time_s"].tolist() if "fault.time_s" in (log.dtype.names or ()) else None
     tape, model, steps, latched = Tape(log), Lockout(controller), 0, 0
+    locked_since_reset = False
     for row, (code, trips) in enumerate(zip(tape.fault_code, log[TRIPS].tolist(), strict=True)):
         begins, acknowledged = tape.begins[row], tape.acknowledged[row]
         steps = 1 if begins else steps + 1
         now_us = steps * period_us
         at_us = now_us if told is None else told[row] * SECOND_US
         if acknowledged and model.is_locked and not begins:
-            if not by_keys and now_us < spec.wait_s * SECOND_US:
+            if not by_keys and (locked_since_reset or now_us < spec.wait_s * SECOND_US):
                 yield Miscount(row, "locked out", "acknowledged")
             model.trips = 0
         elif acknowledged and by_keys and trips == model.counts(code):
@@ -51,8 +52,10 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
         if begins:
             model = Lockout(controller)
             model.count(code, at_us if at_us <= now_us else 0)
+            locked_since_reset = False
         elif code and (acknowledged or not latched):
             model.count(code, at_us)
+            locked_since_reset = model.is_locked
         if begins or acknowledged > bool(latched):
             model.trips = trips  # what has come and gone since is not in the log
         model.age(now_us)

@@ -143,6 +143,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         Mismatch(each.row, float(log["time_s"][each.row]), TRIPS, each.expected, each.actual)
         for each in miscounts(controller, log, name)
     ]
+    held = {*NO_MEMBERS, TRIPS, *dict(player.members)}
     first = (*counted, *(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]))
     return ReplayResult(
         ticks=len(log),
@@ -151,7 +152,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         segments=player.segments,
         restored=tuple(player.restored),
         latched=tuple(player.latched),
-        unchecked=tuple(sorted({*(log.dtype.names or ())} - {*NO_MEMBERS, TRIPS, *dict(player.members)})),
+        unchecked=tuple(sorted({*(log.dtype.names or ())} - held)),
     )
 
 

@@ -10,8 +10,9 @@ Of any other, where a rule trips, its fault has to
 4. go away when it is acknowledged then.
 
 Many are acknowledged before that, too, while the cause goes on: what follows is again for the rules
-to say; one of them again and again, until that needs a person at the machine. From each trip to its acknowledgement no heater's pin may be on for a single cycle. And no
-node of the machine may become hotter than it bears, until the heat has spread after the first trip.
+to say; one of them again and again, until that needs a person at the machine. From each trip to its
+acknowledgement no heater's pin may be on for a single cycle. And no node of the machine may become
+hotter than it bears, until the heat has spread after the first trip.
 """
 
 from __future__ import annotations

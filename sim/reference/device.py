@@ -188,7 +188,10 @@ class ReferenceDevice:
             return None
         lasted_us, meant = self._latch.now_us - self._key_us, None
         if self._key == "select" and self._rested and self._keypad is not None:
-            ways = {PRESS_US: self._latch.acknowledge, self._latch.lockout.hold_us: self._latch.release}
+            ways = {
+                PRESS_US: self._latch.acknowledge,
+                self._latch.lockout.hold_us: self._latch.release,
+            }
             found = (does for (least, most), does in ways.items() if least <= lasted_us <= most)
             meant = next(found, None)
         self._rested = self._key is None and lasted_us >= REST_US

@@ -55,7 +55,8 @@ interfaces:
 """A loop with gains, and one with a measured current and a measured response."""
 ADDRESS = 17
 LETTERS = {
-    "fault": "f", "trips": "l", "fault_temperature": "F", "fault_time": "T", "uptime": "n", "air.missing": "m",
+    "fault": "f", "trips": "l", "fault_temperature": "F", "fault_time": "T", "uptime": "n",
+    "air.missing": "m",
     "air.temperature": "t", "air.has_reading": "h", "air.reading": "r", "air.duty": "d",
     "air.setpoint_in_force": "c", "air.states": "S", "bed.states": "B", "air.tuning": "a",
     "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",

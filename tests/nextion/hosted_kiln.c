@@ -233,6 +233,9 @@ static void follow(int command, uint32_t number)
     case 'f':
         fault_trip((uint8_t)number, 20.0f);
         break;
+    case 'l':
+        fault.trips = (uint8_t)number;
+        break;
     case 'n':
         answers = number != 0;
         break;

@@ -192,7 +192,7 @@ def test_a_page_that_goes_is_told_nothing(hosted: Path) -> None:
 
 
 def test_the_list_of_faults(hosted: Path) -> None:
-    trips = [f"fault {code}; 61 s; order 16; 1 s" for code in (1, 6, *[24] * 7)]
+    trips = [f"fault {code}; 61 s; trips 0; order 16; 1 s" for code in (1, 6, *[24] * 7)]
     said = run(hosted, "1 s", *trips, "order 12; 5 ticks; page faults; 2 s")
     assert "page faults" in said.instructions
     listed = [said.shown[f"faults.l{row}.txt"] for row in range(1, 9)]

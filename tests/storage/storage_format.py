@@ -106,7 +106,8 @@ class Memory:
         self.numbers = numbers_of(controller, name)
         self._counts_trips = lockout_of(controller) is not None
         self._settings = struct.Struct(
-            f"<B4sHBB{'B' * self._counts_trips}fI" + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)
+            f"<B4sHBB{'B' * self._counts_trips}fI"
+            + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)
             + "f" * (self.has_maximum + len(self.numbers)) + "B" * self.has_type
         )  # fmt: skip
         self.settings_bytes = 2 + self._settings.size
