@@ -9,7 +9,6 @@ from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import effects, starts, tips
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.faults.world import World
 from heatwright.sim.lockouts import miscounts
 from heatwright.sim.replay import replay
 
@@ -112,7 +111,7 @@ def test_a_host_is_refused_after_three_trips_through_resets_until_the_power_was_
 
 
 def test_a_trip_that_is_long_past_counts_no_more() -> None:
-    """Each less than a minute after the one before; what is not the machine's counts for nothing."""
+    """Each less than a minute after the one before; no other rule counts."""
     both = Both(EXTRUDER)
     both.feel(COLD_C, 1.0)
     for _ in range(3):
