@@ -1,8 +1,8 @@
 """The count of trips for a lock-out, held to the model from step to step of a loop's log.
 
-What went in shows in the log: trips in the fault's code, acknowledgements in their count. One after
-which no trip counts any more was a person's, where keys are, or came after a loss of power and a
-wait. What several of them within one step, and a reset, have made of the count is taken as it is.
+What went in shows in the log: trips in the fault's code, acknowledgements in their count. One of a
+fault that is locked out was a person's, where keys are, or came after a loss of power and a wait.
+What several of them within one step, and a reset, have made of the count is taken as it is.
 """
 
 from collections.abc import Iterator
@@ -47,8 +47,6 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
             if not by_keys and (locked_since_reset or now_us < spec.wait_s * SECOND_US):
                 yield Miscount(row, "locked out", "acknowledged")
             model.trips = 0
-        elif acknowledged and by_keys and trips == model.counts(code):
-            model.trips = 0  # whoever holds SELECT may do so at any time
         if begins:
             model = Lockout(controller)
             model.count(code, at_us if at_us <= now_us else 0)

@@ -43,9 +43,10 @@ class Latch:
             loop.take_fault(EMERGENCY_STOP, ZERO)
 
     def release(self) -> None:
-        """Let a person at the machine acknowledge, whatever has tripped how often."""
-        self.lockout.trips = 0
-        self.acknowledge()
+        """Let a person at the machine end a lock-out."""
+        if self.lockout.is_locked:
+            self.lockout.trips = 0
+            self.acknowledge()
 
     def acknowledge(self) -> None:
         """Let somebody acknowledge the fault, if there is one that is not locked out."""

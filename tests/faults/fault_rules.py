@@ -100,7 +100,7 @@ def rules_of(controller: Controller) -> Rules:
     for kind in kinds:
         found |= _OPERATORS[kind]
     if kinds:
-        found |= _of("record_cut_short")
+        found |= _of("record_cut_short", rise_rate="fallen_out_insisted")
     if any(countdown_of(controller, name) for name in controller.loops):
         found |= _of("countdown_ends")
     if controller.safety.relay_feedback:

@@ -30,8 +30,10 @@ bool fault_is_locked(void)
 
 void fault_release(void)
 {
-    fault.trips = 0;
-    fault_acknowledge();
+    if (fault_is_locked()) {
+        fault.trips = 0;
+        fault_acknowledge();
+    }
 }
 
 void fault_tick(void)

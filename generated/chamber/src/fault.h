@@ -48,7 +48,7 @@ void fault_acknowledge(void);
  * machine. */
 bool fault_is_locked(void);
 
-/* A person at the machine acknowledges; trips count anew. */
+/* A person at the machine ends a lock-out: acknowledges, and trips count anew. */
 void fault_release(void);
 
 /* Once a tick: trips that are long past count no more. */
