@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.lockouts import TRIPS, miscounts
 from heatwright.sim.player import LOADED, Latched, Player, Restored
 from heatwright.sim.reference.members import Member
 from heatwright.sim.trace import StepLog
@@ -138,14 +139,20 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         for row in np.flatnonzero(_bits(expected[member]) != _bits(log[member]))
     ]
     found.sort(key=lambda item: item[0])
+    counted = [
+        Mismatch(each.row, float(log["time_s"][each.row]), TRIPS, each.expected, each.actual)
+        for each in miscounts(controller, log, name)
+    ]
+    held = {*NO_MEMBERS, TRIPS, *dict(player.members)}
+    first = (*counted, *(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]))
     return ReplayResult(
         ticks=len(log),
-        mismatches=len(found),
-        first=tuple(_mismatch(log, expected, *item) for item in found[:MOST_SHOWN]),
+        mismatches=len(found) + len(counted),
+        first=first[:MOST_SHOWN],
         segments=player.segments,
         restored=tuple(player.restored),
         latched=tuple(player.latched),
-        unchecked=tuple(sorted({*(log.dtype.names or ())} - {*NO_MEMBERS, *dict(player.members)})),
+        unchecked=tuple(sorted({*(log.dtype.names or ())} - held)),
     )
 
 

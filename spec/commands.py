@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.spec.controller import Controller
+from heatwright.spec.controller import Controller, Lockout
 from heatwright.spec.interfaces import Countdown, Gcode, LcdKeypad, ModbusRtu, Nextion
 
 
@@ -35,6 +35,12 @@ def keypad_of(controller: Controller) -> LcdKeypad | None:
     """Find the keypad of a controller, if it has one."""
     found = (each for each in controller.interfaces if isinstance(each, LcdKeypad))
     return next(found, None)
+
+
+def lockout_of(controller: Controller) -> Lockout | None:
+    """Find what repeated trips lead to: nothing if it is off, or nobody can acknowledge."""
+    ways = (keypad_of, gcode_of, modbus_of, nextion_of)
+    return controller.safety.lockout if any(way(controller) for way in ways) else None
 
 
 def commanded(controller: Controller, loop_name: str) -> bool:

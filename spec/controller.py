@@ -12,11 +12,13 @@ from heatwright.spec.base import (
     Filled,
     Model,
     Name,
+    Off,
     PinName,
     ReadOnlyDict,
     Reference,
     Temperature,
     Title,
+    WholeNumber,
 )
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.currents import CurrentSensor
@@ -65,8 +67,30 @@ class Identity(Model):
     )
 
 
+_LockoutTime = Annotated[float, Quantity(DURATION, least=1.0, most=43_200.0)]
+
+
+class Lockout(Model):
+    """After some trips, one soon after the other, only a person at the machine acknowledges."""
+
+    trips: Annotated[int, WholeNumber("a number of trips", 1, 100, 3)] = Field(
+        3, description="Trips after which nobody acknowledges from afar."
+    )
+    within_s: _LockoutTime = Field(
+        1800.0, alias="within", description="A trip that is so long past counts no more."
+    )
+    hold_s: Annotated[float, Quantity(DURATION, least=3.0, most=60.0)] = Field(
+        5.0, alias="hold", description="With keys: time for which a person holds SELECT."
+    )
+    wait_s: _LockoutTime = Field(
+        600.0,
+        alias="wait",
+        description="Without keys: time after a loss of power until somebody may acknowledge.",
+    )
+
+
 class Safety(Model):
-    """What guards the controller itself."""
+    """What guards the controller itself, and the machine from who insists."""
 
     watchdog_s: Annotated[float, Quantity(DURATION, choices=WATCHDOG_S)] = Field(
         2.0, alias="watchdog", description="Time after which a hung program is reset."
@@ -78,6 +102,11 @@ class Safety(Model):
         None,
         description="Pin at a contact of the relay that is closed to ground while the relay is "
         "open.",
+    )
+    lockout: Annotated[Lockout | None, Off] = Field(
+        DEFAULTS,
+        validate_default=True,
+        description="What repeated trips lead to, or `off`.",
     )
 
 

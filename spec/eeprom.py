@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, programmed, tunable
+from heatwright.spec.commands import limits_adjustable, lockout_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.max31856 import selectable_of
@@ -24,7 +24,7 @@ LEAST_YEARS = 10.0
 SETTINGS_SLOT_BYTES = 64
 """Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
-"""CRC, size, digest, sequence number and fault."""
+"""CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255
 """What a record can say of its own size, and count while it is written."""
 MOST_SETTINGS_SLOTS = 16
@@ -107,7 +107,10 @@ def settings_bytes(controller: Controller) -> int:
         for name, loop in controller.loops.items()
     )
     return (
-        RECORD_BYTES + kept + sum(bool(selectable_of(each)) for each in controller.sensors.values())
+        RECORD_BYTES
+        + (lockout_of(controller) is not None)
+        + kept
+        + sum(bool(selectable_of(each)) for each in controller.sensors.values())
     )
 
 

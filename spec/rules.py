@@ -222,5 +222,9 @@ _RULES = (
     ),
 )
 
+NO_LOCKOUT = ("watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost")
+"""Rules whose trips do not count for a lock-out: they are of the controller, its supply and its
+host, not of the machine, its heat and what measures it."""
+
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}
 """All rules by code, in the order of their codes."""

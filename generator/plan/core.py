@@ -9,8 +9,8 @@ from heatwright.generator.plan.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.commands import gcode_of, modbus_of
-from heatwright.spec.rules import RULES, Rule
+from heatwright.spec.commands import gcode_of, keypad_of, lockout_of, modbus_of
+from heatwright.spec.rules import NO_LOCKOUT, RULES, Rule
 from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
@@ -91,18 +91,16 @@ def start(root: Source, reset_lines: list[str]) -> Part:
     controller = root.controller
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
+    context = {
+        "reset_lines": reset_lines,
+        "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
+        "has_usb": controller.board.mcu == "atmega32u4",
+        "locks_power": lockout_of(controller) is not None and keypad_of(controller) is None,
+    }
     return Part(
         files=(
-            File("src/reset.h", "src/reset.h"),
-            File(
-                "src/reset.c",
-                "src/reset.c.j2",
-                {
-                    "reset_lines": reset_lines,
-                    "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
-                    "has_usb": controller.board.mcu == "atmega32u4",
-                },
-            ),
+            File("src/reset.h", "src/reset.h.j2", context),
+            File("src/reset.c", "src/reset.c.j2", context),
         ),
         start_calls=(
             Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
@@ -212,17 +210,61 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 def fault(root: Source, loops: list[dict[str, object]]) -> Part:
     """The latched fault and its codes."""
-    context = {"loops": loops, "rules": rules(root.controller)}
+    lockout, constants = _lockout(root)
+    context = {"loops": loops, "rules": rules(root.controller), "lockout": lockout}
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
         "with a fault latched the cooler runs: hot metal burns in a minute (ISO 13732-1)",
     )
     cooled = any(loop["cooler"] for loop in loops)
+    if cooled:
+        constants = (cooling, *constants)
     return Part(
-        groups=(Group("Faults", (cooling,)),) if cooled else (),
+        groups=(Group("Faults", constants),) if constants else (),
         files=(
             File("src/fault.h", "src/fault.h.j2", context),
             File("src/fault.c", "src/fault.c.j2", context),
         ),
+        tick_calls=(Call(Stage.STORE, "fault.h", "fault_tick();"),) if lockout else (),
     )
+
+
+def lockout_ends(controller: Controller) -> str:
+    """Say what a person at the machine does about a lock-out; "" if there is none."""
+    spec = lockout_of(controller)
+    if spec is None:
+        return ""
+    if keypad_of(controller) is not None:
+        return f"hold SELECT for {quantity(spec.hold_s, 's')}"
+    return f"switch the power off for a minute, and wait {quantity(spec.wait_s, 's')}"
+
+
+def _lockout(root: Source) -> tuple[dict[str, object] | None, tuple[Constant, ...]]:
+    """What repeated trips lead to, and its numbers."""
+    spec, at = lockout_of(root.controller), root.at("safety", "lockout")
+    if spec is None:
+        return None, ()
+    keys = keypad_of(root.controller) is not None
+    constants = [
+        at.at("trips").count("LOCKOUT_TRIPS", spec.trips, "then only a person acknowledges"),
+        at.at("within").count(
+            "LOCKOUT_WITHIN_S", int(spec.within_s), "a trip so long past counts no more"
+        ),
+    ]
+    if keys:
+        constants.append(
+            at.at("hold").count(
+                "LOCKOUT_HOLD_TICKS", ticks(spec.hold_s), f"{spec.hold_s:g} s, at most twice that"
+            )
+        )
+    else:
+        constants.append(
+            at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "after a loss of power")
+        )
+    known = [rule for rule in rules(root.controller) if rule["id"] in NO_LOCKOUT]
+    return {
+        "where": at.where,
+        "by_keys": keys,
+        "apart": [rule["macro"] for rule in known],
+    }, tuple(constants)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.core import lockout_ends, rules
 from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
@@ -15,7 +15,7 @@ from heatwright.spec.commands import told_elsewhere, tunable
 from heatwright.spec.loops import Loop
 from heatwright.spec.max31856 import TYPE_CODES, selectable_of
 
-PARTS = ("text", "run", "edit", "values")
+PARTS = ("run", "edit", "values")
 """The menu's files beside panel.c."""
 
 WIDE_C = 1000.0
@@ -48,6 +48,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules(controller),
+        "lockout": lockout_ends(controller),
         "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
         "decimals": int(loop.protection.maximum_c < WIDE_C),
         "tunable": tunable(controller, name),
@@ -62,6 +63,8 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     files = (
         *log.files,
         File("src/panel.c", "interfaces/menu.c.j2", context),
+        File("src/menu_text.h", "interfaces/menu_text.h.j2", context),
+        File("src/menu_text.c", "interfaces/menu_text.c.j2", context),
         *(
             File(f"src/menu_{part}.{end}", f"interfaces/menu_{part}.{template}", context)
             for part in PARTS

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.chips import fuses
-from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, rules
+from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends, rules
 from heatwright.generator.plan.limits import limit
 from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
@@ -20,6 +20,7 @@ from heatwright.spec.budget import budgets
 from heatwright.spec.commands import (
     gcode_of,
     keypad_of,
+    lockout_of,
     modbus_of,
     nextion_of,
     programmed,
@@ -57,7 +58,20 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "plotters": [
             each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
         ],
+        "lockout": _lockout(controller),
         "watchdog": quantity(controller.safety.watchdog_s, "s"),
+    }
+
+
+def _lockout(controller: Controller) -> dict[str, object] | None:
+    """What repeated trips lead to."""
+    lockout = lockout_of(controller)
+    if lockout is None:
+        return None
+    return {
+        "trips": lockout.trips,
+        "within": quantity(lockout.within_s, "s"),
+        "ends": lockout_ends(controller),
     }
 
 

@@ -60,7 +60,8 @@ class Fault:
     loop's heater must be off before; all_off -- and so must those of all other loops. sensor_lies
     -- whether the loop's sensor itself says what its tip does not feel; others_lie -- the other
     loops whose sensors do so, and monitors, as monitor_NAME; current_lies -- whether a sensor of a
-    current says what does not flow. again -- whether it is acknowledged while the cause goes on.
+    current says what does not flow. again -- whether it is acknowledged while the cause goes on;
+    insisted -- whether that is done at every trip, and heat asked for, until a person has to come.
     judge -- looks at the world at the end and says what is wrong, or "".
     """
 
@@ -77,6 +78,7 @@ class Fault:
     others_lie: tuple[str, ...] = ()
     current_lies: bool = False
     again: bool = False
+    insisted: bool = False
     may: tuple[str, ...] = ()
     judge: Judge = no_complaint
 

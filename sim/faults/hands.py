@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import modbus_of
 from heatwright.spec.adjusted import KINDS
-from heatwright.spec.commands import touched
+from heatwright.spec.commands import lockout_of, touched
 
 if TYPE_CHECKING:
     from heatwright.sim.faults.site import Site
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 
 TOUCH_S = 0.1
 """Until a touch has been heard: the display's line and a tick."""
+REST_S = 1.1
+"""Longer than all keys have to be up before SELECT acknowledges."""
+HOLDS = 1.2
+"""A person who is to hold SELECT holds it somewhat longer."""
 HELD_S = 2.6
 """A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
 COARSE_STEPS = 10
@@ -22,6 +27,30 @@ PAGES = 1 + len(KINDS)
 """The time's and one of each number are the most there can be beside the setpoint's."""
 OFF = ("OFF, UP: ", "Done UP: ")
 """How the display's second line begins with a loop that keys have switched off, or time."""
+
+
+def release(world: World) -> None:
+    """Acknowledge as a person at the machine does, of a fault that is locked out.
+
+    Raises LookupError when none can be.
+    """
+    lockout = lockout_of(world.site.controller)
+    if lockout is None:
+        raise LookupError("Nothing here is locked out.")
+    if world.site.has_keys:
+        hold_select(world, HOLDS * lockout.hold_s)
+        return
+    world.power_cut()
+    world.run(lockout.wait_s + 1.0)
+    world.hand.acknowledge(world)
+
+
+def hold_select(world: World, for_s: float) -> None:
+    """Let all keys rest, then hold SELECT for a time and let it go."""
+    world.run(REST_S)
+    world.device.press("select")
+    world.run(for_s)
+    world.device.press(None)
 
 
 class Hand(Protocol):
@@ -113,10 +142,11 @@ class _AtKeys(_Unswitched):
     """Somebody at UP, DOWN and SELECT."""
 
     def begin_acknowledging(self, world: World) -> None:
-        world.device.press("select")
+        hold_select(world, PRESS_S)
 
     def acknowledge(self, world: World) -> None:
-        world.press("select")
+        self.begin_acknowledging(world)
+        world.run(PRESS_S)
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
         step_k = world.site.key_step_k

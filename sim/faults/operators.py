@@ -22,6 +22,8 @@ RESYNC_S = 32.0
 FLOOD_BAUD = 115200
 FLOOD_BYTES = 100_000
 PRESSES = 60
+LEAKS_S = 60.0
+LEAK_DWELLS_S = (0.02, 0.05, 0.1, 0.3, 0.8)
 JITTER_S = 0.001
 
 
@@ -84,6 +86,29 @@ def _keys(site: Site) -> Iterator[Fault]:
     yield Fault(
         "select_stuck", lambda: starts.heating(site), cause, cure, trip=trip, sensor_lies=True
     )
+    yield Fault(
+        "select_leaks",
+        lambda: starts.heating(site),
+        _leak,
+        memory.mend_line,
+        trip=trip,
+        sensor_lies=True,
+        judge=_acknowledged_once,
+    )
+
+
+def _leak(world: World) -> None:
+    """Let SELECT and UP leak, and take the sensor away: whoever acknowledged would heat on."""
+    world.device.shield.keypad.flicker(("select", "up"), LEAK_DWELLS_S, LEAKS_S)
+    world.run(1.0)
+    memory.cut_line(world)
+    world.run(LEAKS_S)
+
+
+def _acknowledged_once(world: World) -> str:
+    """See that nothing acknowledged but the one press that was meant, at the end."""
+    times = sum(not each.code for each in world.trips.changes)
+    return "" if times <= 1 else f"the key has acknowledged {times - 1} times"
 
 
 def hold(key: str) -> Act:

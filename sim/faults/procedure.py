@@ -10,8 +10,9 @@ Of any other, where a rule trips, its fault has to
 4. go away when it is acknowledged then.
 
 Many are acknowledged before that, too, while the cause goes on: what follows is again for the rules
-to say. From each trip to its acknowledgement no heater's pin may be on for a single cycle. And no
-node of the machine may become hotter than it bears, until the heat has spread after the first trip.
+to say; one of them again and again, until that needs a person at the machine. From each trip to its
+acknowledgement no heater's pin may be on for a single cycle. And no node of the machine may become
+hotter than it bears, until the heat has spread after the first trip.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ from heatwright.sim.faults.world import Below, Spread, World
 from heatwright.sim.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
 from heatwright.spec.checks import check
+from heatwright.spec.commands import lockout_of
+from heatwright.spec.controller import Lockout
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
@@ -39,6 +42,10 @@ LATE_S = 5.0
 REST_S = 2.0
 """How long a latched fault is watched. Longer than a display needs for both lines (one cell a tick,
 after its start-up of at most ten) and an EEPROM for a record (one byte a tick)."""
+
+INSISTED_S = 900.0
+"""How long somebody acknowledges again and again, if it is not refused before."""
+REFUSED_S = 30.0
 
 SHOWN_S = 0.1
 """Longer than a gate takes to close, by far."""
@@ -138,6 +145,8 @@ class _Trial:
         latched: Change | None = self.first
         if self.fault.again and self.world.site.has_operator:
             latched = self._again()
+        if self.fault.insisted:
+            latched = self._insisted()
         if latched is None:
             latched = self._anew()
         if latched is not None:
@@ -346,6 +355,26 @@ class _Trial:
             self._holds(latched, "after it tripped again")
         return latched
 
+    def _insisted(self) -> Change | None:
+        """Acknowledge and ask for heat at each trip, until a person at the machine is needed.
+
+        Return what is latched then; None: nothing is.
+        """
+        world, lockout = self.world, lockout_of(self.world.site.controller)
+        ends_s = world.now_s + INSISTED_S
+        while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
+            if world.is_locked_out:
+                ends_s = min(ends_s, world.now_s + REFUSED_S)
+            world.insist(highest_c(world.site))
+            world.run(REST_S)
+        trips = world.trips.since(self.cause_s)
+        if lockout is not None and _goes_on(trips, lockout):
+            self._wrong(f"{len(trips)} trips were acknowledged from afar")
+        if not world.fault:
+            return None
+        self._holds(trips[-1], "when it was acknowledged again and again")
+        return trips[-1]
+
     def _clears(self) -> None:
         """Acknowledge when the cause has gone: nothing may stay, nothing may come."""
         world = self.world
@@ -356,11 +385,22 @@ class _Trial:
         world.run(REST_S + 3 * world.site.loop.period_s)
         if world.fault:
             self._wrong(f"{_name(world.fault)} is latched after its acknowledgement")
-        elif world.trips.since(since_s):
+        elif world.trips.since(max(since_s, world.trips.acknowledged_s())):
             self._wrong("it tripped again although its cause had gone")
 
 
 _is_latched = OfState(lambda now: now.fault != 0)
+
+
+def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
+    """Whether one comes behind as many as lock out, none a second within its time of the last."""
+    soon, last_s = 0, -math.inf
+    for trip in trips:
+        if soon == lockout.trips:
+            return True
+        soon = soon + 1 if trip.time_s - last_s < lockout.within_s - 1.0 else 1
+        last_s = trip.time_s
+    return False
 
 
 def _name(code: int) -> str:

@@ -10,6 +10,7 @@ from heatwright.sim.faults.effects import Feel
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.machine import room_k, watch_s
 from heatwright.sim.faults.world import Site, World
+from heatwright.spec.commands import lockout_of
 
 BEYOND_K = 3.0
 
@@ -88,3 +89,12 @@ def _fallen_out(site: Site) -> Iterator[Fault]:
         watch_s=watch_s(site),
         again=True,
     )
+    if lockout_of(site.controller) is not None:
+        yield Fault(
+            "fallen_out_insisted",
+            lambda: starts.heating(site),
+            feel(site, lambda world: effects.fallen_out(world, lag_s)),
+            mend(site),
+            watch_s=watch_s(site),
+            insisted=True,
+        )

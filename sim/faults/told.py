@@ -13,8 +13,9 @@ def complaints(world: World, code: int) -> Iterator[str]:
     """Yield who was told something else, or nothing."""
     site, rule = world.site, RULES[code]
     wanted = f"E{rule.code:02d} {rule.display}"
-    if site.has_keys and world.screen[1].rstrip() != wanted:
-        yield f"the display says {world.screen[1]!r}, not {wanted!r},"
+    shown = f"E{rule.code:02d} HOLD SELECT" if world.is_locked_out else wanted
+    if site.has_keys and world.screen[1].rstrip() != shown:
+        yield f"the display says {world.screen[1]!r}, not {shown!r},"
     if site.is_hosted and not world.device.host.texts(f"Error:{wanted}"):
         yield f"the host was not told {wanted!r},"
     if modbus_of(site.controller) is not None and not _master_knows(world, code):

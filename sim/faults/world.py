@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults.bears import bears_c
-from heatwright.sim.faults.hands import hand_of
+from heatwright.sim.faults.hands import hand_of, release
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import OfState, Site
@@ -22,7 +22,7 @@ from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.output import heater_of
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork, modbus_of
-from heatwright.spec.commands import gcode_of
+from heatwright.spec.commands import gcode_of, lockout_of
 from heatwright.spec.timers import TICK_S
 
 __all__ = [
@@ -332,17 +332,26 @@ class World:
         return ANSWER_S + ANSWER_CHARACTERS * CHARACTER_BITS / slowest
 
     def acknowledge(self) -> None:
-        """Acknowledge the latched fault, by key, touch or command.
+        """Acknowledge the latched fault, by key, touch or command; at the machine if need be.
 
         A loop that is commanded is off then, and asked for the same once more.
         """
         was_on, setpoint_c = self._switched_on, self.setpoint_c
-        self.hand.acknowledge(self)
+        if self.is_locked_out:
+            release(self)
+        else:
+            self.hand.acknowledge(self)
         if self.fault:
             return
         if was_on:
             self.switch(on=True)
         elif self.site.is_hosted and setpoint_c:
+            self.set_setpoint(setpoint_c)
+
+    def insist(self, setpoint_c: float) -> None:
+        """Acknowledge without a look at the machine, and ask for a setpoint, °C, once more."""
+        self.hand.acknowledge(self)
+        if not self.fault:
             self.set_setpoint(setpoint_c)
 
     def switch(self, *, on: bool) -> None:
@@ -380,6 +389,12 @@ class World:
     def fault(self) -> int:
         """The latched fault, 0 for none."""
         return int(self.device.read("fault.code"))
+
+    @property
+    def is_locked_out(self) -> bool:
+        """Whether the latched fault waits for a person at the machine."""
+        lockout = lockout_of(self.site.controller)
+        return lockout is not None and int(self.device.read("fault.trips")) >= lockout.trips
 
     def loop(self, member: str) -> float:
         """Return a number of the loop's state."""

@@ -79,6 +79,9 @@ void JOIN(output_, STEPPER, _halt)(void)
 
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
+#ifdef LOCKOUT_WAIT_S
+uint16_t reset_power_mark;
+#endif
 
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
@@ -241,6 +244,9 @@ void host_power_up(void)
 
 static void store(void)
 {
+#ifdef LOCKOUT_TRIPS
+    fault_tick();
+#endif
     settings_tick();
 #ifdef PROGRAMMED
     progress_tick();
@@ -321,11 +327,19 @@ static bool order(const struct host_input *asked)
 }
 #endif
 
+void host_acknowledge(void)
+{
+#ifdef LOCKOUT_TRIPS
+    fault.trips = 0;
+#endif
+    fault_acknowledge();
+}
+
 void host_set(uint8_t loop, const struct host_input *next)
 {
     loops[loop]->input = *next;
     if (next->acknowledge) {
-        fault_acknowledge();
+        host_acknowledge();
     }
     world->refused = !loops[loop]->command(next);
 #ifdef PROGRAMMED

@@ -111,6 +111,9 @@ void host_power_up(void);
 void host_tick(void);
 
 /* Put the inputs at the disposal of a loop's next step; loops count from 0. */
+/* As a person at the machine does: trips count anew. */
+void host_acknowledge(void);
+
 void host_set(uint8_t loop, const struct host_input *input);
 
 /* A loop's state structures, one behind the other: loop, guard, algorithm, fault, output, autotune,

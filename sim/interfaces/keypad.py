@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import random
+from collections.abc import Iterator, Mapping, Sequence
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.analog import millivolts
@@ -48,6 +49,19 @@ class Keypad:
         self._pending = list(self._bouncing(key))
         self.held = key
         self._set(key)
+
+    def flicker(self, keys: Sequence[str | None], dwells_s: Sequence[float], for_s: float) -> None:
+        """Leak for a time: seem to be pressed and let go at random, never as long at rest.
+
+        keys, dwells_s -- which keys it looks like, and for how long each time.
+        """
+        chance = random.Random(len(keys))  # noqa: S311 - noise, not a secret
+        cycle, self._pending = self._avr.cycle, []
+        end = cycle + round(for_s * self._avr.clock_hz)
+        while cycle < end:
+            for key in (chance.choice(keys), None):
+                self._pending.append((cycle, key))
+                cycle += round(chance.choice(dwells_s) * self._avr.clock_hz)
 
     def _bouncing(self, key: str | None) -> Iterator[tuple[int, str | None]]:
         step = round(BOUNCE_S * self._avr.clock_hz)

@@ -1,6 +1,6 @@
 """The reference model as a device: it can take the binary's place on the bench."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from heatwright.sim.reference.countdown import CountdownKeys
 from heatwright.sim.reference.display import Display
@@ -21,6 +21,9 @@ from heatwright.spec import Controller, Stepper, modbus_of, nextion_of, programm
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
+
+REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
+"""SELECT acknowledges after such a rest of all keys, when it was down for so long."""
 
 
 class ReferenceDevice:
@@ -49,7 +52,7 @@ class ReferenceDevice:
         }
         self._due_us = min(loop.due_us for loop in self._loops.values())
         self._controller = controller
-        self._latch = Latch(self._loops)
+        self._latch = Latch(controller, self._loops)
         self._driven, self._feeds = _outputs(controller)
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
         self._master = self._master_of(controller)
@@ -59,6 +62,8 @@ class ReferenceDevice:
         leads = self._keypad is not None and programmed(controller, self._keypad.loop)
         self._menu = MenuKeys() if leads else None
         self._key: str | None = None
+        self._key_us = 0
+        self._rested = False
         self.fault_loop = ""
         """The loop in whose step the first fault was found."""
 
@@ -157,11 +162,14 @@ class ReferenceDevice:
     def press(self, key: str | None) -> None:
         """Hold a key from now on."""
         pressed = key is not None and key != self._key
-        self._key = key
-        if not pressed or self._keypad is None or (self._latch.code and key != "select"):
+        meant = self._meant_by_select(key)
+        if self._latch.code and meant is not None:
+            self._pages.take("select")
+            meant()
+        if self._keypad is None or not pressed or self._latch.code:
             return
         operator, step_k = self._loops[self._keypad.loop].operator, Single(self._keypad.step_k)
-        if self._menu is not None and not self._latch.code:
+        if self._menu is not None:
             self._choose(self._menu.moves(key) * step_k)
             return
         if self._pages.take(key):
@@ -173,8 +181,22 @@ class ReferenceDevice:
             operator.change(-step_k)
         elif key == "left":
             operator.key_off()
-        elif key == "select":
-            self._latch.acknowledge()
+
+    def _meant_by_select(self, key: str | None) -> Callable[[], None] | None:
+        """Take the key that is down from now on; return what SELECT does that is let go."""
+        if key == self._key:
+            return None
+        lasted_us, meant = self._latch.now_us - self._key_us, None
+        if self._key == "select" and self._rested and self._keypad is not None:
+            ways = {
+                PRESS_US: self._latch.acknowledge,
+                self._latch.lockout.hold_us: self._latch.release,
+            }
+            found = (does for (least, most), does in ways.items() if least <= lasted_us <= most)
+            meant = next(found, None)
+        self._rested = self._key is None and lasted_us >= REST_US
+        self._key, self._key_us = key, self._latch.now_us
+        return meant
 
     def _choose(self, by_k: Single) -> None:
         """Move the setpoint of a loop with programs; while one runs that is refused."""
@@ -230,11 +252,13 @@ class ReferenceDevice:
         while (due_us := self._due_us) < until_us:
             for loop in loops:
                 while loop.due_us == due_us:
+                    self._latch.now_us = due_us
                     if loop.do():
                         self._go(due_us)
                         self._after_step(loop)
             self._due_us = min(loop.due_us for loop in loops)
         self._go(until_us)
+        self._latch.now_us = until_us
 
     def on_fraction(self, output: str) -> float:
         """Return the mean active fraction (0..1) of an output since the last call."""

@@ -98,6 +98,8 @@ def logs(controllers):
     device.advance(65.0)
     device.sense("air", 30.0)
     device.press("select")
+    device.advance(65.1)
+    device.press(None)
     device.advance(70.0)
     told = {name: modelled(name, *lines).log for name, lines in TOLD.items()}
     return {"chamber": device.steps("air")} | told

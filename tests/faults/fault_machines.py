@@ -109,7 +109,10 @@ class Machine(NamedTuple):
 MACHINES = {
     "chamber": Machine("chamber", healthy=True),
     # Its sensor cools too slowly to jump: the fall is seen at the band's lower end.
-    "pid": Machine(PID, healthy=True, otherwise={"fallen_out": "runaway_below"}),
+    "pid": Machine(
+        PID, healthy=True,
+        otherwise={"fallen_out": "runaway_below", "fallen_out_insisted": "runaway_below"},
+    ),
     # In such a window a burst costs up to 10 s of heat: full power does not do any more.
     "windowed": Machine(
         crucible("max6675").replace(
@@ -136,7 +139,8 @@ MACHINES = {
     }),
     "kiln": Machine("kiln"),
     "kiln_uno": Machine(
-        "kiln_uno", only=("key_stuck", "keys_at_random", "select_stuck", "display_unplugged")
+        "kiln_uno",
+        only=("key_stuck", "keys_at_random", "select_stuck", "select_leaks", "display_unplugged"),
     ),
     "held": Machine(
         HELD,
@@ -152,7 +156,9 @@ MACHINES = {
     # In 200 ms, too, they fall too little to jump.
     **{
         name: Machine(
-            bed(name, interface=KEYS), otherwise={"fallen_out": "heating_failed", **leaks}
+            bed(name, interface=KEYS),
+            otherwise=dict.fromkeys(("fallen_out", "fallen_out_insisted"), "heating_failed")
+            | leaks,
         )
         for name, leaks in (
             ("hotend", {}), ("frost", {"switch_leaking": "runaway_above"}), ("falling", {}),

@@ -76,7 +76,9 @@ _PROGRAMS = _of(
     program_lags="heater_too_weak_for_program",
 )  # fmt: skip
 _OPERATORS = {
-    "lcd_keypad": _of("key_stuck keys_at_random display_unplugged", sensor_short="select_stuck"),
+    "lcd_keypad": _of(
+        "key_stuck keys_at_random display_unplugged", sensor_short="select_stuck select_leaks"
+    ),
     "gcode": _of(
         "host_out_of_bounds host_garbled host_only_asks",
         emergency_stop="host_stop host_stop_in_flood", master_lost="host_lost",
@@ -101,7 +103,7 @@ def rules_of(controller: Controller) -> Rules:
     for kind in kinds:
         found |= _OPERATORS[kind]
     if kinds:
-        found |= _of("record_cut_short")
+        found |= _of("record_cut_short", rise_rate="fallen_out_insisted")
     if any(countdown_of(controller, name) for name in controller.loops):
         found |= _of("countdown_ends")
     if controller.safety.relay_feedback:

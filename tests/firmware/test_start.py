@@ -7,6 +7,7 @@ import pytest
 from rig.avr import whole
 from rig.specs import example
 
+from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.native.pins import pin_number
@@ -130,9 +131,40 @@ def test_select_held_from_the_start_acknowledges_nothing() -> None:
     assert device.shield.lcd.text[1] == "E01 NO SENSOR   "
     assert device.avr.pins.high_cycles(HEATER) == 0
     device.press(None)
-    device.advance(5.2)
+    device.advance(6.2)
     press(device, "select")
     assert device.read("fault.code") == 0
+
+
+@pytest.mark.parametrize(
+    ("moves", "meant"),
+    [
+        ("select 0.10", True), ("select 1.95", True), ("select 0.06", False), ("select 2.1", False),
+        ("up 0.1  - 1.1  select 0.1", True), ("up 0.1  - 0.9  select 0.1", False),
+        ("select 0.06  - 0.02  select 0.1", False), ("up 0.1  select 0.1", False),
+        ("select 0.06  - 0.9  select 0.1", False), ("select 0.06  - 1.1  select 0.1", True),
+        ("select 0.3  - 0.3  " * 20, True), ("select 0.05  - 0.3  " * 20, False),
+    ],
+)  # fmt: skip
+def test_select_acknowledges_when_it_is_let_go_and_was_meant(moves: str, meant: bool) -> None:
+    """Neither if it hangs nor if it flickers: nothing was down for 1 s, then it for 0.08 s to 2 s.
+
+    The model, which has no samples, agrees.
+    """
+    device, model = latched(), ReferenceDevice(CHAMBER)
+    for felt_c, until_s in ((300.0, 2.5), (ROOM_C, 5.0)):
+        model.sense("air", felt_c)
+        model.advance(until_s)
+    device.advance(5.0)
+    assert device.read("fault.code")
+    assert model.fault
+    now_s, words = 5.0, [*moves.split(), "-", "0.1"]
+    for key, for_s in zip(words[::2], words[1::2], strict=True):
+        now_s += float(for_s)
+        for each in (device, model):
+            each.press(None if key == "-" else key)
+            each.advance(now_s)
+    assert (device.read("fault.code") == 0, model.fault == 0) == (meant, meant)
 
 
 @pytest.mark.parametrize("key", ["up", "down"])

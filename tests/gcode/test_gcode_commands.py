@@ -244,6 +244,10 @@ ENDS = {
     "a fault while it waits": (
         [celsius(20), received(b"M109 S200\n"), ticks(50), fault(10), ticks(20)],
         ["Error:E10 NO HEATING (at 20.0 C): heaters are off until M999", "ok"], "200"),
+    "a fault that is locked out waits for a person": (
+        [fault(6), b"l\x03", ticks(20), *spoken("M999"), b"l\x02", *spoken("M999")],
+        ["echo:M999 refused: locked out after repeated faults; at the machine, "
+         "switch the power off for a minute, and wait 600 s", "ok", "ok"], "0"),
     "a latched fault refuses heat until acknowledged": (
         [fault(6), ticks(20), *spoken(*LATCHED)],
         [part for line in LATCHED[:4] for part in (

@@ -43,6 +43,8 @@ void fault_trip(uint8_t code, float temperature_c)
     }
 }
 
+bool fault_is_locked(void) { return fault.trips >= LOCKOUT_TRIPS; }
+
 void fault_acknowledge(void)
 {
     if (fault.code != FAULT_NONE) {
@@ -292,6 +294,7 @@ int main(void)
         case 'a': autotune_nozzle.result = next_byte(); break;
         case 'f': fault_trip(next_byte(), 20.0f); break;
         case 'k': fault_acknowledge(); break;
+        case 'l': fault.trips = next_byte(); break;
         case 'x': receive(next_byte()); break;
         default: wrong("a letter that is no command");
         }

@@ -130,7 +130,7 @@ def _run(host: Host, inputs: NDArray[Any], tripped: Sequence[int]) -> Run:
     for first, last in pairwise((0, *(each for each in tripped if each), len(inputs))):
         if first in tripped:
             host.library.fault_trip(TRIPPED_BY, TRIPPED_C)
-            host.library.fault_acknowledge()
+            host.library.host_acknowledge()
         parts.append(host.run(inputs[first:last]))
     states, counts = (np.concatenate(each) for each in zip(*parts, strict=True))
     return Run(states, counts)

@@ -131,7 +131,7 @@ class _Watched(Running):
         for line, code in ((TORN, FAN_STOPPED), (PROVES, 0)):
             self.host.world.proof_line = line
             self.ticks(LONG)
-            self.library.fault_acknowledge()
+            self.library.host_acknowledge()
             self.ticks(2 * self.period_ticks)
             if int(self.library.fault.code) != code:
                 yield f"acknowledged with line {line}: fault {self.library.fault.code}, not {code}"
@@ -141,7 +141,7 @@ class _Watched(Running):
         self.run_at(COLD_C)
         self.host.world.proof_line = TORN
         self.ticks(TWO_BYTES + self.period_ticks - TWO_BYTES % self.period_ticks)
-        self.library.fault_acknowledge()
+        self.library.host_acknowledge()
         self.ticks(self.period_ticks)
         if int(self.library.fault.code) != FAN_STOPPED:
             yield f"after {self.host.world.ticks} ticks: fault {self.library.fault.code}"

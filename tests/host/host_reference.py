@@ -15,10 +15,12 @@ from heatwright.sim.reference.course import SteadyCourse, course_of
 from heatwright.sim.reference.current import IdealSensor
 from heatwright.sim.reference.held import has_minimum
 from heatwright.sim.reference.inputs import Gains, Orders
+from heatwright.sim.reference.lockout import Lockout
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.output import pwm_period
 from heatwright.sim.reference.program_state import ProgramState
 from heatwright.spec import Controller, DigitalOutput, monitors_of
+from heatwright.spec.commands import lockout_of
 
 TICK_US = 10_000
 HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
@@ -90,7 +92,10 @@ class Way:
             sensor = controller.sensors[self._current.sensor]
             self._sensor, self._taken = IdealSensor(sensor, controller.board), 0
             self._due_a = output.power_w / output.supply_v / 100
+        self._lockout = Lockout(controller)
+        self._locks_out = lockout_of(controller) is not None
         if restored is not None:
+            self._lockout.count(restored.fault_code, 0)
             self._reference.restore(restored.fault_code, restored.fault_c)
             self._time_s = restored.fault_s
             self._commands.restore(*restored[:4])
@@ -130,7 +135,8 @@ class Way:
     @property
     def members(self) -> list[str]:
         told = [STATE if self._commands.switched else READY] * self._commands.commanded
-        return [*(name for name, _ in self._reference.members), "fault.time_s", *told]
+        own = ["fault.time_s", *["fault.trips"] * self._locks_out]
+        return [*(name for name, _ in self._reference.members), *own, *told]
 
     def trip_and_acknowledge(self) -> None:
         """Between two steps, faster than either sees it."""
@@ -140,6 +146,7 @@ class Way:
 
     def acknowledge(self) -> None:
         """A loop that people or hosts command keeps its gate closed until its next step."""
+        self._lockout.trips = 0  # a person at the machine
         self._commands.acknowledge()
         self._closed = self._closed and self._commands.commanded
 
@@ -157,6 +164,7 @@ class Way:
 
     def _note_fault(self) -> None:
         self._time_s, self._closed = self.now_us // 1_000_000, True
+        self._lockout.count(self._reference.fault_code, self.now_us)
 
     def give(
         self, number: int, row: Any, ways: Mapping[str, "Way"] | None = None
@@ -198,7 +206,9 @@ class Way:
         self._closed = bool(record["fault.code"])
         if record["fault.code"] != code:
             self._note_fault()
-        return (*record.values(), self._time_s, *self._told(record))
+        self._lockout.age(self.now_us - TICK_US)
+        own = (self._time_s, *[self._lockout.trips] * self._locks_out)
+        return (*record.values(), *own, *self._told(record))
 
     def _orders(self, row: Any) -> Orders:
         silence = self._silence_ticks

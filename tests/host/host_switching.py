@@ -72,7 +72,7 @@ class _Switching(Running):
 
     def _trip_and_acknowledge(self) -> None:
         self._trip()
-        self.library.fault_acknowledge()
+        self.library.host_acknowledge()
 
     def _off_and_on(self) -> None:
         self.library.loop_air_disable()

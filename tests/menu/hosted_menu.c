@@ -44,7 +44,7 @@ static const struct {
     AT(program.energy), AT(loop_chamber.temperature_c), AT(loop_chamber.has_reading), AT(is_on),
     AT(settings.chamber_setpoint_c), AT(settings.chamber_kp), AT(settings.chamber_ki),
     AT(settings.chamber_kd), AT(settings.chamber_maximum_c), AT(settings.chamber_thermocouple),
-    AT(fault.code), AT(saves), AT(is_saved), AT(answer), AT(entries_count), AT(entries), AT(stored),
+    AT(fault.code), AT(fault.trips), AT(saves), AT(is_saved), AT(answer), AT(entries_count), AT(entries), AT(stored),
     AT(is_stored), AT(level), AT(fresh),
 };
 
@@ -77,6 +77,8 @@ TAKES(guard_chamber_set_maximum, float, "maximum %.9g", settings.chamber_maximum
 TAKES(sensor_chamber_choose, uint8_t, "type %u", settings.chamber_thermocouple)
 
 void fault_acknowledge(void) { fault.code = TOLD("acknowledge\n") ? FAULT_NONE : fault.code; }
+void fault_release(void) { fault.code = TOLD("release\n") ? FAULT_NONE : fault.code; }
+bool fault_is_locked(void) { return fault.trips >= LOCKOUT_TRIPS; }
 uint32_t progress_saves(void) { return saves; }
 bool loop_chamber_is_enabled(void) { return is_on; }
 bool loop_chamber_enable(void) { return TOLD("on\n") && (is_on = true); }

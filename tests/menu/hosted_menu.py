@@ -74,6 +74,7 @@ PLACES: dict[str, tuple[str, tuple[Any, ...]]] = {
     "kp": ("f", GAINS), "ki": ("f", GAINS), "kd": ("f", GAINS),
     "maximum_c": ("f", (1150.0, 15.0, 16.0, 18.0, 34.0, 36.0, 500.0, 1130.5, 1149.0)),
     "type": ("B", (3, 0, 4, 6)), "fault": ("B", (0,) * 60 + (*range(1, 27), 255) + (26,) * 8),
+    "trips": ("B", (0, 1, 2, 3)),
     "saves": ("I", COUNTS), "is_saved": ("B", (1, 1, 0)), "answer": ("B", (1, 1, 1, 0)),
     "entries_count": ("B", ()), "entries": ("72s", ()), "stored": ("", ()), "is_stored": ("3s", ()),
     "level": ("B", ()), "fresh": ("B", ()),
@@ -113,9 +114,10 @@ class Walk:
         self._wait(40, "")
         self._press(*self._way)
         self._stir()
-        acts = self._tap, self._stir, self._hold, self._leave, self._upset, self._keep, self._mean
+        acts = (self._tap, self._stir, self._hold, self._leave, self._upset, self._keep,
+                self._mean, self._acknowledge)  # fmt: skip
         for _ in range(40):
-            self._draw.choices(acts, (70, 12, 20, 4, 1, 10 * len(self._way), 6))[0]()
+            self._draw.choices(acts, (70, 12, 20, 4, 1, 10 * len(self._way), 6, 6))[0]()
 
     def _put(self, name: str, value: Any) -> None:
         self.script += placed(name, value)
@@ -189,6 +191,14 @@ class Walk:
         self._put("is_saved", self._draw.choice((0, 1)))
         self._refresh()
         self._press("select")
+
+    def _acknowledge(self) -> None:
+        """Press SELECT as it is meant, or nearly so."""
+        draw = self._draw
+        self._put("fault", draw.choice((0, 5, 13)))
+        self._wait(draw.choice((99, 100, 101, 102, 150)), "")
+        self._wait(draw.choice((7, 8, 9, 10, 201, 202, 500, 501, 1001, 1002)), "select", fresh=1)
+        self._wait_and_look()
 
     def _stir(self) -> None:
         """Make another machine of it, which is shown at once, or when a key counts."""

@@ -25,6 +25,8 @@ ENDED = ("off", "finished", "stopped", "ended by fault", "power cut: cold", "pow
 VALUES = {"Setpoint": "setpoint_c", "Hold setpoint?": "is_on", "Kp %/K": "kp", "Ki %/(Ks)": "ki",
           "Kd %s/K": "kd", "Trips at": "maximum_c", "Thermocouple": "type", "Energy": "",
           "EEPROM saves": "", "Faults so far": ""}  # fmt: skip
+LET_GO = {range(9, 202): "let go", range(501, 1002): "held"}
+"""What SELECT meant, by the samples of it: a press, or 5 s as the lock-out asks for."""
 Lines = tuple[str, str]
 
 
@@ -332,18 +334,18 @@ class Menu:
         if self.m.fault:
             second = "E?? NO SUCH CODE"  # damaged memory
             if self.m.fault <= len(FAULTS):
-                second = f"E{self.m.fault:02} {FAULTS[self.m.fault - 1]}"
+                words = "HOLD SELECT" if self.m.trips >= 3 else FAULTS[self.m.fault - 1]
+                second = f"E{self.m.fault:02} {words}"
         self.shown = f"{first:16.16}", f"{second:16.16}"
 
     def press(self, key: str, repeats: int) -> None:
         """Do what a key does that is down for the first time, or again: coarsely after 20 times."""
         by, along = {"up": 1, "down": -1}.get(key, 0), {"right": 1, "left": -1}.get(key, 0)
         screen, steps = self._screens[self._at], 10 if repeats >= 20 else 1
-        if repeats and not by:
+        if (repeats and not by) or (self.m.fault > 0) != (key in LET_GO.values()):
             return
         if self.m.fault:
-            if key == "select":
-                self.m.tell("acknowledge", fault=0)
+            self.m.tell("release" if key == "held" else "acknowledge", fault=0)
         elif (along and not isinstance(screen, Edit)) or not screen.key(key, by, steps):
             screen.leave()
             self._at = (self._at + along) % len(self._screens)
@@ -351,15 +353,22 @@ class Menu:
 
 
 class Keypad:
-    """When a key counts: two samples agree; and, held for half a second, each tenth."""
+    """When a key counts: two samples agree; and, held for half a second, each tenth.
+
+    SELECT is also let go, with at least 101 samples of no key before it.
+    """
 
     def __init__(self) -> None:
         self._sample, self._reported, self._since, self.repeats = "", "unknown", 0, 0
+        self._alike, self._rested = 0, False
 
     def tick(self, key: str, fresh: int) -> str:
         """Take what is down by the ADC; return a key that counts now."""
         if fresh:
             before, self._sample = self._sample, key
+            if over := self._let_go(before, key):
+                self._since = self.repeats = 0
+                return over
             if key == before != self._reported and not (self._reported == "unknown" and key):
                 self._reported, self._since, self.repeats = key, 0, 0
                 return key
@@ -371,3 +380,13 @@ class Keypad:
             return ""
         self.repeats = min(self.repeats + 1, 255)
         return self._reported
+
+    def _let_go(self, before: str, key: str) -> str:
+        if key == before:
+            self._alike += 1
+            return ""
+        meant = [each for alike, each in LET_GO.items() if self._alike in alike]
+        over = meant[0] if meant and before == "select" and self._rested else ""
+        self._rested = not before and self._alike > 100
+        self._alike = 1
+        return over

@@ -55,7 +55,8 @@ interfaces:
 """A loop with gains, and one with a measured current and a measured response."""
 ADDRESS = 17
 LETTERS = {
-    "fault": "f", "fault_temperature": "F", "fault_time": "T", "uptime": "n", "air.missing": "m",
+    "fault": "f", "trips": "l", "fault_temperature": "F", "fault_time": "T", "uptime": "n",
+    "air.missing": "m",
     "air.temperature": "t", "air.has_reading": "h", "air.reading": "r", "air.duty": "d",
     "air.setpoint_in_force": "c", "air.states": "S", "bed.states": "B", "air.tuning": "a",
     "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",
@@ -112,14 +113,14 @@ READ_ALL = [
     )
 ]  # fmt: skip
 WORLDS: tuple[dict[str, float], ...] = (
-    {},
+    {"trips": 0},
     {"air.has_reading": 1, "air.temperature": 21.25, "air.duty": 37.5, "air.setpoint_in_force": 20,
      "air.states": 3, "bed.states": 1, "uptime": 70000, "bed.current": 3.456},
     {"air.temperature": -12.36, "air.missing": 1, "air.reading": 17, "air.duty": 100,
      "air.setpoint_in_force": -5, "air.states": 2, "air.tuning": 3, "bed.current": -0.5,
-     "bed.has_reading": 1, "bed.temperature": 55.55, "bed.missing": 3},
+     "bed.has_reading": 1, "bed.temperature": 55.55, "bed.missing": 3, "trips": 3},
     {"air.missing": 0, "air.temperature": 4000, "fault_temperature": -4000, "fault_time": 100000,
-     "uptime": 262144, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0,
+     "uptime": 262144, "trips": 2, "bed.states": 12, "bed.current": 0.125, "bed.missing": 0,
      "bed.responses": 255, "bed.settling_time": 70000.5, "bed.overshoot": 2.25},
     {"air.temperature": 20.05, "air.states": 13, "uptime": 5, "fault_temperature": 285.44,
      "bed.current": 400, "bed.temperature": 0.06, "bed.missing": 1, "bed.responses": 1,

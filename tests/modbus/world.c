@@ -91,6 +91,8 @@ LOOP(bed, BED)
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void) { return now_s; }
 
+bool fault_is_locked(void) { return fault.trips >= LOCKOUT_TRIPS; }
+
 void fault_acknowledge(void)
 {
     if (fault.code != FAULT_NONE) {
@@ -240,6 +242,7 @@ static void set(uint8_t what)
 
     switch (what) {
     case 'f': fault.code = (uint8_t)value; break;
+    case 'l': fault.trips = (uint8_t)value; break;
     case 'F': fault.temperature_c = value; break;
     case 'T': fault.time_s = (uint32_t)value; break;
     case 'n': now_s = (uint32_t)value; break;

@@ -3,10 +3,11 @@
  * The script holds commands, each a letter and a number of 32 bits: 'r', a count, and bytes to
  * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
- * 'f', a fault's code; 'n', whether the sensor answers; 'p', to forget the gains that are not kept;
- * 'w', what the clock shows in seconds; 'm', what a program's clocks show; 's', the count of control
- * steps; 'a', whether the display answers when it is asked for its page. Each '?' writes `=`, the state as a line of words; each instruction that is sent is written
- * as `>`, the tick, the divisor of the line, itself, a new line.
+ * 'f', a fault's code; 'l', how many trips count; 'n', whether the sensor answers; 'p', to forget the
+ * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show;
+ * 's', the count of control steps; 'a', whether the display answers when it is asked for its page.
+ * Each '?' writes `=`, the state as a line of words; each instruction that is sent is written as `>`,
+ * the tick, the divisor of the line, itself, a new line.
  */
 #undef _FORTIFY_SOURCE /* it is the firmware that is watched: a world restores all memory */
 #include "script.h"
@@ -36,6 +37,9 @@ enum { BYTES_SENT_PER_TICK = 115, EEPROM_BYTES = 4096 };
 
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
+#ifdef LOCKOUT_WAIT_S
+uint16_t reset_power_mark;
+#endif
 
 static uint32_t now_ticks;
 static uint8_t eeprom[EEPROM_BYTES];
@@ -229,6 +233,9 @@ static void follow(int command, uint32_t number)
         break;
     case 'f':
         fault_trip((uint8_t)number, 20.0f);
+        break;
+    case 'l':
+        fault.trips = (uint8_t)number;
         break;
     case 'n':
         answers = number != 0;

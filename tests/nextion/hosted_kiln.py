@@ -89,7 +89,7 @@ def flooded(data: bytes, per_tick: int = 115) -> bytes:
     return b"".join(received(part) + command("t", 1) for part in parts)
 
 
-LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "answers": "n", "clock": "w",
+LETTERS = {"ticks": "t", "celsius": "c", "fault": "f", "trips": "l", "answers": "n", "clock": "w",
            "passed": "m", "steps": "s", "look": "?", "forget": "p",
            "display": "a"}  # fmt: skip
 ANSWERS = {"started": b"\0\0\0\xff\xff\xff\x88\xff\xff\xff", "lost": b"\x24\xff\xff\xff"}

@@ -114,6 +114,9 @@ LINES = {
     "a fault is acknowledged": (
         ["2 s; fault 24; order 16; 2 s; look; order 2 1; 2 s"], "fault acks on", ["0 1 0", "0 1 1"],
     ),
+    "a fault that is locked out waits for a person": (
+        ["2 s; trips 2; fault 24; order 16; 2 s; look; trips 2; order 16; 2 s"],
+        "fault acks", ["24 0", "0 1"]),
     "nothing starts while a fault is latched": (
         ["2 s; fault 24; order 2 1; 2 s; look; order 8 1; 2 s; look; order 4 20; 2 s"],
         "on state mode", 3 * ["0 0 0"]),

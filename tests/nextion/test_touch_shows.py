@@ -124,7 +124,7 @@ SHOWN: dict[str, dict[str, str | int]] = {
     f"3 s; {SEEN}; page main; 3 s; order 16; 1 s": {"page main": 1},
     f"3 s; {SEEN}; page faults; 3 s; order 16; 1 s": {"page main": 0},
     # On a slow line the fault's page answers only when the main page has been ordered.
-    "3 s; fault 6; 9 ticks; order 16; 9 ticks; page fault06; 9 ticks": {'t.txt="20.0"': 0},
+    "3 s; fault 6; 9 ticks; trips 0; order 16; 9 ticks; page fault06; 9 ticks": {'t.txt="20.0"': 0},
 }  # fmt: skip
 """What happens after two seconds, and what is shown then, or how often something was told."""
 
@@ -193,13 +193,13 @@ def test_a_page_that_goes_is_told_nothing(hosted: Path) -> None:
 
 
 def test_the_list_of_faults(hosted: Path) -> None:
-    trips = [f"fault {code}; 61 s; order 16; 1 s" for code in (1, 6, *[24] * 7)]
+    trips = [f"fault {code}; 61 s; trips 0; order 16; 1 s" for code in (1, 6, *[24] * 7)]
     said = run(hosted, "1 s", *trips, "order 12; 5 ticks; page faults; 2 s")
     assert "page faults" in said.instructions
     listed = [said.shown[f"faults.l{row}.txt"] for row in range(1, 9)]
     assert listed[0] == "E24 KILN LAGS  20.0 C  0d 00:08"
     assert [line[:3] for line in listed] == ["E24"] * 7 + ["E06"]
-    trips = [f"clock {time_s}; fault 6; 9 ticks; order 16; 9 ticks" for time_s in TIMES]
+    trips = [f"clock {time_s}; fault 6; 9 ticks; trips 0; order 16; 9 ticks" for time_s in TIMES]
     said = run(hosted, "1 s", *trips, "page faults; 3 s")
     listed = [said.shown[f"faults.l{row}.txt"] for row in range(8, 0, -1)]
     assert listed == [f"E06 TOO HOT  20.0 C  {shown}" for shown in TIMES.values()]

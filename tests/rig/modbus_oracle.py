@@ -12,6 +12,8 @@ from heatwright.sim.interfaces.registers import TENTH, Register, registers
 from heatwright.spec import Controller, digest, modbus_of
 from heatwright.spec.commands import tunable
 
+LOCKED_OUT = 3
+"""Trips: the language's default."""
 BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
 WRITES = (5, 6, 15, 16, 22)
 TABLES = {1: "coil", 2: "discrete_input", 3: "holding_register", 4: "input_register"}
@@ -288,6 +290,7 @@ class Oracle:
     def _command(self, wanted: Mapping[str, bool]) -> None:
         """A command acts when it changes to 1 from a 0 that was written."""
         risen = {name for name, on in wanted.items() if on and name in self._rested}
+        check("acknowledge" not in risen or self.world.get("trips", 0) < LOCKED_OUT)
         self._orders.update(wanted)
         self._rested |= wanted.keys()
         self._rested -= {name for name, on in wanted.items() if on}

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from heatwright.sim.interfaces.modbus_frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, tunable
+from heatwright.spec.commands import limits_adjustable, lockout_of, tunable
 from heatwright.spec.eeprom import layout
 
 BLANK = 0xFF
@@ -104,8 +104,10 @@ class Memory:
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
         self.numbers = numbers_of(controller, name)
+        self._counts_trips = lockout_of(controller) is not None
         self._settings = struct.Struct(
-            "<B4sHBBfI" + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)
+            f"<B4sHBB{'B' * self._counts_trips}fI"
+            + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)
             + "f" * (self.has_maximum + len(self.numbers)) + "B" * self.has_type
         )  # fmt: skip
         self.settings_bytes = 2 + self._settings.size
@@ -125,7 +127,8 @@ class Memory:
         values = [kept.setpoint_c] * self.has_setpoint + [*kept.gains, *kept.limits]
         values += [kept.maximum_c or 0.0] * self.has_maximum + [*kept.numbers]
         values += [kept.type or 0] * self.has_type
-        body = self._settings.pack(*head, kept.code, seen, *kept[1:3], *values)
+        fault = (kept.code, seen, *[0] * self._counts_trips, *kept[1:3])
+        body = self._settings.pack(*head, *fault, *values)
         return struct.pack("<H", crc16(body)) + body
 
     def settings_in(self, image: bytes, slot: int) -> tuple[int, Settings] | None:
@@ -133,7 +136,9 @@ class Memory:
         head = struct.pack("<HB", crc16(raw[2:]), self.settings_bytes - 2) + self.digest
         if raw[:7] != head:
             return None
-        _, _, sequence, code, _, temperature_c, time_s, *kept = self._settings.unpack(raw[2:])
+        _, _, sequence, code, _, *kept = self._settings.unpack(raw[2:])
+        temperature_c, time_s = kept[self._counts_trips : self._counts_trips + 2]
+        del kept[: self._counts_trips + 2]
         setpoint_c = kept.pop(0) if self.has_setpoint else self.initial_c
         gains = tuple(kept.pop(0) for _ in range(3 * self.has_gains))
         limits = tuple(kept.pop(0) for _ in range(3 * self.has_limits))

@@ -209,7 +209,7 @@ class SettingsKept(Kept):
 
     def _trip_and_acknowledge(self) -> None:
         self.library.fault_trip(self.old.code, self.old.temperature_c)
-        self.library.fault_acknowledge()
+        self.library.host_acknowledge()
 
     def meanwhile(self) -> Iterator[str]:
         """What changes while a record is written comes into the next one."""
@@ -234,8 +234,8 @@ class SettingsKept(Kept):
         self.boot()
         latched = self.default._replace(code=self.old.code, temperature_c=self.old.temperature_c)
         yield from self.expect("latched", latched)
-        self.library.fault_acknowledge()
-        self.library.fault_acknowledge()
+        self.library.host_acknowledge()
+        self.library.host_acknowledge()
         if self.library.fault.acknowledgements != 1:
             yield "an acknowledgement of nothing counts"
         self.settle()

@@ -3,6 +3,7 @@
 #include "fault.h"
 
 #include "clock.h" /* clock_seconds */
+#include "config.h" /* LOCKOUT_* */
 #include "guard_air.h" /* guard_air_reset */
 #include "loop_air.h" /* loop_air_switch_off */
 #include "settings.h" /* settings_save, settings_save_fault */
@@ -36,6 +37,42 @@ void fault_judge(bool settings_sound, float temperature_c)
     }
 }
 
+/* Lower half of clock_seconds() at the last trip that counts; 0 from a reset on. */
+static uint16_t tripped_s;
+
+/* Those of the machine (chamber.yaml:33 safety.lockout (default)). */
+static void count(uint8_t code)
+{
+    if (code == FAULT_WATCHDOG_RESET || code == FAULT_BROWN_OUT || code == FAULT_SETTINGS_CORRUPT) {
+        return;
+    }
+    tripped_s = (uint16_t)fault.time_s;
+    fault.trips++;
+}
+
+bool fault_is_locked(void)
+{
+    return fault.trips >= LOCKOUT_TRIPS;
+}
+
+void fault_release(void)
+{
+    if (fault_is_locked()) {
+        fault.trips = 0;
+        fault_acknowledge();
+    }
+}
+
+void fault_tick(void)
+{
+    const uint16_t since_s = (uint16_t)((uint16_t)clock_seconds() - tripped_s);
+
+    if (fault.trips != 0 && fault.trips < LOCKOUT_TRIPS && since_s >= LOCKOUT_WITHIN_S) {
+        fault.trips = 0;
+        settings_save();
+    }
+}
+
 void fault_trip(uint8_t code, float temperature_c)
 {
     if (fault.code != FAULT_NONE) {
@@ -44,12 +81,13 @@ void fault_trip(uint8_t code, float temperature_c)
     set_code(code);
     fault.temperature_c = temperature_c;
     fault.time_s = clock_seconds();
+    count(code);
     settings_save_fault();
 }
 
 void fault_acknowledge(void)
 {
-    if (fault.code == FAULT_NONE) {
+    if (fault.code == FAULT_NONE || fault_is_locked()) {
         return;
     }
     set_code(FAULT_NONE);

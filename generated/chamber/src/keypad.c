@@ -3,6 +3,7 @@
 #include "keypad.h"
 
 #include "adc.h"  /* adc_is_fresh */
+#include "config.h" /* LOCKOUT_HOLD_TICKS */
 #include "pins.h" /* pin_keypad_pull_up */
 
 /* Upper end of each key's range. Nominal ten-bit codes of the ladder: right 0, up 131, down 307,
@@ -20,6 +21,11 @@ enum { KEY_UNKNOWN = 0xFF };
 
 static uint8_t sampled; /* key of the last sample */
 static uint8_t held = KEY_UNKNOWN; /* key that has been reported */
+
+/* A press of SELECT that was meant: after a rest of all keys, and neither as short as a flicker nor
+ * as long as of a key that hangs. */
+enum { REST_TICKS = 100, PRESS_TICKS = 8, LONGEST_PRESS_TICKS = 200 };
+static uint16_t steady_ticks; /* the samples have been alike for so long; at UINT16_MAX no more */
 
 void keypad_start(void)
 {
@@ -43,6 +49,30 @@ static uint8_t key_of(uint8_t level)
     return level >= RIGHT_BELOW ? KEY_UP : KEY_RIGHT;
 }
 
+/* What a press of SELECT meant, in the tick in which it is over. */
+static uint8_t let_go(uint8_t key)
+{
+    const uint16_t ticks = steady_ticks;
+
+    if (key == sampled) {
+        if (ticks != UINT16_MAX) {
+            steady_ticks++;
+        }
+        return KEY_NONE;
+    }
+    steady_ticks = 0;
+    if (key == KEY_SELECT && (sampled != KEY_NONE || ticks < REST_TICKS)) {
+        steady_ticks = UINT16_MAX;
+    }
+    if (sampled != KEY_SELECT) {
+        return KEY_NONE;
+    }
+    if (ticks >= LOCKOUT_HOLD_TICKS && ticks <= 2u * LOCKOUT_HOLD_TICKS) {
+        return KEY_HELD;
+    }
+    return ticks >= PRESS_TICKS && ticks <= LONGEST_PRESS_TICKS ? KEY_LET_GO : KEY_NONE;
+}
+
 uint8_t keypad_tick(void)
 {
     if (!adc_is_fresh()) {
@@ -50,10 +80,11 @@ uint8_t keypad_tick(void)
     }
     const uint8_t key = key_of(adc_upper_bits());
     const uint8_t before = sampled;
+    const uint8_t over = let_go(key);
 
     sampled = key;
     if (key != before || key == held || (held == KEY_UNKNOWN && key != KEY_NONE)) {
-        return KEY_NONE; /* bouncing, or nothing new */
+        return over; /* bouncing, or nothing new */
     }
     held = key;
     return key;

@@ -5,11 +5,13 @@
 
 #include <stdint.h> /* uint8_t */
 
-enum { KEY_NONE, KEY_RIGHT, KEY_UP, KEY_DOWN, KEY_LEFT, KEY_SELECT };
+enum { KEY_NONE, KEY_RIGHT, KEY_UP, KEY_DOWN, KEY_LEFT, KEY_SELECT, KEY_LET_GO, KEY_HELD };
 
 void keypad_start(void);
 
-/* Once a tick: the key that has just gone down, else KEY_NONE. */
+/* Once a tick: the key that has just gone down, else KEY_NONE.
+ * KEY_LET_GO: a press of SELECT is over that was meant, not one of a key that hangs or flickers;
+ * KEY_HELD: one as long as a lock-out asks for. */
 uint8_t keypad_tick(void);
 
 #endif

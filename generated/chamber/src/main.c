@@ -5,6 +5,7 @@
 
 #include "adc.h" /* adc_start, adc_tick */
 #include "clock.h" /* clock_wait, clock_start */
+#include "fault.h" /* fault_tick */
 #include "gate.h" /* gate_renew_main */
 #include "guard_air.h" /* guard_air_reset */
 #include "keypad.h" /* keypad_start */
@@ -45,6 +46,7 @@ static void run_tick(void)
     adc_tick();
     lcd_tick();
     plotter_tick();
+    fault_tick();
     settings_tick();
 }
 

@@ -2,7 +2,7 @@
 /* What the display shows and the keys do (chamber.yaml:37 interfaces[0]).
  *
  * UP and DOWN move the setpoint by 10 K; DOWN at the lowest one and LEFT at any switch off, UP
- * switches on again. SELECT acknowledges a fault.
+ * switches on again. SELECT acknowledges a fault when it is let go.
  */
 #include "panel.h"
 
@@ -69,6 +69,8 @@ static const char *text_of_fault(uint8_t code)
     return found ? found : PSTR("E?? NO SUCH CODE");
 }
 
+enum { FAULT_WORDS = 4 }; /* behind the number */
+
 static void append_celsius(char *text)
 {
     strcat_P(text, PSTR("\337C")); /* the degree sign of the display's character set */
@@ -95,6 +97,9 @@ static void show_setpoint_or_fault(void)
 
     if (fault.code != FAULT_NONE) {
         strcpy_P(text, text_of_fault(fault.code));
+        if (fault_is_locked()) {
+            strcpy_P(text + FAULT_WORDS, PSTR("HOLD SELECT"));
+        }
     } else {
         strcpy_P(text, loop_air_is_enabled() ? PSTR("Set temp ") : PSTR("OFF, UP: "));
         text_number(text + strlen(text), settings.air_setpoint_c, PANEL_SETPOINT_DECIMALS);
@@ -148,7 +153,7 @@ void panel_tick(void)
 {
     const uint8_t key = keypad_tick();
 
-    if (key == KEY_NONE || (fault.code != FAULT_NONE && key != KEY_SELECT)) {
+    if (key == KEY_NONE || (fault.code != FAULT_NONE && key < KEY_LET_GO)) {
         return; /* a setpoint that is not shown does not change */
     }
     switch (key) {
@@ -161,8 +166,11 @@ void panel_tick(void)
     case KEY_LEFT:
         switch_off();
         break;
-    case KEY_SELECT:
+    case KEY_LET_GO:
         fault_acknowledge();
+        break;
+    case KEY_HELD:
+        fault_release();
         break;
     default:
         break;

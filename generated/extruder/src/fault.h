@@ -39,6 +39,7 @@ enum {
 struct fault_state {
     uint8_t code;             /* FAULT_NONE or the rule that tripped */
     uint8_t acknowledgements; /* since reset, wraps */
+    uint8_t trips;            /* that count for the lock-out, one soon after the other */
     float temperature_c;      /* of the loop that tripped, 0 at start-up */
     uint32_t time_s;          /* since reset */
 };
@@ -56,7 +57,14 @@ void fault_judge(bool settings_sound, float temperature_c);
 /* Latch `code`, unless an earlier fault is still unacknowledged. */
 void fault_trip(uint8_t code, float temperature_c);
 
-/* The operator has seen the fault; every protection starts afresh. */
+/* The operator has seen the fault; every protection starts afresh. Nothing while it is locked out. */
 void fault_acknowledge(void);
+
+/* True if so many trips came one soon after the other that the fault waits for a person at the
+ * machine. */
+bool fault_is_locked(void);
+
+/* Once a tick: trips that are long past count no more. */
+void fault_tick(void);
 
 #endif

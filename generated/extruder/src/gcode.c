@@ -315,6 +315,10 @@ static void acknowledge(void)
         refuse(REFUSED_STOP);
         return;
     }
+    if (fault_is_locked()) {
+        refuse(REFUSED_LOCKED);
+        return;
+    }
     fault_acknowledge();
     fault_said = FAULT_NONE; /* if it trips again at once, that is news */
 }

@@ -136,7 +136,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 3ef4bb5b\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec ec21aac4\n"));
 }
 
 static bool latched_fault(void)
@@ -243,6 +243,8 @@ static const char *reason(void)
         return PSTR(" refused: acknowledge the fault with M999\n");
     case REFUSED_STOP:
         return PSTR(" refused: M112 came after it\n");
+    case REFUSED_LOCKED:
+        return PSTR(" refused: locked out after repeated faults; at the machine, switch the power off for a minute, and wait 600 s\n");
     case REFUSED_UNABLE:
         return PSTR(" refused: this loop has no such control\n");
     case REFUSED_HEATER:
@@ -297,7 +299,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 3ef4bb5b PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec ec21aac4 PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -38,6 +38,7 @@ enum {
     REFUSED_LIMITS,
     REFUSED_FAULT,
     REFUSED_STOP,   /* no acknowledgement by a line from before the stop */
+    REFUSED_LOCKED, /* no acknowledgement from afar after repeated faults */
     REFUSED_UNABLE, /* this loop cannot do it */
     REFUSED_HEATER, /* none is named in a way that all hosts agree on */
     REFUSED_OFF     /* no feed while the heater is off */

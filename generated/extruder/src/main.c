@@ -5,6 +5,7 @@
 
 #include "adc.h" /* adc_start, adc_tick */
 #include "clock.h" /* clock_wait, clock_start */
+#include "fault.h" /* fault_tick */
 #include "gate.h" /* gate_renew_main */
 #include "gcode.h" /* gcode_start, gcode_tick */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
@@ -38,6 +39,7 @@ static void run_tick(void)
     gcode_tick();
     adc_tick();
     loop_nozzle_tick();
+    fault_tick();
     settings_tick();
 }
 

@@ -12,6 +12,7 @@
 
 uint8_t reset_cause __attribute__((section(".noinit")));
 volatile uint16_t reset_hang_mark __attribute__((section(".noinit")));
+uint16_t reset_power_mark __attribute__((section(".noinit")));
 
 /* .init1 runs before the stack, the zero register or any variable exists. */
 __attribute__((naked, used, section(".init1"))) static void heaters_off(void)
@@ -44,6 +45,7 @@ void reset_report(void)
 
     reset_hang_mark = 0;
     if (reset_cause & (1u << PORF)) {
+        reset_power_mark = 0; /* RAM may outlive a short loss */
         return; /* a normal power-up also sets the brown-out flag */
     }
     if (hung || (reset_cause & (1u << WDRF))) {

@@ -5,6 +5,7 @@
 
 #include "adc.h" /* adc_start, adc_tick */
 #include "clock.h" /* clock_wait, clock_start */
+#include "fault.h" /* fault_tick */
 #include "gate.h" /* gate_renew_main */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
 #include "indicators_nozzle.h" /* indicators_nozzle_start, indicators_nozzle_tick */
@@ -43,6 +44,7 @@ static void run_tick(void)
     adc_tick();
     loop_nozzle_tick();
     indicators_nozzle_tick();
+    fault_tick();
     settings_tick();
 }
 

@@ -104,15 +104,19 @@ bool map_write(uint16_t first, uint8_t count, const uint8_t *words)
 
 /* Coils of the controller act when they change from a 0 that was written to 1: one that a master
  * holds on does not acknowledge fault after fault, nor the one that is latched at the power-up. */
-static void switch_controller(uint8_t named, uint8_t on)
+static bool switch_controller(uint8_t named, uint8_t on)
 {
     const uint8_t risen = (uint8_t)(on & rested);
 
+    if ((risen & ACKNOWLEDGE) != 0 && fault_is_locked()) {
+        return false; /* it waits for a person at the machine */
+    }
     coils = (uint8_t)((coils & ~named) | on);
     rested = (uint8_t)((rested | named) & ~on);
     if ((risen & ACKNOWLEDGE) != 0) {
         fault_acknowledge();
     }
+    return true;
 }
 
 static bool switch_nozzle(uint8_t named, uint8_t on)
@@ -135,7 +139,6 @@ bool map_switch(uint16_t first, uint8_t count, uint8_t bits)
     case 1:
         return switch_nozzle(named, on);
     default:
-        switch_controller(named, on);
-        return true;
+        return switch_controller(named, on);
     }
 }

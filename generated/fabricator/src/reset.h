@@ -12,6 +12,10 @@ extern uint8_t reset_cause;
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
+/* RESET_POWER_MARK from a lock-out on, until the power goes. */
+enum { RESET_POWER_MARK = 0x3CA5 };
+extern uint16_t reset_power_mark;
+
 /* Latch a fault if the watchdog or a brown-out caused the reset. */
 void reset_report(void);
 

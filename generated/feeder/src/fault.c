@@ -3,9 +3,11 @@
 #include "fault.h"
 
 #include "clock.h" /* clock_seconds */
+#include "config.h" /* LOCKOUT_* */
 #include "gate.h" /* gate_close_* */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
 #include "loop_nozzle.h" /* loop_nozzle_set */
+#include "reset.h" /* reset_power_mark */
 #include "settings.h" /* settings_save, settings_save_fault */
 
 struct fault_state fault;
@@ -37,6 +39,38 @@ void fault_judge(bool settings_sound, float temperature_c)
     }
 }
 
+/* Lower half of clock_seconds() at the last trip that counts; 0 from a reset on. */
+static uint16_t tripped_s;
+
+/* Those of the machine (feeder.yaml:43 safety.lockout (default)). */
+static void count(uint8_t code)
+{
+    if (code == FAULT_WATCHDOG_RESET || code == FAULT_BROWN_OUT || code == FAULT_SETTINGS_CORRUPT || code == FAULT_EMERGENCY_STOP || code == FAULT_MASTER_LOST) {
+        return;
+    }
+    tripped_s = (uint16_t)fault.time_s;
+    fault.trips++;
+    if (fault.trips >= LOCKOUT_TRIPS) {
+        reset_power_mark = RESET_POWER_MARK; /* only a loss of power takes it away */
+    }
+}
+
+bool fault_is_locked(void)
+{
+    return fault.trips >= LOCKOUT_TRIPS
+        && (reset_power_mark == RESET_POWER_MARK || clock_seconds() < LOCKOUT_WAIT_S);
+}
+
+void fault_tick(void)
+{
+    const uint16_t since_s = (uint16_t)((uint16_t)clock_seconds() - tripped_s);
+
+    if (fault.trips != 0 && fault.trips < LOCKOUT_TRIPS && since_s >= LOCKOUT_WITHIN_S) {
+        fault.trips = 0;
+        settings_save();
+    }
+}
+
 void fault_trip(uint8_t code, float temperature_c)
 {
     if (fault.code != FAULT_NONE) {
@@ -45,13 +79,17 @@ void fault_trip(uint8_t code, float temperature_c)
     set_code(code);
     fault.temperature_c = temperature_c;
     fault.time_s = clock_seconds();
+    count(code);
     settings_save_fault();
 }
 
 void fault_acknowledge(void)
 {
-    if (fault.code == FAULT_NONE) {
+    if (fault.code == FAULT_NONE || fault_is_locked()) {
         return;
+    }
+    if (fault.trips >= LOCKOUT_TRIPS) {
+        fault.trips = 0; /* somebody has switched the power off, and waited */
     }
     set_code(FAULT_NONE);
     fault.acknowledgements++;

@@ -137,7 +137,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 77f2e3de\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 42a2bccb\n"));
 }
 
 static bool latched_fault(void)
@@ -244,6 +244,8 @@ static const char *reason(void)
         return PSTR(" refused: acknowledge the fault with M999\n");
     case REFUSED_STOP:
         return PSTR(" refused: M112 came after it\n");
+    case REFUSED_LOCKED:
+        return PSTR(" refused: locked out after repeated faults; at the machine, switch the power off for a minute, and wait 600 s\n");
     case REFUSED_UNABLE:
         return PSTR(" refused: this loop has no such control\n");
     case REFUSED_HEATER:
@@ -298,7 +300,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 77f2e3de PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 42a2bccb PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -4,6 +4,7 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "clock.h" /* clock_wait, clock_start */
+#include "fault.h" /* fault_tick */
 #include "fault_log.h" /* fault_log_tick */
 #include "gate.h" /* gate_renew_main */
 #include "guard_chamber.h" /* guard_chamber_reset */
@@ -46,6 +47,7 @@ static void run_tick(void)
     loop_chamber_tick();
     fault_log_tick();
     log_tick();
+    fault_tick();
     settings_tick();
     progress_tick();
     programs_tick();

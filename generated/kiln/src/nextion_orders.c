@@ -182,6 +182,9 @@ static bool do_plain(uint8_t order)
         pages_want(PAGE_FAULTS);
         return true;
     case ORDER_ACKNOWLEDGE:
+        if (fault_is_locked()) {
+            return false; /* a touch can be a panel that leaks */
+        }
         fault_acknowledge();
         return true;
     case ORDER_STOP:

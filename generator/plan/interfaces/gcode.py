@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.core import lockout_ends, rules
 from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
@@ -101,6 +101,7 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         "name": controller.identity.name,
         "digest": source.spec.digest,
         "rules": rules(controller),
+        "lockout": lockout_ends(controller),
         "served": _served(interface),
         "heaters": list(heaters.values()),
         "tools": tools,

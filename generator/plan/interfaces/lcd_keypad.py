@@ -14,6 +14,7 @@ from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
 from heatwright.spec.commands import (
+    lockout_of,
     minds_host,
     must_release,
     programmed,
@@ -53,6 +54,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     keypad = {
         "where": source.where,
         "shared_adc": has_sensors(controller),
+        "lockout": lockout_of(controller) is not None,
         "repeats": by_program or interface.countdown is not None,
     }
     constants = (
@@ -127,6 +129,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "numbers": adjusted.named(source, interface.loop, prefix_of(interface.loop)),
         "adjust_where": source.at("adjust").where,
         "monitors": bool(controller.monitors),
+        "lockout": lockout_of(controller) is not None,
     }
     whole = all(
         value.is_integer()

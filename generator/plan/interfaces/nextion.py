@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from heatwright.generator.plan.core import rules
+from heatwright.generator.plan.core import lockout_ends, rules
 from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.monitors import told
@@ -91,6 +91,7 @@ def _context(source: Source, interface: Nextion) -> dict[str, Any]:
         "loop_name": interface.loop,
         "prefix": prefix_of(interface.loop),
         "sensor": loop.sensor,
+        "lockout": lockout_ends(controller),
         "programs": programmed(controller, interface.loop),
         "monitors": bool(controller.monitors),
         "tunable": tunable(controller, interface.loop),

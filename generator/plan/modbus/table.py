@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.registers import (
     BLOCK,
@@ -30,6 +31,7 @@ def map_context(source: Source) -> dict[str, Any]:
     loops = _loops(source)
     return {
         "where": source.where,
+        "lockout": lockout_ends(source.controller),
         "block": BLOCK,
         "tables": tables,
         "sizes": {str(table["name"]): len(table["rows"]) for table in tables},

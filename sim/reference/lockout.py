@@ -1,0 +1,50 @@
+"""What repeated trips lead to (docs/control.md, "Lock-out")."""
+
+from heatwright.spec import Controller
+from heatwright.spec.commands import lockout_of
+from heatwright.spec.rules import NO_LOCKOUT, RULES
+
+SECOND_US, TICK_US = 1_000_000, 10_000
+
+
+class Lockout:
+    """Counts trips, and tells whether a fault waits for a person at the machine.
+
+    It has never lost its power: without keys nothing ends a lock-out.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        """Begin without a trip."""
+        self._spec = lockout_of(controller)
+        self._tripped_s = 0
+        self.trips = 0
+
+    @property
+    def hold_us(self) -> tuple[int, int]:
+        """For how long a person holds SELECT: from .. to, microseconds."""
+        if self._spec is None:
+            return 1, 0  # never
+        hold_us = round(self._spec.hold_s * SECOND_US)
+        return hold_us, 2 * hold_us
+
+    @property
+    def is_locked(self) -> bool:
+        """Whether nobody acknowledges from afar."""
+        return self._spec is not None and self.trips == self._spec.trips
+
+    def counts(self, code: int) -> bool:
+        """Tell whether a trip of a rule counts; 0 is none."""
+        return self._spec is not None and code > 0 and RULES[code].id not in NO_LOCKOUT
+
+    def age(self, now_us: int) -> None:
+        """Forget what is long past, behind the steps of the tick."""
+        since_s = now_us // SECOND_US - self._tripped_s
+        if self._spec is not None and not self.is_locked and since_s >= int(self._spec.within_s):
+            self.trips = 0
+
+    def count(self, code: int, now_us: int) -> None:
+        """Take a trip; all ticks before have passed."""
+        if self.counts(code):
+            self.age(now_us - TICK_US)
+            self._tripped_s = now_us // SECOND_US
+            self.trips += 1

@@ -1,0 +1,203 @@
+"""Repeated trips: on the binary, beside the model, and in the log that a replay holds to it."""
+
+import numpy as np
+import pytest
+from rig.avr import whole
+from rig.specs import changed, controller_of
+
+from heatwright.sim.bench import ReferenceDevice
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults import effects, starts, tips
+from heatwright.sim.faults.site import OfState, Site
+from heatwright.sim.lockouts import miscounts
+from heatwright.sim.replay import replay
+
+COLD_C, HOT_C, TOO_HOT_C = 20.0, 200.0, 500.0
+EXTRUDER = changed(
+    "extruder", ("watchdog: 1 s", "watchdog: 1 s\n  lockout: {within: 1 min, wait: 5 s}")
+)
+CHAMBER = changed("chamber", ("watchdog: 2 s", "watchdog: 2 s\n  lockout: {trips: 2, hold: 3 s}"))
+OFF = changed("extruder", ("watchdog: 1 s", "watchdog: 1 s\n  lockout: off"))
+
+
+class Both:
+    """The binary, and the model beside it."""
+
+    def __init__(self, spec: str) -> None:
+        self.controller = controller_of(spec)
+        self.device = AvrDevice(self.controller, whole(spec))
+        self.model = ReferenceDevice(self.controller)
+        self.sensor = next(iter(self.controller.loops.values())).sensor
+        self.now_s = 0.0
+
+    def run(self, seconds: float) -> None:
+        self.now_s += seconds
+        for each in (self.device, self.model):
+            each.advance(self.now_s)
+
+    def feel(self, celsius: float, seconds: float) -> None:
+        for each in (self.device, self.model):
+            each.sense(self.sensor, celsius)
+        self.run(seconds)
+
+    def say(self, line: str) -> None:
+        for each in (self.device, self.model):
+            each.send(line)
+        self.run(0.5)
+
+    def press(self, for_s: float, rest_s: float = 1.5) -> None:
+        for key, seconds in ((None, rest_s), ("select", for_s), (None, 0.5)):
+            for each in (self.device, self.model):
+                each.press(key)
+            self.run(seconds)
+
+    def trip(self) -> None:
+        self.feel(TOO_HOT_C, 1.5)
+        self.feel(COLD_C, 0.5)
+        assert self.latched
+
+    @property
+    def latched(self) -> bool:
+        said = int(self.device.read("fault.code"))
+        assert said == self.model.fault
+        return said != 0
+
+    @property
+    def trips(self) -> int:
+        return int(self.device.read("fault.trips"))
+
+    def counts_as_the_model(self) -> bool:
+        name = next(iter(self.controller.loops))
+        return not list(miscounts(self.controller, self.device.steps(name), name))
+
+
+def locked_out() -> Both:
+    both = Both(EXTRUDER)
+    both.feel(COLD_C, 1.0)
+    for trip in range(1, 4):
+        both.trip()
+        assert both.trips == trip
+        both.say("M999")
+        assert both.latched == (trip == 3)
+    return both
+
+
+def test_a_host_is_refused_after_three_trips_through_resets_until_the_power_was_off() -> None:
+    """A reset is no loss of power; and that has to be 5 s ago."""
+    both = locked_out()
+    device = both.device
+    told = device.host.texts("echo:M999 refused")
+    assert told == ["echo:M999 refused: locked out after repeated faults; at the machine, switch "
+                    "the power off for a minute, and wait 5 s"]  # fmt: skip
+    assert both.counts_as_the_model()
+
+    def acknowledged_at(seconds: float) -> bool:
+        device.advance(device.powered_s + seconds)
+        device.send("M999")
+        device.advance(device.powered_s + seconds + 0.5)
+        return int(device.read("fault.code")) == 0
+
+    device.avr.reset("external")
+    device.advance(device.time_s + 10.0)
+    device.send("M999")
+    device.advance(device.time_s + 1.0)
+    assert (device.read("fault.code"), device.read("fault.trips")) == (both.model.fault, 3)
+    device.power_cycle()
+    device.sense(both.sensor, COLD_C)
+    assert not acknowledged_at(4.0)
+    assert acknowledged_at(5.1)
+    assert device.read("fault.trips") == 0
+    assert both.counts_as_the_model()
+
+
+def test_a_trip_that_is_long_past_counts_no_more() -> None:
+    """Each less than a minute after the one before; no other rule counts."""
+    both = Both(EXTRUDER)
+    both.feel(COLD_C, 1.0)
+    for _ in range(3):
+        both.say("M112")
+        both.say("M999")
+    assert both.trips == 0
+    for wait_s, trips in ((50.0, 1), (50.0, 2), (62.0, 1), (1.0, 2)):
+        both.run(wait_s)
+        both.trip()
+        both.say("M999")
+        assert (both.trips, both.latched) == (trips, False)
+    assert both.counts_as_the_model()
+
+
+def test_a_count_outlives_a_loss_of_power() -> None:
+    both = Both(EXTRUDER)
+    both.feel(COLD_C, 1.0)
+    for _ in range(2):
+        both.trip()
+        both.say("M999")
+    both.run(1.0)
+    both.device.power_cycle()
+    both.device.sense(both.sensor, COLD_C)
+    both.device.advance(both.device.powered_s + 59.0)
+    assert both.trips == 2
+    both.device.advance(both.device.powered_s + 61.0)
+    assert both.trips == 0
+    both.device.advance(both.device.powered_s + 62.0)
+    both.device.power_cycle()
+    both.device.advance(both.device.powered_s + 1.0)
+    assert both.trips == 0
+    assert both.counts_as_the_model()
+
+
+@pytest.mark.parametrize(
+    ("held_s", "rest_s", "ends"),
+    [(0.1, 1.5, False), (2.9, 1.5, False), (3.1, 1.5, True), (5.9, 1.5, True), (6.2, 1.5, False),
+     (3.1, 0.0, False)],
+)  # fmt: skip
+def test_select_is_held_to_end_a_lock_out(held_s: float, rest_s: float, ends: bool) -> None:
+    both = Both(CHAMBER)
+    both.feel(COLD_C, 2.5)
+    for _ in range(2):
+        both.feel(300.0, 2.0)
+        both.feel(COLD_C, 2.0)
+        assert both.latched
+        both.press(0.1)
+    assert (both.trips, both.latched) == (2, True)
+    assert both.device.shield.lcd.text[1] == "E06 HOLD SELECT "
+    if not rest_s:
+        both.press(0.1)
+    both.press(held_s, rest_s)
+    assert both.latched != ends
+    assert both.trips == (0 if ends else 2)
+    assert both.counts_as_the_model()
+
+
+def peak_c(spec: str, for_s: float) -> float:
+    """Let a host insist while the sensor is out; return how hot the block becomes, °C."""
+    site = Site(controller_of(spec), "nozzle", whole(spec))
+    world = starts.heating(site)
+    tips.feel(site, lambda now: effects.fallen_out(now, 1.0))(world)
+    ends_s = world.now_s + for_s
+    while world.now_s < ends_s and world.until(OfState(lambda now: now.fault != 0), 60.0):
+        world.insist(HOT_C)
+        world.run(1.0)
+    return world.peaks.highest_c["block"]
+
+
+def test_who_insists_does_not_burn_the_machine() -> None:
+    """Without a lock-out the block, which bears 316 °C, becomes hotter than 500 °C."""
+    assert peak_c(OFF, 600.0) > TOO_HOT_C
+    assert peak_c("extruder", 600.0) < 285.0
+
+
+def test_a_replay_finds_a_count_that_is_wrong() -> None:
+    """One trip more or less, and an acknowledgement of what is locked out."""
+    both = locked_out()
+    log = both.device.steps("nozzle")
+    assert replay(both.controller, log).mismatches == 0
+    seen = log["fault.trips"]
+    for trips in (np.minimum(seen, 2), seen + 1, seen * 0):
+        wrong = log.copy()
+        wrong["fault.trips"] = trips
+        assert replay(both.controller, wrong).mismatches > 0
+    wrong = log.copy()
+    wrong["fault.acknowledgements"][-1] += 1
+    wrong["fault.code"][-1] = wrong["fault.trips"][-1] = 0
+    assert "locked out" in str(next(miscounts(both.controller, wrong, "nozzle")))
