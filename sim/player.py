@@ -128,17 +128,18 @@ class Player:
     def _begun_with(self, code: int, number: int) -> tuple[object, ...]:
         """Do the first step of a segment after a fault; 0 is an acknowledged one, or none.
 
-        What was acknowledged before it has gone, whichever it was.
+        What was acknowledged before it has gone, whichever it was, and with it the program that the
+        reset had brought back: the acknowledgement ends or interrupts it, not the step.
         """
         self._reference = Reference(self._controller, self._loop)
         row = self._log[number]
         acknowledged, told_c = count_in(row, ACKNOWLEDGEMENTS), Single(row["fault.temperature_c"])
-        self._acknowledge(acknowledged, told_c)
-        if code or not acknowledged:
-            self._reference.restore(code, told_c)
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)
+        self._acknowledge(acknowledged, told_c)
+        if code or not acknowledged:
+            self._reference.restore(code, told_c)
         return self._fed(number, count_in(row, STARTS), lost=False)
 
     def _passed_c(self, row: np.void) -> Single:

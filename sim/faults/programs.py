@@ -33,6 +33,7 @@ LAGS = "program_lags"
 UNDER_WAY_S = 90.0
 """So long it runs before anything happens: longer than the usual time between two saves."""
 WATCH_S = 30.0
+"""Longer than a hand needs to order something at the keys or the display."""
 FAR_K = 5.0
 """So far beyond what a resumption allows the machine cools while the power is off."""
 COOLING_S = 4 * 3600.0
@@ -75,6 +76,14 @@ def faults(site: Site) -> Iterator[Fault]:
     yield from _power_cuts(site, programs)
 
 
+def shows_s(site: Site) -> float:
+    """Return how long it takes at most until an order, or a start-up, shows in the program, s.
+
+    Only a step takes an order, one that has a reading: it may be a whole period away.
+    """
+    return WATCH_S + starts.FIRST_STEPS * site.loop.period_s
+
+
 def under_way(site: Site) -> World:
     """Begin with the first program, which has run for a while."""
     world = _started(site)
@@ -87,7 +96,7 @@ def _started(site: Site) -> World:
     world = World(site, Weather(ambient_c, ambient_c))
     starts.first_steps(world)
     world.device.program("start", 1)
-    world.until(lambda now: _program(now, "state") == RUNNING, WATCH_S)
+    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
     return world
 
 
@@ -100,7 +109,7 @@ def _failed(world: World) -> str:
     if (_program(world, "state"), _program(world, "ended")) != (IDLE, FAILED):
         return f"the program is in state {_program(world, 'state')}, not ended by the fault"
     began_s = world.now_s
-    world.run(WATCH_S)
+    world.run(shows_s(world.site))
     return "" if world.heater.last_on_s(began_s) is None else "the heater is on again"
 
 
@@ -116,7 +125,7 @@ def _kept(world: World, programs: Programs) -> str:
     if state != INTERRUPTED:
         return f"the program is in state {state}, not interrupted by the fault"
     began_s, closed = world.now_s, _relay_closed_cycles(world)
-    world.run(WATCH_S)
+    world.run(shows_s(world.site))
     if world.heater.last_on_s(began_s) is not None:
         return "the heater is on again"
     if _relay_closed_cycles(world) != closed:
@@ -125,7 +134,7 @@ def _kept(world: World, programs: Programs) -> str:
         return f"it is at {_place(world)}, and was at {place}"
     wanted = _resumes_to(world, programs.after_power_loss)
     world.device.program("resume")
-    world.until(lambda now: _program(now, "state") != INTERRUPTED, WATCH_S)
+    world.until(lambda now: _program(now, "state") != INTERRUPTED, shows_s(world.site))
     state, *now = _place(world)
     if state not in wanted:
         return f"it was resumed and is in state {state}, not one of {wanted}"
@@ -162,7 +171,7 @@ def _cut_while_latched(world: World) -> None:
     """Lose the sensor, then the power, and find the sensor well again."""
     memory.cut_line(world)
     world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
-    world.run(WATCH_S)
+    world.run(shows_s(world.site))
     memory.mend_line(world)
     world.power_cut()
 
@@ -233,7 +242,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         lambda: under_way(site),
         lambda world: world.power_cut(),
         calm=True,
-        watch_s=WATCH_S,
+        watch_s=shows_s(site),
         judge=(lambda world: _goes_on(world, programs)) if resumes else _stays_ended,
     )
     yield again
@@ -254,7 +263,7 @@ def _hot(site: Site, programs: Programs) -> World:
     world = World(site, Weather(warm_c, ambient_c))
     starts.first_steps(world)
     world.device.program("start", 1)
-    world.until(lambda now: _program(now, "state") == RUNNING, WATCH_S)
+    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
     world.run(WATCH_S)
     return world
 
@@ -262,7 +271,7 @@ def _hot(site: Site, programs: Programs) -> World:
 def _paused(site: Site) -> World:
     world = under_way(site)
     world.device.program("pause")
-    world.until(lambda now: _program(now, "state") == PAUSED, WATCH_S)
+    world.until(lambda now: _program(now, "state") == PAUSED, shows_s(site))
     world.run(LOOK_STEPS * site.loop.period_s)
     return world
 
@@ -294,7 +303,7 @@ def _goes_on(world: World, programs: Programs) -> str:
         return f"after the loss of power it is in state {state}, segment {segment}"
     run_s = _program(world, "clock") * world.site.loop.period_s
     least_s = UNDER_WAY_S - programs.save_every_s - world.site.loop.period_s
-    if not least_s <= run_s <= UNDER_WAY_S + 2 * WATCH_S:
+    if not least_s <= run_s <= UNDER_WAY_S + 2 * shows_s(world.site):
         return f"it goes on {run_s:g} s after its start"
     return _read_first(world)
 

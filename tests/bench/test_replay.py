@@ -216,6 +216,21 @@ def test_the_temperature_of_an_acknowledged_fault_outlives_a_reset(replayed, log
     assert (result.mismatches, result.segments, result.restored) == (0, 2, ())
 
 
+@pytest.mark.parametrize(
+    ("on_fault", "left"),
+    [("stop", {"program__state": 0, "program__ended": 3}), ("pause", {"program__state": 5})],
+)
+def test_an_acknowledgement_before_the_first_step_meets_the_restored_program(logs, on_fault, left):
+    """Which has not been looked at yet whether it may go on; a slow loop makes it late."""
+    kiln = example("kiln")
+    kept = kiln.programs.model_copy(update={"on_fault": on_fault})
+    restored = {"program__number": 1, "program__segment": 1, "program__segments": 4}
+    restored["program__setpoint_c"] = logs["kiln"]["setpoint_c"][0]
+    acknowledged = {"fault__temperature_c": 91.5, "fault__acknowledgements": 1}
+    row = changed(logs["kiln"][:1], 0, **restored, **acknowledged, **left)
+    assert replay(kiln.model_copy(update={"programs": kept}), row).first == ()
+
+
 def test_a_mismatch_says_what_and_where(replayed, log):
     less = np.nextafter(log["duty_percent"][10], np.float32(0))
     (found,) = replayed(changed(log, 10, duty_percent=less)).first

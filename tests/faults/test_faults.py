@@ -120,6 +120,16 @@ def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
     assert (result.detail, bool(result.rule)) == ("", True)
 
 
+@pytest.mark.parametrize(
+    "fault",
+    ["sensor_lost_in_program", "hung_in_program", "power_cut_in_program", "power_cut_in_pause"],
+)
+def test_a_program_is_looked_at_when_a_step_has_taken_what_was_ordered(fault: str) -> None:
+    """A start that no step has taken yet is not under way, and a pause makes nothing of it."""
+    faults = {each.id: each for each in catalogue(controller_of(SLOW), whole(SLOW))}
+    assert try_fault(faults[fault]).detail == ""
+
+
 def test_a_setpoint_in_tenths_stays() -> None:
     faults = {each.id: each for each in catalogue(controller_of(TENTHS), whole(TENTHS))}
     assert try_fault(faults["bus_of_other_format"]).detail == ""

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from fault_machines import faults_of, site_of
+from numpy.typing import NDArray
 from rig.analog_specs import KEYS, bed
 from rig.avr import whole
 from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, FaultResult, catalogue, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
+from heatwright.sim.faults.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.processor import hang
 from heatwright.sim.faults.records import Change, TripLog
@@ -23,6 +25,7 @@ from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather
 from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
+from heatwright.sim.trace import StepLog
 
 
 def found(spoil: Callable[[Fault], Fault] = lambda fault: fault) -> FaultResult:
@@ -193,6 +196,25 @@ def test_json() -> None:
         "heater_off_after_s": near_s(1),
         "peak": pytest.approx(65, abs=1), "passed": True, "detail": "",
     }  # fmt: skip
+
+
+def stepped(counts: NDArray[np.int64], period_s: float) -> StepLog:
+    """Steps that came a period apart, as the firmware counts them."""
+    log = np.zeros(len(counts), [("time_s", "f8"), ("steps", "u2")])
+    log["time_s"], log["steps"] = 0.1 + period_s * np.arange(len(counts)), counts % 0x10000
+    return log
+
+
+def test_steps_are_in_time_however_often_their_counter_wraps() -> None:
+    log = stepped(np.arange(1, 200_000), 0.04)
+    assert off_s(log, 0.04) < TICK_S
+    log["time_s"][150_000] += 0.05
+    assert off_s(log, 0.04) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("counts", [[1, 2, 4, 5], [1, 2, 2, 3], [7, 8, 1, 2]])
+def test_a_step_left_out_or_logged_twice_and_a_reset_are_not_in_time(counts: list[int]) -> None:
+    assert off_s(stepped(np.array(counts), 0.04), 0.04) > 0.039
 
 
 # ---- any moment of the period, also in the middle of an exchange ----
