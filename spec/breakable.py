@@ -10,7 +10,7 @@ from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
 
-_OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16)
+_OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
 """What a sensor, the limits and the processor itself can bring about in every controller."""
 
 _OF_LOOPS = {

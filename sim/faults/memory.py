@@ -1,4 +1,4 @@
-"""The EEPROM: everything damaged, one record damaged, a record cut short by a loss of power."""
+"""The EEPROM damaged, or a record of it cut short by a loss of power; a setpoint in RAM damaged."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from heatwright.sim.faults.world import STEP_S, Site, World
 
 SEED = 1
 WATCH_S = 30.0
+HIGHEST_BIT = 7
+"""Of a byte; of the third of a float it is the last of the exponent."""
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
 REST_S = 2.0
@@ -29,6 +31,12 @@ def faults(site: Site) -> Iterator[Fault]:
         lambda: starts.heating(site),
         damage,
         trip=Trip(("settings_corrupt",), start_up_s(site.controller)),
+    )
+    yield Fault(
+        "setpoint_flipped",
+        lambda: starts.heating(site),
+        flip_setpoint,
+        trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
     )
     if site.has_operator:
         yield Fault(
@@ -47,6 +55,12 @@ def damage(world: World) -> None:
     noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
     world.device.avr.eeprom.contents = noise.randbytes(world.device.avr.eeprom.size)
     world.power_cut(STEP_S)
+
+
+def flip_setpoint(world: World) -> None:
+    """Flip a bit of the setpoint in the RAM: it becomes twice as far from 0 °C, or half."""
+    place = world.device.variables[f"settings.{world.site.loop_name}_setpoint_c"]
+    world.device.avr.flip(place.address + place.size - 2, HIGHEST_BIT)
 
 
 def latched(site: Site) -> World:

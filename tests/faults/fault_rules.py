@@ -66,6 +66,7 @@ _ANY = _of(
     "small_jumps reset_button power_cut serial_flood healthy_noisy",
     under_temperature="frost", rise_rate="jump_up jump_down fallen_out", brown_out="brown_out",
     watchdog_reset="hung_main_loop hung_with_interrupts_off", settings_corrupt="eeprom_damaged",
+    memory_damaged="setpoint_flipped",
 )  # fmt: skip
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"

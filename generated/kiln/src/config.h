@@ -176,7 +176,7 @@
 /* colour of the one that runs, 16 bits */
 #define NEXTION_RUNNING 7177
 /* numbered from 0 as in the editor */
-#define NEXTION_PAGES 31u
+#define NEXTION_PAGES 32u
 /* one for each rule from here on */
 #define NEXTION_FIRST_FAULT_PAGE 11u
 /* page main */

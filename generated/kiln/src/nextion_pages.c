@@ -45,7 +45,7 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_PROGRAM_LAGS] = 28, /* fault24 */
     [FAULT_RELAY_WELDED] = 29, /* fault25 */
     [FAULT_RELAY_OPEN] = 30, /* fault26 */
-    [FAULT_MEMORY_DAMAGED] = PAGE_MAIN,
+    [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
 };
 
 uint8_t pages_shown;
