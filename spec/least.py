@@ -24,7 +24,7 @@ class Least(NamedTuple):
     ram: int
 
 
-EVERY = Least(1900, 100)
+EVERY = Least(2250, 100)
 """Clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
 """Of a loop whose gains a host or a master may set, and have stored."""

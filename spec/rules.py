@@ -218,7 +218,7 @@ _RULES = (
         "memory_damaged",
         "MEMORY BAD",
         "A byte of memory by which the heater is judged has changed by itself.",
-        "Set again what was set; if it comes again, look for disturbances, then replace the board.",
+        "Set it all again; if it comes again, replace the controller.",
     ),
 )
 

@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 50
+    WORDS_IN_ALL = 52
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -331,7 +331,9 @@ static const char WORD_45[] PROGMEM = "E23 MASTER LOST";
 static const char WORD_46[] PROGMEM = "E24 KILN LAGS";
 static const char WORD_47[] PROGMEM = "E25 RELAY WELDED";
 static const char WORD_48[] PROGMEM = "E26 RELAY OPEN";
-static const char WORD_49[] PROGMEM = "E29 MEMORY BAD";
+static const char WORD_49[] PROGMEM = "E27";
+static const char WORD_50[] PROGMEM = "E28";
+static const char WORD_51[] PROGMEM = "E29 MEMORY BAD";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -383,6 +385,8 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_47,
     WORD_48,
     WORD_49,
+    WORD_50,
+    WORD_51,
 };
 
 enum { MOST_COMPONENTS = 42 };
@@ -602,7 +606,8 @@ static int32_t number_of(uint8_t shows, uint8_t row)
 
 static void say_word(uint8_t word)
 {
-    say_words((const char *)pgm_read_ptr(&WORDS[word]));
+    /* Damaged memory may hold a fault's code that no rule has: then there is nothing to say. */
+    say_words((const char *)pgm_read_ptr(&WORDS[word < WORDS_IN_ALL ? word : WORD_OF_FAULTS]));
 }
 
 /* As it is typed: 1h05. */

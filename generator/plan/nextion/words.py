@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.core import rules
 from heatwright.spec import Controller
+from heatwright.spec.rules import RULES
 
 _OFF = (
     "off",
@@ -45,8 +46,9 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 
 
 def _faults(controller: Controller) -> list[str]:
-    """By their codes, which have no gaps."""
-    return [f"E{rule['code']:02d} {rule['display']}" for rule in rules(controller)]
+    """By their codes, from 1 on; a code that this controller has not says no more than itself."""
+    known = {rule["code"]: f" {rule['display']}" for rule in rules(controller)}
+    return [f"E{code:02d}{known.get(code, '')}" for code in range(1, max(RULES) + 1)]
 
 
 def _warnings(controller: Controller) -> tuple[str, ...]:
