@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from heatwright.sim.avr import Core
 
 
+MOST_UPSETS = 1_000_000
+
+
 @click.command(
     cls=Command,
     examples=(
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
         "heatwright verify chamber.yaml --report chamber.html",
         "heatwright verify chamber.yaml --json > evidence.json",
         "heatwright verify chamber.yaml --core simavr",
+        "heatwright verify chamber.yaml --upsets 1000",
+        "heatwright verify chamber.yaml --upsets 1 --first 380",
         "heatwright verify chamber.yaml --elf .pio/build/firmware/firmware.elf",
     ),
 )
@@ -45,8 +50,41 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Build nothing: verify this binary, built elsewhere from the sources of this spec.",
 )
+@click.option(
+    "--upsets",
+    type=click.IntRange(0, MOST_UPSETS),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Flip so many bits of RAM, registers, EEPROM and flash, one at a time, at random moments.",
+)
+@click.option(
+    "--first",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    metavar="NUMBER",
+    help="The number of the first upset: to try one again.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=1,
+    show_default=True,
+    metavar="SEED",
+    help="What the upsets are drawn from.",
+)
 @json_option
-def command(spec: Path, report: Path | None, core: Core, elf: Path | None, as_json: bool) -> int:
+def command(  # noqa: PLR0913, PLR0917 - an option each
+    spec: Path,
+    report: Path | None,
+    core: Core,
+    elf: Path | None,
+    upsets: int,
+    first: int,
+    seed: int,
+    as_json: bool,
+) -> int:
     """Prove that the firmware does what the spec says.
 
     Generates and builds the firmware, runs the unmodified binary against the simulated machine,
@@ -56,13 +94,14 @@ def command(spec: Path, report: Path | None, core: Core, elf: Path | None, as_js
     Exit status: 0 all of it holds, 1 something does not.
     """
     check_target(report, (".html",))
-    from heatwright.cli.verify.engine import verify  # noqa: PLC0415
+    from heatwright.cli.verify.engine import Upsets, verify  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
     keys = {"core": core, "elf": elf and str(elf), "passed": False}
     with told_as_json(as_json, spec, loaded, **keys), talk() as shown:
-        evidence = verify(str(spec), loaded, shown, core=core, elf=elf)
+        tried = Upsets(range(first, first + upsets), seed)
+        evidence = verify(str(spec), loaded, shown, core=core, elf=elf, upsets=tried)
     if report is not None:
         from heatwright.cli.report.verify_page import verify_page  # noqa: PLC0415
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.chain import CHAIN_BOUND_STEPS, TABLE_BOUND_STEPS, ChainError
+from heatwright.sim.faults.upsets import BAD, GUARDED, KINDS, RESULTS, Outcome
 from heatwright.sim.metrics import Metrics
 from heatwright.sim.plot_data import fault_label
 from heatwright.sim.scenario import stops, unasked
@@ -66,6 +68,24 @@ def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
         left = [name for name in result.unchecked if name not in NOT_COMPARED]
         yield Check(
             f"{loop}: variables that the model lacks", "none", ", ".join(left) or "none", not left
+        )
+
+
+def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
+    """Hold flipped bits of each kind to what they may do; tell what those do that may do all."""
+    for kind in KINDS:
+        tried = [each for each in outcomes if each.upset.kind == kind]
+        if not tried:
+            continue
+        found, guarded = Counter(each.result for each in tried), kind in GUARDED
+        told = ", ".join(f"{found[each]} {each}" for each in RESULTS if found[each])
+        if bad := [str(each.upset.number) for each in tried if each.result in BAD]:
+            told += f" (number {', '.join(bad)})"
+        yield Check(
+            f"upsets: {kind}",
+            "none heats, is too hot, forgets a fault" if guarded else "not guarded: told",
+            told,
+            not guarded or not any(found[each] for each in BAD),
         )
 
 

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.talk import Talk
-from heatwright.cli.verify.checks import build_checks, chain_checks, replay_checks, run_checks
+from heatwright.cli.verify.checks import (
+    build_checks,
+    chain_checks,
+    replay_checks,
+    run_checks,
+    upset_checks,
+)
 from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.given import given_binary
-from heatwright.cli.verify.trials import try_all
+from heatwright.cli.verify.trials import try_all, try_upsets
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.chain import chain_errors
@@ -19,12 +26,29 @@ from heatwright.sim.elf import ElfError
 from heatwright.spec import Spec
 
 
-def verify(
-    file: str, spec: Spec, shown: Talk, *, core: Core = "own", elf: Path | None = None
+class Upsets(NamedTuple):
+    """Which upsets are tried: their numbers, drawn from a seed."""
+
+    numbers: range
+    seed: int
+
+
+NO_UPSETS = Upsets(range(0), 0)
+
+
+def verify(  # noqa: PLR0913 - what is judged, and how
+    file: str,
+    spec: Spec,
+    shown: Talk,
+    *,
+    core: Core = "own",
+    elf: Path | None = None,
+    upsets: Upsets = NO_UPSETS,
 ) -> Evidence:
     """Gather and judge.
 
-    core -- whose core runs the instructions; elf -- a binary that was built elsewhere.
+    core -- whose core runs the instructions; elf -- a binary that was built elsewhere; upsets --
+    the drawn ones that are tried.
 
     Raises Refused for a spec without simulation, or a binary that is not of this spec,
     ToolMissing, BuildFailed, SimulatorMissing.
@@ -37,21 +61,29 @@ def verify(
         )
     if elf is None:
         built = build_firmware(spec, shown.begin("Building the firmware"))
-        return _gathered(file, spec, built, core, shown)
+        return _gathered(file, spec, built, core, shown, upsets)
     try:
-        return _gathered(file, spec, given_binary(spec, elf), core, shown, elf)
+        return _gathered(file, spec, given_binary(spec, elf), core, shown, upsets, elf)
     except ElfError as error:
         raise Refused(str(error)) from None
 
 
 def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
-    file: str, spec: Spec, built: BuildResult, core: Core, shown: Talk, elf: Path | None = None
+    file: str,
+    spec: Spec,
+    built: BuildResult,
+    core: Core,
+    shown: Talk,
+    upsets: Upsets,
+    elf: Path | None = None,
 ) -> Evidence:
     simulation = spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     with instructions_by(core):
         loops = closed_loop(spec.controller, built.elf, shown.begin("Simulating the closed loop"))
     chains = tuple(chain_errors(spec.controller, built.elf))
+    trials = try_all(spec.controller, built, core, shown)
+    flipped = try_upsets(spec.controller, built, core, *upsets, shown) if upsets.numbers else ()
     return Evidence(
         file=file,
         spec=spec,
@@ -65,6 +97,8 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
             *chain_checks(chains),
             *replay_checks(loops),
             *run_checks(loops, simulation),
+            *upset_checks(flipped),
         ),
-        trials=try_all(spec.controller, built, core, shown),
+        trials=trials,
+        upsets=flipped,
     )

@@ -15,6 +15,7 @@ from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core
 from heatwright.sim.chain import ChainError
+from heatwright.sim.faults.upsets import BAD, GUARDED, Outcome
 from heatwright.spec import Spec
 
 
@@ -34,6 +35,8 @@ class Evidence:
     loops: ClosedLoop
     checks: tuple[Check, ...]
     trials: Trials
+    upsets: tuple[Outcome, ...] = ()
+    """Of flipped bits, where they were asked for."""
 
     @property
     def passed(self) -> bool:
@@ -59,6 +62,11 @@ class Evidence:
                 for figure in self.trials.timing.figures.values()
                 if not figure.passed
                 for what, _, found, limit in [figure_cells(figure)]
+            ),
+            *(
+                f"{each.upset}: {each.words}"
+                for each in self.upsets
+                if each.result in BAD and each.upset.kind in GUARDED
             ),
             *(
                 f"fault {each.fault}: {each.detail}"
@@ -103,6 +111,10 @@ class Evidence:
             },
             "faults": [each.as_json() for each in self.trials.faults],
             "timing": self.trials.timing.as_json(),
+            "upsets": [
+                {**each.upset._asdict(), "result": each.result, "words": each.words}
+                for each in self.upsets
+            ],
             "speed": speed(self.loops.run),
             "passed": self.passed,
         }

@@ -12,6 +12,7 @@ from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
+from heatwright.sim.faults.upsets import Outcome, draw, try_upset
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 
@@ -50,6 +51,27 @@ def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk)
     )
     assert isinstance(timing, Timing)  # noqa: S101 - the first piece of work
     return Trials(timing, tuple(each for each in faults if isinstance(each, FaultResult)))
+
+
+def try_upsets(  # noqa: PLR0913, PLR0917 - what is tried, and on what
+    controller: Controller, built: BuildResult, core: Core, numbers: range, seed: int, shown: Talk
+) -> tuple[Outcome, ...]:
+    """Try drawn upsets of these numbers, on all cores."""
+    counter = Counter(shown.begin("Flipping bits"), len(numbers))
+    pieces = [(controller, built.elf, core, number, seed) for number in numbers]
+    return tuple(spread(_upset, pieces, [counter] * len(pieces)))
+
+
+def _upset(piece: tuple[Controller, Path, Core, int, int], _: Job) -> Outcome:
+    controller, elf, core, number, seed = piece
+    program = _program(elf)
+    with instructions_by(core):
+        return try_upset(controller, program, draw(controller, program, number, seed))
+
+
+@lru_cache(maxsize=1)
+def _program(elf: Path) -> Elf:
+    return Elf(elf)
 
 
 def _try(piece: _Piece, job: Job) -> Timing | FaultResult:

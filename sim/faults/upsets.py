@@ -22,6 +22,8 @@ from heatwright.sim.faults.world import STEP_S, World
 from heatwright.spec import Controller, starts_enabled
 
 KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
+GUARDED = ("ram", "stack", "register", "periphery", "eeprom")
+"""Of these none may be bad; what flips in the flash, and jumps, docs/safety.md lists as a risk."""
 STACK_BYTES = 64
 """Below the top of the RAM: what is in use while the program sleeps, and more."""
 PERIPHERY_START = 0x20

@@ -40,6 +40,10 @@ FAULT = {
     "heater_off_after_s": NUMBER | None,
     "peak": NUMBER, "passed": bool, "detail": str,
 }  # fmt: skip
+UPSET = {
+    "number": int, "loop": str, "state": str, "after_s": NUMBER, "kind": str, "address": int,
+    "bit": int, "result": str, "words": str,
+}  # fmt: skip
 REPLAY = {"ticks": int, "mismatches": int}
 ROWS = [
     (path.stem, algorithm)
@@ -49,7 +53,7 @@ ROWS = [
 EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
     "replay": REPLAY, "loops": {"air": {"closed_loop": CLOSED_LOOP, "replay": REPLAY}},
-    "faults": [FAULT],
+    "faults": [FAULT], "upsets": [UPSET],
     "timing": dict, "passed": bool,
     "speed": dict.fromkeys(("simulated_s", "wall_s", "awake_cycles_per_s", "cycle_ns"), NUMBER),
 }  # fmt: skip
@@ -67,8 +71,11 @@ def fits(found: Any, form: Any) -> bool:
 
 class TestVerify:
     def test_the_chamber_passes_and_its_page_tells_the_same(self, heatwright: Heatwright) -> None:
-        evidence = heatwright("verify chamber.yaml --json --report chamber.html").json
+        evidence = heatwright(
+            "verify chamber.yaml --json --report chamber.html --upsets 3 --first 40"
+        ).json
         assert fits(evidence, EVIDENCE)
+        assert [each["number"] for each in evidence["upsets"]] == [40, 41, 42]
         assert [each for each in evidence["faults"] if not each["passed"]] == []
         assert evidence["timing"]["passed"] is True
         assert evidence["passed"] is True
@@ -78,6 +85,7 @@ class TestVerify:
         page = Path("chamber.html").read_text(encoding="utf-8")
         assert "Passed: all" in page
         assert "with keys pressed" in page
+        assert "upsets: " in page
         assert f"<b>{evidence['build']['flash']}</b>" in page
         assert evidence["digest"] in page
         assert not re.search(r"(src|href)=", page), "it needs nothing else"
