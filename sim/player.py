@@ -85,6 +85,9 @@ class Player:
         self.latched.append(Latched(number, float(row["time_s"]), code, own))
         if own or before is None:
             return values
+        if code in WATCHED_FAULTS:  # by a later loop in the same tick, behind this step
+            self._reference = deepcopy(before)
+            values = self._fed(number, starts, lost=False, watched=False)
         later = self._latched_after(values, row)
         if later is not None:
             return later
@@ -156,9 +159,13 @@ class Player:
                 self._reference.restore(EMERGENCY_STOP, passed_c)
             self._reference.acknowledge()
 
-    def _fed(self, number: int, starts: int, *, lost: bool) -> tuple[object, ...]:
+    def _fed(
+        self, number: int, starts: int, *, lost: bool, watched: bool = True
+    ) -> tuple[object, ...]:
         tape, reference = self._tape, self._reference
         orders = tape.orders[number]
+        if not watched:
+            orders = orders._replace(watch_fault=0)
         if tape.fault_code[number] == EMERGENCY_STOP:
             reference.stop()
         if reference.program and orders.program[0] == START:

@@ -237,7 +237,8 @@ def lockout_ends(controller: Controller) -> str:
         return ""
     if keypad_of(controller) is not None:
         return f"hold SELECT for {quantity(spec.hold_s, 's')}"
-    return f"switch the power off for a minute, and wait {quantity(spec.wait_s, 's')}"
+    waits = quantity(spec.wait_s, "s")
+    return f"take all power away, the USB's too, for a minute, and wait {waits}"
 
 
 def _lockout(root: Source) -> tuple[dict[str, object] | None, tuple[Constant, ...]]:

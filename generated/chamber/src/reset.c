@@ -33,6 +33,7 @@ __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
  * follow by itself, leaves it so; the watchdog's reset sets all of them anew. */
 ISR(BADISR_vect)
 {
+    reset_hang_mark = RESET_HANG_MARK; /* a boot loader may clear the cause */
     wdt_enable(WDTO_15MS);
     for (;;) {
     }

@@ -29,6 +29,7 @@ static const float FAN_PERCENT = 100.0f / 255.0f;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only when asked */
 static uint16_t ticks_to_report;
+static bool was_heard; /* since the reset: who never spoke is not lost */
 static uint16_t silent_ticks;
 
 static void refuse(uint8_t why)
@@ -495,6 +496,7 @@ static void take_line(void)
     const uint8_t kind = line_tick();
 
     if ((kind == LINE_COMMAND && is_of_a_host()) || kind == LINE_REPEATED) {
+        was_heard = true;
         silent_ticks = 0;
     }
     switch (kind) {
@@ -558,7 +560,7 @@ static bool speak_up(void)
 /* A host that waits for its "ok", or for the end of its moves, need not say anything. */
 static void count_silence(void)
 {
-    if (!wait_is_on() && !output_feed_is_busy() && silent_ticks < UINT16_MAX) {
+    if (was_heard && !wait_is_on() && !output_feed_is_busy() && silent_ticks < UINT16_MAX) {
         silent_ticks++;
     }
 }

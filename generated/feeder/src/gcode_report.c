@@ -245,7 +245,7 @@ static const char *reason(void)
     case REFUSED_STOP:
         return PSTR(" refused: M112 came after it\n");
     case REFUSED_LOCKED:
-        return PSTR(" refused: locked out after repeated faults; at the machine, switch the power off for a minute, and wait 600 s\n");
+        return PSTR(" refused: locked out after repeated faults; at the machine, take all power away, the USB's too, for a minute, and wait 600 s\n");
     case REFUSED_UNABLE:
         return PSTR(" refused: this loop has no such control\n");
     case REFUSED_HEATER:
@@ -304,7 +304,7 @@ static bool firmware(void)
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:
-        return say(PSTR("Cap:EEPROM:1\nCap:AUTOREPORT_TEMP:1\nCap:EMERGENCY_PARSER:1\n"));
+        return say(PSTR("Cap:EEPROM:1\nCap:AUTOREPORT_TEMP:0\nCap:EMERGENCY_PARSER:1\n"));
     case 3:
         return say(PSTR("Cap:CHAMBER_TEMPERATURE:0\n"));
     default:
