@@ -125,13 +125,13 @@ def clock(root: Source, timer: int) -> Part:
             Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods to one tick")
         )
     names = registers(board, timer)
-    setup = compare_match(names, interval, "CLOCK_COMPARE")
+    setup, once = compare_match(names, interval, "CLOCK_COMPARE"), (names.counter, "TIFR")
     tick = {
         "timer": timer,
         "vector": names.vector(),
         "divider": interval.divider,
-        "setup": setup,
-        "kept": [line for line in setup if not line.startswith((names.counter, "TIFR"))],
+        "once": [line for line in setup if line.startswith(once)],
+        "kept": [line for line in setup if not line.startswith(once)],
         "shared": names.shared,
     }
     context = {

@@ -87,8 +87,8 @@ def test_a_host_is_refused_after_three_trips_through_resets_until_the_power_was_
     both = locked_out()
     device = both.device
     told = device.host.texts("echo:M999 refused")
-    assert told == ["echo:M999 refused: locked out after repeated faults; at the machine, switch "
-                    "the power off for a minute, and wait 5 s"]  # fmt: skip
+    assert told == ["echo:M999 refused: locked out after repeated faults; at the machine, take "
+                    "all power away, the USB's too, for a minute, and wait 5 s"]  # fmt: skip
     assert both.counts_as_the_model()
 
     def acknowledged_at(seconds: float) -> bool:

@@ -49,7 +49,7 @@ def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
 
 def clock_registers(example: str) -> list[str]:
     """Name what sets the pace of the tick."""
-    started = sources_of(example)["clock.c"].partition("void clock_start")[2]
+    started = sources_of(example)["clock.c"].partition("void set_registers")[2]
     return list(dict.fromkeys(re.findall(r"^ +(TCCR\w+|OCR\w+|TIMSK\w*)", started, re.MULTILINE)))
 
 

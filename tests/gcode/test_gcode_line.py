@@ -162,10 +162,11 @@ HEARD, WAITED, MINUTES = 11, 22, ticks(60_000)
 AT_LENGTH = [*spoken("M109 S200"), MINUTES, MINUTES]
 ENDED = [*AT_LENGTH, celsius(200), ticks(1000)]
 SILENT = {
-    "nobody": ([ticks(500)], 500), "for hours": (7 * [MINUTES], 65_535),
+    "nobody, ever": ([ticks(500)], 0),
+    "for hours": ([*spoken("M105"), *7 * [MINUTES]], 65_535),
     **{f"heard: {line!r}": (spoken(line), HEARD) for line in (
         "M105", "G28", "T0", "T7", "M104 S9999", "m105", " M105", numbered(7, ""), "M999")},
-    **{f"not heard: {line!r}": (spoken(line), WAITED) for line in (
+    **{f"not heard: {line!r}": ([*spoken("M105"), *spoken(line)], HEARD + WAITED) for line in (
         "login:", "X5", "; M105", "?", "S", "U", "F", "H", "L", "N", b"M1\x0005\n", b"N7 M105*0\n",
         b"N7 M105\n", b"M105*37\n", b"M105")},
     "a line that comes again": (spoken(BEGIN, b"N1 M105*1\n", *AGAIN[:1], *AGAIN[:1]), HEARD),

@@ -26,18 +26,8 @@ ISR(TIMER1_COMPA_vect)
     gate_tick();
 }
 
-void clock_start(void)
-{
-    TCCR1A = 0;
-    OCR1A = CLOCK_COMPARE;
-    TCNT1 = 0;
-    TIFR1 = (1u << OCF1A); /* a match from before does not count */
-    TIMSK1 = (1u << OCIE1A);
-    TCCR1B = (1u << WGM12) | (1u << CS11);
-}
-
-/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
-static void keep_registers(void)
+/* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
+static void set_registers(void)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
@@ -46,6 +36,13 @@ static void keep_registers(void)
         TIMSK1 = (1u << OCIE1A);
         TCCR1B = (1u << WGM12) | (1u << CS11);
     }
+}
+
+void clock_start(void)
+{
+    TCNT1 = 0;
+    TIFR1 = (1u << OCF1A); /* a match from before does not count */
+    set_registers();
 }
 
 void clock_wait(void)
@@ -60,7 +57,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
-    keep_registers();
+    set_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

@@ -136,7 +136,6 @@ bool loop_air_set(float setpoint_c)
     if (!loop_air_may_set(setpoint_c)) {
         return false;
     }
-    settings_look();
     settings.air_setpoint_c = setpoint_c;
     settings_seal();
     return true;

@@ -135,7 +135,6 @@ bool loop_nozzle_set(float setpoint_c)
             || setpoint_c > LOOP_NOZZLE_SETPOINT_MAXIMUM_C)) {
         return false;
     }
-    settings_look();
     settings.nozzle_setpoint_c = setpoint_c;
     settings_seal();
     next_mode = MODE_AUTOMATIC;

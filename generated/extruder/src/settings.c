@@ -59,7 +59,6 @@ static uint8_t next_byte = sizeof record; /* to be written; sizeof record: none 
 static uint8_t saves_wanted;
 static struct kept kept; /* what the next record will say */
 static uint8_t seal; /* sum of the sealed settings, as they were set last */
-static bool were_damaged; /* since the last control step */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
@@ -155,23 +154,13 @@ static void take_record(void)
     settings_seal();
 }
 
-/* Before a setting is changed, and before it is used: a damaged one must not be sealed. The spec's
- * are taken. */
-void settings_look(void)
-{
-    if (sum_of_settings() == seal) {
-        return;
-    }
-    were_damaged = true;
-    take_sealed_defaults();
-}
-
 bool settings_are_sound(void)
 {
-    settings_look();
-    const bool sound = !were_damaged;
-    were_damaged = false;
-    return sound;
+    if (sum_of_settings() == seal) {
+        return true;
+    }
+    take_sealed_defaults();
+    return false;
 }
 
 void settings_start(void)
@@ -270,8 +259,6 @@ void settings_defaults(void)
 static void begin(void)
 {
     saves_wanted--;
-    record.size = OWN_SIZE; /* written anew: they were set at the start, and a bit may have flipped */
-    record.digest = SPEC_DIGEST;
     record.sequence++;
     record.fault = fault;
     record.kept = kept;

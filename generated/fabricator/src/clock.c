@@ -35,20 +35,8 @@ ISR(TIMER2_COMP_vect)
     gate_tick();
 }
 
-void clock_start(void)
-{
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* TIMSK belongs to all timers */
-    {
-        OCR2 = CLOCK_COMPARE;
-        TCNT2 = 0;
-        TIFR = (1u << OCF2); /* a match from before does not count */
-        TIMSK |= (1u << OCIE2);
-        TCCR2 = (1u << WGM21) | (1u << CS22) | (1u << CS20);
-    }
-}
-
-/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
-static void keep_registers(void)
+/* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
+static void set_registers(void)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
@@ -56,6 +44,13 @@ static void keep_registers(void)
         TIMSK |= (1u << OCIE2);
         TCCR2 = (1u << WGM21) | (1u << CS22) | (1u << CS20);
     }
+}
+
+void clock_start(void)
+{
+    TCNT2 = 0;
+    TIFR = (1u << OCF2); /* a match from before does not count */
+    set_registers();
 }
 
 void clock_wait(void)
@@ -76,7 +71,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
-    keep_registers();
+    set_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

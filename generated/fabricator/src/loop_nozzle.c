@@ -19,7 +19,7 @@ static uint16_t ticks_left;
 enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
 static uint8_t next_enabled; /* for the next step to take over: fabricator.yaml:27 loops.nozzle.starts */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
-static uint8_t released; /* ON: somebody has switched off since the reset, and since the last fault */
+static bool released; /* somebody has switched off since the reset, and since the last fault */
 
 static bool is_off(void)
 {
@@ -163,7 +163,6 @@ bool loop_nozzle_set(float setpoint_c)
     if (!loop_nozzle_may_set(setpoint_c)) {
         return false;
     }
-    settings_look();
     settings.nozzle_setpoint_c = setpoint_c;
     settings_seal();
     return true;
@@ -171,7 +170,7 @@ bool loop_nozzle_set(float setpoint_c)
 
 bool loop_nozzle_may_enable(void)
 {
-    return fault.code == FAULT_NONE && (released == ON || next_enabled == ON);
+    return fault.code == FAULT_NONE && (released || next_enabled == ON);
 }
 
 bool loop_nozzle_enable(void)
@@ -185,7 +184,7 @@ bool loop_nozzle_enable(void)
 
 void loop_nozzle_demand_release(void)
 {
-    released = OFF;
+    released = false;
 }
 
 void loop_nozzle_switch_off(void)
@@ -197,7 +196,7 @@ void loop_nozzle_switch_off(void)
 
 void loop_nozzle_disable(void)
 {
-    released = ON;
+    released = true;
     loop_nozzle_switch_off();
 }
 

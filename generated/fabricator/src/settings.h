@@ -16,11 +16,10 @@ extern struct settings settings;
 /* Read the newest valid record, or take the defaults of the spec. */
 void settings_start(void);
 
-/* Before and after each change of a setpoint, a maximum or a type: nothing else changes them. */
-void settings_look(void);
+/* After each change of a setpoint, a maximum or a type: nothing else changes them. */
 void settings_seal(void);
 
-/* Whether they are as they were set last; where a flipped bit changed one, others are taken. */
+/* Whether they are as they were set last; where a flipped bit changed one, the spec's are taken. */
 bool settings_are_sound(void);
 
 /* Write everything soon, in the background. */

@@ -33,18 +33,8 @@ ISR(TIMER2_COMPA_vect)
     gate_tick();
 }
 
-void clock_start(void)
-{
-    TCCR2A = (1u << WGM21);
-    OCR2A = CLOCK_COMPARE;
-    TCNT2 = 0;
-    TIFR2 = (1u << OCF2A); /* a match from before does not count */
-    TIMSK2 = (1u << OCIE2A);
-    TCCR2B = (1u << CS22) | (1u << CS20);
-}
-
-/* A flipped bit of the timer's registers lasts for one tick, however long that has become. */
-static void keep_registers(void)
+/* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
+static void set_registers(void)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
@@ -53,6 +43,13 @@ static void keep_registers(void)
         TIMSK2 = (1u << OCIE2A);
         TCCR2B = (1u << CS22) | (1u << CS20);
     }
+}
+
+void clock_start(void)
+{
+    TCNT2 = 0;
+    TIFR2 = (1u << OCF2A); /* a match from before does not count */
+    set_registers();
 }
 
 void clock_wait(void)
@@ -67,7 +64,7 @@ void clock_wait(void)
     }
     ticks_waiting--;
     sei();
-    keep_registers();
+    set_registers();
 
     ticks_of_second++;
     if (ticks_of_second == CLOCK_TICKS_PER_SECOND) {

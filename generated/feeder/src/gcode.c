@@ -29,7 +29,7 @@ static const float FAN_PERCENT = 100.0f / 255.0f;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only when asked */
 static uint16_t ticks_to_report;
-static bool was_heard; /* since the reset: who never spoke is not lost */
+static bool was_heard; /* since the reset, or somebody at the keys: who never spoke is not lost */
 static uint16_t silent_ticks;
 
 static void refuse(uint8_t why)

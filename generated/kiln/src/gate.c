@@ -46,12 +46,9 @@ static void renew(uint16_t *ticks, uint16_t count)
 void gate_tick(void)
 {
     const uint8_t left = main_ticks; /* read once: nobody else writes it meanwhile */
-    const bool runs = left != 0 && left <= GATE_MAIN_PERMIT_TICKS;
-    const bool healthy = runs && fault.code == FAULT_NONE && fault_complement == (uint8_t)~FAULT_NONE;
+    const bool healthy = left != 0 && (fault.code | (uint8_t)~fault_complement) == FAULT_NONE;
 
-    if (!runs) {
-        main_ticks = 0;
-    } else {
+    if (left != 0) {
         main_ticks = (uint8_t)(left - 1u);
         if (left == 1u) {
             reset_hang_mark = RESET_HANG_MARK; /* the watchdog comes next */

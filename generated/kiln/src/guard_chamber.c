@@ -169,7 +169,6 @@ bool guard_chamber_set_maximum(float maximum_c)
         return false;
     }
     if (maximum_c != settings.chamber_maximum_c) {
-        settings_look();
         settings.chamber_maximum_c = maximum_c;
         settings_seal();
         settings_save_later();

@@ -184,7 +184,6 @@ bool loop_chamber_set(float setpoint_c)
     if (!loop_chamber_may_set(setpoint_c)) {
         return false;
     }
-    settings_look();
     settings.chamber_setpoint_c = setpoint_c;
     settings_seal();
     return true;

@@ -60,7 +60,6 @@ static uint8_t saves_wanted;
 static uint16_t save_in_ticks;
 static struct kept kept; /* what the next record will say */
 static uint8_t seal; /* sum of the sealed settings, as they were set last */
-static bool were_damaged; /* since the last control step */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
@@ -130,18 +129,6 @@ static void take_defaults(void)
     keep_chamber(LOOP_CHAMBER_KP, LOOP_CHAMBER_KI, LOOP_CHAMBER_KD);
 }
 
-/* The maxima and types of thermocouples of the newest record. */
-static void take_limits(void)
-{
-    if (!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)
-        && record.kept.chamber_maximum_c <= LOOP_CHAMBER_MAXIMUM_C) {
-        settings.chamber_maximum_c = record.kept.chamber_maximum_c;
-    }
-    if (is_type_of_chamber(record.kept.chamber_thermocouple)) {
-        settings.chamber_thermocouple = record.kept.chamber_thermocouple;
-    }
-}
-
 static void take_record(void)
 {
     fault_restore(&record.fault);
@@ -149,31 +136,23 @@ static void take_record(void)
         && is_gain(record.kept.chamber_kd)) {
         keep_chamber(record.kept.chamber_kp, record.kept.chamber_ki, record.kept.chamber_kd);
     }
-    take_limits();
+    if (!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)
+        && record.kept.chamber_maximum_c <= LOOP_CHAMBER_MAXIMUM_C) {
+        settings.chamber_maximum_c = record.kept.chamber_maximum_c;
+    }
+    if (is_type_of_chamber(record.kept.chamber_thermocouple)) {
+        settings.chamber_thermocouple = record.kept.chamber_thermocouple;
+    }
     settings_seal();
-}
-
-/* Before a setting is changed, and before it is used: a damaged one must not be sealed. The spec's
- * are taken, but for what the newest record has of maxima and types. */
-void settings_look(void)
-{
-    if (sum_of_settings() == seal) {
-        return;
-    }
-    were_damaged = true;
-    take_sealed_defaults();
-    if (crc16((const uint8_t *)&record + CHECKED, OWN_SIZE) == record.crc) {
-        take_limits();
-        settings_seal();
-    }
 }
 
 bool settings_are_sound(void)
 {
-    settings_look();
-    const bool sound = !were_damaged;
-    were_damaged = false;
-    return sound;
+    if (sum_of_settings() == seal) {
+        return true;
+    }
+    take_sealed_defaults();
+    return false;
 }
 
 void settings_start(void)
@@ -234,7 +213,6 @@ bool settings_set_chamber_thermocouple(uint8_t type)
     if (type != settings.chamber_thermocouple) {
         settings_save_later();
     }
-    settings_look();
     settings.chamber_thermocouple = type;
     settings_seal();
     return true;
@@ -272,8 +250,6 @@ void settings_defaults(void)
 static void begin(void)
 {
     saves_wanted--;
-    record.size = OWN_SIZE; /* written anew: they were set at the start, and a bit may have flipped */
-    record.digest = SPEC_DIGEST;
     record.sequence++;
     record.fault = fault;
     record.kept = kept;
