@@ -109,7 +109,6 @@ static bool switch_controller(uint8_t named, uint8_t on)
     const uint8_t risen = (uint8_t)(on & rested);
 
     if ((risen & ACKNOWLEDGE) != 0 && fault_is_locked()) {
-        rested &= (uint8_t)~ACKNOWLEDGE; /* nor does it when the lock-out ends */
         return false; /* it waits for a person at the machine */
     }
     coils = (uint8_t)((coils & ~named) | on);
