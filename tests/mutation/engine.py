@@ -263,7 +263,7 @@ class Engine:
         number, asked = self._busy[connection]
         try:
             told = connection.recv()
-        except EOFError:
+        except (EOFError, ConnectionResetError):
             told = "", Verdict("broken", f"{self._arenas[number].name}: its process has ended")
         if told is None:
             del self._busy[connection]

@@ -79,7 +79,7 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
     return crc;
 }
 
-/* By so many settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
+/* By these settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
 static uint8_t sum_of_settings(void)
 {
     const uint8_t *const byte = (const uint8_t *)&settings;

@@ -37,7 +37,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
-    SEALED = 2 * sizeof(float) + 1, /* bytes of the settings, from the first on */
+    SEALED = 2 * sizeof(float), /* bytes of the settings, from the first on */
     BLANK = 0xFF, /* what stands in a slot that was never written */
     LAST_TYPE = 7 /* of thermocouples, by the data sheet's codes */
 };
@@ -80,7 +80,7 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
     return crc;
 }
 
-/* By so many settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
+/* By these settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
 static uint8_t sum_of_settings(void)
 {
     const uint8_t *const byte = (const uint8_t *)&settings;
@@ -89,6 +89,7 @@ static uint8_t sum_of_settings(void)
     for (uint8_t i = 0; i < SEALED; i++) {
         sum = (uint8_t)(sum + byte[i]);
     }
+    sum = (uint8_t)(sum + settings.chamber_thermocouple);
     return sum;
 }
 

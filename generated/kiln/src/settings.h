@@ -10,10 +10,10 @@
 struct settings {
     float chamber_setpoint_c;
     float chamber_maximum_c; /* of rule over_temperature; never above the spec's */
-    uint8_t chamber_thermocouple; /* code of its type: 0 to 7 for B E J K N R S T */
     float chamber_kp; /* %/K */
     float chamber_ki; /* %/(K*s) */
     float chamber_kd; /* %*s/K */
+    uint8_t chamber_thermocouple; /* code of its type: 0 to 7 for B E J K N R S T */
 };
 
 extern struct settings settings;
