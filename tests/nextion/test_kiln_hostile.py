@@ -177,7 +177,7 @@ def test_a_display_that_comes_and_goes_and_is_touched_changes_nothing(kilns: Kil
 
 
 @pytest.mark.parametrize(
-    "name", ["program.setpoint_c", "settings.chamber_kp", "fault.code", "PORTH", "OCR1A"]
+    "name", ["program.setpoint_c", "settings.chamber_kp", "fault.code", "PORTH", "OCR1B"]
 )
 def test_the_guard_sees_a_byte(kilns: Kilns, name: str) -> None:
     """Any one, in any variable that is not the display's own, and any register."""
