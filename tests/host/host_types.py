@@ -65,6 +65,7 @@ class _Chosen:
         setattr(settings, f"{self.parts.sensor}_thermocouple", self.code)
         setattr(settings, f"{self.parts.loop}_setpoint_c", loop.setpoint.maximum_c)
         setattr(settings, f"{self.parts.loop}_maximum_c", loop.protection.maximum_c)
+        host.library.settings_seal()
         host.set_reading(0, scale_of(self.controller).code(celsius))
 
     def _starts(self) -> Iterator[str]:
