@@ -86,4 +86,4 @@ def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
 @lru_cache(maxsize=1)
 def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
     """Make the faults, once: they hold the binary, and workers have them from who forked them."""
-    return catalogue(controller, Elf(elf))
+    return catalogue(controller, _program(elf))

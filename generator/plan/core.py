@@ -65,7 +65,6 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_MONITORS
     if proofs(controller):
         last = LAST_RULE_OF_PROOFS
-    always = {rule.code for rule in RULES.values() if rule.id == MEMORY_DAMAGED}
     return [
         {
             "macro": rule_macro(rule),
@@ -76,7 +75,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last or rule.code in always
+        if rule.code <= last or rule.id == MEMORY_DAMAGED
     ]
 
 

@@ -10,7 +10,7 @@ void gcode_start(void);
 /* Once a tick: one line at most. */
 void gcode_tick(void);
 
-/* Ticks since the host was heard, or since reset; those in which it waits for what it
+/* Ticks since the host was heard; 0 until it first was. Those in which it waits for what it
  * has ordered do not count. Stays at its largest. */
 uint16_t gcode_silent_ticks(void);
 
