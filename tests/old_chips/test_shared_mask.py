@@ -46,7 +46,7 @@ int main(void)
     }
 }
 """
-GUARD = "ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* TIMSK belongs to all timers */"
+GUARD = "ATOMIC_BLOCK(ATOMIC_RESTORESTATE)"
 SECONDS = 10
 
 

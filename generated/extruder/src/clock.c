@@ -29,7 +29,7 @@ ISR(TIMER1_COMPA_vect)
 /* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
 static void set_registers(void)
 {
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* interrupts write TIMSK and the 16-bit registers too */
     {
         TCCR1A = 0;
         OCR1A = CLOCK_COMPARE;

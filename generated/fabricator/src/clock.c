@@ -38,7 +38,7 @@ ISR(TIMER2_COMP_vect)
 /* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
 static void set_registers(void)
 {
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* interrupts write TIMSK and the 16-bit registers too */
     {
         OCR2 = CLOCK_COMPARE;
         TIMSK |= (1u << OCIE2);

@@ -36,7 +36,7 @@ ISR(TIMER2_COMPA_vect)
 /* Anew in each tick: a flipped bit of the timer's registers lasts for one, however long it has become. */
 static void set_registers(void)
 {
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* interrupts write TIMSK and the 16-bit registers too */
     {
         TCCR2A = (1u << WGM21);
         OCR2A = CLOCK_COMPARE;
