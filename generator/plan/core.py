@@ -9,8 +9,9 @@ from heatwright.generator.plan.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.commands import gcode_of, keypad_of, lockout_of, modbus_of
-from heatwright.spec.rules import NO_LOCKOUT, RULES, Rule
+from heatwright.spec.breakable import breakable
+from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
+from heatwright.spec.rules import NO_LOCKOUT, Rule
 from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
@@ -22,49 +23,13 @@ FAULT_COOLING_ABOVE_C = 50.0
 """Burn threshold of hot metal for a contact of one minute, 51 degC (ISO 13732-1), rounded down."""
 
 
-LAST_RULE = 16
-"""Of those that every controller has; what it has besides may bring more."""
-LAST_RULE_OF_SENSORS = 18
-"""17 and 18 are for sensors with an open circuit or a range."""
-LAST_RULE_OF_HOSTS = 19
-LAST_RULE_OF_CURRENTS = 22
-LAST_RULE_OF_MASTERS = 23
-LAST_RULE_OF_PROGRAMS = 24
-LAST_RULE_OF_RELAYS = 26
-"""Of those with a contact that says what they do."""
-LAST_RULE_OF_MONITORS = 27
-LAST_RULE_OF_PROOFS = 28
-MEMORY_DAMAGED = "memory_damaged"
-
-
 def rule_macro(rule: Rule) -> str:
     """The C name of a rule's code."""
     return f"FAULT_{rule.id.upper()}"
 
 
 def rules(controller: Controller) -> list[dict[str, object]]:
-    """Name the rules as fault.h and the display need them, in the order of the codes.
-
-    All up to the last one that this controller can break, and that of damaged memory.
-    """
-    last = LAST_RULE
-    if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
-        last = LAST_RULE_OF_SENSORS
-    if gcode_of(controller):
-        last = LAST_RULE_OF_HOSTS
-    if len(controller.thermometers) < len(controller.sensors):
-        last = LAST_RULE_OF_CURRENTS
-    minded = (each.protection.master_lost_after_s for each in controller.loops.values())
-    if modbus_of(controller) or any(minded):
-        last = LAST_RULE_OF_MASTERS
-    if controller.programs:
-        last = LAST_RULE_OF_PROGRAMS
-    if controller.safety.relay_feedback:
-        last = LAST_RULE_OF_RELAYS
-    if controller.monitors:
-        last = LAST_RULE_OF_MONITORS
-    if proofs(controller):
-        last = LAST_RULE_OF_PROOFS
+    """Name the rules that can trip as fault.h and the display need them, in the order of codes."""
     return [
         {
             "macro": rule_macro(rule),
@@ -74,8 +39,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "id": rule.id,
             "remedy": rule.remedy,
         }
-        for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last or rule.id == MEMORY_DAMAGED
+        for rule in breakable(controller)
     ]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends, rules
+from heatwright.generator.plan.hazards import hazards
 from heatwright.generator.plan.limits import limit
 from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
@@ -44,6 +45,9 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "loops": _loops(spec),
         "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
         "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
+        "hazards": hazards(controller),
+        "relay": controller.safety.relay,
+        "cooled": any(loop.cooler for loop in controller.loops.values()),
         "countdown": _countdown(controller),
         "numbers": _numbers(controller),
         "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),

@@ -20,7 +20,6 @@ enum {
     FAULT_SENSOR_FROZEN = 9, /* The reading has not moved although the heater was on. */
     FAULT_HEATING_FAILED = 10, /* Full power did not raise the temperature. */
     FAULT_RUNAWAY_ABOVE = 11, /* The temperature left the band about the setpoint upwards, and stayed there. */
-    FAULT_RUNAWAY_BELOW = 12, /* The temperature left the band about the setpoint downwards, and stayed there. */
     FAULT_RISING_WHILE_OFF = 13, /* The temperature rises although the heater is off. */
     FAULT_WATCHDOG_RESET = 14, /* The watchdog had to reset the controller. */
     FAULT_BROWN_OUT = 15, /* The controller's supply broke down. */

@@ -28,9 +28,6 @@ enum {
     FAULT_SENSOR_OPEN = 17, /* The sensor reads as if its wire were broken. */
     FAULT_SENSOR_RANGE = 18, /* The sensor reads a temperature outside its range. */
     FAULT_EMERGENCY_STOP = 19, /* The host ordered an emergency stop. */
-    FAULT_OVER_CURRENT = 20, /* The heater takes more current than it may. */
-    FAULT_CURRENT_WHILE_OFF = 21, /* Current flows through the heater although it is off. */
-    FAULT_NO_CURRENT = 22, /* The heater is on, and too little current flows. */
     FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
     FAULT_LAST = 29

@@ -44,7 +44,7 @@ static uint16_t tripped_s;
 /* Those of the machine (fabricator.yaml:39 safety.lockout (default)). */
 static void count(uint8_t code)
 {
-    if (code == FAULT_WATCHDOG_RESET || code == FAULT_BROWN_OUT || code == FAULT_SETTINGS_CORRUPT || code == FAULT_EMERGENCY_STOP || code == FAULT_MASTER_LOST) {
+    if (code == FAULT_WATCHDOG_RESET || code == FAULT_BROWN_OUT || code == FAULT_SETTINGS_CORRUPT || code == FAULT_MASTER_LOST) {
         return;
     }
     tripped_s = (uint16_t)fault.time_s;

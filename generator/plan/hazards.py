@@ -1,0 +1,211 @@
+"""What can go wrong with a machine, what sees it and how soon, and what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
+from heatwright.spec import Controller, Loop, proofs
+from heatwright.spec.breakable import breakable
+from heatwright.spec.rules import Rule
+
+TICK_S = TICK_MS / 1000
+MAIN_PERMIT_S = 0.1
+"""GATE_MAIN_PERMIT_TICKS: so long the gate stays open without the main loop."""
+LEAST_CURRENT_S = 0.5
+LEAST_CURRENT_STEPS = 5
+"""How long a current may be wrong (docs/control.md, "With a measured current")."""
+CONTACT_S = 0.1
+
+READINGS = (
+    "sensor_no_answer", "sensor_short", "sensor_crc", "sensor_stale", "sensor_reset",
+    "sensor_open", "sensor_range",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Hazard:
+    """One cause, the rules that see it, and what no rule does about it.
+
+    remains -- text, or a function of the controller that gives it; concerns -- whether the machine
+    has what is meant, though no rule looks at it.
+    """
+
+    cause: str
+    rules: tuple[str, ...]
+    remains: str | Callable[[Controller], str]
+    concerns: Callable[[Controller], bool] | None = None
+
+
+def _dead_switch(controller: Controller) -> str:
+    if controller.safety.relay is None:
+        return "**The heat goes on**: only the thermal fuse ends it"
+    if controller.safety.relay_feedback is None:
+        return "a relay that has welded too, which nothing tells: the thermal fuse"
+    return "a relay that welds in the same moment: the thermal fuse"
+
+
+def _has_fan(controller: Controller) -> bool:
+    return any(loop.fan is not None for loop in controller.loops.values())
+
+
+def _standing_fan(controller: Controller) -> str:
+    if any(rule.id == "fan_stopped" for rule in breakable(controller)):
+        return "a fan that turns and moves no air: the fuse at the element"
+    return "**Nothing proves that the fan turns**: the fuse at the element"
+
+
+HAZARDS = (
+    Hazard(
+        "A heater's switch conducts for ever",
+        (
+            "over_temperature",
+            "runaway_above",
+            "rising_while_off",
+            "current_while_off",
+            "over_current",
+        ),
+        _dead_switch,
+    ),
+    Hazard(
+        "A heater's switch leaks",
+        ("rising_while_off", "current_while_off", "runaway_above", "over_temperature"),
+        "a leak that heats by less than the rules ask for goes on",
+    ),
+    Hazard(
+        "The safety relay's contact welds, or does not close",
+        ("relay_welded", "relay_open"),
+        "a mirror contact that has welded, too",
+    ),
+    Hazard(
+        "The sensor falls out of its place",
+        ("rise_rate", "heating_failed", "sensor_frozen", "runaway_below", "program_lags"),
+        "the heat given until then; one that is half out and still follows is not seen",
+    ),
+    Hazard(
+        "The reading stands still",
+        ("sensor_frozen", "heating_failed", "runaway_below", "program_lags"),
+        "one that stands at or above the setpoint: the heater is off then",
+    ),
+    Hazard("The sensor is torn, shorted, dead or disturbed", READINGS, "–"),
+    Hazard(
+        "The sensor jumps, or reads what cannot be",
+        ("rise_rate", "over_temperature", "under_temperature"),
+        "a reading that is wrong and moves plausibly: the machine gets hotter by as much",
+    ),
+    Hazard(
+        "Heater, fuse, wire or supply is dead or weak",
+        ("heating_failed", "runaway_below", "no_current", "program_lags"),
+        "nothing that heats",
+    ),
+    Hazard(
+        "Turns of the heater are shorted, or a wrong one is fitted",
+        ("over_current", "over_temperature", "runaway_above"),
+        "without a measured current the supply's own fuse",
+    ),
+    Hazard("A fan that a heater needs stands still", ("fan_stopped",), _standing_fan, _has_fan),
+    Hazard(
+        "A part that no loop controls gets too hot",
+        ("monitor_limit",),
+        "heat that comes from another source than the heaters",
+    ),
+    Hazard(
+        "The program hangs",
+        ("watchdog_reset",),
+        "behind some bootloaders a hang with interrupts off is told as a plain reset",
+    ),
+    Hazard(
+        "The controller's supply breaks down",
+        ("brown_out", "settings_corrupt"),
+        "a chip whose fuses leave its brown-out detector off",
+    ),
+    Hazard(
+        "A bit of the memory flips",
+        ("memory_damaged", "settings_corrupt"),
+        "bits that no check covers: heatwright's `docs/safety.md`",
+    ),
+    Hazard(
+        "The host or the master is gone",
+        ("master_lost",),
+        "one that goes on asking and no longer thinks",
+    ),
+    Hazard(
+        "The machine does what nobody wants, and somebody sees it",
+        ("emergency_stop",),
+        "a line that is torn: the mains switch",
+    ),
+)
+
+
+def hazards(controller: Controller) -> list[dict[str, str]]:
+    """List the hazards that this controller has a rule for, as rows of cause, seen by and so on.
+
+    A hazard without a rule is listed, too, where the controller has what it concerns.
+    """
+    known = {rule.id: rule for rule in breakable(controller)}
+    rows = []
+    for hazard in HAZARDS:
+        seen = [known[rule] for rule in hazard.rules if rule in known]
+        if not seen and not (hazard.concerns and hazard.concerns(controller)):
+            continue
+        remains = hazard.remains
+        rows.append(
+            {
+                "cause": hazard.cause,
+                "seen": "; ".join(f"E{each.code:02d} {within(controller, each)}" for each in seen)
+                or "nothing",
+                "remains": remains if isinstance(remains, str) else remains(controller),
+            }
+        )
+    return rows
+
+
+def within(controller: Controller, rule: Rule) -> str:
+    """Say how long after its condition begins a rule has switched the heater off, at the latest."""
+    if rule.id in {"brown_out", "settings_corrupt"}:
+        return "at the next start"
+    return quantity(
+        round(max(_off_after(controller, name, rule.id) for name in controller.loops), 2), "s"
+    )
+
+
+def _off_after(controller: Controller, name: str, rule: str) -> float:
+    """Bound on that in a loop, s, as docs/safety.md derives it; of what lasts from its start on."""
+    if rule == "emergency_stop":
+        return TICK_S
+    if rule == "watchdog_reset":
+        return MAIN_PERMIT_S + TICK_S
+    loop = controller.loops[name]
+    lasts_s = _lasting(loop)
+    if rule in lasts_s:
+        ahead = 2 if rule == "sensor_frozen" else 1
+        return (steps(lasts_s[rule], loop.period_s) + ahead) * loop.period_s + TICK_S
+    return _waits(controller, loop).get(rule, 0.0) + 2 * loop.period_s + TICK_S
+
+
+def _lasting(loop: Loop) -> dict[str, float]:
+    """How long the conditions of a loop's rules must last, s; counted in steps."""
+    protection = loop.protection
+    found = dict.fromkeys(READINGS, protection.stale_after_s)
+    if protection.heating is not None:
+        found["heating_failed"] = protection.heating.within_s
+    if protection.frozen is not None:
+        found["sensor_frozen"] = protection.frozen.for_s
+    if protection.runaway is not None:
+        found["runaway_above"] = found["runaway_below"] = protection.runaway.for_s
+    current_s = max(LEAST_CURRENT_S, LEAST_CURRENT_STEPS * loop.period_s)
+    return found | {"current_while_off": current_s, "no_current": current_s}
+
+
+def _waits(controller: Controller, loop: Loop) -> dict[str, float]:
+    """What goes by before a step can see it, s: of what is counted in ticks."""
+    found = {"relay_welded": CONTACT_S, "relay_open": CONTACT_S}
+    if loop.protection.master_lost_after_s is not None:
+        found["master_lost"] = loop.protection.master_lost_after_s
+    if controller.programs is not None and controller.programs.hold_back is not None:
+        found["program_lags"] = controller.programs.hold_back.limit_s
+    proven = proofs(controller)
+    if loop.fan in proven:
+        found["fan_stopped"] = proven[loop.fan].within_s
+    return found

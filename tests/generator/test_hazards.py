@@ -1,0 +1,52 @@
+"""The README's table of hazards: each rule has its place, and the times are the simulation's."""
+
+import pytest
+from rig.specs import EXAMPLES, example
+
+from heatwright.generator.plan.hazards import hazards, within
+from heatwright.sim.faults import bounds
+from heatwright.spec import Loop
+from heatwright.spec.breakable import breakable
+from heatwright.spec.rules import RULES
+
+RULES_BY_ID = {rule.id: rule for rule in RULES.values()}
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_rule_of_a_machine_is_told_for_some_hazard(name: str) -> None:
+    controller = example(name).controller
+    told = " ".join(row["seen"] for row in hazards(controller))
+    codes = {f"E{rule.code:02d}" for rule in breakable(controller)}
+    assert {word for word in told.split() if word.startswith("E")} == codes
+
+
+def bound_s(loop: Loop, rule: str) -> float:
+    """Return the bound that `verify` holds a rule to, from the cause to heater off."""
+    protection = loop.protection
+    if rule.startswith("sensor_") and rule != "sensor_frozen":
+        return bounds.answer_s(loop)
+    if rule == "heating_failed":
+        assert protection.heating is not None
+        return bounds.lasting_s(protection.heating.within_s, loop)
+    if rule == "runaway_above":
+        assert protection.runaway is not None
+        return bounds.lasting_s(protection.runaway.for_s, loop)
+    return bounds.reading_s(loop)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_times_are_those_that_verify_holds(name: str) -> None:
+    controller = example(name).controller
+    for rule in ("sensor_crc", "over_temperature", "rise_rate", "heating_failed", "runaway_above"):
+        if RULES_BY_ID[rule] in breakable(controller):
+            slowest_s = max(bound_s(loop, rule) for loop in controller.loops.values())
+            assert within(controller, RULES_BY_ID[rule]) == f"{round(slowest_s, 2):g} s", rule
+    assert within(controller, RULES_BY_ID["watchdog_reset"]) == f"{bounds.gate_s():g} s"
+
+
+def test_what_no_rule_sees_is_told() -> None:
+    """The chamber has a fan without a proof, and no safety relay."""
+    rows = {row["cause"]: row for row in hazards(example("chamber").controller)}
+    assert rows["A fan that a heater needs stands still"]["seen"] == "nothing"
+    assert "only the thermal fuse" in rows["A heater's switch conducts for ever"]["remains"]
