@@ -159,16 +159,24 @@ def free_running(timer: TimerRegisters, prescaler: int) -> list[str]:
     return [start] if timer.alone else [f"{timer.control_a} = 0;", start]
 
 
-def fast_pwm(timer: TimerRegisters, prescaler: int, top: str) -> list[str]:
-    """Lines that start a timer in fast PWM: to 255, or with 16 bits to `top`."""
+def fast_pwm(timer: TimerRegisters, prescaler: int, top: str, connections: str) -> list[str]:
+    """Lines that put a timer into fast PWM, to 255 or with 16 bits to `top`, also while it runs.
+
+    connections -- the bits that connect its outputs' pins: they stay as they are.
+    """
     number, clock = timer.number, timer.clock(prescaler)
     mode = f"(1u << WGM{number}1) | (1u << WGM{number}0)"
     if timer.timer.bits == 16:
         return [
             f"ICR{number} = {top};",
-            f"{timer.control_a} = (1u << WGM{number}1);",
+            _beside(timer.control_a, connections, f"(1u << WGM{number}1)"),
             f"{timer.control_b} = (1u << WGM{number}3) | (1u << WGM{number}2) | {clock};",
         ]
     if timer.alone:
-        return [f"{timer.control_a} = {mode} | {clock};"]
-    return [f"{timer.control_a} = {mode};", f"{timer.control_b} = {clock};"]
+        return [_beside(timer.control_a, connections, f"{mode} | {clock}")]
+    return [_beside(timer.control_a, connections, mode), f"{timer.control_b} = {clock};"]
+
+
+def _beside(register: str, kept: str, bits: str) -> str:
+    mask = f"({kept})" if " | " in kept else kept
+    return f"{register} = (uint8_t)(({register} & {mask}) | {bits});"

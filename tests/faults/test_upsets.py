@@ -47,10 +47,11 @@ def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
             yield register, variables[register].address, 1
 
 
-def clock_registers(example: str) -> list[str]:
-    """Name what sets the pace of the tick."""
-    started = sources_of(example)["clock.c"].partition("void set_registers")[2]
-    return list(dict.fromkeys(re.findall(r"^ +(TCCR\w+|OCR\w+|TIMSK\w*)", started, re.MULTILINE)))
+def timer_registers(example: str, file: str) -> list[str]:
+    """Name what a file sets anew, such as the pace of the tick."""
+    started = sources_of(example)[file].partition("void set_registers")[2].partition("\n}")[0]
+    named = re.findall(r"^ +(TCCR\w+|OCR\w+|ICR\w+|TIMSK\w*)", started, re.MULTILINE)
+    return list(dict.fromkeys(named))
 
 
 def some(bits: list[T], count: int) -> list[T]:
@@ -80,7 +81,7 @@ def test_no_bit_of_the_clock_s_registers_slows_the_control(example: str) -> None
     site = site_of(example)
     world, wrong = starts.heating(site), []
     watchdog = {"WDTCSR", "WDTCR"} & set(world.device.variables)
-    for name in (*clock_registers(example), *watchdog):
+    for name in (*timer_registers(example, "clock.c"), *watchdog):
         variable = world.device.variables[name]
         for bit in range(8 * variable.size):
             world.device.avr.flip(variable.address + bit // 8, bit % 8)
@@ -94,6 +95,37 @@ def test_no_bit_of_the_clock_s_registers_slows_the_control(example: str) -> None
             if abs((world.loop("steps") - before) % 65536 - 10) > 1:
                 wrong.append((name, bit))
     assert wrong == []
+
+
+@pytest.mark.parametrize("example", ["extruder", "fabricator", "feeder"])
+def test_no_bit_of_a_pulse_width_s_timer_stays_flipped(example: str) -> None:
+    """A timer that stands leaves the pin as it is, and an inverted pin heats when it should not."""
+    site = site_of(example)
+    world = starts.heating(site)
+
+    def values(register: str) -> set[int]:
+        place, found = world.device.variables[register], set()
+        for _ in range(20):
+            world.run(site.loop.period_s / 10)
+            raw = world.device.avr.read_ram(place.address, place.size)
+            found.add(int.from_bytes(raw, "little"))
+        return found
+
+    names = timer_registers(example, f"output_{site.loop.heater}.c")
+    assert names
+    for name in names:
+        variable, healthy = world.device.variables[name], values(name)
+        if re.fullmatch(r"TCCR\dA", name):
+            healthy |= {value & 0x0F for value in healthy}  # no pin connected: off, or full power
+        for bit in range(8 * variable.size):
+            try:
+                world.device.avr.flip(variable.address + bit // 8, bit % 8)
+                world.run(2 * site.loop.period_s)
+                assert values(name) <= healthy or world.fault, f"{name} bit {bit}"
+            except AvrError:  # a mode that is not simulated
+                world = starts.heating(site)
+            if world.fault:  # as of the current, before the register was written
+                world = starts.heating(site)
 
 
 @pytest.mark.parametrize("example", DECIDING)

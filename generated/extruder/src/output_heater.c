@@ -50,10 +50,16 @@ ISR(TIMER5_COMPA_vect)
     set_pin();
 }
 
-void output_heater_start(void)
+/* Anew with each duty: a flipped bit of the timer's registers lasts for no longer. Interrupts are off. */
+static void set_registers(void)
 {
     TCCR5A = 0;
     TCCR5B = (1u << CS51) | (1u << CS50);
+}
+
+void output_heater_start(void)
+{
+    set_registers();
 }
 
 /* Interrupts are off: the registers are shared with the timer's other outputs. */
@@ -87,6 +93,7 @@ void output_heater_set(float duty_percent)
     }
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
+        set_registers();
         output_heater.on_counts = counts;
     }
 }

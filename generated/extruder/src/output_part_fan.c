@@ -48,10 +48,16 @@ ISR(TIMER5_COMPB_vect)
     set_pin();
 }
 
-void output_part_fan_start(void)
+/* Anew with each duty: a flipped bit of the timer's registers lasts for no longer. Interrupts are off. */
+static void set_registers(void)
 {
     TCCR5A = 0;
     TCCR5B = (1u << CS51) | (1u << CS50);
+}
+
+void output_part_fan_start(void)
+{
+    set_registers();
     pin_output_part_fan_off();
     pin_output_part_fan_drive();
 }
@@ -87,6 +93,7 @@ void output_part_fan_set(float duty_percent)
     }
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
+        set_registers();
         apply(counts);
     }
 }

@@ -11,11 +11,17 @@
 struct output_heater_state output_heater;
 static volatile bool on; /* since the last tick */
 
-void output_heater_start(void)
+/* Anew with each duty: a flipped bit of the timer's registers lasts for no longer. Interrupts are off. */
+static void set_registers(void)
 {
     ICR1 = OUTPUT_HEATER_PERIOD_COUNTS - 1u;
-    TCCR1A = (1u << WGM11);
+    TCCR1A = (uint8_t)((TCCR1A & (1u << COM1A1)) | (1u << WGM11));
     TCCR1B = (1u << WGM13) | (1u << WGM12) | (1u << CS10);
+}
+
+void output_heater_start(void)
+{
+    set_registers();
 }
 
 /* Interrupts are off: the registers are shared with the timer's other outputs. */
@@ -42,6 +48,7 @@ void output_heater_set(float duty_percent)
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
+        set_registers();
         output_heater.on_counts = counts;
     }
 }

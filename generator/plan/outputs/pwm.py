@@ -11,7 +11,7 @@ from heatwright.generator.plan.parts import Call, Constant, Part, Stage
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import fast_pwm, free_running, registers
-from heatwright.spec import Board, PwmOutput
+from heatwright.spec import Board, Controller, PwmOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
 from heatwright.spec.pwm_timers import PwmChannel
 
@@ -35,7 +35,7 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
         )
         made = f"by interrupts of timer {channel.timer}"
     else:
-        template, context = "outputs/pwm", _by_timer(board, output, channel, prefix)
+        template, context = "outputs/pwm", _by_timer(source.controller, output, channel, prefix)
         made = f"by timer {channel.timer}"
     return output_part(
         source,
@@ -74,14 +74,37 @@ def _constants(
     ]
 
 
-def _by_timer(board: Board, output: PwmOutput, channel: PwmChannel, prefix: str) -> dict[str, Any]:
-    names = registers(board, channel.timer)
+def _connection(output: PwmOutput, number: int, letter: str) -> str:
+    """Bits that connect a pin; both invert it, as a load needs that is on at low level."""
+    first = f"(1u << COM{number}{letter}1)"
+    return first if output.active == "high" else f"{first} | (1u << COM{number}{letter}0)"
+
+
+def _connections(controller: Controller, number: int) -> str:
+    """All those of a timer's outputs."""
+    pins = controller.board.pins
+    found = [
+        _connection(output, number, pwm[1])
+        for output in controller.outputs.values()
+        if isinstance(output, PwmOutput) and (pwm := pins[output.pin].pwm) and pwm[0] == number
+    ]
+    return " | ".join(found)
+
+
+def _by_timer(
+    controller: Controller, output: PwmOutput, channel: PwmChannel, prefix: str
+) -> dict[str, Any]:
+    names = registers(controller.board, channel.timer)
     number, letter = channel.timer, channel.channel
     both = f"(1u << COM{number}{letter}1) | (1u << COM{number}{letter}0)"
-    # Inverted output (both bits) keeps an active-low load conducting for `on_counts`.
-    bits = f"(1u << COM{number}{letter}1)" if output.active == "high" else both
+    bits = _connection(output, number, letter)
     return {
-        "setup": fast_pwm(names, channel.prescaler, f"{prefix}_PERIOD_COUNTS - 1u"),
+        "setup": fast_pwm(
+            names,
+            channel.prescaler,
+            f"{prefix}_PERIOD_COUNTS - 1u",
+            _connections(controller, number),
+        ),
         "disconnect": f"{names.control_a} &= (uint8_t)~({both});",
         "connect": f"{names.control_a} |= {bits};",
         "compare_type": "uint16_t" if names.timer.bits == 16 else "uint8_t",
