@@ -19,6 +19,7 @@ _OF_LOOPS = {
     "runaway": (11,),
     "rising_while_off": (13,),
     "master_lost_after_s": (23,),
+    "on_for_at_most_s": (30,),
 }
 """By the key of `protection` that may be off."""
 

@@ -35,6 +35,7 @@ LAST_RULE_OF_RELAYS = 26
 LAST_RULE_OF_MONITORS = 27
 LAST_RULE_OF_PROOFS = 28
 MEMORY_DAMAGED = "memory_damaged"
+ON_TOO_LONG = "on_too_long"
 
 
 def rule_macro(rule: Rule) -> str:
@@ -45,9 +46,11 @@ def rule_macro(rule: Rule) -> str:
 def rules(controller: Controller) -> list[dict[str, object]]:
     """Name the rules as fault.h and the display need them, in the order of the codes.
 
-    All up to the last one that this controller can break, and that of damaged memory.
+    All up to the last one that this controller can break, and of the later ones its own.
     """
-    last = LAST_RULE
+    last, own = LAST_RULE, {MEMORY_DAMAGED}
+    if any(each.protection.on_for_at_most_s for each in controller.loops.values()):
+        own.add(ON_TOO_LONG)
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
         last = LAST_RULE_OF_SENSORS
     if gcode_of(controller):
@@ -75,7 +78,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last or rule.id == MEMORY_DAMAGED
+        if rule.code <= last or rule.id in own
     ]
 
 

@@ -36,7 +36,7 @@ FULL_PERCENT = 100.0
 
 RULES_OF_LOOP = (
     "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
-    "master_lost_after",
+    "master_lost_after", "on_for_at_most",
 )  # fmt: skip
 """The keys of `protection` that guard.c names."""
 
@@ -133,6 +133,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "starts_where": source.at("starts").where,
         "told": told,
         "master_lost": loop.protection.master_lost_after_s is not None,
+        "on_limited": loop.protection.on_for_at_most_s is not None,
         "warm_within": f"{prefix}_{'READY' if by_host else 'WARM'}_WITHIN_K",
         "autotune": experiment is not None,
         "limits_where": source.at("algorithm", "limits_adjustable").where,

@@ -12,6 +12,7 @@ from heatwright.sim.faults import (
     displays,
     healthy,
     heaters,
+    left_on,
     masters,
     memory,
     monitors,
@@ -50,7 +51,7 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
 
 
 def _of_loop(site: Site) -> list[Fault]:
-    return [
+    found = [
         *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
         *tips.faults(site),
         *heaters.faults(site),
@@ -61,6 +62,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *displays.faults(site),
         *healthy.faults(site),
     ]
+    return [*left_on.over_meanwhile(site.controller, found), *left_on.faults(site)]
 
 
 def _sensors(site: Site) -> list[str]:
@@ -77,7 +79,7 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
 
 
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:
-    return [
+    found = [
         *processor.faults(site),
         *relays.faults(site),
         *monitors.faults(site),
@@ -85,3 +87,4 @@ def _of_controller(site: Site, quickest: Site) -> list[Fault]:
         *operators.faults(site),
         *masters.faults(site),
     ]
+    return left_on.over_meanwhile(site.controller, found)

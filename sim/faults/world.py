@@ -368,6 +368,13 @@ class World:
         if self.site.is_switched:
             self.switch(on=True)
 
+    def switch_off(self) -> None:
+        """Switch the loop off, by its switch or, under a host, by its setpoint."""
+        if self.site.is_switched:
+            self.switch(on=False)
+        else:
+            self.hand.set_setpoint(self, 0.0)
+
     @property
     def power_on_s(self) -> float:
         """When the controller's power came on last, on its own time, s."""

@@ -174,15 +174,16 @@ class Reference:
         )
 
     def _mind_others(self, orders: Orders, setpoint: Single) -> None:
-        """Watch what is not the loop's own: the safety relay, the monitors, and the master."""
+        """Watch the safety relay, the monitors, the master, and for how long the loop is on."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
         for name, monitor in self._monitors.items():
             code = monitor.step(*orders.monitors[name])
             self._trip(code, monitor.temperature_c)
-        lost = orders.master_lost and self._minds_master
-        if lost and not self.steering.is_off(setpoint, orders):
+        on = not self.steering.is_off(setpoint, orders)
+        if orders.master_lost and self._minds_master and on:
             self._trip(MASTER_LOST, temperature_c)
+        self._trip(self._guard.count(on=on and not self.fault_code), temperature_c)
 
     def _mind_current(self, raw: int) -> None:
         if self.limiter is None:

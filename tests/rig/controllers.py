@@ -34,6 +34,7 @@ from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST
+from heatwright.spec.loops import LONGEST_RULE_S
 from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
@@ -125,6 +126,7 @@ class _Controller:
         self._programs()
         self._logs()
         self._leds()
+        self._on_times()
         self._watchdog()
 
     def _clocked(self, board: Board) -> Board:
@@ -337,6 +339,17 @@ class _Controller:
                 numbers = adjusted(own_draws(part), shown.algorithm)
                 part |= {"adjust": numbers} if numbers else {}
             self.interfaces.append(part)
+
+    def _on_times(self) -> None:
+        """Let loops be on for at most 25 h, longer than all that ends by itself."""
+        for loop in self.loops:
+            served = loop.served
+            off = loop.loop.get("starts") == "disabled"
+            off = off or (served.zero_is_off and loop.low_c == 0)
+            tunes_s = float(loop.loop.get("autotune", {}).get("timeout", "0 s").split()[0])
+            long = loop.period_s > 60 or tunes_s > LONGEST_RULE_S
+            if off and not (long or served.programmed) and own_draws(loop.loop).seldom():
+                loop.loop["protection"]["on_for_at_most"] = "25 h"
 
     # Programs and logs
 
