@@ -136,7 +136,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 9c5f3cd6\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec ec21aac4\n"));
 }
 
 static bool latched_fault(void)
@@ -299,7 +299,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 9c5f3cd6 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec ec21aac4 PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:
