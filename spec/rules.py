@@ -227,6 +227,13 @@ _RULES = (
         "The loop has been on for as long as it may be.",
         "See whether it is still needed; then acknowledge it, and switch it on again.",
     ),
+    Rule(
+        31,
+        "input_open",
+        "INPUT OPEN",
+        "A contact that has to be closed for heat is open: a door, an emergency stop, a cut-out.",
+        "Find out which it is, and why; look for a torn wire where it seems closed.",
+    ),
 )
 
 NO_LOCKOUT = (

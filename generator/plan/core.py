@@ -10,6 +10,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.commands import gcode_of, keypad_of, lockout_of, modbus_of
+from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, RULES, Rule
 from heatwright.spec.timers import looks, tick_interval
 
@@ -36,6 +37,7 @@ LAST_RULE_OF_MONITORS = 27
 LAST_RULE_OF_PROOFS = 28
 MEMORY_DAMAGED = "memory_damaged"
 ON_TOO_LONG = "on_too_long"
+INPUT_OPEN = "input_open"
 
 
 def rule_macro(rule: Rule) -> str:
@@ -48,9 +50,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
 
     All up to the last one that this controller can break, and of the later ones its own.
     """
-    last, own = LAST_RULE, {MEMORY_DAMAGED}
-    if any(each.protection.on_for_at_most_s for each in controller.loops.values()):
-        own.add(ON_TOO_LONG)
+    last, own = LAST_RULE, _own(controller)
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
         last = LAST_RULE_OF_SENSORS
     if gcode_of(controller):
@@ -80,6 +80,16 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
         if rule.code <= last or rule.id in own
     ]
+
+
+def _own(controller: Controller) -> set[str]:
+    """Name the later rules that this controller can break."""
+    limited = any(each.protection.on_for_at_most_s for each in controller.loops.values())
+    return {
+        MEMORY_DAMAGED,
+        *([ON_TOO_LONG] if limited else ()),
+        *([INPUT_OPEN] if tripping(controller) else ()),
+    }
 
 
 WATCHDOG_NAMES = {
@@ -166,10 +176,14 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
+        "inputs": list(root.controller.safety.inputs),
+        "inputs_where": root.at("safety", "inputs").where,
+        "input_trips": bool(tripping(root.controller)),
         "counted": [name for name, each in proven.items() if each.tachometer],
         "pins": ["pin_output_*_drive"]
         + [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
-        + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer],
+        + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer]
+        + [f"pin_input_{name}_is_high" for name in root.controller.safety.inputs],
     }
     return Part(
         files=(

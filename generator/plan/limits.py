@@ -6,6 +6,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Proof, Protection, Spec, proofs
 from heatwright.spec.commands import gcode_of
+from heatwright.spec.inputs import tripping
 
 
 def limit(spec: Spec, rule: str) -> str:
@@ -33,6 +34,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         | _of_relay(controller)
         | _of_monitors(controller)
         | _of_proofs(controller)
+        | _of_inputs(controller)
         | {
             "watchdog_reset": f"a reset after {quantity(controller.safety.watchdog_s, 's')} "
             "without the main loop",
@@ -68,6 +70,14 @@ def _of_proofs(controller: Controller) -> dict[str, str]:
         for name, proof in proofs(controller).items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}
+
+
+def _of_inputs(controller: Controller) -> dict[str, str]:
+    limits = [
+        f"{name} is open for {quantity(each.for_s, 's')}"
+        for name, each in tripping(controller).items()
+    ]
+    return {"input_open": "; ".join(limits)} if limits else {}
 
 
 def _speeds(proof: Proof) -> str:

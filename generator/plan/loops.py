@@ -29,6 +29,7 @@ from heatwright.spec.commands import (
     tunable,
 )
 from heatwright.spec.indicated import indicated
+from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
 from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
 
@@ -121,6 +122,11 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "plotter": plotted,
         "relay_judged": relay.is_judged_by(source.controller, name),
         "proven": proven_in(source.controller, name),
+        "idle": "is_idle()" if source.controller.safety.inputs else "is_off()",
+        "inputs": bool(source.controller.safety.inputs),
+        "inputs_where": Source(source.spec, ("safety", "inputs")).where,
+        "inputs_judged": bool(tripping(source.controller))
+        and name == next(iter(source.controller.loops)),
         "monitors": list(monitors_of(source.controller, name)),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,

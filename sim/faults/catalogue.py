@@ -12,6 +12,7 @@ from heatwright.sim.faults import (
     displays,
     healthy,
     heaters,
+    inputs,
     left_on,
     masters,
     memory,
@@ -82,6 +83,7 @@ def _of_controller(site: Site, quickest: Site) -> list[Fault]:
     found = [
         *processor.faults(site),
         *relays.faults(site),
+        *inputs.faults(site),
         *monitors.faults(site),
         *memory.faults(quickest),
         *operators.faults(site),

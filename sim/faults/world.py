@@ -297,6 +297,11 @@ class World:
             self._machine.by_hand(self._tip)
         return 0
 
+    def act_within(self, act: Callable[[float], None]) -> None:
+        """Go on by one step; act -- runs the device to its end, s, and does something meanwhile."""
+        self._look()
+        self._machine.by_hand(self._tip, act)
+
     def _look(self) -> None:
         """See what is broken now; for heat from elsewhere nothing here is to blame."""
         wiring = self.wiring

@@ -126,6 +126,7 @@ class _Controller:
         self._programs()
         self._logs()
         self._leds()
+        self._inputs()
         self._on_times()
         self._watchdog()
 
@@ -186,6 +187,15 @@ class _Controller:
         self.safety["relay"] = "main_relay"
         if self._spare() and self.draws.some():
             self.safety["relay_feedback"] = self.left.digital()
+
+    def _inputs(self) -> None:
+        """Put contacts at pins that are left."""
+        own = own_draws(self.safety | self.outputs)
+        while self._spare() and len(self.safety.get("inputs", {})) < 3 and own.seldom():
+            number = len(self.safety.setdefault("inputs", {}))
+            part = {"pin": self.left.digital(), **own.maybe({"trips": False})}
+            part |= own.maybe({"for": text(own.number(20, 1000, 50), "ms")})
+            self.safety["inputs"][f"contact_{number}"] = part
 
     def _spare(self) -> bool:
         return self.left.pins > self._needed
