@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.contact import contacts_of
 from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
@@ -80,7 +81,8 @@ class AvrDevice:
     avr -- the processor, run_to -- runs it to a cycle; feed_at -- the cycle at which what was
     recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
     spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
-    that fans turn, by the fan; looked_at -- the variables that were read; who asks clears it.
+    that fans turn, by the fan; contacts -- at the machine's inputs, by their names; looked_at --
+    the variables that were read; who asks clears it.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -99,6 +101,7 @@ class AvrDevice:
         self.interlocks: dict[str, Interlock] = {}
         self.relay = SafetyRelay() if controller.safety.relay is not None else None
         self.proofs = proofs_of(controller)
+        self.contacts = contacts_of(controller)
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
@@ -111,8 +114,8 @@ class AvrDevice:
         self.outputs: dict[str, Switch] = self._attach("outputs", self._controller.outputs)
         if self.relay is not None:
             self.relay.power_on(self.avr, self._controller)
-        for proof in self.proofs.values():
-            proof.power_on(self.avr, self._controller)
+        for part in (*self.proofs.values(), *self.contacts.values()):
+            part.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces = list(self._attach("interfaces", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []

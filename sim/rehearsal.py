@@ -74,6 +74,7 @@ NUMBERS = {
         Number("rising_while_off", "rise_k", "rise", "K"),
         Number("rising_while_off", "settle_s", "settle", "s"),
     ),
+    "on_too_long": (Number("", "on_for_at_most_s", "on_for_at_most", "s"),),
 }
 """By the id of the rule; those of the others are facts of machine and sensor."""
 
@@ -334,6 +335,10 @@ class _World:
     def set_setpoint(self, setpoint_c: float) -> None:
         """Ask for a setpoint."""
         self._device.ask(self.site.loop_name, setpoint_c)
+
+    def switch_off(self) -> None:
+        """Switch the loop off."""
+        self._device.switch_off(self.site.loop_name)
 
     def loop(self, member: str) -> float:
         """Return a number of the loop's last step."""

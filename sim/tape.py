@@ -67,6 +67,8 @@ def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
     given: dict[str, Iterable[Any]] = {"watch_fault": watched.tolist()}
     if "enabled" in names:
         given["enabled"] = log["enabled"].tolist()
+    if "paused" in names:
+        given["paused"] = log["paused"].tolist()
     if "current.raw" in names:
         given["current_raw"] = log["current.raw"].tolist()
     if "guard.maximum_c" in names:

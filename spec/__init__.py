@@ -38,6 +38,7 @@ from heatwright.spec.controller import (
     Safety,
 )
 from heatwright.spec.currents import Current, CurrentSensor
+from heatwright.spec.inputs import Input
 from heatwright.spec.interfaces import (
     Gcode,
     Indicators,
@@ -128,6 +129,7 @@ __all__ = [
     "HoldBack",
     "Identity",
     "Indicators",
+    "Input",
     "IntegralLimits",
     "Interface",
     "LcdKeypad",

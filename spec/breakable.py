@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.currents import CurrentSensor
+from heatwright.spec.inputs import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
 
@@ -19,6 +20,7 @@ _OF_LOOPS = {
     "runaway": (11,),
     "rising_while_off": (13,),
     "master_lost_after_s": (23,),
+    "on_for_at_most_s": (30,),
 }
 """By the key of `protection` that may be off."""
 
@@ -54,3 +56,5 @@ def _by_parts(controller: Controller) -> Iterator[int]:
         yield 27
     if proofs(controller):
         yield 28
+    if tripping(controller):
+        yield 31

@@ -23,6 +23,7 @@ from heatwright.spec.base import (
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.derived import with_derived
+from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
 from heatwright.spec.monitors import Monitors
@@ -103,6 +104,11 @@ class Safety(Model):
         description="Pin at a contact of the relay that is closed to ground while the relay is "
         "open.",
     )
+    inputs: Inputs = Field(
+        ReadOnlyDict({}),
+        description="Contacts of door, emergency stop or thermal cut-out, by name: while one is "
+        "open nothing heats.",
+    )
     lockout: Annotated[Lockout | None, Off] = Field(
         DEFAULTS,
         validate_default=True,
@@ -156,7 +162,9 @@ class Controller(Model):
         ReadOnlyDict({}), description="Sensors of no loop, by the monitor's name."
     )
     programs: Programs | None = Field(None, description="Ramp programs of one loop.")
-    safety: Safety = Field(DEFAULTS, validate_default=True, description="Watchdog and relay.")
+    safety: Safety = Field(
+        DEFAULTS, validate_default=True, description="Watchdog, relay and inputs."
+    )
     interfaces: tuple[Interface, ...] = Field(
         (), max_length=MOST_ENTRIES, description="Displays, keys, serial lines."
     )

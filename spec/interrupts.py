@@ -34,6 +34,9 @@ COOLER_CYCLES = 80
 FAN_CYCLES = 30
 RELAY_CYCLES = 100
 STEPPER_CYCLES = 15
+INPUTS_CYCLES = 30
+INPUT_CYCLES = 10
+"""Of each of them."""
 
 
 class Wait(NamedTuple):
@@ -80,6 +83,8 @@ def longest_tick_s(controller: Controller) -> float:
     outputs, channels = controller.outputs, share_pwm(controller).channels
     cycles = TICK_CYCLES
     cycles += RELAY_CYCLES * (controller.safety.relay is not None)
+    inputs = len(controller.safety.inputs)
+    cycles += INPUTS_CYCLES * bool(inputs) + INPUT_CYCLES * inputs
     cycles += STEPPER_CYCLES * sum(isinstance(each, Stepper) for each in outputs.values())
     for loop in controller.loops.values():
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)

@@ -25,6 +25,9 @@ LONGEST_RULE_S = 86_400.0
 
 _RuleTime = Annotated[float, Quantity(DURATION, least=0.01, most=LONGEST_RULE_S)]
 
+LONGEST_ON_S = 604_800.0
+"""A week: who leaves a heater on for longer means for ever."""
+
 
 class Setpoint(Model):
     """What the operator may ask for."""
@@ -157,6 +160,14 @@ class Protection(Model):
         alias="master_lost_after",
         description="Rule `master_lost`: time without a master's request, or a host's line, while "
         "the loop is on. Left out: 10 min under a host of G-code, else no such rule.",
+    )
+    on_for_at_most_s: (
+        Annotated[float, Quantity(DURATION, least=600.0, most=LONGEST_ON_S)] | None
+    ) = Field(
+        None,
+        alias="on_for_at_most",
+        description="Rule `on_too_long`: time that the loop may be on without being switched off; "
+        "left out: no such rule.",
     )
 
 

@@ -220,11 +220,28 @@ _RULES = (
         "A byte of memory by which the heater is judged has changed by itself.",
         "Set it all again; if it comes again, replace the controller.",
     ),
+    Rule(
+        30,
+        "on_too_long",
+        "ON TOO LONG",
+        "The loop has been on for as long as it may be.",
+        "See whether it is still needed; then acknowledge it, and switch it on again.",
+    ),
+    Rule(
+        31,
+        "input_open",
+        "INPUT OPEN",
+        "A contact that has to be closed for heat is open: a door, an emergency stop, a cut-out.",
+        "Find out which it is, and why; look for a torn wire where it seems closed.",
+    ),
 )
 
-NO_LOCKOUT = ("watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost")
-"""Rules whose trips do not count for a lock-out: they are of the controller, its supply and its
-host, not of the machine, its heat and what measures it."""
+NO_LOCKOUT = (
+    "watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost",
+    "on_too_long",
+)  # fmt: skip
+"""Rules whose trips do not count for a lock-out: they are of the controller, its supply, its host
+and who forgets it, not of the machine, its heat and what measures it."""
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}
 """All rules by code, in the order of their codes."""

@@ -67,9 +67,11 @@ def contact_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
     for name, output in controller.outputs.items():
         if isinstance(output, DigitalOutput) and output.proof is not None:
             yield ("outputs", name, "proof", "pin"), output.proof.pin, "the proof that a fan turns"
+    path: Path = ("safety", "relay_feedback")
     if controller.safety.relay_feedback is not None:
-        path: Path = ("safety", "relay_feedback")
         yield path, controller.safety.relay_feedback, "the relay's feedback"
+    for name, each in controller.safety.inputs.items():
+        yield ("safety", "inputs", name, "pin"), each.pin, f"the input {name}"
 
 
 def pins_of(part: Sensor | Output) -> dict[str, str]:

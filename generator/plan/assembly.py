@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from heatwright.generator.plan import core, program, relay
+from heatwright.generator.plan.inputs import plan_inputs
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
@@ -69,6 +70,7 @@ def plan_firmware(spec: Spec) -> Plan:
         *((("interfaces", index), part) for index, part in enumerate(interfaces)),
         ((), settings),
         *((("outputs",), part) for part in plan_proofs(root)),
+        *((("safety", "inputs"), part) for part in plan_inputs(root)),
         (("programs",), plan_programs(root)),
         *((("programs",), part) for part in _program(root, loops)),
     ]

@@ -11,6 +11,7 @@ from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
+from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
 from heatwright.spec.timers import looks, tick_interval
 
@@ -127,10 +128,14 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "wanting": wanting(root.controller),
+        "inputs": list(root.controller.safety.inputs),
+        "inputs_where": root.at("safety", "inputs").where,
+        "input_trips": bool(tripping(root.controller)),
         "counted": [name for name, each in proven.items() if each.tachometer],
         "pins": ["pin_output_*_drive"]
         + [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
-        + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer],
+        + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer]
+        + [f"pin_input_{name}_is_high" for name in root.controller.safety.inputs],
     }
     return Part(
         files=(

@@ -42,6 +42,8 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
                 quantity(rules.master_lost_after_s, "s"),
             )
         )
+    if rules.on_for_at_most_s is not None:
+        constants.append(count(("on_for_at_most",), "ON_STEPS", rules.on_for_at_most_s))
     if rules.runaway is not None:
         constants.append(
             number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")

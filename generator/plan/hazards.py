@@ -126,6 +126,16 @@ HAZARDS = (
         "bits that no check covers: heatwright's `docs/safety.md`",
     ),
     Hazard(
+        "A door, an emergency stop or a cut-out opens, or its wire is torn",
+        ("input_open",),
+        "a contact that stays closed for ever, or a wire that is bridged",
+    ),
+    Hazard(
+        "Nobody switches the heater off",
+        ("on_too_long",),
+        "what a machine without a limit of that time heats, it heats for ever",
+    ),
+    Hazard(
         "The host or the master is gone",
         ("master_lost",),
         "one that goes on asking and no longer thinks",
@@ -174,6 +184,8 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
     """Bound on that in a loop, s, as docs/safety.md derives it; of what lasts from its start on."""
     if rule == "emergency_stop":
         return TICK_S
+    if rule == "input_open":
+        return 2 * TICK_S
     if rule == "watchdog_reset":
         return MAIN_PERMIT_S + TICK_S
     loop = controller.loops[name]
@@ -194,6 +206,8 @@ def _lasting(loop: Loop) -> dict[str, float]:
         found["sensor_frozen"] = protection.frozen.for_s
     if protection.runaway is not None:
         found["runaway_above"] = found["runaway_below"] = protection.runaway.for_s
+    if protection.on_for_at_most_s is not None:
+        found["on_too_long"] = protection.on_for_at_most_s
     current_s = max(LEAST_CURRENT_S, LEAST_CURRENT_STEPS * loop.period_s)
     return found | {"current_while_off": current_s, "no_current": current_s}
 

@@ -6,6 +6,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Proof, Protection, Spec, proofs
 from heatwright.spec.commands import gcode_of
+from heatwright.spec.inputs import tripping
 
 
 def limit(spec: Spec, rule: str) -> str:
@@ -33,6 +34,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         | _of_relay(controller)
         | _of_monitors(controller)
         | _of_proofs(controller)
+        | _of_inputs(controller)
         | {
             "watchdog_reset": f"a reset after {quantity(controller.safety.watchdog_s, 's')} "
             "without the main loop",
@@ -68,6 +70,14 @@ def _of_proofs(controller: Controller) -> dict[str, str]:
         for name, proof in proofs(controller).items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}
+
+
+def _of_inputs(controller: Controller) -> dict[str, str]:
+    limits = [
+        f"{name} is open for {quantity(each.for_s, 's')}"
+        for name, each in tripping(controller).items()
+    ]
+    return {"input_open": "; ".join(limits)} if limits else {}
 
 
 def _speeds(proof: Proof) -> str:
@@ -117,6 +127,10 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
         silence = quantity(protection.master_lost_after_s, "s")
         asked = "request" if gcode_of(spec.controller) is None else "line from the host"
         limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
+    if protection.on_for_at_most_s is not None:
+        limits["on_too_long"] = (
+            f"on for {quantity(protection.on_for_at_most_s, 's')} without being switched off"
+        )
     if protection.heating is not None:
         limits["heating_failed"] = (
             f"less than {quantity(protection.heating.rise_k, 'K')} in "

@@ -29,6 +29,7 @@ from heatwright.spec.commands import (
     tunable,
 )
 from heatwright.spec.indicated import indicated
+from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
 from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
 
@@ -36,7 +37,7 @@ FULL_PERCENT = 100.0
 
 RULES_OF_LOOP = (
     "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
-    "master_lost_after",
+    "master_lost_after", "on_for_at_most",
 )  # fmt: skip
 """The keys of `protection` that guard.c names."""
 
@@ -121,6 +122,11 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "plotter": plotted,
         "relay_judged": relay.is_judged_by(source.controller, name),
         "proven": proven_in(source.controller, name),
+        "idle": "is_idle()" if source.controller.safety.inputs else "is_off()",
+        "inputs": bool(source.controller.safety.inputs),
+        "inputs_where": Source(source.spec, ("safety", "inputs")).where,
+        "inputs_judged": bool(tripping(source.controller))
+        and name == next(iter(source.controller.loops)),
         "monitors": list(monitors_of(source.controller, name)),
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,
@@ -133,6 +139,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "starts_where": source.at("starts").where,
         "told": told,
         "master_lost": loop.protection.master_lost_after_s is not None,
+        "on_limited": loop.protection.on_for_at_most_s is not None,
         "warm_within": f"{prefix}_{'READY' if by_host else 'WARM'}_WITHIN_K",
         "autotune": experiment is not None,
         "limits_where": source.at("algorithm", "limits_adjustable").where,

@@ -86,6 +86,18 @@ def lifted(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     )
 
 
+def contact(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """A contact to ground, and our pull-up; direction and pull-up are written together."""
+    return _pin(
+        source,
+        name,
+        pin,
+        f"contact of {purpose}: low is closed",
+        _change(pin, "listen", _clear("DDR", pin), _set("PORT", pin)),
+        _test(pin, "is_high", "!="),
+    )
+
+
 def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
     """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
     return _pin(

@@ -12,6 +12,8 @@ from heatwright.sim.faults import (
     displays,
     healthy,
     heaters,
+    inputs,
+    left_on,
     masters,
     memory,
     monitors,
@@ -50,7 +52,7 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
 
 
 def _of_loop(site: Site) -> list[Fault]:
-    return [
+    found = [
         *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
         *tips.faults(site),
         *heaters.faults(site),
@@ -61,6 +63,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *displays.faults(site),
         *healthy.faults(site),
     ]
+    return [*left_on.over_meanwhile(site.controller, found), *left_on.faults(site)]
 
 
 def _sensors(site: Site) -> list[str]:
@@ -77,11 +80,13 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
 
 
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:
-    return [
+    found = [
         *processor.faults(site),
         *relays.faults(site),
+        *inputs.faults(site),
         *monitors.faults(site),
         *memory.faults(quickest),
         *operators.faults(site),
         *masters.faults(site),
     ]
+    return left_on.over_meanwhile(site.controller, found)

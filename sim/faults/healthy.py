@@ -86,10 +86,17 @@ def reachable(
 
 
 def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
-    """Ask for one setpoint after the other, each held a while."""
+    """Ask for one setpoint after the other, each held a while.
+
+    A loop that may not be on for so long in all is switched off and on between them.
+    """
     full = full_percent(world.site.loop)
+    most_s = world.site.loop.protection.on_for_at_most_s
     has_enough = OfState(lambda now: now.loop("duty_percent") < full)
     for setpoint_c in setpoints_c:
+        if most_s is not None:
+            world.switch_off()
+            starts.first_steps(world)
         world.set_setpoint(setpoint_c)
         starts.first_steps(world)
         world.until(has_enough, LONGEST_S)

@@ -24,6 +24,7 @@ from dataclasses import dataclass, field, replace
 from heatwright.sim.faults import cooling, relays, told, witness
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
+from heatwright.sim.faults.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
@@ -239,10 +240,12 @@ class _Trial:
     def _may_come_first(self) -> tuple[str, ...]:
         """Return what may tell sooner that no reading comes: without one there is no heat.
 
-        A current that is not read any more seems to flow on after the heat has ended.
+        A current that is not read any more seems to flow on after the heat has ended. And a loop
+        may have been on for long enough meanwhile.
         """
+        limited = self.world.site.loop.protection.on_for_at_most_s is not None
         silent = self.fault.sensor_lies and self.fault.current_lies
-        lies = CURRENT_RULES if silent else ()
+        lies = (*(CURRENT_RULES if silent else ()), *((TOO_LONG,) if limited else ()))
         log = self.world.device.steps(self.world.site.loop_name)
         read = len(log) and log[-1]["has_reading"] and not log[-1]["reading_status"]
         return lies if read else (*lies, *LACKS_HEAT)

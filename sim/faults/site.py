@@ -141,6 +141,9 @@ class Operated(Protocol):
     def set_setpoint(self, setpoint_c: float) -> None:
         """Ask for a setpoint, °C, and switch on."""
 
+    def switch_off(self) -> None:
+        """Switch the loop off, by its switch or its setpoint."""
+
     def run(self, seconds: float) -> None:
         """Go on for a time."""
 

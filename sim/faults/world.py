@@ -297,6 +297,11 @@ class World:
             self._machine.by_hand(self._tip)
         return 0
 
+    def act_within(self, act: Callable[[float], None]) -> None:
+        """Go on by one step; act -- runs the device to its end, s, and does something meanwhile."""
+        self._look()
+        self._machine.by_hand(self._tip, act)
+
     def _look(self) -> None:
         """See what is broken now; for heat from elsewhere nothing here is to blame."""
         wiring = self.wiring
@@ -367,6 +372,13 @@ class World:
         self.hand.set_setpoint(self, setpoint_c)
         if self.site.is_switched:
             self.switch(on=True)
+
+    def switch_off(self) -> None:
+        """Switch the loop off, by its switch or, under a host, by its setpoint."""
+        if self.site.is_switched:
+            self.switch(on=False)
+        else:
+            self.hand.set_setpoint(self, 0.0)
 
     @property
     def power_on_s(self) -> float:

@@ -116,6 +116,7 @@ def _names(parts: Parts) -> list[str]:
     control += [f"{name}.c" for name in program_files(parts)]
     control += [f"response_{parts.loop}.c"] * parts.response
     control += [f"proof_{fan}.c" for fan in parts.proven]
+    control += ["inputs.c"] * parts.inputs
     control += ["relay.c"] * (parts.relay is not None)
     control += ["countdown.c"] * parts.countdown
     for name, sensor, _, has_table in parts.monitors:

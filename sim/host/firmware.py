@@ -17,7 +17,8 @@ INPUT = np.dtype(
         ("reading_status", "u1"), ("acknowledge", "u1"), ("reading_raw", "i4"),
         ("setpoint_c", "f4"), ("command", "u1"), ("value", "f4"), ("gains", "f4", 3),
         ("current_status", "u1"), ("current_raw", "i2"), ("silent_ticks", "u2"),
-        ("order", "u1"), ("argument", "u1"), ("monitored", "u1"),
+        ("order", "u1"), ("argument", "u1"), ("open_inputs", "u1"),
+        ("monitored", "u1"),
     ]
 )  # fmt: skip
 """What goes into one control step: `struct host_input`."""

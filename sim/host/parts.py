@@ -60,6 +60,8 @@ class Parts(NamedTuple):
     """Settling time and overshoot of the last setpoint are measured."""
     proven: tuple[str, ...]
     """Fans whose proof is asked for."""
+    inputs: bool
+    """The machine has inputs."""
     monitors: tuple[tuple[str, str, str, bool], ...]
     """What is judged in the loop's steps: name, sensor, the C type and the values of its readings,
     and whether a table makes temperatures of them."""
@@ -116,6 +118,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         countdown=countdown_of(controller, name) is not None,
         response=loop.response is not None,
         proven=tuple(proofs(controller)),
+        inputs=bool(controller.safety.inputs),
         monitors=tuple(
             (
                 each,
@@ -154,7 +157,8 @@ def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[st
         headers += [f"{name}.h" for name in program_files(parts)]
     flags.append(f"-DLOOKS={looks_of(controller)}")
     headers += [f"proof_{fan}.h" for fan in first.proven]
-    flags += _proof_flags(controller)
+    flags += _proof_flags(controller) + _input_flags(controller)
+    headers += ["inputs.h"] * bool(controller.safety.inputs)
     if first.stepper:
         flags.append(f"-DSTEPPER={first.stepper}")
         headers.append(f"output_{first.stepper}.h")
@@ -190,6 +194,15 @@ def _proof_flags(controller: Controller) -> list[str]:
         if proof.tachometer is not None:
             counted += f"PROOF({fan},{proof.tachometer.window_ticks})"
     return [f"-DPROOFS={listed}"] * bool(listed) + [f"-DCOUNTED={counted}"] * bool(counted)
+
+
+def _input_flags(controller: Controller) -> list[str]:
+    pins = [controller.board.pins[each.pin] for each in controller.safety.inputs.values()]
+    listed = "".join(
+        f"INPUT({number},{PORTS.index(pin.port)},(1u<<{pin.bit}))"
+        for number, pin in enumerate(pins)
+    )
+    return [f"-DINPUTS={listed}"] * bool(listed)
 
 
 def names_for_loop(controller: Controller, parts: Parts) -> list[str]:

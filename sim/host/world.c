@@ -2,7 +2,7 @@
  *
  * Linked first, so that its data begin the memory that a reset restores. Names come from the command
  * line: LOOPS has LOOP(name) for each loop, in the order of the specification, and perhaps there are
- * STEPPER, RELAY and its CONTACT, PROGRAMMED, PROOFS and those of them that are COUNTED; the firmware's headers are included there, too.
+ * STEPPER, RELAY and its CONTACT, PROGRAMMED, PROOFS and those of them that are COUNTED, INPUTS; the firmware's headers are included there, too.
  */
 #include "world.h"
 
@@ -175,6 +175,15 @@ uint8_t host_level(uint8_t port)
     PROOFS
 #undef PROOF
 #endif
+#ifdef INPUTS
+#define INPUT(NUMBER, PORT, MASK)                                                                  \
+    if (port == (PORT)) { /* closed to ground, else pulled up */                                   \
+        const bool open = world->open_inputs & (1u << (NUMBER));                                   \
+        level = (uint8_t)(open ? level | (MASK) : level & ~(MASK));                                \
+    }
+    INPUTS
+#undef INPUT
+#endif
     return level;
 }
 
@@ -231,6 +240,10 @@ void host_power_up(void)
 #endif
     settings_start();
     begin_proofs();
+    world->open_inputs = 0;
+#ifdef INPUTS
+    inputs_start();
+#endif
 #ifdef CONTACT_PORT
     relay_start();
 #endif
@@ -294,6 +307,9 @@ void host_tick(void)
     PROOFS
 #undef PROOF
 #endif
+#ifdef INPUTS
+    inputs_tick();
+#endif
     for (uint8_t i = 0; i < LOOP_COUNT && !world->loop_hangs; i++) {
         const uint16_t before = *loops[i]->steps;
         ticking = loops[i];
@@ -338,6 +354,9 @@ void host_acknowledge(void)
 void host_set(uint8_t loop, const struct host_input *next)
 {
     loops[loop]->input = *next;
+    if (loop == 0) {
+        world->open_inputs = next->open_inputs;
+    }
     if (next->acknowledge) {
         host_acknowledge();
     }

@@ -22,6 +22,7 @@ struct host_input {
     uint16_t silent_ticks; /* since the master, or the host, was heard */
     uint8_t order; /* to the program: PROGRAM_* of program.order */
     uint8_t argument;
+    uint8_t open_inputs; /* of the machine, by their bits: of the first loop's, until its next step */
     uint8_t monitored; /* monitors of the loop: which of their readings, or HOST_BAD + a status; and
                         * HOST_ONLY * n: only the n-th, the others have their first reading */
 };
@@ -84,6 +85,7 @@ struct host_world {
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
     uint8_t fan_stands_still; /* nothing drives the fan's line */
     uint16_t proof_line;      /* what proves that fans turn: HOST_*, or looks at it that a pulse lasts */
+    uint8_t open_inputs;      /* of the machine, by their bits; 0 at power-up */
     uint32_t looks;           /* at it, since the reset */
     uint32_t ticks;           /* since the reset */
     uint32_t heater_counts;   /* by which the heater was on, over all ticks since the reset */

@@ -97,13 +97,16 @@ class Tuner:
         if self.result == RUNNING and (mode != TUNING or fault):
             self.result = STOPPED
 
-    def step(self, moment: Moment | None) -> Single:
-        """Do a step, without a reading if there is none, and return the duty in percent."""
+    def step(self, moment: Moment | None, *, paused: bool = False) -> Single:
+        """Do a step, without a reading if there is none, and return the duty in percent.
+
+        It is given up when an input of the machine takes the heat away.
+        """
         if self.result != RUNNING:
             return ZERO
         self._steps += 1
         self._half_steps += 1
-        if self._steps >= self._longest:
+        if self._steps >= self._longest or paused:
             self.result = TIMED_OUT
         elif moment is not None:
             self._look(moment)

@@ -93,14 +93,14 @@ class Steering:
         if self.tuner and mode == TUNING:
             full_percent = self.tuner.swing_percent
             bandless = self.tuner.phase <= SLOPE
-        bandless = bandless or self.is_off(setpoint_c, orders)
+        bandless = bandless or self.is_idle(setpoint_c, orders)
         return Exemptions(full_percent, bandless, mode == MANUAL)
 
     def duty(
         self, look: Look, orders: Orders, top_percent: Single, *, fault: bool, valid: bool
     ) -> Single:
         """Return the duty that is asked for, in percent; more than the top is not given."""
-        off = self.is_off(look.setpoint_c, orders)
+        off = self.is_idle(look.setpoint_c, orders)
         if self._limited and self._pid:
             self._pid.take_limits(orders.limits)
             if self.tuner:
@@ -108,7 +108,7 @@ class Steering:
         if self.tuner:
             self.tuner.stop_unless(orders.mode, fault=fault)
             moment = Moment(look.temperature_c, look.last_c, look.setpoint_c)
-            tuning_percent = self.tuner.step(moment if valid else None)
+            tuning_percent = self.tuner.step(moment if valid else None, paused=bool(orders.paused))
         if fault or (valid and (off or orders.mode == TUNING)):
             self._control.reset()
         if fault or not valid or off:
@@ -139,6 +139,10 @@ class Steering:
         if self._switched:
             return not orders.enabled
         return self._zero_is_off and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
+
+    def is_idle(self, setpoint_c: Single, orders: Orders) -> bool:
+        """Tell whether nothing is to be heated: off, or paused by an input of the machine."""
+        return bool(orders.paused) or self.is_off(setpoint_c, orders)
 
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
         if isinstance(self._control, PidControl):

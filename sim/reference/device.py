@@ -135,6 +135,15 @@ class ReferenceDevice:
         if isinstance(operator, SwitchedOperator):
             operator.switch(on=True)
 
+    def switch_off(self, loop: str) -> None:
+        """Switch a loop off, as its keys would.
+
+        Raises:
+            KeyError: there is no such loop.
+
+        """
+        self._loops[loop].operator.key_off()
+
     def last(self, loop: str, member: str) -> float:
         """Return a number of a loop's last step.
 

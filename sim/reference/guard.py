@@ -13,6 +13,7 @@ from heatwright.spec import Loop
 OVER_TEMPERATURE = 6
 UNDER_TEMPERATURE = 7
 RISE_RATE = 8
+ON_TOO_LONG = 30
 
 
 class Guard:
@@ -27,11 +28,15 @@ class Guard:
         self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
         self._rules: tuple[GuardRule, ...] = rules_of(loop, raw_width)
         self._is_adjustable = protection.maximum_adjustable
+        on_s = protection.on_for_at_most_s
+        self._most_on_steps = None if on_s is None else steps(on_s, loop.period_s)
+        self._on_steps = 0
         self.fresh = 1
         self.members: tuple[Member, ...] = (
             *(member for rule in self._rules for member in rule.members),
             ("fresh", "u1"),
             *((("maximum_c", "f4"),) if self._is_adjustable else ()),
+            *((("on_steps", "u4"),) if on_s is not None else ()),
         )
 
     def reset(self) -> None:
@@ -39,6 +44,7 @@ class Guard:
         for rule in self._rules:
             rule.reset()
         self.fresh = 1
+        self._on_steps = 0
 
     def take(self, maximum_c: Single | None) -> None:
         """Take over the operator's critical temperature, where there is one."""
@@ -48,6 +54,13 @@ class Guard:
             message = "The loop needs its critical temperature"
             raise ValueError(message)
         self._maximum_c = maximum_c
+
+    def count(self, *, on: bool) -> int:
+        """Return 30 once the loop has been on for too long; on -- and not at fault."""
+        if self._most_on_steps is None:
+            return 0
+        self._on_steps = self._on_steps + 1 if on else 0
+        return ON_TOO_LONG if self._on_steps >= self._most_on_steps else 0
 
     def without_reading(self, status: int, missing: int) -> int:
         """Return the fault code after a step without a reading, 0 for none."""
@@ -73,7 +86,12 @@ class Guard:
         found: tuple[Value, ...] = ()
         for rule in self._rules:
             found += rule.values()
-        return (*found, self.fresh, *((self._maximum_c,) if self._is_adjustable else ()))
+        return (
+            *found,
+            self.fresh,
+            *((self._maximum_c,) if self._is_adjustable else ()),
+            *((self._on_steps,) if self._most_on_steps is not None else ()),
+        )
 
     def _reading(self, look: Look) -> int:
         if look.temperature_c >= self._maximum_c:

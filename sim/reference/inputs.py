@@ -50,7 +50,9 @@ class Orders(NamedTuple):
     maximum_c: Single | None = None
     """The operator's critical temperature; needed where it is adjustable."""
     watch_fault: int = 0
-    """What the watch of the safety relay, or of a fan, has found."""
+    """What the watch of the safety relay, of a fan, or of the machine's inputs, has found."""
+    paused: int = 0
+    """Whether an input of the machine keeps it from being heated."""
     numbers: Mapping[str, Single] = MappingProxyType({})
     """By field of the algorithm, what keys have set; needed where they can."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})

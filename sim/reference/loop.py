@@ -19,8 +19,8 @@ Record = dict[str, Value]
 
 EMERGENCY_STOP = 19
 MASTER_LOST = 23
-WATCHED_FAULTS = (25, 26, 28, 29)
-"""Of the relay, of fans and of damaged memory: found between the steps."""
+WATCHED_FAULTS = (25, 26, 28, 29, 31)
+"""Of the relay, of fans, of damaged memory and of inputs: found between the steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
 """While a fault is latched the cooler runs, unless a reading tells that it is colder."""
@@ -32,6 +32,8 @@ LOOP_MEMBERS: tuple[Member, ...] = (
     ("asked_percent", "f4"),
 )
 COOLING: Member = ("cooling", "u1")
+PAUSED: Member = ("paused", "u1")
+"""Input of all loops, where the machine has inputs."""
 FAULT_MEMBERS: tuple[Member, ...] = (
     ("code", "u1"),
     ("acknowledgements", "u1"),
@@ -56,6 +58,7 @@ class Reference:
             for name in monitors_of(controller, loop)
         }
         self._has_cooler = spec.cooler is not None
+        self._has_inputs = bool(controller.safety.inputs)
         self._minds_master = spec.protection.master_lost_after_s is not None
         self.output: HeaterOutput = heater_of(controller, spec.heater)
         self.members = self._members()
@@ -174,15 +177,16 @@ class Reference:
         )
 
     def _mind_others(self, orders: Orders, setpoint: Single) -> None:
-        """Watch what is not the loop's own: the safety relay, the monitors, and the master."""
+        """Watch the safety relay, the monitors, the master, and for how long the loop is on."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
         for name, monitor in self._monitors.items():
             code = monitor.step(*orders.monitors[name])
             self._trip(code, monitor.temperature_c)
-        lost = orders.master_lost and self._minds_master
-        if lost and not self.steering.is_off(setpoint, orders):
+        on = not self.steering.is_off(setpoint, orders)
+        if orders.master_lost and self._minds_master and on:
             self._trip(MASTER_LOST, temperature_c)
+        self._trip(self._guard.count(on=on and not self.fault_code), temperature_c)
 
     def _mind_current(self, raw: int) -> None:
         if self.limiter is None:
@@ -224,7 +228,7 @@ class Reference:
         """See how the loop answers to its setpoint."""
         if self._response is None:
             return
-        off = self.steering.is_off(look.setpoint_c, orders) or orders.mode != AUTOMATIC
+        off = self.steering.is_idle(look.setpoint_c, orders) or orders.mode != AUTOMATIC
         self._response.step(
             None if status else look.temperature_c,
             look.setpoint_c,
@@ -234,7 +238,7 @@ class Reference:
     def _cooled(self, status: int, look: Look, orders: Orders) -> int:
         if self.fault_code:
             return int(bool(status) or not look.temperature_c < FAULT_COOLING_ABOVE_C)
-        if self.steering.is_off(look.setpoint_c, orders):
+        if self.steering.is_idle(look.setpoint_c, orders):
             return 0
         return self.cooling if status else self.steering.cooling
 
@@ -243,6 +247,7 @@ class Reference:
             *LOOP_MEMBERS,
             *self._readings.members,
             *((COOLING,) if self._has_cooler else ()),
+            *((PAUSED,) if self._has_inputs else ()),
             *self.steering.inputs,
             *prefixed("guard", self._guard.members),
             *self.steering.members,
@@ -266,6 +271,7 @@ class Reference:
             self._asked_percent,
             *self._readings.values(),
             *((self.cooling,) if self._has_cooler else ()),
+            *((orders.paused,) if self._has_inputs else ()),
             *self.steering.input_values(orders),
             *self._guard.values(),
             *self.steering.values(),

@@ -35,8 +35,9 @@ def rows_have_loops(controller: Controller) -> Findings:
 def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     """Put a row's setpoint, algorithm and output in the place of its loop's own.
 
-    The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
-    Other loops stay as they are after the power-up. No key sets a number of a row's algorithm.
+    The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator;
+    it ends with its scenario, however long the loop may be on. Other loops stay as they are after
+    the power-up. No key sets a number of a row's algorithm.
 
     Raises:
         KeyError: there is no such loop.
@@ -45,10 +46,12 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     name = row_loop(controller, row)
     loop = controller.loops[name]
     setpoint = loop.setpoint.model_copy(update={"initial_c": row.setpoint_c})
+    protection = loop.protection.model_copy(update={"on_for_at_most_s": None})
     changed = loop.model_copy(
         update={
             "algorithm": row.algorithm,
             "setpoint": setpoint,
+            "protection": protection,
             "autotune": loop.autotune if row.algorithm.kind == "pid" else None,
             "starts": "enabled" if switched(controller, name) else None,
         }

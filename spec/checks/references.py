@@ -237,15 +237,19 @@ def names_apart_in_c(controller: Controller) -> Findings:
     Everything made from a name carries it in front (`output_heater`, `output_heater_start()`), so
     no name may go on where another of its section ends; a number may, for no function begins so.
     """
-    for section in ("sensors", "outputs", "loops", "monitors"):
-        names = getattr(controller, section)
+    sections: dict[Path, Collection[str]] = {
+        (section,): getattr(controller, section)
+        for section in ("sensors", "outputs", "loops", "monitors")
+    }
+    sections["safety", "inputs"] = controller.safety.inputs
+    for section, names in sections.items():
         for name in names:
             words = name.split("_")
             for count in range(1, len(words)):
                 other, rest = "_".join(words[:count]), "_".join(words[count:])
                 if other in names and not rest[0].isdigit():
                     yield Finding(
-                        (section, name),
+                        (*section, name),
                         f"in C its names could be mistaken for those of {other}",
                         f"Rename one of them, for instance this one to {rest}",
                     )

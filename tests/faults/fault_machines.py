@@ -172,6 +172,18 @@ MACHINES = {
         ),
         only=("countdown_ends", "power_cut", "keys_at_random", "select_stuck"),
     ),
+    # Nobody switches them off any more: they have been on for longer than they may be.
+    **{
+        f"left_{name}": Machine(
+            changed(name, *others), only=("left_on", "switched_on_anew", "on_time_flipped")
+        )
+        for name, *others in (
+            ("chamber", ("starts: enabled  ", "starts: disabled "),
+             ("stale_after: 5 s", "stale_after: 5 s\n      on_for_at_most: 22 min")),
+            ("extruder", ("stale_after: 1 s", "stale_after: 1 s\n      on_for_at_most: 25 min")),
+            ("fabricator", ("_after: 5 s", "_after: 5 s\n      on_for_at_most: 12 min")),
+        )
+    },
     # Nobody can ask for more than a duty below the shortest pulse: a shorted wire carries nothing.
     "sips": Machine(
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},

@@ -113,6 +113,8 @@ def rules_of(controller: Controller) -> Rules:
         found |= _PROGRAMS
         if controller.programs.on_fault == "pause":
             found |= _of(sensor_short="power_cut_in_interrupted_program")
+    if loop.protection.on_for_at_most_s:
+        found |= _of("switched_on_anew", on_too_long="left_on", memory_damaged="on_time_flipped")
     measured = getattr(controller.outputs[loop.heater], "current", None) is not None
     return found | _still(controller, loop, measured) | _heat(controller, loop, measured)
 

@@ -10,7 +10,9 @@ from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_current import current_problem
 from host_gate import gate_problem
+from host_inputs import inputs_problem
 from host_limits import limits_problem
+from host_on_time import on_time_problem
 from host_power import power_problem
 from host_proof import proof_problem
 from host_switching import switching_problem
@@ -80,6 +82,8 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "gate": gate_problem,
         "current": current_problem,
         "proof": proof_problem,
+        "on_time": on_time_problem,
+        "inputs": inputs_problem,
         "limits": limits_problem,
         "text": all_text_problems,
         "types": types_problem,

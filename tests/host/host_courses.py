@@ -39,6 +39,8 @@ OTHER_CODES = ("over", "leak")
 
 RARE = 0.25
 """Share of the changes of what is monitored that may be a fault."""
+OPEN = 0.2
+"""Share of the time for which an input that pauses is open."""
 LONG = 300
 """Steps without a reading that eight bits cannot count."""
 
@@ -105,6 +107,7 @@ def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     """The steps of a course; a failed reading leaves the code as it was, as the firmware does."""
     inputs = _walked(controller, course)
     fill_monitors(controller, Random(repr(course)), inputs)  # noqa: S311 - no secret
+    fill_inputs(controller, Random(repr(course)), inputs)  # noqa: S311 - no secret
     if current_of(controller):
         fill_currents({"": Way(controller)}, {"": inputs})
     return inputs
@@ -129,6 +132,21 @@ def fill_monitors(controller: Controller, random: Random, inputs: NDArray[Any]) 
             left = LONG if given == bad and random.random() < RARE / 3 else left
         left -= 1
         row["monitored"] = given + HOST_ONLY * only
+
+
+def fill_inputs(controller: Controller, random: Random, inputs: NDArray[Any]) -> None:
+    """Let the machine's inputs be open now and then: some that pause, seldom one that trips."""
+    pausing = [not each.trips for each in controller.safety.inputs.values()]
+    mask, left = 0, 0
+    for row in inputs if pausing else ():
+        if not left:
+            mask = sum(
+                (random.random() < (OPEN if pauses else OPEN / 10)) << number
+                for number, pauses in enumerate(pausing)
+            )
+            left = random.choice((1, 2, 5, 20))
+        left -= 1
+        row["open_inputs"] = mask
 
 
 def random_inputs(

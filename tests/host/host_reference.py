@@ -30,6 +30,9 @@ SLACK = 0.001
 """Of counts: the reference has shares of a time, which do not add up to the last bit."""
 
 
+INPUT_OPEN = 31
+
+
 class Restored(NamedTuple):
     """What is there after a reset, where that is not what the specification says."""
 
@@ -92,6 +95,8 @@ class Way:
             sensor = controller.sensors[self._current.sensor]
             self._sensor, self._taken = IdealSensor(sensor, controller.board), 0
             self._due_a = output.power_w / output.supply_v / 100
+        self._was_open = False
+        self._inputs = list(controller.safety.inputs.values())
         self._lockout = Lockout(controller)
         self._locks_out = lockout_of(controller) is not None
         if restored is not None:
@@ -186,7 +191,7 @@ class Way:
         if self._reference.fault_code != code:
             self._note_fault()
             self.tell(ways)
-        self._closed = self._closed or self._commands.has_closed
+        self._closed = self._closed or self._commands.has_closed or bool(row["open_inputs"])
         return taken
 
     def tells(self) -> bool | None:
@@ -200,6 +205,7 @@ class Way:
         reading = int(row["reading_status"]), int(row["reading_raw"])
         record = reference.step(*reading, commands.setpoint_c(row), orders=self._orders(row))
         self._record = record
+        self._was_open = bool(row["open_inputs"])
         self._takes_turn = bool(cooled and not reference.cooling)
         commands.after_step()
         self._course.apply(reference.output.counts)
@@ -211,10 +217,14 @@ class Way:
         return (*record.values(), *own, *self._told(record))
 
     def _orders(self, row: Any) -> Orders:
-        silence = self._silence_ticks
+        """What the row says; a period is longer than a contact has to be open, or closed again."""
+        silence, mask = self._silence_ticks, int(row["open_inputs"])
+        trips = any(each.trips and mask >> number & 1 for number, each in enumerate(self._inputs))
         return self._commands.orders._replace(
             monitors=self._monitored(int(row["monitored"])),
             current_raw=int(row["current_raw"]),
+            paused=int(mask != 0 or self._was_open),
+            watch_fault=INPUT_OPEN * trips,
             master_lost=silence is not None and int(row["silent_ticks"]) >= silence,
         )
 

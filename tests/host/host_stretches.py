@@ -18,6 +18,8 @@ NO_GAINS = (0.0, 0.0, 0.0)
 NO_COMMAND = (Command.NOTHING, 0.0, NO_GAINS)
 NOT_WARM = 0
 """What is monitored, until `fill_monitors` warms it."""
+ALL_CLOSED = 0
+"""The machine's inputs, until `fill_inputs` opens one."""
 NO_ORDER = (0, 0)
 AS_DUE = 100
 """Per cent of the current that is due: a healthy heater."""
@@ -69,7 +71,7 @@ class Walk:
             if stretch.acknowledge:
                 self._go_on()
             getattr(self, f"_{stretch.kind}")(stretch)
-        return np.array([(*row, NOT_WARM) for row in self._rows], INPUT)
+        return np.array([(*row, ALL_CLOSED, NOT_WARM) for row in self._rows], INPUT)
 
     def _go_on(self) -> None:
         """Do what it takes to heat again after an acknowledgement."""

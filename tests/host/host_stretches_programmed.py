@@ -3,7 +3,7 @@
 from typing import Any
 
 from host_reference import Restored, Way
-from host_stretches import NOT_WARM, Stretch
+from host_stretches import ALL_CLOSED, NOT_WARM, Stretch
 from host_stretches_commanded import CommandedWalk
 
 from heatwright.sim.host.firmware import INPUT
@@ -45,7 +45,7 @@ class ProgrammedWalk(CommandedWalk):
 
     def _add(self, row: tuple[Any, ...]) -> None:
         super()._add(row)
-        named = dict(zip(INPUT.names or (), (*row, NOT_WARM), strict=True))
+        named = dict(zip(INPUT.names or (), (*row, ALL_CLOSED, NOT_WARM), strict=True))
         self._last = self._way.take(len(self._rows) - 1, named)
         self._setpoint_c = float(self._last["setpoint_c"])
 

@@ -16,7 +16,8 @@ TEMPLATES = (
     "src/current.c.j2", "src/guard.c.j2", "src/program.c.j2", "src/settings.c.j2", "src/gate.c.j2",
     "src/fault.c.j2", "algorithms/on_off.c.j2", "algorithms/lead.c.j2", "algorithms/pid.c.j2",
     "algorithms/three_position.c.j2", "algorithms/autotune.c.j2",
-    "outputs/time_proportional.c.j2", "src/proof.c.j2", "src/proof.h.j2",
+    "outputs/time_proportional.c.j2", "src/proof.c.j2", "src/proof.h.j2", "src/inputs.c.j2",
+    "src/inputs.h.j2",
 )  # fmt: skip
 INCLUDED_BY = {
     "algorithms/lead.c.j2": "algorithms/three_position.c.j2",

@@ -34,6 +34,7 @@ from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST
+from heatwright.spec.loops import LONGEST_RULE_S
 from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
@@ -125,6 +126,8 @@ class _Controller:
         self._programs()
         self._logs()
         self._leds()
+        self._inputs()
+        self._on_times()
         self._watchdog()
 
     def _clocked(self, board: Board) -> Board:
@@ -184,6 +187,15 @@ class _Controller:
         self.safety["relay"] = "main_relay"
         if self._spare() and self.draws.some():
             self.safety["relay_feedback"] = self.left.digital()
+
+    def _inputs(self) -> None:
+        """Put contacts at pins that are left."""
+        own = own_draws(self.safety | self.outputs)
+        while self._spare() and len(self.safety.get("inputs", {})) < 3 and own.seldom():
+            number = len(self.safety.setdefault("inputs", {}))
+            part = {"pin": self.left.digital(), **own.maybe({"trips": False})}
+            part |= own.maybe({"for": text(own.number(20, 1000, 50), "ms")})
+            self.safety["inputs"][f"contact_{number}"] = part
 
     def _spare(self) -> bool:
         return self.left.pins > self._needed
@@ -337,6 +349,17 @@ class _Controller:
                 numbers = adjusted(own_draws(part), shown.algorithm)
                 part |= {"adjust": numbers} if numbers else {}
             self.interfaces.append(part)
+
+    def _on_times(self) -> None:
+        """Let loops be on for at most 25 h, longer than all that ends by itself."""
+        for loop in self.loops:
+            served = loop.served
+            off = loop.loop.get("starts") == "disabled"
+            off = off or (served.zero_is_off and loop.low_c == 0)
+            tunes_s = float(loop.loop.get("autotune", {}).get("timeout", "0 s").split()[0])
+            long = loop.period_s > 60 or tunes_s > LONGEST_RULE_S
+            if off and not (long or served.programmed) and own_draws(loop.loop).seldom():
+                loop.loop["protection"]["on_for_at_most"] = "25 h"
 
     # Programs and logs
 

@@ -167,7 +167,7 @@ IDS = """
     under_temperature rise_rate sensor_frozen heating_failed runaway_above runaway_below
     rising_while_off watchdog_reset brown_out settings_corrupt sensor_open sensor_range
     emergency_stop over_current current_while_off no_current master_lost program_lags
-    relay_welded relay_open monitor_limit fan_stopped memory_damaged
+    relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
 """
 """Of the rules, from code 1 on."""
 

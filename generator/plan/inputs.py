@@ -1,0 +1,55 @@
+"""Inputs of the machine: contacts without which nothing heats."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.pins import contact, label
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Input
+from heatwright.spec.inputs import tripping
+
+
+def plan_inputs(root: Source) -> list[Part]:
+    """Plan the inputs, if there are any: one file for all."""
+    inputs, board = root.controller.safety.inputs, root.controller.board
+    if not inputs:
+        return []
+    section, trips = root.at("safety", "inputs"), tripping(root.controller)
+    context = {"where": section.where, "inputs": list(inputs), "tripping": list(trips)}
+    constants = [
+        section.at(name, "for").count(
+            f"INPUT_{name.upper()}_TICKS", ticks(each.for_s), quantity(each.for_s, "s")
+        )
+        for name, each in trips.items()
+    ]
+    slowest = max(inputs, key=lambda name: inputs[name].for_s)
+    closed_s = inputs[slowest].for_s
+    constants.append(
+        section.at(slowest, "for").count(
+            "GATE_INPUT_TICKS", ticks(closed_s), f"{quantity(closed_s, 's')} closed before any heat"
+        )
+    )
+    return [
+        Part(
+            files=tuple(
+                File(f"src/inputs.{end}", f"src/inputs.{end}.j2", context) for end in ("h", "c")
+            ),
+            groups=(Group("Inputs of the machine", tuple(constants)),),
+            pins=tuple(
+                contact(section.at(name, "pin"), f"input_{name}", board.pins[each.pin], name)
+                for name, each in inputs.items()
+            ),
+            start_calls=(Call(Stage.SENSE, "inputs.h", "inputs_start();"),),
+            tick_calls=(Call(Stage.SENSE, "inputs.h", "inputs_tick();"),),
+            wiring=tuple(
+                Wiring(label(board.pins[each.pin]), f"input `{name}`", _how(each))
+                for name, each in inputs.items()
+            ),
+        )
+    ]
+
+
+def _how(each: Input) -> str:
+    ends = "it is acknowledged" if each.trips else "it is closed again"
+    return f"a contact to ground, closed while all is well: open, nothing heats until {ends}"

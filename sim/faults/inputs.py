@@ -1,0 +1,104 @@
+"""Inputs of the machine: a contact that opens, bounces, or opens and closes again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.world import Site, World
+from heatwright.spec import Input
+
+BOUNCES = 30
+AGAIN_S = 3600.0
+"""Within this long a loop that has cooled while it was paused asks for heat."""
+LONGEST_S = 1800.0
+"""Longer than a door stands open, and than the usual times of the rules."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to each of the inputs."""
+    for name, each in site.controller.safety.inputs.items():
+        yield _opens(site, name, each) if each.trips else _pauses(site, name)
+        if each.for_s > 2 * TICK_S:
+            yield _bounces(site, name, each)
+
+
+def _opens(site: Site, name: str, each: Input) -> Fault:
+    """An emergency stop is pressed, a cut-out opens, a wire is torn."""
+    return Fault(
+        f"input_{name}_opens",
+        lambda: starts.heating(site),
+        lambda world: _move(world, name, is_open=True),
+        lambda world: _move(world, name, is_open=False),
+        trip=Trip(("input_open",), each.for_s + site.loop.period_s + 2 * TICK_S),
+        off_within_s=2 * TICK_S,
+        all_off=True,
+        again=True,
+    )
+
+
+def _pauses(site: Site, name: str) -> Fault:
+    """A door stands open for long: no heat, no fault, and heat again when it is closed."""
+    on_s = site.loop.protection.on_for_at_most_s or math.inf
+    opened_s = math.nan
+
+    def cause(world: World) -> None:
+        nonlocal opened_s
+        opened_s = world.now_s
+        _move(world, name, is_open=True)
+
+    def judge(world: World) -> str:
+        world.device.feed()
+        last_s = world.heaters.last_on_s(opened_s + 2 * TICK_S)
+        if last_s is not None:
+            return f"a heater was on {last_s - opened_s:.3f} s after it was opened"
+        _move(world, name, is_open=False)
+        again = world.until(starts.heater_on(site), AGAIN_S)
+        return "" if again else "nothing heats though it is closed again"
+
+    return Fault(
+        f"input_{name}_opens",
+        lambda: starts.heating(site),
+        cause,
+        calm=True,
+        watch_s=min(LONGEST_S, watch_s(site), on_s / 2),
+        judge=judge,
+    )
+
+
+def _bounces(site: Site, name: str, each: Input) -> Fault:
+    """A contact that shakes: open again and again, for less than `for`."""
+    open_s = each.for_s - 2 * TICK_S
+
+    def shake(world: World) -> Callable[[float], None]:
+        contact, begins_s = world.device.contacts[name], world.now_s
+
+        def act(ends_s: float) -> None:
+            contact.move(is_open=True)
+            world.device.advance(min(begins_s + open_s, ends_s))
+            contact.move(is_open=False)
+            world.device.advance(ends_s)
+
+        return act
+
+    def cause(world: World) -> None:
+        for _ in range(BOUNCES):
+            world.act_within(shake(world))
+            world.run(site.loop.period_s)
+
+    return Fault(
+        f"input_{name}_bounces",
+        lambda: starts.heating(site),
+        cause,
+        calm=True,
+        watch_s=site.loop.period_s,
+        judge=lambda world: "" if world.until(starts.heater_on(site), AGAIN_S) else "no heat",
+    )
+
+
+def _move(world: World, name: str, *, is_open: bool) -> None:
+    world.device.contacts[name].move(is_open=is_open)

@@ -1,0 +1,66 @@
+"""A loop that nobody switches off any more: its time ends, and only off renews it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.fault import Fault, Trip, nothing
+from heatwright.sim.faults.world import Site, World
+from heatwright.spec import Controller
+
+TOO_LONG = "on_too_long"
+SHARE = 0.6
+"""Of the time, before it is switched off, and after that: twice this is too long."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what follows from a loop's longest time on, if it has one."""
+    most_s = site.loop.protection.on_for_at_most_s
+    if most_s is None:
+        return
+    period_s = site.loop.period_s
+
+    def switch_anew(world: World) -> None:
+        world.run(SHARE * most_s)
+        world.switch_off()
+        starts.first_steps(world)
+        world.set_setpoint(starts.highest_c(site))
+
+    yield Fault(
+        "left_on",
+        lambda: starts.heating(site),
+        nothing,
+        trip=Trip((TOO_LONG,), most_s + period_s + TICK_S),
+    )
+    yield Fault(
+        "switched_on_anew",
+        lambda: starts.heating(site),
+        switch_anew,
+        calm=True,
+        watch_s=SHARE * most_s,
+    )
+    yield Fault(
+        "on_time_flipped",
+        lambda: starts.heating(site),
+        _flip,
+        trip=Trip(("memory_damaged",), 2 * period_s + TICK_S),
+    )
+
+
+def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
+    """Let the time of a loop be over while a machine that is well is watched for longer."""
+    if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
+        return found
+    return [
+        replace(each, may=(*each.may, TOO_LONG)) if each.calm and each.watch_s else each
+        for each in found
+    ]
+
+
+def _flip(world: World) -> None:
+    """Flip a bit of the steps for which it has been on."""
+    place = world.device.variables[f"guard_{world.site.loop_name}.on_steps"]
+    world.device.avr.flip(place.address, 0)

@@ -1,0 +1,50 @@
+"""Inputs of the machine: contacts that are closed to ground while all is well."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, Field, StrictBool
+
+from heatwright.spec.base import Model, Name, PinName, ReadOnlyDict
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.units import DURATION
+
+if TYPE_CHECKING:
+    from heatwright.spec.controller import Controller
+
+MOST_INPUTS = 8
+"""The tick's interrupt looks at each."""
+
+
+class Input(Model):
+    """A contact, such as a door's, of an emergency stop or of a thermal cut-out."""
+
+    pin: PinName = Field(description="The contact to ground; the pin has a pull-up.")
+    trips: StrictBool = Field(
+        True,
+        description="Rule `input_open`: an open contact is a fault. Else nothing heats while it is "
+        "open.",
+    )
+    for_s: Annotated[float, Quantity(DURATION, least=0.02, most=1.0)] = Field(
+        0.05,
+        alias="for",
+        description="Time that the contact is open until it is a fault, and closed until there may "
+        "be heat again.",
+    )
+
+
+def _few(value: Mapping[str, Input]) -> Mapping[str, Input]:
+    if len(value) > MOST_INPUTS:
+        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_INPUTS}")
+    return ReadOnlyDict(value)
+
+
+Inputs = Annotated[Mapping[Name, Input], AfterValidator(_few)]
+
+
+def tripping(controller: Controller) -> dict[str, Input]:
+    """List the inputs that are a fault when they open, in the order of the file."""
+    return {name: each for name, each in controller.safety.inputs.items() if each.trips}

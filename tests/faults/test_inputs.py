@@ -1,0 +1,107 @@
+"""Inputs of the machine, beside each interface: contacts that open, bounce and close again."""
+
+from functools import cache
+
+import pytest
+from rig.avr import whole
+from rig.specs import changed, controller_of
+
+from heatwright.sim.faults import catalogue, starts, try_fault
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.world import Site, World
+
+INPUTS = "safety:\n  inputs: {{door: {{pin: {}, trips: false, for: 30 ms}}, stop: {{pin: {}}}}}"
+EXAMPLES = {
+    "chamber": ("A2", "A3"),
+    "kiln": ("A4", "A5"),
+    "kiln_uno": ("A3", "A4"),
+    "printer": ("D41", "A5"),
+    "fabricator": ("PD2", "PB4"),
+}
+"""A panel; a touch display, a menu: both with programs and a relay; a host with two loops; a
+master, a cooler, a watched current and a relay. The pins of the door and of the stop."""
+KEPT = ("gate.c:input_ticks", "gate.c:air_paused", "inputs.c:found", "inputs.c:stop_ticks")
+"""What the firmware keeps of them, in bytes."""
+
+
+@cache
+def site_of(example: str) -> Site:
+    text = changed(example, ("safety:", INPUTS.format(*EXAMPLES[example])))
+    controller = controller_of(text)
+    return Site(controller, next(iter(controller.loops)), whole(text))
+
+
+@cache
+def faults_of(example: str) -> dict[str, Fault]:
+    site = site_of(example)
+    return {fault.id.split(".")[-1]: fault for fault in catalogue(site.controller, site.program)}
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize(
+    ("fault", "rule"),
+    [("input_stop_opens", "input_open"), ("input_door_opens", None),
+     ("input_stop_bounces", None), ("input_door_bounces", None)],
+)  # fmt: skip
+def test_nothing_heats_while_one_is_open(example: str, fault: str, rule: str | None) -> None:
+    result = try_fault(faults_of(example)[fault])
+    assert (result.detail, result.rule) == ("", rule)
+
+
+def opened(name: str) -> World:
+    world = starts.heating(site_of("chamber"))
+    world.device.contacts[name].move(is_open=True)
+    world.run(0.1)
+    return world
+
+
+@pytest.mark.parametrize("variable", KEPT)
+@pytest.mark.parametrize("name", ["door", "stop"])
+def test_no_flipped_bit_heats_while_one_is_open(name: str, variable: str) -> None:
+    world = opened(name)
+    place = world.device.variables[variable].address
+    for bit in range(8):
+        flipped_s = world.now_s
+        world.device.avr.flip(place, bit)
+        world.run(0.2)
+        world.device.feed()
+        assert world.heaters.last_on_s(flipped_s) is None
+
+
+@pytest.mark.parametrize("register", ["PORT", "DDR"])
+@pytest.mark.parametrize("is_open", [False, True])
+def test_a_pin_s_registers_are_written_anew(register: str, is_open: bool) -> None:
+    site = site_of("chamber")
+    pin = site.controller.board.pins[site.controller.safety.inputs["stop"].pin]
+    world = opened("door") if is_open else starts.heating(site)
+    place = world.device.variables[f"{register}{pin.port}"].address
+    before = world.device.avr.read_ram(place, 1)[0] & 1 << pin.bit
+    world.device.avr.flip(place, pin.bit)
+    world.run(0.1)
+    assert world.device.avr.read_ram(place, 1)[0] & 1 << pin.bit == before
+
+
+def test_one_that_closes_again_before_the_step_is_a_fault_all_the_same() -> None:
+    """And nothing heats until that step comes."""
+    world = starts.heating(site_of("chamber"))
+    contact = world.device.contacts["stop"]
+    steps = int(world.loop("steps"))
+    assert world.until(lambda now: int(now.loop("steps")) != steps, 5.0)
+    contact.move(is_open=True)
+    world.run(0.2)
+    contact.move(is_open=False)
+    closed_s = world.now_s
+    assert world.fault == 0
+    assert world.until(lambda now: now.fault != 0, 1.5)
+    world.device.feed()
+    assert world.heaters.last_on_s(closed_s) is None
+
+
+def test_an_open_contact_outlives_a_loss_of_power() -> None:
+    world = opened("stop")
+    world.power_cut()
+    cut_s = world.power_on_s
+    world.run(5.0)
+    world.device.feed()
+    assert world.heaters.last_on_s(cut_s) is None
+    assert world.fault
