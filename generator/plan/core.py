@@ -38,6 +38,7 @@ LAST_RULE_OF_PROOFS = 28
 MEMORY_DAMAGED = "memory_damaged"
 ON_TOO_LONG = "on_too_long"
 INPUT_OPEN = "input_open"
+SENSORS_DISAGREE = "sensors_disagree"
 
 
 def rule_macro(rule: Rule) -> str:
@@ -89,6 +90,7 @@ def _own(controller: Controller) -> set[str]:
         MEMORY_DAMAGED,
         *([ON_TOO_LONG] if limited else ()),
         *([INPUT_OPEN] if tripping(controller) else ()),
+        *([SENSORS_DISAGREE] if any(each.also for each in controller.loops.values()) else ()),
     }
 
 
