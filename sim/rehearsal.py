@@ -74,6 +74,10 @@ NUMBERS = {
         Number("rising_while_off", "rise_k", "rise", "K"),
         Number("rising_while_off", "settle_s", "settle", "s"),
     ),
+    "sensors_disagree": (
+        Number("agreement", "within_k", "within", "K"),
+        Number("agreement", "for_s", "for", "s"),
+    ),
     "on_too_long": (Number("", "on_for_at_most_s", "on_for_at_most", "s"),),
 }
 """By the id of the rule; those of the others are facts of machine and sensor."""

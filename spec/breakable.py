@@ -58,3 +58,5 @@ def _by_parts(controller: Controller) -> Iterator[int]:
         yield 28
     if tripping(controller):
         yield 31
+    if any(loop.also for loop in controller.loops.values()):
+        yield 32

@@ -115,6 +115,13 @@ class RisingWhileOff(Limits):
     )
 
 
+class Agreement(Limits):
+    """Rule `sensors_disagree`: a second sensor must say what the loop's own does."""
+
+    within_k: _Rise = Field(alias="within", description="How far apart both may be.")
+    for_s: _RuleTime = Field(10.0, alias="for", description="Time it must last.")
+
+
 class Protection(Model):
     """What switches the heater off and keeps it off until somebody acknowledges."""
 
@@ -161,6 +168,9 @@ class Protection(Model):
         description="Rule `master_lost`: time without a master's request, or a host's line, while "
         "the loop is on. Left out: 10 min under a host of G-code, else no such rule.",
     )
+    agreement: Agreement | None = Field(
+        None, description="Rule `sensors_disagree`; needed with `also`, and only there."
+    )
     on_for_at_most_s: (
         Annotated[float, Quantity(DURATION, least=600.0, most=LONGEST_ON_S)] | None
     ) = Field(
@@ -198,6 +208,9 @@ class Loop(Model):
     """One temperature held by one heater."""
 
     sensor: Reference = Field(description="Sensor that measures the temperature.")
+    also: Reference | None = Field(
+        None, description="Monitor whose sensor measures the same: the loop heats by both or none."
+    )
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(
         None, description="Digital output without which the heater must not be on."

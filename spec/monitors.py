@@ -50,14 +50,16 @@ Monitors = Annotated[Mapping[Name, Monitor], AfterValidator(_few)]
 def watching_loop(controller: Controller, name: str) -> str | None:
     """Name the loop in whose control step a monitor is judged; None where there is none.
 
-    It is the first one whose period holds a reading of the monitor's sensor.
+    It is the one that goes by it, too, else the first whose period holds a reading of its sensor.
     """
     sensor = controller.thermometers.get(controller.monitors[name].sensor)
     if sensor is None:
         return None
     needed_s = shortest_period_s(sensor)
+    loops = {loop: each for loop, each in controller.loops.items() if each.also == name}
     return next(
-        (loop for loop, each in controller.loops.items() if each.period_s >= needed_s), None
+        (loop for loop, each in (loops or controller.loops).items() if each.period_s >= needed_s),
+        None,
     )
 
 

@@ -234,6 +234,13 @@ _RULES = (
         "A contact that has to be closed for heat is open: a door, an emergency stop, a cut-out.",
         "Find out which it is, and why; look for a torn wire where it seems closed.",
     ),
+    Rule(
+        32,
+        "sensors_disagree",
+        "DISAGREE",
+        "The loop's sensor and the second one say different temperatures.",
+        "Check where both sit, their wires and their settings; replace the one that is wrong.",
+    ),
 )
 
 NO_LOCKOUT = (

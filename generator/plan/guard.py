@@ -34,16 +34,12 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
         ),
         count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
     ]
-    if rules.master_lost_after_s is not None:
-        constants.append(
-            source.at("master_lost_after").count(
-                f"{prefix}_MASTER_LOST_TICKS",
-                ticks(rules.master_lost_after_s),
-                quantity(rules.master_lost_after_s, "s"),
-            )
-        )
-    if rules.on_for_at_most_s is not None:
-        constants.append(count(("on_for_at_most",), "ON_STEPS", rules.on_for_at_most_s))
+    if rules.agreement is not None:
+        constants += [
+            number(("agreement", "within"), "AGREEMENT_K", rules.agreement.within_k, "K"),
+            count(("agreement", "for"), "AGREEMENT_STEPS", rules.agreement.for_s),
+        ]
+    constants += _of_a_person(source, loop, prefix)
     if rules.runaway is not None:
         constants.append(
             number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")
@@ -70,6 +66,27 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             number(("rising_while_off", "rise"), "OFF_RISE_K", rising.rise_k, "K"),
             count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
         ]
+    return constants
+
+
+def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """For how long the loop goes on without who asks for it."""
+    lost_s, most_s = loop.protection.master_lost_after_s, loop.protection.on_for_at_most_s
+    constants = []
+    if lost_s is not None:
+        constants.append(
+            source.at("master_lost_after").count(
+                f"{prefix}_MASTER_LOST_TICKS", ticks(lost_s), quantity(lost_s, "s")
+            )
+        )
+    if most_s is not None:
+        constants.append(
+            source.at("on_for_at_most").count(
+                f"{prefix}_ON_STEPS",
+                steps(most_s, loop.period_s),
+                f"{quantity(most_s, 's')} in periods of {quantity(loop.period_s, 's')}",
+            )
+        )
     return constants
 
 

@@ -46,6 +46,17 @@ def _dead_switch(controller: Controller) -> str:
     return "a relay that welds in the same moment: the thermal fuse"
 
 
+def _drift(controller: Controller) -> str:
+    known = {rule.id for rule in breakable(controller)}
+    if "sensors_disagree" in known:
+        return "what moves both sensors alike"
+    if "effort_high" in known:
+        return "less than the plant's tolerance hides: the machine gets hotter by as much"
+    return (
+        "**Nothing tells it**: the machine gets hotter by as much; a second sensor (`also`) would"
+    )
+
+
 def _has_fan(controller: Controller) -> bool:
     return any(loop.fan is not None for loop in controller.loops.values())
 
@@ -82,6 +93,12 @@ HAZARDS = (
         "The sensor falls out of its place",
         ("rise_rate", "heating_failed", "sensor_frozen", "runaway_below", "program_lags"),
         "the heat given until then; one that is half out and still follows is not seen",
+    ),
+    Hazard(
+        "The sensor drifts, creeps out of its place, or is of another kind",
+        ("sensors_disagree", "effort_high", "effort_low"),
+        _drift,
+        lambda _: True,
     ),
     Hazard(
         "The reading stands still",
@@ -206,6 +223,8 @@ def _lasting(loop: Loop) -> dict[str, float]:
         found["sensor_frozen"] = protection.frozen.for_s
     if protection.runaway is not None:
         found["runaway_above"] = found["runaway_below"] = protection.runaway.for_s
+    if protection.agreement is not None:
+        found["sensors_disagree"] = protection.agreement.for_s
     if protection.on_for_at_most_s is not None:
         found["on_too_long"] = protection.on_for_at_most_s
     current_s = max(LEAST_CURRENT_S, LEAST_CURRENT_STEPS * loop.period_s)

@@ -127,6 +127,11 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
         silence = quantity(protection.master_lost_after_s, "s")
         asked = "request" if gcode_of(spec.controller) is None else "line from the host"
         limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
+    if protection.agreement is not None:
+        limits["sensors_disagree"] = (
+            f"more than {quantity(protection.agreement.within_k, 'K')} apart for "
+            f"{quantity(protection.agreement.for_s, 's')}"
+        )
     if protection.on_for_at_most_s is not None:
         limits["on_too_long"] = (
             f"on for {quantity(protection.on_for_at_most_s, 's')} without being switched off"

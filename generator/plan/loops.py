@@ -37,7 +37,7 @@ FULL_PERCENT = 100.0
 
 RULES_OF_LOOP = (
     "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
-    "master_lost_after", "on_for_at_most",
+    "master_lost_after", "on_for_at_most", "agreement",
 )  # fmt: skip
 """The keys of `protection` that guard.c names."""
 
@@ -127,7 +127,9 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "inputs_where": Source(source.spec, ("safety", "inputs")).where,
         "inputs_judged": bool(tripping(source.controller))
         and name == next(iter(source.controller.loops)),
-        "monitors": list(monitors_of(source.controller, name)),
+        "also": loop.also,
+        "also_where": source.at("also").where,
+        "monitors": [each for each in monitors_of(source.controller, name) if each != loop.also],
         "wanting": name in relay.wanting(source.controller),
         "panel": shown,
         "countdown": countdown_of(source.controller, name) is not None,

@@ -22,6 +22,7 @@ from heatwright.sim.faults import (
     programs,
     proofs,
     relays,
+    second,
     tips,
     wires,
 )
@@ -55,6 +56,7 @@ def _of_loop(site: Site) -> list[Fault]:
     found = [
         *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
         *tips.faults(site),
+        *second.faults(site),
         *heaters.faults(site),
         *wires.faults(site),
         *coolers.faults(site),

@@ -53,6 +53,8 @@ def room_k(site: Place) -> float:
         left_k += [protection.runaway.above_k, protection.runaway.below_k or math.inf]
     if protection.rising_while_off is not None:
         left_k.append(protection.rising_while_off.rise_k)
+    if protection.agreement is not None:
+        left_k.append(protection.agreement.within_k)
     return max(0.0, min(left_k)) / 2
 
 

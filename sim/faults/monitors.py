@@ -64,7 +64,8 @@ def faults(site: Site) -> Iterator[Fault]:
         watched = Watched(name, monitor, sensor, controller.loops[loop], step_k)
         yield from _broken(site, watched)
         yield _over_limit(site, watched)
-        yield _warned(site, watched)
+        if site.controller.loops[loop].also != name:  # else the loop would not believe it
+            yield _warned(site, watched)
 
 
 def _broken(site: Site, watched: Watched) -> Iterator[Fault]:

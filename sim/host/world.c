@@ -177,9 +177,10 @@ uint8_t host_level(uint8_t port)
 #endif
 #ifdef INPUTS
 #define INPUT(NUMBER, PORT, MASK)                                                                  \
-    if (port == (PORT)) { /* closed to ground, else pulled up */                                   \
+    if (port == (PORT)) { /* closed to ground, else pulled up, if it is an input with a pull-up */ \
         const bool open = world->open_inputs & (1u << (NUMBER));                                   \
-        level = (uint8_t)(open ? level | (MASK) : level & ~(MASK));                                \
+        const bool lifted = host_port[port] & ~host_ddr[port] & (MASK);                            \
+        level = (uint8_t)(open && lifted ? level | (MASK) : level & ~(MASK));                      \
     }
     INPUTS
 #undef INPUT
@@ -298,6 +299,15 @@ void host_tick(void)
     for (uint8_t i = 0; i < LOOP_COUNT; i++) {
         look_at_pins(loops[i]);
     }
+#ifdef INPUTS
+#define INPUT(NUMBER, PORT, MASK)                                                                  \
+    if (world->pull_ups_flip) {                                                                    \
+        host_port[PORT] &= (uint8_t)~(MASK);                                                       \
+        host_ddr[PORT] |= (MASK);                                                                  \
+    }
+    INPUTS
+#undef INPUT
+#endif
     if (world->main_hangs) {
         return;
     }

@@ -86,6 +86,7 @@ struct host_world {
     uint8_t fan_stands_still; /* nothing drives the fan's line */
     uint16_t proof_line;      /* what proves that fans turn: HOST_*, or looks at it that a pulse lasts */
     uint8_t open_inputs;      /* of the machine, by their bits; 0 at power-up */
+    uint8_t pull_ups_flip;    /* theirs, and their directions, in each tick behind the gate */
     uint32_t looks;           /* at it, since the reset */
     uint32_t ticks;           /* since the reset */
     uint32_t heater_counts;   /* by which the heater was on, over all ticks since the reset */

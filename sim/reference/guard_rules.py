@@ -5,12 +5,14 @@ from typing import NamedTuple, Protocol
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import LARGEST_COUNT, ZERO, Single, steps
 from heatwright.spec import Frozen, Heating, Loop, RisingWhileOff, Runaway
+from heatwright.spec.loops import Agreement
 
 FROZEN = 9
 HEATING_FAILED = 10
 RUNAWAY_ABOVE = 11
 RUNAWAY_BELOW = 12
 RISING_WHILE_OFF = 13
+SENSORS_DISAGREE = 32
 
 ABOVE_ARMED = 1
 BELOW_ARMED = 2
@@ -36,6 +38,8 @@ class Look(NamedTuple):
     """No band about the setpoint is to be held: off, by hand, or heating up for a tuning."""
     by_hand: bool = False
     """The operator asks for a duty, not for a temperature."""
+    also_c: Single = ZERO
+    """What the second sensor says, where there is one."""
     moved: bool = False
     """A program moved the setpoint: the band goes along."""
 
@@ -62,6 +66,8 @@ def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
     """Return the loop's rules in the order in which they are asked."""
     protection, period_s = loop.protection, loop.period_s
     rules: list[GuardRule] = []
+    if protection.agreement is not None:
+        rules.append(AgreementRule(protection.agreement, period_s))
     if protection.runaway is not None:
         rules.append(RunawayRule(protection.runaway, period_s))
     if protection.heating is not None:
@@ -76,6 +82,37 @@ def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
 def counted(count: int) -> int:
     """Count one more, up to the end of a 16-bit counter."""
     return min(count + 1, LARGEST_COUNT)
+
+
+class AgreementRule:
+    """32: the loop's sensor and the second one have been apart for too long."""
+
+    members: tuple[Member, ...] = (("apart_steps", "u2"),)
+
+    def __init__(self, agreement: Agreement, period_s: float) -> None:
+        """Derive the limits."""
+        self._within_k = Single(agreement.within_k)
+        self._limit = steps(agreement.for_s, period_s)
+        self.reset()
+
+    def reset(self) -> None:
+        """Clear the counter."""
+        self._steps = 0
+
+    def start(self, look: Look) -> None:
+        """Remember nothing: every step is judged by itself."""
+
+    def check(self, look: Look) -> int:
+        """Return 32 after too long apart."""
+        if abs(look.temperature_c - look.also_c) <= self._within_k:
+            self._steps = 0
+        else:
+            self._steps = counted(self._steps)
+        return SENSORS_DISAGREE if self._steps >= self._limit else 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._steps,)
 
 
 class RunawayRule:

@@ -57,6 +57,7 @@ class Reference:
             name: MonitorModel(controller, name, spec.period_s)
             for name in monitors_of(controller, loop)
         }
+        self._also = spec.also
         self._has_cooler = spec.cooler is not None
         self._has_inputs = bool(controller.safety.inputs)
         self._minds_master = spec.protection.master_lost_after_s is not None
@@ -130,6 +131,9 @@ class Reference:
     ) -> tuple[Value, ...]:
         """Do a step, and return the values of `members`."""
         self._steps = (self._steps + 1) & 0xFFFF
+        if self._also is not None:
+            self._mind_monitor(self._also, orders)
+            status = status or orders.monitors[self._also][0]
         self._readings.take(status, raw, anew=bool(self._guard.fresh))
         orders, setpoint = self._run_program(status, orders, setpoint)
         look = self._look(self._readings.mean, raw, setpoint, orders)
@@ -173,6 +177,7 @@ class Reference:
             full_percent,
             bandless,
             by_hand,
+            ZERO if self._also is None else self._monitors[self._also].temperature_c,
             self.program is not None and self.program.moves,
         )
 
@@ -180,13 +185,18 @@ class Reference:
         """Watch the safety relay, the monitors, the master, and for how long the loop is on."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
-        for name, monitor in self._monitors.items():
-            code = monitor.step(*orders.monitors[name])
-            self._trip(code, monitor.temperature_c)
+        for name in self._monitors:
+            if name != self._also:
+                self._mind_monitor(name, orders)
         on = not self.steering.is_off(setpoint, orders)
         if orders.master_lost and self._minds_master and on:
             self._trip(MASTER_LOST, temperature_c)
         self._trip(self._guard.count(on=on and not self.fault_code), temperature_c)
+
+    def _mind_monitor(self, name: str, orders: Orders) -> None:
+        """Let a monitor read, and be judged."""
+        monitor = self._monitors[name]
+        self._trip(monitor.step(*orders.monitors[name]), monitor.temperature_c)
 
     def _mind_current(self, raw: int) -> None:
         if self.limiter is None:

@@ -55,8 +55,10 @@ class Stage:
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []
         for name, loop in controller.loops.items():
-            swing = _swing(device, loop.sensor, resting_c(controller, name))
-            swings[loop.sensor] = Beat(0.0, loop.period_s, swing)
+            second = (controller.monitors[loop.also].sensor,) if loop.also else ()
+            for sensor in (loop.sensor, *second):
+                swing = _swing(device, sensor, resting_c(controller, name))
+                swings[sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
             if switched(controller, name):
                 self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))

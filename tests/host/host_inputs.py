@@ -28,7 +28,7 @@ def inputs_problem(host: Host) -> str:
     watched = _Watched(host, inputs)
     courses = (each for parts in watched.courses() for each in watched.problems(parts))
     found = next(courses, "")
-    host.world.open_inputs = 0
+    host.world.open_inputs = host.world.pull_ups_flip = 0
     return found
 
 
@@ -77,6 +77,7 @@ class _Watched(Running):
     def problems(self, parts: list[Part]) -> Iterator[str]:
         model = _Model(self._given)
         self.run_at(COLD_C)
+        self.host.world.pull_ups_flip = len(parts) % 2
         latched = 0
         for number, (mask, ticks) in enumerate(parts):
             for tick in range(ticks):

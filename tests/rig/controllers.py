@@ -26,6 +26,7 @@ from rig.controllers_parts import (
     own_draws,
     step_k,
     text,
+    tidy,
     usable_c,
 )
 from suite import SEED
@@ -122,6 +123,7 @@ class _Controller:
         self._leds_without_meaning_yet()
         self._loops()
         self._monitors()
+        self._seconds()
         self._host()
         self._programs()
         self._logs()
@@ -262,6 +264,39 @@ class _Controller:
             node = draws.one(None, self.loops[0])
             self.watched.append((name, part, node))
 
+    def _seconds(self) -> None:
+        """Give loops a second sensor, where the first one is, that reads all that the first may."""
+        self.twins: list[tuple[LoopDraw, Part]] = []
+        for loop in self.loops:
+            own = own_draws(loop.loop)
+            if not self._spare() or not own.seldom():
+                continue
+            part, sensor = self.sensors.draw(self.left.pins, chosen=False, cold=True)
+            part.pop("moving_average", None)
+            starts = math.ceil(round(sensor.first_s / loop.period_s, 6)) if sensor.first_s else 1
+            stale_s = (1 + starts) * loop.period_s
+            (low_c, high_c), mcu = sensor.range_c, self.board.mcu
+            step = max(step_k(each, mcu, low_c, high_c) for each in (sensor, loop.sensor))
+            apart_k = 2 * step + sensor.error_k(high_c) + loop.error_k
+            limit_c = math.ceil(loop.maximum_c + apart_k) + 0.1
+            reads = low_c <= loop.minimum_c and limit_c <= high_c - sensor.error_k(high_c)
+            quick = shortest_period_s(sensor) <= loop.period_s and stale_s <= loop.stale_s
+            if not reads or not quick:
+                continue
+            warning_c = math.floor(limit_c - 2.1 * step - 0.5)
+            self.monitors[f"{loop.name}_twin"] = {
+                "sensor": f"{loop.name}_second", "warning": text(warning_c, "°C"),
+                "limit": text(limit_c, "°C"), "hysteresis": text(tidy(1.1 * step + 0.1), "K"),
+                "stale_after": text(max(stale_s, 2 * loop.period_s), "s"),
+            }  # fmt: skip
+            moves_k = 2 * loop.rate_k_per_s * (loop.period_s + sensor.conversion_s)
+            loop.loop["also"] = f"{loop.name}_twin"
+            loop.loop["protection"]["agreement"] = {
+                "within": text(tidy(own.one(1.2, 3.0) * (apart_k + moves_k)), "K"),
+                "for": text(max(10.0, 2 * loop.period_s), "s"),
+            }
+            self.twins.append((loop, part))
+
     def _boxes(self, plant: Part) -> None:
         """Add what the monitors watch to the machine."""
         for name, _, warmer in self.watched:
@@ -271,6 +306,8 @@ class _Controller:
                 warm = [f"{name}_box", warmer.name]
                 plant["links"].append({"between": warm, "resistance": "20000 K/W"})
             plant["sense"][f"{name}_probe"] = {"node": f"{name}_box", "lag": "5 s"}
+        for loop, _ in self.twins:
+            plant["sense"][f"{loop.name}_second"] = {**plant["sense"][f"{loop.name}_felt"]}
 
     def _fans_and_feed(self) -> None:
         """Give the host something to switch."""
@@ -562,7 +599,8 @@ class _Controller:
         whole: Part = {
             "heatwright": 1, "controller": self.identity,
             "sensors": joined(self.loops, "sensors")
-            | {f"{name}_probe": part for name, part, _ in self.watched},
+            | {f"{name}_probe": part for name, part, _ in self.watched}
+            | {f"{loop.name}_second": part for loop, part in self.twins},
             "outputs": {**joined(self.loops, "outputs"), **self.outputs},
             "loops": {loop.name: loop.parts() for loop in self.loops},
             **({"monitors": self.monitors} if self.monitors else {}),

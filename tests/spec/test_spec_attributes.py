@@ -168,6 +168,7 @@ IDS = """
     rising_while_off watchdog_reset brown_out settings_corrupt sensor_open sensor_range
     emergency_stop over_current current_while_off no_current master_lost program_lags
     relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
+    sensors_disagree
 """
 """Of the rules, from code 1 on."""
 

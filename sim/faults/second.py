@@ -1,0 +1,64 @@
+"""A sensor whose readings are wrong and move plausibly: the second one of the loop tells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.effects import Feel
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.world import Site, World
+
+DRIFT_K_PER_S = 0.05
+CREEP_S = 1200.0
+"""In which a sensor creeps out of its place."""
+LATER_S = 120.0
+"""Watched beyond the time in which both must have come apart."""
+TIMES = 3.0
+"""The machine follows the one that it is controlled by, and hides a part of the difference."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what nobody else could tell, on a loop with a second sensor."""
+    loop, agreement = site.loop, site.loop.protection.agreement
+    if loop.also is None or agreement is None:
+        return
+    second = site.controller.monitors[loop.also].sensor
+    rate_k_per_s = min(DRIFT_K_PER_S, loop.protection.rise_rate_k_per_s / 2)
+    drifts_s = TIMES * agreement.within_k / rate_k_per_s + agreement.for_s + LATER_S
+    creeps_s = TIMES * CREEP_S + agreement.for_s
+
+    def drift(world: World) -> Feel:
+        began_s, lowest_c = world.now_s, loop.protection.minimum_c
+        return lambda felt_c: max(lowest_c, felt_c - rate_k_per_s * (world.now_s - began_s))
+
+    def creep(world: World) -> Feel:
+        began_s, around_c = world.now_s, world.ambient_c
+        return lambda felt_c: (
+            around_c + (felt_c - around_c) * math.exp(-(world.now_s - began_s) / CREEP_S)
+        )
+
+    yield _lies(site, "sensor_drifts_low", loop.sensor, drift, drifts_s)
+    yield _lies(site, "second_sensor_drifts_low", second, drift, drifts_s)
+    yield _lies(site, "sensor_creeps_out", loop.sensor, creep, creeps_s)
+
+
+def _lies(
+    site: Site, name: str, sensor: str, change: Callable[[World], Feel], watch_s: float
+) -> Fault:
+    def cause(world: World) -> None:
+        world.wiring.feel[sensor] = change(world)
+
+    def cure(world: World) -> None:
+        world.wiring.feel.pop(sensor)
+
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        cure,
+        watch_s=watch_s,
+        again=True,
+        judge=lambda world: "" if world.trips.changes else "no rule has told it",
+    )
