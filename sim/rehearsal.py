@@ -74,6 +74,8 @@ NUMBERS = {
         Number("rising_while_off", "rise_k", "rise", "K"),
         Number("rising_while_off", "settle_s", "settle", "s"),
     ),
+    "effort_high": (Number("effort", "for_s", "for", "s"),),
+    "effort_low": (Number("effort", "for_s", "for", "s"),),
 }
 """By the id of the rule; those of the others are facts of machine and sensor."""
 

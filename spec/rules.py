@@ -220,6 +220,20 @@ _RULES = (
         "A byte of memory by which the heater is judged has changed by itself.",
         "Set it all again; if it comes again, replace the controller.",
     ),
+    Rule(
+        33,
+        "effort_high",
+        "MUCH POWER",
+        "It takes more power than a machine of this kind ever needs for its reading.",
+        "Check where the sensor sits, and whether it is the right one; then heater and supply.",
+    ),
+    Rule(
+        34,
+        "effort_low",
+        "LITTLE POWER",
+        "It takes less power than a machine of this kind needs for its reading.",
+        "Look for a switch that leaks; check the sensor: the reading stands too high.",
+    ),
 )
 
 NO_LOCKOUT = ("watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost")

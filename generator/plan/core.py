@@ -35,6 +35,7 @@ LAST_RULE_OF_RELAYS = 26
 LAST_RULE_OF_MONITORS = 27
 LAST_RULE_OF_PROOFS = 28
 MEMORY_DAMAGED = "memory_damaged"
+EFFORT = ("effort_high", "effort_low")
 
 
 def rule_macro(rule: Rule) -> str:
@@ -45,8 +46,12 @@ def rule_macro(rule: Rule) -> str:
 def rules(controller: Controller) -> list[dict[str, object]]:
     """Name the rules as fault.h and the display need them, in the order of the codes.
 
-    All up to the last one that this controller can break, and that of damaged memory.
+    All up to the last one that this controller can break, that of damaged memory, and those of
+    effort where a loop has them.
     """
+    besides = {MEMORY_DAMAGED}
+    if any(each.protection.effort for each in controller.loops.values()):
+        besides.update(EFFORT)
     last = LAST_RULE
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
         last = LAST_RULE_OF_SENSORS
@@ -75,7 +80,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last or rule.id == MEMORY_DAMAGED
+        if rule.code <= last or rule.id in besides
     ]
 
 

@@ -137,4 +137,15 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
             f"a rise of {quantity(rising.rise_k, 'K')}, "
             f"from {quantity(rising.settle_s, 's')} after switching off"
         )
+    effort = protection.effort
+    if effort is not None:
+        for rule, bound, share, season in (
+            ("effort_high", "more", effort.high_percent, "winter"),
+            ("effort_low", "less", effort.low_percent, "summer"),
+        ):
+            if share is not None:
+                limits[rule] = (
+                    f"{bound} than {quantity(share, '%')} of the power that the plant takes for a "
+                    f"reading in {season}, for {quantity(effort.for_s, 's')} in which that stands"
+                )
     return limits
