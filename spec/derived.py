@@ -103,19 +103,21 @@ def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
     has_room = controller.board.flash_bytes > SMALL_FLASH_BYTES
     if simulation is None or (given is None and not (left_out and has_room)):
         return loop
-    # What was put in before follows a plant that has changed since, as in a row of a comparison.
-    rule, known = given or Effort(), repr((loop, given and given.derived, left_out))
     others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
-    key = repr((simulation, controller.outputs, controller.sensors, others, known))
+    derived = given and given.derived
+    key = repr((simulation, controller.outputs, controller.sensors, others, loop, derived))
     if key not in _EFFORTS:
         try:
             heated = heated_loop(controller, name, simulation)
-            _EFFORTS[key] = effort_of(controller, name, simulation, heated, rule)
+            rule = effort_of(controller, name, simulation, heated, given or Effort())
         except (ArithmeticError, AssertionError, LookupError, ValueError):
-            _EFFORTS[key] = None if left_out else given
-    return loop.model_copy(
-        update={"protection": loop.protection.model_copy(update={"effort": _EFFORTS[key]})}
-    )
+            rule = None  # the checks tell what is wrong with such a plant
+        # What was asked for stays, and the checks say that it cannot be had.
+        _EFFORTS[key] = given if rule is None and given and not given.derived else rule
+    if _EFFORTS[key] is given:
+        return loop
+    protection = loop.protection.model_copy(update={"effort": _EFFORTS[key]})
+    return loop.model_copy(update={"protection": protection})
 
 
 def _with_limits(controller: Controller, name: str, loop: Loop) -> Loop:

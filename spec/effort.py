@@ -131,7 +131,10 @@ class _Search:
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
         open_ |= set(given.derived)
         values: dict[str, float | None] = {}
-        differs = f"resistances of ±{number(100 * self._tolerance)} % and a supply of −15 to +10 %"
+        differs = (
+            f"resistances that differ by {number(100 * self._tolerance)} %, a supply that is 15 % "
+            "low or 10 % high"
+        )
         if "high" in open_:
             values["high_percent"], words["high"] = most, differs
         if "low" in open_:

@@ -153,13 +153,13 @@ class Effort(Limits):
     """Rules `effort_high` and `effort_low`: the power fits the reading."""
 
     high_percent: Annotated[_High | None, Off] = Field(
-        210.0,
+        None,
         alias="high",
         description="The most that a healthy machine takes, of what the plant takes for a reading "
         "in winter, or `off`. Left out: from the plant's tolerance.",
     )
     low_percent: Annotated[_Low | None, Off] = Field(
-        60.0,
+        None,
         alias="low",
         description="The least that it takes, of what the plant takes in summer, or `off`. Left "
         "out: from the plant's tolerance.",

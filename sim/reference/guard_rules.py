@@ -327,10 +327,10 @@ class EffortRule:
             limit = low_per_k * temperature_c + low
             code = 0 if self._percent >= limit else EFFORT_LOW
         moved_k = temperature_c - self._from_c
-        if code and -self._move < moved_k < self._move:
-            self._steps = counted(self._steps)
-            return code if self._steps >= self._limit else 0
         if code:
+            if moved_k < self._move and moved_k > -self._move:
+                self._steps = counted(self._steps)
+                return code if self._steps >= self._limit else 0
             self._percent = limit
         self._from_c = temperature_c
         self._steps = 0

@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 52
+    WORDS_IN_ALL = 57
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -334,6 +334,11 @@ static const char WORD_48[] PROGMEM = "E26 RELAY OPEN";
 static const char WORD_49[] PROGMEM = "E27";
 static const char WORD_50[] PROGMEM = "E28";
 static const char WORD_51[] PROGMEM = "E29 MEMORY BAD";
+static const char WORD_52[] PROGMEM = "E30";
+static const char WORD_53[] PROGMEM = "E31";
+static const char WORD_54[] PROGMEM = "E32";
+static const char WORD_55[] PROGMEM = "E33 MUCH POWER";
+static const char WORD_56[] PROGMEM = "E34 LITTLE POWER";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -387,6 +392,11 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_49,
     WORD_50,
     WORD_51,
+    WORD_52,
+    WORD_53,
+    WORD_54,
+    WORD_55,
+    WORD_56,
 };
 
 enum { MOST_COMPONENTS = 42 };
