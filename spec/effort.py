@@ -223,7 +223,9 @@ class _Search:
         if top_c <= corner.ambient_c:
             return 0.0
         slow_s = self._slow_s * corner.capacity * corner.resistance
-        course = _Course(plant, self._heated, corner, band, SLOW_TIMES * slow_s / POINTS)
+        half_k = swing_k(self._loop.algorithm) / 2
+        step_s = SLOW_TIMES * slow_s / POINTS
+        course = _Course(plant, self._heated, corner, band, step_s, half_k)
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
@@ -234,12 +236,18 @@ class _Search:
 
 
 class _Course:
-    """A healthy machine that is regulated as well as can be."""
+    """A healthy machine that is regulated as well as can be, or switched about its setpoint."""
 
-    def __init__(
-        self, plant: Heated, heated: HeatedLoop, corner: _Corner, band: EffortBand, step_s: float
+    def __init__(  # noqa: PLR0913, PLR0917 - each is another part of it
+        self,
+        plant: Heated,
+        heated: HeatedLoop,
+        corner: _Corner,
+        band: EffortBand,
+        step_s: float,
+        half_k: float,
     ) -> None:
-        self._plant, self._band, self._step_s = plant, band, step_s
+        self._plant, self._band, self._step_s, self._half_k = plant, band, step_s, half_k
         self._ambient_c = corner.ambient_c
         self._full_w = heated.full_w * corner.power
         self._percent_per_w = 100 / (heated.power_w * corner.power)
@@ -252,9 +260,9 @@ class _Course:
         """
         plant, band, about_state = self._plant, self._band, state
         without, added = plant.pushed(self._step_s, state)
-        gain, arrived = plant.sensed_k(added), state
+        gain, arrived, sensed_c = plant.sensed_k(added), state, -math.inf
         effort, count, longest = 0.0, 0, 0
-        from_c, is_there = -math.inf, False
+        from_c, is_there, is_on = -math.inf, False, True
         for _ in range(POINTS):
             if plant.bent(about_state, state):
                 about_state = state
@@ -264,6 +272,9 @@ class _Course:
             if target_c is not None:
                 wanted_w = (target_c - self._ambient_c - plant.sensed_k(free)) / gain
                 power_w = min(max(wanted_w, 0.0), self._full_w)
+                if self._half_k:
+                    is_on = sensed_c < target_c + (self._half_k if is_on else -self._half_k)
+                    power_w = self._full_w * is_on
                 if wanted_w < self._full_w and not is_there:
                     arrived, is_there = state, True
             state = [old + power_w * each for old, each in zip(free, added, strict=True)]
