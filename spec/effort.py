@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
 from heatwright.spec.heated_loop import SUMMER_C, WINTER_C, HeatedLoop, full_percent
-from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Effort, EffortBand, EffortLine, Loop
+from heatwright.spec.loops import Effort, EffortBand, EffortLine
 from heatwright.spec.matrices import Vector, apply
 from heatwright.spec.network import Heated
 from heatwright.spec.outputs import Stepper, always_running
@@ -53,6 +54,9 @@ MOST_LINES = 8
 POINTS, SLOW_TIMES = 120, 8.0
 """Of a course, in this many times of the slowest part of the machine."""
 
+USABLE = 0.95
+"""Of what full power makes: nearer to it a machine is not asked for more."""
+
 TURNS = 12
 """Of the search for that part."""
 
@@ -79,6 +83,27 @@ def swing_k(algorithm: Algorithm) -> float:
     if isinstance(algorithm, ThreePosition):
         return 2 * algorithm.dead_band_k
     return 2 * algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
+
+
+def sights(controller: Controller) -> Iterator[str]:
+    """Say of each loop what its rules of effort see."""
+    for name, loop in controller.loops.items():
+        effort = loop.protection.effort
+        if effort is None:
+            continue
+        full, highest_c = full_percent(loop.algorithm), loop.protection.maximum_c
+        degrees = range(math.ceil(loop.protection.minimum_c), math.floor(highest_c) + 1)
+        seen_c = {
+            "effort_high": [each for each in degrees if effort.band.at(each)[0] < full],
+            "effort_low": [each for each in degrees if effort.band.at(each)[1] > 0],
+        }
+        told = {
+            "effort_high": f"up to {seen_c['effort_high'][-1]} °C" if seen_c["effort_high"] else "",
+            "effort_low": f"from {seen_c['effort_low'][0]} °C on" if seen_c["effort_low"] else "",
+        }
+        ends = {"effort_high": effort.high_percent, "effort_low": effort.low_percent}
+        words = [f"{rule} sees readings {told[rule]}" for rule in ends if ends[rule] and told[rule]]
+        yield f"{name}: {', '.join(words) or 'the rules of effort see nothing'}"
 
 
 class _Corner(NamedTuple):
@@ -141,9 +166,10 @@ class _Search:
             values["low_percent"], words["low"] = least, differs
         rule = given.model_copy(update=values)
         band = self._band(rule)
-        high, low = band.at((self._heated.lowest_c + self._heated.highest_c) / 2)[0], band.at(
-            self._heated.highest_c
-        )[1]
+        high, low = (
+            band.at((self._heated.lowest_c + self._heated.highest_c) / 2)[0],
+            band.at(self._heated.highest_c)[1],
+        )
         if "high" in open_ and high >= full_percent(self._loop.algorithm):
             rule = rule.model_copy(update={"high_percent": None})
         if "low" in open_ and low <= 0:
@@ -191,8 +217,8 @@ class _Search:
         low_c, high_c = winter_c, self._loop.protection.maximum_c
         for count in range(1, MOST_LINES + 1):
             points = [low_c + (high_c - low_c) * i / count for i in range(count + 1)]
-            lines = [_line(limits, *ends) for ends in zip(points, points[1:], strict=False)]
-            middles = [(a + b) / 2 for a, b in zip(points, points[1:], strict=False)]
+            lines = [_line(limits, *ends) for ends in pairwise(points)]
+            middles = [(a + b) / 2 for a, b in pairwise(points)]
             if not self._plant.radiation or all(
                 exact == straight or abs(exact - straight) <= BEND_PERCENT
                 for line, middle_c in zip(lines, middles, strict=True)
@@ -219,7 +245,9 @@ class _Search:
         plant = Heated(network, *self._parts, corner.ambient_c, running)
         full_w = self._heated.full_w * corner.power
         reaches_c = corner.ambient_c + plant.steady_k(full_w)
-        top_c = min(self._heated.highest_c, corner.ambient_c + 0.95 * (reaches_c - corner.ambient_c))
+        top_c = min(
+            self._heated.highest_c, corner.ambient_c + 0.95 * (reaches_c - corner.ambient_c)
+        )
         if top_c <= corner.ambient_c:
             return 0.0
         slow_s = self._slow_s * corner.capacity * corner.resistance
@@ -229,10 +257,9 @@ class _Search:
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
-        courses = [(rested, bottom_c)]
         # a reset while all but the sensor is cold; what a warm room leaves of a long cooling
-        courses.append((arrived, top_c) if weak else (rested, None))
-        return max(up_s, *(course.follow(*each)[0] for each in courses))
+        last = course.follow(arrived, top_c) if weak else course.follow(rested, None)
+        return max(up_s, course.follow(rested, bottom_c)[0], last[0])
 
 
 class _Course:

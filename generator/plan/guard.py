@@ -99,7 +99,7 @@ def effort_context(loop: Loop, prefix: str) -> dict[str, object] | None:
 
 
 def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
-    """Give the ends of the band that it has, with their shares of what the plant takes, and when."""
+    """Give the ends that the band has: their shares of what the plant takes, and when."""
     ends = {"high": (effort.high_percent, "winter"), "low": (effort.low_percent, "summer")}
     return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
 

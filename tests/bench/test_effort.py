@@ -204,7 +204,7 @@ class Stands:
     def __init__(self) -> None:
         self._stood_c = math.nan
 
-    def __call__(self, after_s: float, felt_c: float) -> float:
+    def __call__(self, _: float, felt_c: float) -> float:
         if math.isnan(self._stood_c):
             self._stood_c = felt_c + 1.0
         return self._stood_c
@@ -226,7 +226,7 @@ CASES: list[tuple[str, str, float, float, Callable[[], Feel] | None, float, set[
     CASES,
     ids=[f"{case[0]}-{case[2]:g}-{case[5]:g}" for case in CASES],
 )
-def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0913, PLR0917
+def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0917
     name: str,
     loop: str,
     setpoint_c: float,
@@ -237,9 +237,7 @@ def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0
 ) -> None:
     controller = example(name).controller
     plant, step_s = controller.simulation.plant, step_of(controller)
-    machine = plant_of(
-        controller, plant, ambient_c=controller.simulation.ambient_c, step_s=step_s
-    )
+    machine = plant_of(controller, plant, ambient_c=controller.simulation.ambient_c, step_s=step_s)
     run = Broken(
         controller, ReferenceDevice(controller, most_rows=1), machine, (), step_s, hours * 3600
     )
