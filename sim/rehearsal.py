@@ -79,6 +79,8 @@ NUMBERS = {
         Number("agreement", "for_s", "for", "s"),
     ),
     "on_too_long": (Number("", "on_for_at_most_s", "on_for_at_most", "s"),),
+    "effort_high": (Number("effort", "for_s", "for", "s"),),
+    "effort_low": (Number("effort", "for_s", "for", "s"),),
 }
 """By the id of the rule; those of the others are facts of machine and sensor."""
 

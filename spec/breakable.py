@@ -39,6 +39,11 @@ def _by_loops(controller: Controller) -> Iterator[int]:
         runaway = loop.protection.runaway
         if runaway is not None and runaway.below_k is not None:
             yield 12
+        effort = loop.protection.effort
+        if effort is not None and effort.high_percent is not None:
+            yield 33
+        if effort is not None and effort.low_percent is not None:
+            yield 34
 
 
 def _by_parts(controller: Controller) -> Iterator[int]:

@@ -8,9 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.effort import effort_of
 from heatwright.spec.heated_loop import LEAST_TIMES, TIMES, HeatedLoop, heated_loop, most_borne
 from heatwright.spec.interfaces import Gcode
 from heatwright.spec.loops import (
+    Effort,
     Frozen,
     Heating,
     Limits,
@@ -50,8 +52,14 @@ SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
 HOST_LOST_AFTER_S = 600.0
 """A host of G-code that says nothing for so long is lost: Klipper's `idle_timeout`."""
 
+SMALL_FLASH_BYTES = 16 * 1024
+"""A chip with no more has no room for a rule that is not asked for."""
+
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """By all that they depend on: to follow a plant takes a while."""
+
+_EFFORTS: dict[str, Effort | None] = {}
+"""The same of rules 33 and 34."""
 
 _OPEN: dict[str, dict[str, str]] = {
     "heating": {"within_s": "within"},
@@ -85,6 +93,34 @@ def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
 
 
 def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
+    return _with_effort(controller, name, _with_limits(controller, name, loop))
+
+
+def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
+    """Put the band of rules 33 and 34 in, and the rules themselves where they are left out."""
+    simulation, given = controller.simulation, loop.protection.effort
+    left_out = "effort" not in loop.protection.model_fields_set
+    has_room = controller.board.flash_bytes > SMALL_FLASH_BYTES
+    if simulation is None or (given is None and not (left_out and has_room)):
+        return loop
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    derived = given and given.derived
+    key = repr((simulation, controller.outputs, controller.sensors, others, loop, derived))
+    if key not in _EFFORTS:
+        try:
+            heated = heated_loop(controller, name, simulation)
+            rule = effort_of(controller, name, simulation, heated, given or Effort())
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
+            rule = None  # the checks tell what is wrong with such a plant
+        # What was asked for stays, and the checks say that it cannot be had.
+        _EFFORTS[key] = given if rule is None and given and not given.derived else rule
+    if _EFFORTS[key] is given:
+        return loop
+    protection = loop.protection.model_copy(update={"effort": _EFFORTS[key]})
+    return loop.model_copy(update={"protection": protection})
+
+
+def _with_limits(controller: Controller, name: str, loop: Loop) -> Loop:
     simulation, protection = controller.simulation, loop.protection
     wanted = {name: sorted(_open(getattr(protection, name), name)) for name in _OPEN}
     if simulation is None or not any(wanted.values()):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, StrictBool, model_validator
 
@@ -122,6 +122,84 @@ class Agreement(Limits):
     for_s: _RuleTime = Field(10.0, alias="for", description="Time it must last.")
 
 
+class EffortLine(NamedTuple):
+    """Limits of the power that a reading takes, from one temperature on to the next line's, %."""
+
+    from_c: float
+    high_percent: float
+    high_per_k: float
+    low_percent: float
+    low_per_k: float
+
+    def at(self, celsius: float) -> tuple[float, float]:
+        """Return the most and the least at a reading, %."""
+        return (
+            self.high_percent + self.high_per_k * celsius,
+            self.low_percent + self.low_per_k * celsius,
+        )
+
+
+class EffortBand(NamedTuple):
+    """What a plant makes of rules `effort_high` and `effort_low`.
+
+    filter_s -- for so long the plant feels a power; move_k -- a reading that moves by less stands.
+    """
+
+    filter_s: float
+    move_k: float
+    lines: tuple[EffortLine, ...]
+
+    def at(self, celsius: float) -> tuple[float, float]:
+        """Return the most and the least at a reading, %."""
+        reached = [line for line in self.lines if line.from_c <= celsius]
+        return (reached or self.lines)[-1 if reached else 0].at(celsius)
+
+
+_High = Annotated[float, Quantity(PERCENT, least=100.0, most=1000.0)]
+_Low = Annotated[float, Quantity(PERCENT, least=0.1, most=100.0)]
+
+
+class Effort(Limits):
+    """Rules `effort_high` and `effort_low`: the power fits the reading."""
+
+    high_percent: Annotated[_High | None, Off] = Field(
+        None,
+        alias="high",
+        description="The most that a healthy machine takes, of what the plant takes for a reading "
+        "in winter, or `off`. Left out: from the plant's tolerance.",
+    )
+    low_percent: Annotated[_Low | None, Off] = Field(
+        None,
+        alias="low",
+        description="The least that it takes, of what the plant takes in summer, or `off`. Left "
+        "out: from the plant's tolerance.",
+    )
+    for_s: _RuleTime = Field(
+        3600.0, alias="for", description="Time it must last. Left out: from the plant."
+    )
+
+    _band: EffortBand | None = PrivateAttr(default=None)
+
+    @property
+    def band(self) -> EffortBand:
+        """What the plant makes of it; there is none without a plant, and `check` says so."""
+        if self._band is None:
+            message = "the rules of effort need a plant"
+            raise ValueError(message)
+        return self._band
+
+    @property
+    def has_band(self) -> bool:
+        """Whether the plant has been looked at."""
+        return self._band is not None
+
+    def with_band(self, band: EffortBand) -> Self:
+        """Give the same, with what the plant makes of it."""
+        copy = self.model_copy()
+        copy._band = band
+        return copy
+
+
 class Protection(Model):
     """What switches the heater off and keeps it off until somebody acknowledges."""
 
@@ -160,6 +238,12 @@ class Protection(Model):
     )
     rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
+    )
+    # The controller puts the default in, for only it knows the plant.
+    effort: Annotated[Effort | None, Off] = Field(
+        None,
+        description="Rules `effort_high` and `effort_low`, or `off`. Left out: on where there is a "
+        "plant, and more than 16 KB of flash.",
     )
     # The controller puts the default in, for only it knows who commands the loop.
     master_lost_after_s: Annotated[_Time | None, Off] = Field(

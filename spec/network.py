@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from operator import mul
 
 from heatwright.spec.heat_flows import HeatFlows
-from heatwright.spec.matrices import Matrix, Vector, apply, exponential, product, solve
+from heatwright.spec.matrices import Matrix, Number, Vector, apply, exponential, product, solve
 from heatwright.spec.simulation import ThermalNetwork
 
 MOST_TRIES = 200
@@ -128,6 +129,24 @@ class Heated:
         lags_s = [self._capacities[i] / conductances[i][i] for i in between]
         return sum(lags_s) + self.lag_s + self.delay_s
 
+    def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
+        """Return how long the sensor feels a power in the mean, and its slowest part, s.
+
+        At rest about a temperature above ambient; found by turns of the inverse iteration, which
+        begins with what the heater warms.
+        """
+        size = len(self._capacities)
+        conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
+        warmed = _real(solve(conductances, [float(i == self._heated) for i in range(size)]))
+        rise, first_s, slow_s = warmed, 0.0, 0.0
+        for turn in range(turns):
+            later = _real(solve(conductances, list(map(mul, self._capacities, rise))))
+            slow_s = max(later) / max(rise)
+            if turn == 0:
+                first_s = later[self._sensed] / rise[self._sensed]
+            rise = [each / max(later) for each in later]
+        return first_s + self.lag_s + self.delay_s, slow_s
+
     def start(self, above_ambient_k: float) -> Vector:
         """State with every node, and the sensor, at one temperature; the last entry is 1."""
         return [above_ambient_k] * (len(self._capacities) + bool(self.lag_s)) + [1.0]
@@ -195,6 +214,10 @@ class Heated:
             if 2 * step_s <= longest_s:
                 step_s *= 2
                 matrix = product(matrix, matrix)
+
+
+def _real(numbers: Sequence[Number]) -> Vector:
+    return [each.real for each in numbers]
 
 
 def _alike(one: Vector, other: Vector) -> bool:

@@ -241,6 +241,20 @@ _RULES = (
         "The loop's sensor and the second one say different temperatures.",
         "Check where both sit, their wires and their settings; replace the one that is wrong.",
     ),
+    Rule(
+        33,
+        "effort_high",
+        "MUCH POWER",
+        "It takes more power than a machine of this kind ever needs for its reading.",
+        "Check where the sensor sits, and whether it is the right one; then heater and supply.",
+    ),
+    Rule(
+        34,
+        "effort_low",
+        "LITTLE POWER",
+        "It takes less power than a machine of this kind needs for its reading.",
+        "Look for a switch that leaks; check the sensor: the reading stands too high.",
+    ),
 )
 
 NO_LOCKOUT = (

@@ -24,6 +24,7 @@ from heatwright.spec.units import (
     DIFFERENCE,
     DURATION,
     FEED_HEAT,
+    PERCENT,
     SPEED,
     THERMAL_RESISTANCE,
 )
@@ -154,6 +155,11 @@ class ThermalNetwork(Model):
     filament: Filament | None = Field(None, description="What the feed takes heat from.")
     radiation: tuple[Radiation, ...] = Field(
         (), max_length=MOST_ENTRIES, description="Surfaces that radiate to each other."
+    )
+    tolerance_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=50.0)] = Field(
+        30.0,
+        alias="tolerance",
+        description="By which a machine's capacities and resistances differ from these, ±.",
     )
 
 

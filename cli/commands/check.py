@@ -39,6 +39,7 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     """
     from heatwright.cli.budget import budgets_json, show_budgets  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
+    from heatwright.spec.effort import sights  # noqa: PLC0415
     from heatwright.spec.reserve import reserves  # noqa: PLC0415
 
     good: list[tuple[Path, Spec]] = []
@@ -80,6 +81,8 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
             click.echo(f"{path}: good")
             for reserve in reserves(spec.controller):
                 click.echo(f"  {reserve}")
+            for sight in sights(spec.controller):
+                click.echo(f"  {sight}")
             for load in loads(spec.controller):
                 click.echo(f"  {told(load)}")
             show_budgets(spec.controller)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, steps, ticks
+from heatwright.generator.plan.numbers import c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import ascii_units
 from heatwright.spec import Frozen, Loop, Pid, Protection
-from heatwright.spec.loops import Limits
+from heatwright.spec.loops import Effort, Limits
+from heatwright.spec.quantity import about
 
 
 def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant) -> list[Constant]:
@@ -66,6 +67,8 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             number(("rising_while_off", "rise"), "OFF_RISE_K", rising.rise_k, "K"),
             count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
         ]
+    if rules.effort is not None:
+        constants += _effort(source.at("effort"), rules.effort, period_s, prefix)
     return constants
 
 
@@ -88,6 +91,69 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
             )
         )
     return constants
+
+
+def effort_context(loop: Loop, prefix: str) -> dict[str, object] | None:
+    """Give the lines of the band as C has them, in a table if they bend; None without the rules."""
+    effort = loop.protection.effort
+    if effort is None:
+        return None
+    lines, ends = effort.band.lines, _ends(effort)
+    columns = [f"{end}_{part}" for end in ends for part in ("percent", "per_k")]
+
+    def named(end: str) -> dict[str, str]:
+        if len(lines) > 1:
+            read = "pgm_read_float(&effort_lines[i].{}_{})"
+            return {part: read.format(end, part) for part in ("percent", "per_k")}
+        return {part: f"{prefix}_EFFORT_{end}_{part}".upper() for part in ("percent", "per_k")}
+
+    return {
+        "columns": columns,
+        "lines": [
+            [c_float(each.from_c), *(c_float(getattr(each, column)) for column in columns)]
+            for each in lines
+        ],
+        **{end: named(end) if end in ends else None for end in ("high", "low")},
+    }
+
+
+def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
+    """Give the ends that the band has: their shares of what the plant takes, and when."""
+    ends = {"high": (effort.high_percent, "winter"), "low": (effort.low_percent, "summer")}
+    return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
+
+
+def _effort(source: Source, effort: Effort, period_s: float, prefix: str) -> list[Constant]:
+    """The band of the power, and the time beyond it; lines that bend stand in a table."""
+    band, (line, *bent) = effort.band, effort.band.lines
+    limits = []
+    for end, (share, season) in _ends(effort).items() if not bent else ():
+        words = (
+            f"{quantity(share, '%')} of what the plant takes in {season}, % of power for a kelvin"
+            f"{_words(effort.derived.get(end))}"
+        )
+        name, at = f"{prefix}_EFFORT_{end.upper()}", source.at(end)
+        limits += [
+            at.number(f"{name}_PER_K", getattr(line, f"{end}_per_k"), words),
+            at.number(f"{name}_PERCENT", getattr(line, f"{end}_percent"), "the same, at 0 degC"),
+        ]
+    return [
+        *limits,
+        source.number(
+            f"{prefix}_EFFORT_SHARE",
+            period_s / (band.filter_s + period_s),
+            f"of a step; the plant feels a power for {about(band.filter_s)} s",
+        ),
+        source.number(
+            f"{prefix}_EFFORT_MOVE_K", band.move_k, "a reading that moves by less stands"
+        ),
+        source.at("for").count(
+            f"{prefix}_EFFORT_STEPS",
+            steps(effort.for_s, period_s),
+            f"{quantity(effort.for_s, 's')} in periods of {quantity(period_s, 's')}"
+            f"{_words(effort.derived.get('for'))}",
+        ),
+    ]
 
 
 def _narrowed(loop: Loop) -> bool:

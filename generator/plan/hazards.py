@@ -81,7 +81,13 @@ HAZARDS = (
     ),
     Hazard(
         "A heater's switch leaks",
-        ("rising_while_off", "current_while_off", "runaway_above", "over_temperature"),
+        (
+            "rising_while_off",
+            "current_while_off",
+            "effort_low",
+            "runaway_above",
+            "over_temperature",
+        ),
         "a leak that heats by less than the rules ask for goes on",
     ),
     Hazard(
@@ -91,7 +97,14 @@ HAZARDS = (
     ),
     Hazard(
         "The sensor falls out of its place",
-        ("rise_rate", "heating_failed", "sensor_frozen", "runaway_below", "program_lags"),
+        (
+            "rise_rate",
+            "heating_failed",
+            "sensor_frozen",
+            "effort_high",
+            "runaway_below",
+            "program_lags",
+        ),
         "the heat given until then; one that is half out and still follows is not seen",
     ),
     Hazard(
@@ -113,7 +126,7 @@ HAZARDS = (
     ),
     Hazard(
         "Heater, fuse, wire or supply is dead or weak",
-        ("heating_failed", "runaway_below", "no_current", "program_lags"),
+        ("heating_failed", "runaway_below", "no_current", "effort_high", "program_lags"),
         "nothing that heats",
     ),
     Hazard(
@@ -225,6 +238,8 @@ def _lasting(loop: Loop) -> dict[str, float]:
         found["runaway_above"] = found["runaway_below"] = protection.runaway.for_s
     if protection.agreement is not None:
         found["sensors_disagree"] = protection.agreement.for_s
+    if protection.effort is not None:
+        found["effort_high"] = found["effort_low"] = protection.effort.for_s
     if protection.on_for_at_most_s is not None:
         found["on_too_long"] = protection.on_for_at_most_s
     current_s = max(LEAST_CURRENT_S, LEAST_CURRENT_STEPS * loop.period_s)

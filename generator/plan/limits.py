@@ -123,19 +123,6 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
             f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of "
             f"{_more_heat(protection.frozen.holding_percent)} below the setpoint"
         )
-    if protection.master_lost_after_s is not None:
-        silence = quantity(protection.master_lost_after_s, "s")
-        asked = "request" if gcode_of(spec.controller) is None else "line from the host"
-        limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
-    if protection.agreement is not None:
-        limits["sensors_disagree"] = (
-            f"more than {quantity(protection.agreement.within_k, 'K')} apart for "
-            f"{quantity(protection.agreement.for_s, 's')}"
-        )
-    if protection.on_for_at_most_s is not None:
-        limits["on_too_long"] = (
-            f"on for {quantity(protection.on_for_at_most_s, 's')} without being switched off"
-        )
     if protection.heating is not None:
         limits["heating_failed"] = (
             f"less than {quantity(protection.heating.rise_k, 'K')} in "
@@ -156,4 +143,40 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
             f"a rise of {quantity(rising.rise_k, 'K')}, "
             f"from {quantity(rising.settle_s, 's')} after switching off"
         )
+    return limits | _of_people(spec, protection) | _of_second(protection)
+
+
+def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
+    """What trips the rules about who asks for heat."""
+    limits = {}
+    if protection.master_lost_after_s is not None:
+        silence = quantity(protection.master_lost_after_s, "s")
+        asked = "request" if gcode_of(spec.controller) is None else "line from the host"
+        limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
+    if protection.on_for_at_most_s is not None:
+        limits["on_too_long"] = (
+            f"on for {quantity(protection.on_for_at_most_s, 's')} without being switched off"
+        )
+    return limits
+
+
+def _of_second(protection: Protection) -> dict[str, str]:
+    """What trips the rules that compare the reading with something else: a sensor, the power."""
+    limits = {}
+    if protection.agreement is not None:
+        limits["sensors_disagree"] = (
+            f"more than {quantity(protection.agreement.within_k, 'K')} apart for "
+            f"{quantity(protection.agreement.for_s, 's')}"
+        )
+    effort = protection.effort
+    if effort is not None:
+        for rule, bound, share, season in (
+            ("effort_high", "more", effort.high_percent, "winter"),
+            ("effort_low", "less", effort.low_percent, "summer"),
+        ):
+            if share is not None:
+                limits[rule] = (
+                    f"{bound} than {quantity(share, '%')} of the power that the plant takes for a "
+                    f"reading in {season}, for {quantity(effort.for_s, 's')} in which that stands"
+                )
     return limits

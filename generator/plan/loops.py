@@ -10,7 +10,7 @@ from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
-from heatwright.generator.plan.guard import guard_constants
+from heatwright.generator.plan.guard import effort_context, guard_constants
 from heatwright.generator.plan.monitors import plan_monitors
 from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.outputs.common import stops
@@ -37,7 +37,7 @@ FULL_PERCENT = 100.0
 
 RULES_OF_LOOP = (
     "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
-    "master_lost_after", "on_for_at_most", "agreement",
+    "effort", "master_lost_after", "on_for_at_most", "agreement",
 )  # fmt: skip
 """The keys of `protection` that guard.c names."""
 
@@ -168,6 +168,7 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "frozen": loop.protection.frozen is not None,
         "holding": bool(loop.protection.frozen and loop.protection.frozen.holding_percent),
         "rising": loop.protection.rising_while_off is not None,
+        "effort": effort_context(loop, prefix),
     }
     bounded = bool(context["commanded"] or context["adjustable"]) or shown or loop.setpoint.stored
     constants = (

@@ -21,8 +21,6 @@ from heatwright.sim.faults.site import OfState, Operated, Place, Site
 from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
-SPREAD = 0.3
-"""Capacities and resistances are known to ±30 % when a machine is designed."""
 AMBIENTS_C = (10.0, WARM_DAY_C)
 """A workshop in winter and in summer; not beyond where a loop is at fault at rest."""
 HOLD_S = 200.0
@@ -59,8 +57,9 @@ def machines(site: Place) -> Iterator[Healthy]:
     hold none is too weak for its controller, and left out.
     """
     rooms_c = dict.fromkeys(room_c(site.controller, each) for each in AMBIENTS_C)
+    spread = site.network.tolerance_percent / 100
     for capacity, resistance, ambient_c in itertools.product(
-        (1 - SPREAD, 1 + SPREAD), (1 - SPREAD, 1 + SPREAD), rooms_c
+        (1 - spread, 1 + spread), (1 - spread, 1 + spread), rooms_c
     ):
         network = scaled(site.network, capacity, resistance)
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:.3g}degC"

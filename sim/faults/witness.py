@@ -46,6 +46,10 @@ def counting(world: World) -> tuple[str, ...]:
     if "guard.runaway_steps" in names and row["guard.runaway_steps"]:
         below = row["temperature_c"] < row["setpoint_c"]
         found.append("runaway_below" if below else "runaway_above")
+    effort = world.site.loop.protection.effort
+    if effort is not None and row["guard.effort_steps"]:
+        least = effort.band.at(float(row["temperature_c"]))[1]
+        found.append("effort_low" if row["guard.effort_percent"] < least else "effort_high")
     if row["missing"]:
         found.append(RULES[int(row["reading_status"])].id if row["reading_status"] else "")
     return tuple(each for each in found if each)

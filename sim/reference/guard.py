@@ -62,6 +62,11 @@ class Guard:
         self._on_steps = self._on_steps + 1 if on else 0
         return ON_TOO_LONG if self._on_steps >= self._most_on_steps else 0
 
+    def feel(self, duty_percent: Single) -> None:
+        """Take over what the step before asked for: of every step that is judged."""
+        for rule in self._rules:
+            rule.feel(duty_percent)
+
     def without_reading(self, status: int, missing: int) -> int:
         """Return the fault code after a step without a reading, 0 for none."""
         return status if missing >= self._stale_steps else 0

@@ -3,9 +3,15 @@
 from typing import NamedTuple, Protocol
 
 from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import LARGEST_COUNT, ZERO, Single, steps
+from heatwright.sim.reference.numbers import (
+    LARGEST_COUNT,
+    ZERO,
+    Single,
+    filter_share,
+    steps,
+)
 from heatwright.spec import Frozen, Heating, Loop, RisingWhileOff, Runaway
-from heatwright.spec.loops import Agreement
+from heatwright.spec.loops import Agreement, Effort
 
 FROZEN = 9
 HEATING_FAILED = 10
@@ -13,6 +19,13 @@ RUNAWAY_ABOVE = 11
 RUNAWAY_BELOW = 12
 RISING_WHILE_OFF = 13
 SENSORS_DISAGREE = 32
+EFFORT_HIGH = 33
+EFFORT_LOW = 34
+
+NOWHERE_C = Single(-1000)
+"""From where every reading has moved."""
+FLOOR = Single(1e-12)
+"""Of a power, %: it never fades to where avr-libc's products are no longer IEEE 754's."""
 
 ABOVE_ARMED = 1
 BELOW_ARMED = 2
@@ -55,6 +68,9 @@ class GuardRule(Protocol):
     def start(self, look: Look) -> None:
         """Take the first reading since the reset as the point to compare with."""
 
+    def feel(self, duty_percent: Single) -> None:
+        """Take over what the step before asked for, whether there is a reading or not."""
+
     def check(self, look: Look) -> int:
         """Return the code of the fault, 0 for none."""
 
@@ -76,6 +92,8 @@ def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
         rules.append(FrozenRule(protection.frozen, period_s, raw_width))
     if protection.rising_while_off is not None:
         rules.append(RisingRule(protection.rising_while_off, period_s))
+    if protection.effort is not None:
+        rules.append(EffortRule(protection.effort, period_s))
     return tuple(rules)
 
 
@@ -84,7 +102,14 @@ def counted(count: int) -> int:
     return min(count + 1, LARGEST_COUNT)
 
 
-class AgreementRule:
+class _Unfeeling:
+    """A rule that steps without a reading do not concern."""
+
+    def feel(self, duty_percent: Single) -> None:
+        """Nothing is counted."""
+
+
+class AgreementRule(_Unfeeling):
     """32: the loop's sensor and the second one have been apart for too long."""
 
     members: tuple[Member, ...] = (("apart_steps", "u2"),)
@@ -115,7 +140,7 @@ class AgreementRule:
         return (self._steps,)
 
 
-class RunawayRule:
+class RunawayRule(_Unfeeling):
     """11 and 12: the temperature left the band around the setpoint after having been in it."""
 
     members: tuple[Member, ...] = (
@@ -177,7 +202,7 @@ class RunawayRule:
         return bool(self._in_band & BELOW_ARMED)
 
 
-class HeatingRule:
+class HeatingRule(_Unfeeling):
     """10: full power for long, and the temperature did not rise."""
 
     members: tuple[Member, ...] = (("heating_steps", "u2"), ("heating_from_c", "f4"))
@@ -214,7 +239,7 @@ class HeatingRule:
         return (self._steps, self._from_c)
 
 
-class FrozenRule:
+class FrozenRule(_Unfeeling):
     """9: the reading stands still although there is more heat than holding needs.
 
     Below the setpoint or by hand.
@@ -255,7 +280,7 @@ class FrozenRule:
         return (self._steps, self._raw)
 
 
-class RisingRule:
+class RisingRule(_Unfeeling):
     """13: the temperature rises although the heater is off, long after it went off."""
 
     members: tuple[Member, ...] = (("off_steps", "u2"), ("off_lowest_c", "f4"))
@@ -291,3 +316,62 @@ class RisingRule:
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (self._steps, self._lowest_c)
+
+
+class EffortRule:
+    """33 and 34: for a reading that stands, more or less power than a healthy machine takes."""
+
+    members: tuple[Member, ...] = (
+        ("effort_percent", "f4"),
+        ("effort_from_c", "f4"),
+        ("effort_steps", "u2"),
+    )
+
+    def __init__(self, effort: Effort, period_s: float) -> None:
+        """Derive the limits."""
+        band = effort.band
+        self._share = filter_share(period_s, band.filter_s)
+        self._move = Single(band.move_k)
+        self._lines = tuple(tuple(map(Single, line)) for line in band.lines)
+        self._limit = steps(effort.for_s, period_s)
+        self._percent = ZERO
+        self._steps = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Take the next reading for one that has moved."""
+        self._from_c = NOWHERE_C
+
+    def start(self, look: Look) -> None:
+        """Nothing is compared with the first reading."""
+
+    def feel(self, duty_percent: Single) -> None:
+        """Filter the power as the plant feels it."""
+        added = self._share * (duty_percent - self._percent) + FLOOR
+        self._percent = self._percent + added
+
+    def check(self, look: Look) -> int:
+        """Return 33 or 34 after too many steps with a power that does not fit."""
+        temperature_c = look.temperature_c
+        _, high, high_per_k, low, low_per_k = self._lines[0]
+        for line in self._lines[1:]:
+            if line[0] <= temperature_c:
+                _, high, high_per_k, low, low_per_k = line
+        limit = high_per_k * temperature_c + high
+        code = EFFORT_HIGH
+        if self._percent <= limit:
+            limit = low_per_k * temperature_c + low
+            code = 0 if self._percent >= limit else EFFORT_LOW
+        moved_k = temperature_c - self._from_c
+        if code:
+            if moved_k < self._move and moved_k > -self._move:
+                self._steps = counted(self._steps)
+                return code if self._steps >= self._limit else 0
+            self._percent = limit
+        self._from_c = temperature_c
+        self._steps = 0
+        return 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._percent, self._from_c, self._steps)

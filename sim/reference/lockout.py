@@ -5,6 +5,7 @@ from heatwright.spec.commands import lockout_of
 from heatwright.spec.rules import NO_LOCKOUT, RULES
 
 SECOND_US, TICK_US = 1_000_000, 10_000
+UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
 
 
 class Lockout:
@@ -34,7 +35,10 @@ class Lockout:
 
     def counts(self, code: int) -> bool:
         """Tell whether a trip of a rule counts; 0 is none."""
-        return self._spec is not None and code > 0 and RULES[code].id not in NO_LOCKOUT
+        counts = self._spec is not None and code > 0
+        for other in UNCOUNTED:
+            counts = counts and code != other
+        return counts
 
     def age(self, now_us: int) -> None:
         """Forget what is long past, behind the steps of the tick."""

@@ -210,6 +210,7 @@ class Reference:
     def _protect(self, status: int, look: Look) -> None:
         """Ask the guard, who judges each reading by itself."""
         single = self._readings.single
+        self._guard.feel(self._duty_percent)
         if status:
             code = self._guard.without_reading(status, self._readings.missing)
         else:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import cycle
+from itertools import count, cycle
 from math import inf
 
 from heatwright.sim.device import AvrDevice
@@ -21,10 +22,15 @@ from heatwright.spec import (
     switched,
 )
 from heatwright.spec.commands import keyed, keypad_of, touched
+from heatwright.spec.loops import Effort
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
 
+
+SLOWER, DIPS = 4.0, 3
+"""A dip is so much slower than a reading may be; so many there are in the time of the effort's
+rules."""
 
 STARTED_S = 1.5
 """When a loop is switched on: the program, a display and a person are there by then."""
@@ -57,7 +63,7 @@ class Stage:
         for name, loop in controller.loops.items():
             second = (controller.monitors[loop.also].sensor,) if loop.also else ()
             for sensor in (loop.sensor, *second):
-                swing = _swing(device, sensor, resting_c(controller, name))
+                swing = _swing(device, loop, sensor, resting_c(controller, name))
                 swings[sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
             if switched(controller, name):
@@ -100,9 +106,29 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
             device.send("#2 1;")
 
 
-def _swing(device: AvrDevice, sensor: str, middle_c: float) -> Callable[[], None]:
-    sides = cycle((SWING_K, -SWING_K))
-    return lambda: device.sense(sensor, middle_c + next(sides))
+def _swing(device: AvrDevice, loop: Loop, sensor: str, middle_c: float) -> Callable[[], None]:
+    """Let the readings swing; now and then they dip, for one that stands takes some power."""
+    sides, effort, steps = cycle((SWING_K, -SWING_K)), loop.protection.effort, count()
+    dips = _dips(loop, effort) if effort is not None else [0.0]
+
+    def swing() -> None:
+        dip_k = dips[next(steps) % len(dips)]
+        device.sense(sensor, middle_c + next(sides) - dip_k)
+
+    return swing
+
+
+def _dips(loop: Loop, effort: Effort) -> list[float]:
+    """Give what a reading lacks in each period, over the time between two dips, K.
+
+    A dip is so deep that the reading moves, and slower than a reading may change.
+    """
+    deep_k = effort.band.move_k + 3 * SWING_K
+    step_k = loop.protection.rise_rate_k_per_s * loop.period_s / SLOWER
+    way = max(1, math.ceil(deep_k / step_k))
+    down = [deep_k * turn / way for turn in range(1, way + 1)]
+    periods = int(effort.for_s / loop.period_s / DIPS)
+    return [*([0.0] * max(1, periods - 2 * way)), *down, *reversed(down)]
 
 
 def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat]:

@@ -122,6 +122,7 @@ CHECKS: tuple[Check, ...] = (
     limits.runaway_outside_the_band,
     limits.minimum_below_setpoints,
     limits.start_is_allowed,
+    limits.efforts_are_known,
     limits.setpoints_are_borne,
     limits.protections_in_range,
     limits.rise_rate_above_steps,

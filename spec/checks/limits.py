@@ -169,6 +169,22 @@ def protections_in_range(controller: Controller) -> Findings:
             )
 
 
+def efforts_are_known(controller: Controller) -> Findings:
+    """Find rules of effort whose plant does not say what power a reading takes."""
+    for name, loop in controller.loops.items():
+        effort = loop.protection.effort
+        if effort is not None and not effort.has_band:
+            plant = controller.simulation is not None
+            yield Finding(
+                ("loops", name, "protection", "effort"),
+                "no time would keep a healthy machine of this plant from breaking it"
+                if plant
+                else "without a plant nobody knows what power a reading takes",
+                "Write effort: off" if plant else "Give the file a simulation, or delete effort",
+                (("simulation",), ("loops", name), ("outputs", loop.heater)),
+            )
+
+
 def setpoints_are_borne(controller: Controller) -> Findings:
     """Find setpoints that a thermocouple of the loop, chosen or to be chosen, does not bear."""
     for name, loop, sensor, kind in loop_types(controller):

@@ -72,6 +72,8 @@ def time_outs(loop: Loop) -> dict[Path, float]:
         found["protection", "rising_while_off", "settle"] = protection.rising_while_off.settle_s
     if protection.agreement is not None:
         found["protection", "agreement", "for"] = protection.agreement.for_s
+    if protection.effort is not None:
+        found["protection", "effort", "for"] = protection.effort.for_s
     if loop.autotune is not None:
         found["autotune", "timeout"] = loop.autotune.timeout_s
     if loop.response is not None:

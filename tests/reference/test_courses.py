@@ -29,6 +29,7 @@ from heatwright.sim.reference import copies, inputs, program_state
 from heatwright.sim.reference.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
 from heatwright.sim.reference.points import Editor
 from heatwright.spec import Algorithm, Frozen, Heating, RisingWhileOff, Runaway, kinds
+from heatwright.spec.loops import Effort
 
 WORDS = {
     name: value
@@ -127,7 +128,7 @@ def fits(found: Any, wanted: str) -> bool:
 # ---- the courses ----
 
 RULES = {"heating": Heating, "runaway": Runaway, "frozen": Frozen,
-         "rising_while_off": RisingWhileOff}  # fmt: skip
+         "rising_while_off": RisingWhileOff, "effort": Effort}  # fmt: skip
 LOOSE = "frozen: off, rise_rate: 100 K/s, heating: off, runaway: off, rising_while_off: off"
 
 

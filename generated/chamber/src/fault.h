@@ -25,7 +25,8 @@ enum {
     FAULT_BROWN_OUT = 15, /* The controller's supply broke down. */
     FAULT_SETTINGS_CORRUPT = 16, /* The stored settings cannot be read. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
-    FAULT_LAST = 29
+    FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
+    FAULT_LAST = 34
 };
 
 struct fault_state {

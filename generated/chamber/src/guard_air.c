@@ -10,6 +10,9 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
+#define EFFORT_NOWHERE_C -1000.0f     /* from where every reading has moved */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* is nothing, and keeps what fades a normal number */
+
 struct guard_air_state guard_air;
 
 void guard_air_reset(void)
@@ -20,6 +23,7 @@ void guard_air_reset(void)
     guard_air.heating_steps = 0;
     guard_air.frozen_steps = 0;
     guard_air.off_steps = 0;
+    guard_air.effort_from_c = EFFORT_NOWHERE_C;
 }
 
 /* chamber.yaml:28 loops.air.protection.rise_rate */
@@ -128,6 +132,30 @@ static bool rising_while_off(void)
     return t >= guard_air.off_lowest_c + LOOP_AIR_OFF_RISE_K;
 }
 
+/* chamber.yaml:25 loops.air.protection.effort (default)
+ * A reading that stands takes no more, and no less, power than a healthy machine needs for it. */
+static uint8_t effort(void)
+{
+    const float t = loop_air.temperature_c;
+    const float moved_k = t - guard_air.effort_from_c;
+    const float limit_percent = LOOP_AIR_EFFORT_LOW_PER_K * t + LOOP_AIR_EFFORT_LOW_PERCENT;
+    uint8_t code = FAULT_NONE;
+
+    if (!(guard_air.effort_percent >= limit_percent)) { /* what is not a number, too */
+        code = FAULT_EFFORT_LOW;
+    }
+    if (code != FAULT_NONE) {
+        if (moved_k < LOOP_AIR_EFFORT_MOVE_K && moved_k > -LOOP_AIR_EFFORT_MOVE_K) {
+            guard_air.effort_steps++;
+            return guard_air.effort_steps >= LOOP_AIR_EFFORT_STEPS ? code : FAULT_NONE;
+        }
+        guard_air.effort_percent = limit_percent; /* it needs no longer what it had before */
+    }
+    guard_air.effort_from_c = t;
+    guard_air.effort_steps = 0;
+    return FAULT_NONE;
+}
+
 /* The first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
@@ -154,7 +182,7 @@ static uint8_t judge(float change_k, uint16_t gap)
     if (rising_while_off()) {
         return FAULT_RISING_WHILE_OFF;
     }
-    return FAULT_NONE;
+    return effort();
 }
 
 void guard_air_step(float change_k, uint16_t gap)
@@ -162,6 +190,9 @@ void guard_air_step(float change_k, uint16_t gap)
     if (fault.code != FAULT_NONE) {
         return;
     }
+    guard_air.effort_percent += LOOP_AIR_EFFORT_SHARE
+            * (loop_air.duty_percent - guard_air.effort_percent)
+        + EFFORT_FLOOR_PERCENT;
     if (loop_air.reading_status == READING_OK) {
         const uint8_t code = judge(change_k, gap);
         if (code != FAULT_NONE) {

@@ -16,6 +16,9 @@ struct guard_air_state {
     int16_t frozen_raw;
     uint16_t off_steps; /* of no heat, up to the settling time */
     float off_lowest_c;
+    float effort_percent; /* power that was given, as far as the plant still feels it */
+    float effort_from_c;  /* where the reading stands */
+    uint16_t effort_steps; /* of a power that does not fit it */
 };
 
 extern struct guard_air_state guard_air;

@@ -30,7 +30,9 @@ enum {
     FAULT_EMERGENCY_STOP = 19, /* The host ordered an emergency stop. */
     FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
-    FAULT_LAST = 29
+    FAULT_EFFORT_HIGH = 33, /* It takes more power than a machine of this kind ever needs for its reading. */
+    FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
+    FAULT_LAST = 34
 };
 
 struct fault_state {

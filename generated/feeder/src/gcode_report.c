@@ -66,6 +66,7 @@ static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
 static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
 static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
+static const char TEXT_34[] PROGMEM = "Error:E34 LITTLE POWER";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
     [FAULT_SENSOR_SHORT - 1] = TEXT_2,
@@ -88,6 +89,7 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_EMERGENCY_STOP - 1] = TEXT_19,
     [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
+    [FAULT_EFFORT_LOW - 1] = TEXT_34,
 };
 
 /* Damaged memory may hold a code that no rule has, or none of this machine's. */
@@ -131,7 +133,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 42a2bccb\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 8f81811f\n"));
 }
 
 static bool latched_fault(void)
@@ -294,7 +296,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 42a2bccb PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 8f81811f PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

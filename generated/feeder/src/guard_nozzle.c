@@ -11,6 +11,9 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
+#define EFFORT_NOWHERE_C -1000.0f     /* from where every reading has moved */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* is nothing, and keeps what fades a normal number */
+
 struct guard_nozzle_state guard_nozzle;
 
 void guard_nozzle_reset(void)
@@ -21,6 +24,7 @@ void guard_nozzle_reset(void)
     guard_nozzle.heating_steps = 0;
     guard_nozzle.frozen_steps = 0;
     guard_nozzle.off_steps = 0;
+    guard_nozzle.effort_from_c = EFFORT_NOWHERE_C;
 }
 
 /* feeder.yaml:38 loops.nozzle.protection.rise_rate */
@@ -135,6 +139,30 @@ static bool rising_while_off(void)
     return t >= guard_nozzle.off_lowest_c + LOOP_NOZZLE_OFF_RISE_K;
 }
 
+/* feeder.yaml:35 loops.nozzle.protection.effort (default)
+ * A reading that stands takes no more, and no less, power than a healthy machine needs for it. */
+static uint8_t effort(void)
+{
+    const float t = loop_nozzle.temperature_c;
+    const float moved_k = t - guard_nozzle.effort_from_c;
+    const float limit_percent = LOOP_NOZZLE_EFFORT_LOW_PER_K * t + LOOP_NOZZLE_EFFORT_LOW_PERCENT;
+    uint8_t code = FAULT_NONE;
+
+    if (!(guard_nozzle.effort_percent >= limit_percent)) { /* what is not a number, too */
+        code = FAULT_EFFORT_LOW;
+    }
+    if (code != FAULT_NONE) {
+        if (moved_k < LOOP_NOZZLE_EFFORT_MOVE_K && moved_k > -LOOP_NOZZLE_EFFORT_MOVE_K) {
+            guard_nozzle.effort_steps++;
+            return guard_nozzle.effort_steps >= LOOP_NOZZLE_EFFORT_STEPS ? code : FAULT_NONE;
+        }
+        guard_nozzle.effort_percent = limit_percent; /* it needs no longer what it had before */
+    }
+    guard_nozzle.effort_from_c = t;
+    guard_nozzle.effort_steps = 0;
+    return FAULT_NONE;
+}
+
 /* The first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
@@ -161,7 +189,7 @@ static uint8_t judge(float change_k, uint16_t gap)
     if (rising_while_off()) {
         return FAULT_RISING_WHILE_OFF;
     }
-    return FAULT_NONE;
+    return effort();
 }
 
 /* feeder.yaml:35 loops.nozzle.protection.master_lost_after (default)
@@ -178,6 +206,9 @@ void guard_nozzle_step(float change_k, uint16_t gap)
     if (fault.code != FAULT_NONE) {
         return;
     }
+    guard_nozzle.effort_percent += LOOP_NOZZLE_EFFORT_SHARE
+            * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
+        + EFFORT_FLOOR_PERCENT;
     if (loop_nozzle.reading_status == READING_OK) {
         const uint8_t code = judge(change_k, gap);
         if (code != FAULT_NONE) {

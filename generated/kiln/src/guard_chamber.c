@@ -2,6 +2,7 @@
 /* Protections of loop chamber (kiln.yaml:41 loops.chamber.protection): docs/control.md gives each rule in words. */
 #include "guard_chamber.h"
 
+#include <avr/pgmspace.h> /* PROGMEM, pgm_read_float */
 #include <stdbool.h> /* bool */
 
 #include "config.h" /* LOOP_CHAMBER_* */
@@ -11,6 +12,9 @@
 #include "settings.h" /* settings */
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
+
+#define EFFORT_NOWHERE_C -1000.0f     /* from where every reading has moved */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* is nothing, and keeps what fades a normal number */
 
 struct guard_chamber_state guard_chamber;
 
@@ -22,6 +26,7 @@ void guard_chamber_reset(void)
     guard_chamber.heating_steps = 0;
     guard_chamber.frozen_steps = 0;
     guard_chamber.off_steps = 0;
+    guard_chamber.effort_from_c = EFFORT_NOWHERE_C;
 }
 
 /* kiln.yaml:45 loops.chamber.protection.rise_rate */
@@ -133,6 +138,57 @@ static bool rising_while_off(void)
     return t >= guard_chamber.off_lowest_c + LOOP_CHAMBER_OFF_RISE_K;
 }
 
+enum { EFFORT_LINES = 6 };
+
+/* Limits of the power that a reading takes, from one temperature on: the plant's curve bends. */
+static const struct {
+    float from_c;
+    float high_percent;
+    float high_per_k;
+    float low_percent;
+    float low_per_k;
+} effort_lines[EFFORT_LINES] PROGMEM = {
+    { -10.0f, 1.4438461f, 0.14438461f, -1.6218257f, 0.041286808f },
+    { 183.33333f, -0.1961581f, 0.15333009f, -2.096909f, 0.04387817f },
+    { 376.66666f, -6.1689377f, 0.16918702f, -3.8191626f, 0.048450526f },
+    { 570.0f, -19.424555f, 0.19244249f, -7.6296964f, 0.055135675f },
+    { 763.3333f, -42.2005f, 0.22227998f, -14.162079f, 0.06369338f },
+    { 956.6667f, -75.29569f, 0.25687426f, -23.63752f, 0.07359802f },
+};
+
+/* kiln.yaml:41 loops.chamber.protection.effort (default)
+ * A reading that stands takes no more, and no less, power than a healthy machine needs for it. */
+static uint8_t effort(void)
+{
+    const float t = loop_chamber.reading_c;
+    uint8_t i = 0;
+
+    while (i + 1 < EFFORT_LINES && t >= pgm_read_float(&effort_lines[i + 1].from_c)) {
+        i++;
+    }
+    const float moved_k = t - guard_chamber.effort_from_c;
+    float limit_percent = pgm_read_float(&effort_lines[i].high_per_k) * t + pgm_read_float(&effort_lines[i].high_percent);
+    uint8_t code = FAULT_EFFORT_HIGH;
+
+    if (guard_chamber.effort_percent <= limit_percent) { /* what is not a number is not */
+        code = FAULT_NONE;
+        limit_percent = pgm_read_float(&effort_lines[i].low_per_k) * t + pgm_read_float(&effort_lines[i].low_percent);
+        if (!(guard_chamber.effort_percent >= limit_percent)) {
+            code = FAULT_EFFORT_LOW;
+        }
+    }
+    if (code != FAULT_NONE) {
+        if (moved_k < LOOP_CHAMBER_EFFORT_MOVE_K && moved_k > -LOOP_CHAMBER_EFFORT_MOVE_K) {
+            guard_chamber.effort_steps++;
+            return guard_chamber.effort_steps >= LOOP_CHAMBER_EFFORT_STEPS ? code : FAULT_NONE;
+        }
+        guard_chamber.effort_percent = limit_percent; /* it needs no longer what it had before */
+    }
+    guard_chamber.effort_from_c = t;
+    guard_chamber.effort_steps = 0;
+    return FAULT_NONE;
+}
+
 /* The first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
@@ -160,7 +216,7 @@ static uint8_t judge(float change_k, uint16_t gap)
     if (rising_while_off()) {
         return FAULT_RISING_WHILE_OFF;
     }
-    return FAULT_NONE;
+    return effort();
 }
 
 bool guard_chamber_set_maximum(float maximum_c)
@@ -181,6 +237,9 @@ void guard_chamber_step(float change_k, uint16_t gap)
     if (fault.code != FAULT_NONE) {
         return;
     }
+    guard_chamber.effort_percent += LOOP_CHAMBER_EFFORT_SHARE
+            * (loop_chamber.duty_percent - guard_chamber.effort_percent)
+        + EFFORT_FLOOR_PERCENT;
     if (loop_chamber.reading_status == READING_OK) {
         const uint8_t code = judge(change_k, gap);
         if (code != FAULT_NONE) {

@@ -40,6 +40,8 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_RELAY_WELDED] = 29, /* fault25 */
     [FAULT_RELAY_OPEN] = 30, /* fault26 */
     [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
+    [FAULT_EFFORT_HIGH] = 32, /* fault33 */
+    [FAULT_EFFORT_LOW] = 33, /* fault34 */
 };
 
 uint8_t pages_shown;

@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 55
+    WORDS_IN_ALL = 57
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -337,6 +337,8 @@ static const char WORD_51[] PROGMEM = "E29 MEMORY BAD";
 static const char WORD_52[] PROGMEM = "E30";
 static const char WORD_53[] PROGMEM = "E31";
 static const char WORD_54[] PROGMEM = "E32";
+static const char WORD_55[] PROGMEM = "E33 MUCH POWER";
+static const char WORD_56[] PROGMEM = "E34 LITTLE POWER";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -393,6 +395,8 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_52,
     WORD_53,
     WORD_54,
+    WORD_55,
+    WORD_56,
 };
 
 enum { MOST_COMPONENTS = 42 };

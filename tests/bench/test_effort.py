@@ -1,0 +1,357 @@
+"""Rules 33 and 34: what wrong readings and switches trip, and that healthy machines never do."""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import islice
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+from rig.controllers import drawings
+from rig.specs import example
+from suite import SEED, amount
+
+from heatwright.sim.arrays.masks import afresh
+from heatwright.sim.arrays.world import Logs, _Runs
+from heatwright.sim.bench import ReferenceDevice, Run, step_of
+from heatwright.sim.faults.bears import bears_c
+from heatwright.sim.plants import plant_of
+from heatwright.sim.reference.guard_rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
+from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.spec import Controller, Event
+from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.effort import band_percent
+from heatwright.spec.heated_loop import heated_loop
+from heatwright.spec.loops import Effort, EffortBand, EffortLine
+
+SUPPLY = (0.85, 1.1)
+ROOMS_C = (5.0, 35.0)
+SETTLED_S = 1200.0
+
+# ---- the rule, step by step ----
+
+BAND = EffortBand(9.0, 2.0, (EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5),))
+"""Between T − 10 and T/2 − 20 %."""
+
+
+def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
+    lines = [
+        line._replace(
+            **({} if high else {"high_percent": math.inf, "high_per_k": 0.0}),
+            **({} if low else {"low_percent": -math.inf, "low_per_k": 0.0}),
+        )
+        for line in BAND.lines
+    ]
+    effort = Effort.model_validate({"for": "5 s"}).model_copy(
+        update={"high_percent": high, "low_percent": low}
+    )
+    return EffortRule(effort.with_band(BAND._replace(lines=tuple(lines))), 1.0)
+
+
+def stepped(effort: EffortRule, celsius: float, duty: float, steps: int = 1) -> list[int]:
+    found = []
+    for _ in range(steps):
+        effort.feel(Single(duty))
+        t = Single(celsius)
+        found.append(effort.check(Look(t, t, 1, 0, t, Single(duty), Single(duty), Single(100))))
+    return found
+
+
+def test_too_little_trips_after_its_time_and_no_step_before() -> None:
+    effort = rule()
+    assert stepped(effort, 60.0, 0.0, 6) == [0, 0, 0, 0, 0, EFFORT_LOW]  # the first has moved
+
+
+def test_too_much_trips_and_what_fits_begins_the_time_anew() -> None:
+    effort = rule()
+    assert not any(stepped(effort, 60.0, 30.0, 100))
+    found = stepped(effort, 60.0, 80.0, 30)
+    assert set(found[:-1]) <= {0, EFFORT_HIGH}
+    over = effort.values()[0] > 50
+    assert over
+    assert found[-1] == EFFORT_HIGH
+    first = found.index(EFFORT_HIGH)
+    effort = rule()
+    stepped(effort, 60.0, 30.0, 100)
+    assert not any(stepped(effort, 60.0, 80.0, first))
+    stepped(effort, 60.0, 0.0, 5)
+    assert not any(stepped(effort, 60.0, 80.0, 5))
+
+
+def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> None:
+    effort = rule()
+    stepped(effort, 60.0, 30.0, 100)
+    for celsius in np.arange(60, 20, -2.0):
+        assert not any(stepped(effort, float(celsius), 100.0))
+        assert effort.values()[0] <= celsius - 10 + 9.1
+    assert stepped(effort, 22.0, 100.0, 9)[-1] == EFFORT_HIGH
+
+
+@pytest.mark.parametrize(("high", "low"), [(210.0, 60.0), (None, 60.0), (210.0, None)])
+def test_what_is_no_number_trips(high: float | None, low: float | None) -> None:
+    effort = rule(high=high, low=low)
+    stepped(effort, 60.0, 30.0, 100)
+    effort._percent = Single(math.nan)
+    assert stepped(effort, 60.0, 30.0, 5)[-1] == (EFFORT_HIGH if high else EFFORT_LOW) or not high
+    effort = rule(high=high, low=low)
+    stepped(effort, 60.0, 30.0, 100)
+    effort._from_c = Single(math.nan)
+    assert not any(stepped(effort, 60.0, 30.0, 100))
+    assert effort.values()[1] == 60
+
+
+def test_nothing_fades_away() -> None:
+    effort = rule(low=None)
+    stepped(effort, 15.0, 50.0, 5)
+    stepped(effort, 15.0, 0.0, 3000)
+    assert 1e-13 < effort.values()[0] < 1e-10
+
+
+# ---- its numbers ----
+
+
+def test_the_band_is_that_of_tolerance_and_supply() -> None:
+    assert band_percent(0.3) == (210.0, 60.0)
+    assert band_percent(0.1) == (170.0, 71.0)
+
+
+def test_lines_are_what_the_plant_takes() -> None:
+    controller = example("hotplate").controller
+    loop, plant = controller.loops["plate"], controller.simulation.plant
+    effort = loop.protection.effort
+    per_k = 100 / 500 / plant.links[0].resistance_k_per_w
+    coldest_c = min(5.0, loop.protection.minimum_c)
+    high, low = effort.band.at(200.0)
+    assert high == pytest.approx(2.1 * per_k * (200 - coldest_c))
+    assert low == pytest.approx(0.6 * per_k * (200 - 40))
+    assert effort.band.filter_s == pytest.approx(900 + 5, rel=1e-3)
+
+
+def test_bent_lines_keep_near_the_curve() -> None:
+    controller = example("kiln").controller
+    band = controller.loops["chamber"].protection.effort.band
+    heated = heated_loop(controller, "chamber", controller.simulation)
+    assert 1 < len(band.lines) <= 8
+    for celsius in range(100, 1150, 50):
+        exact = 0.6 * 100 / heated.power_w * heated.at(35.0).power_w(celsius - 40.0)
+        assert band.at(celsius)[1] == pytest.approx(exact, abs=1.0)
+
+
+def test_where_it_would_see_nothing_it_is_off() -> None:
+    found = {
+        name: example(name).controller.loops[loop].protection.effort
+        for name, loop in (("dryer", "air"), ("incubator", "air"), ("chamber", "air"))
+    }
+    assert found["dryer"] is found["incubator"] is None  # no room; nothing on a summer's day
+    assert found["chamber"].high_percent is None
+    assert found["chamber"].low_percent == 60
+
+
+# ---- what must trip ----
+
+Feel = Callable[[float, float], float]
+
+
+class Broken(Run):
+    """A machine whose sensor or switch fails after a while; ends when its heat has spread."""
+
+    feel: Feel | None = None
+    leak = 0.0
+    now_s = 0.0
+
+    def play(self, controller: Controller, loop: str, setpoint_c: float) -> dict[str, float]:
+        self.sensor, self.heater = controller.loops[loop].sensor, controller.loops[loop].heater
+        plant, device, peaks, left = self._plant, self._device, None, math.inf
+        assert isinstance(device, ReferenceDevice)
+        device.ask(loop, setpoint_c)
+        for row in range(1, self._count + 1):
+            self.now_s = row * self._step_s
+            for sensor, value in self._seen().items():
+                device.sense(sensor, value)
+            self._advance(self.now_s)
+            given = dict(self._coupling.supplied(self._coupling.active()))
+            if self.now_s > SETTLED_S:
+                given[self.heater] += self.leak * (1 - given[self.heater])
+            plant.step(given, 0.0)
+            now_c = plant.temperatures_c.copy()
+            peaks = now_c if peaks is None else np.maximum(peaks, now_c)
+            left = min(left, 600 / self._step_s) - 1 if device.fault else left
+            if left <= 0:
+                break
+        return dict(zip(plant.nodes, peaks.tolist(), strict=True))
+
+    def _seen(self) -> dict[str, float]:
+        felt = dict(self._felt())
+        if self.feel is not None and self.now_s > SETTLED_S:
+            felt[self.sensor] = self.feel(self.now_s - SETTLED_S, felt[self.sensor])
+        return felt
+
+
+def drifts(after_s: float, felt_c: float) -> float:
+    """Low, by 0.05 K/s."""
+    return felt_c - 0.05 * after_s
+
+
+def creeps(after_s: float, felt_c: float) -> float:
+    """Out of its place in 20 minutes, until it shows a third of the rise."""
+    return 20 + (felt_c - 20) * (1 - 0.67 * min(1.0, after_s / 1200))
+
+
+class Stands:
+    """Above the setpoint, by a little."""
+
+    def __init__(self) -> None:
+        self._stood_c = math.nan
+
+    def __call__(self, _: float, felt_c: float) -> float:
+        if math.isnan(self._stood_c):
+            self._stood_c = felt_c + 1.0
+        return self._stood_c
+
+
+CASES: list[tuple[str, str, float, float, Callable[[], Feel] | None, float, set[int]]] = [
+    # its air came to 94 °C, and stayed there
+    ("chamber", "air", 50.0, 3.0, Stands, 1.0, {EFFORT_LOW}),
+    # a switch that leaks 45 % while the reading drifts: 379 °C
+    ("extruder", "nozzle", 200.0, 1.0, lambda: drifts, 0.45, {11, EFFORT_LOW}),
+    ("extruder", "nozzle", 200.0, 1.0, lambda: drifts, 0.28, {EFFORT_LOW}),
+    ("hotplate", "plate", 100.0, 2.0, lambda: drifts, 0.0, {EFFORT_HIGH}),
+    ("hotplate", "plate", 80.0, 2.0, lambda: creeps, 0.0, {EFFORT_HIGH}),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "loop", "setpoint_c", "hours", "feel", "leak", "codes"),
+    CASES,
+    ids=[f"{case[0]}-{case[2]:g}-{case[5]:g}" for case in CASES],
+)
+def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0917
+    name: str,
+    loop: str,
+    setpoint_c: float,
+    hours: float,
+    feel: Callable[[], Feel] | None,
+    leak: float,
+    codes: set[int],
+) -> None:
+    controller = example(name).controller
+    plant, step_s = controller.simulation.plant, step_of(controller)
+    machine = plant_of(controller, plant, ambient_c=controller.simulation.ambient_c, step_s=step_s)
+    run = Broken(
+        controller, ReferenceDevice(controller, most_rows=1), machine, (), step_s, hours * 3600
+    )
+    run.feel, run.leak = feel and feel(), leak
+    peaks = run.play(controller, loop, setpoint_c)
+    assert run._device.fault in codes
+    bears = bears_c(controller, plant)
+    assert all(peak_c <= bears[node] for node, peak_c in peaks.items()), (peaks, bears)
+
+
+# ---- what must not ----
+
+
+def healthy(controller: Controller, random: Random) -> Controller:
+    """Draw a machine at a corner of the tolerances, or anywhere within them."""
+    simulation, at_corner = controller.simulation, random.random() < 0.5
+    plant = simulation.plant
+    spread = plant.tolerance_percent / 100
+    low, high = 1 - spread, 1 + spread
+    both = random.choice((low, high)), random.choice((low, high))
+
+    def factor(part: int) -> float:
+        return both[part] if at_corner else random.uniform(low, high)
+
+    power = (random.choice(SUPPLY) if at_corner else random.uniform(*SUPPLY)) ** 2
+    room_c = random.choice(ROOMS_C) if at_corner else random.uniform(*ROOMS_C)
+    least_c = max(loop.protection.minimum_c for loop in controller.loops.values()) + 3
+    filament = plant.filament
+    # A power that is so many times as large is a machine of so much smaller parts.
+    changed = plant.model_copy(update={
+        "nodes": ReadOnlyDict({name: own * factor(0) / power for name, own in plant.nodes.items()}),
+        "links": tuple(
+            each.model_copy(
+                update={"resistance_k_per_w": each.resistance_k_per_w * factor(1) * power}
+            )
+            for each in plant.links
+        ),
+        "radiation": tuple(
+            each.model_copy(update={"area_m2": each.area_m2 / factor(1) / power})
+            for each in plant.radiation
+        ),
+        "filament": filament and filament.model_copy(
+            update={"heat_j_per_k_mm": filament.heat_j_per_k_mm / power}
+        ),
+    })  # fmt: skip
+    simulated = simulation.model_copy(update={"plant": changed, "ambient_c": max(room_c, least_c)})
+    return controller.model_copy(update={"simulation": simulated})
+
+
+class Asked(_Runs):
+    """Machines of one controller in lanes, whose loops are asked for temperatures."""
+
+    asks: list[tuple[float, str, float]]
+
+    def _advance(self, until_s: float) -> None:
+        while self.asks and self.asks[0][0] < until_s:
+            at_s, loop, setpoint_c = self.asks.pop(0)
+            self._lanes._all.advance(at_s)
+            self._lanes._all.ask(loop, setpoint_c)
+        super()._advance(until_s)
+
+
+SHARES = (0.5, 1.0, 0.2, 0.7, 0.1, 1.0)
+"""Of the range of setpoints, up to what the weakest machine holds."""
+
+
+def asked(controller: Controller, hours: float) -> Iterator[tuple[float, str, float]]:
+    each_s = hours * 3600 / len(SHARES)
+    for name, loop in controller.loops.items():
+        heated = heated_loop(controller, name, controller.simulation)
+        low_c = loop.setpoint.minimum_c
+        weak_c = min(ROOMS_C) + 0.48 * heated.plant.steady_k(heated.full_w)
+        high_c = max(low_c, min(loop.setpoint.maximum_c, weak_c))
+        for place, share in enumerate(SHARES):
+            yield 1.0 + place * each_s, name, low_c + share * (high_c - low_c)
+
+
+def lanes_of(controller: Controller, lanes: int, hours: float, random: Random) -> list[Logs]:
+    machines = [healthy(controller, random) for _ in range(lanes)]
+    end = Event.model_validate({"for": f"{3600 * hours:.0f} s"})
+    with afresh():
+        runs = Asked([controller] * lanes, machines, (end,), 0, ["fault.code"])
+        runs.asks = sorted(asked(controller, hours))
+        runs.go(None)
+        return runs.logs()
+
+
+def watched() -> Iterator[tuple[str, Controller]]:
+    """List controllers whose effort is watched: examples, then drawn ones."""
+    for name in ("chamber", "hotplate", "press", "oven", "barrel", "extruder", "fabricator"):
+        yield name, example(name).controller
+    random = Random(f"effort {SEED}")  # noqa: S311 - machines, not secrets
+    for number, drawn in enumerate(drawings(random)):
+        controller: Any = drawn.spec.controller
+        if any(each.protection.effort is not None for each in controller.loops.values()):
+            yield f"drawn {number}", controller
+
+
+@pytest.mark.parametrize("number", range(amount("effort_controllers")))
+def test_healthy_machines_never_trip(number: int) -> None:
+    (found,) = islice(watched(), number, number + 1)
+    name, controller = found
+    random = Random(f"{name} {SEED}")  # noqa: S311 - machines, not secrets
+    hours = amount("effort_hours")
+    for lane, logs in enumerate(lanes_of(controller, amount("effort_lanes"), hours, random)):
+        for loop, log in logs.items():
+            codes = set(log["fault.code"].tolist())
+            assert not codes & {EFFORT_HIGH, EFFORT_LOW}, (name, loop, lane, codes)
+
+
+def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
+    """What is drawn reaches both ends of the supply and of the rooms."""
+    controller = example("chamber").controller
+    random = Random(0)  # noqa: S311 - machines, not secrets
+    rooms = {healthy(controller, random).simulation.ambient_c for _ in range(40)}
+    assert set(ROOMS_C) <= rooms
+    assert ZERO == 0
