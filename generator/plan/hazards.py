@@ -52,9 +52,8 @@ def _drift(controller: Controller) -> str:
         return "what moves both sensors alike"
     if "effort_high" in known:
         return "less than the plant's tolerance hides: the machine gets hotter by as much"
-    return (
-        "**Nothing tells it**: the machine gets hotter by as much; a second sensor (`also`) would"
-    )
+    untold = "One that reads too low" if "effort_low" in known else "It"
+    return f"**{untold} is told by nothing**: the machine gets hotter by as much"
 
 
 def _has_fan(controller: Controller) -> bool:
