@@ -10,6 +10,7 @@ from heatwright.sim.elf import Elf
 from heatwright.sim.faults import (
     coolers,
     displays,
+    efforts,
     healthy,
     heaters,
     masters,
@@ -54,6 +55,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
         *tips.faults(site),
         *heaters.faults(site),
+        *efforts.faults(site),
         *wires.faults(site),
         *coolers.faults(site),
         *proofs.faults(site),
