@@ -10,6 +10,7 @@ from heatwright.sim.elf import Elf
 from heatwright.sim.faults import (
     coolers,
     displays,
+    efforts,
     healthy,
     heaters,
     inputs,
@@ -58,6 +59,7 @@ def _of_loop(site: Site) -> list[Fault]:
         *tips.faults(site),
         *second.faults(site),
         *heaters.faults(site),
+        *efforts.faults(site),
         *wires.faults(site),
         *coolers.faults(site),
         *proofs.faults(site),

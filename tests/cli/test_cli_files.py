@@ -21,7 +21,8 @@ from heatwright.sim.plot_data import LOOPS
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
     done = heatwright("check --quick chamber.yaml oven.yaml")
-    chamber, air, oven, _ = done.out.splitlines()
+    chamber, air, effort, oven, *_ = done.out.splitlines()
+    assert effort == "  air: effort_low sees readings from 41 °C on"
     assert (chamber, oven, done.err) == ("chamber.yaml: good", "oven.yaml: good", "")
     assert air.startswith("  air: 240 W, a reserve of ")
     text = Path("chamber.yaml").read_text(encoding="utf-8")
