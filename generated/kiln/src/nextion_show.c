@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 54
+    WORDS_IN_ALL = 55
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -336,6 +336,7 @@ static const char WORD_50[] PROGMEM = "E28";
 static const char WORD_51[] PROGMEM = "E29 MEMORY BAD";
 static const char WORD_52[] PROGMEM = "E30";
 static const char WORD_53[] PROGMEM = "E31";
+static const char WORD_54[] PROGMEM = "E32";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -391,6 +392,7 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_51,
     WORD_52,
     WORD_53,
+    WORD_54,
 };
 
 enum { MOST_COMPONENTS = 42 };
