@@ -220,6 +220,20 @@ _RULES = (
         "A byte of memory by which the heater is judged has changed by itself.",
         "Set it all again; if it comes again, replace the controller.",
     ),
+    Rule(
+        36,
+        "flash_damaged",
+        "FLASH BAD",
+        "The program in the chip is no longer the one that was put there.",
+        "Program the chip again; if it comes again, replace the controller.",
+    ),
+    Rule(
+        44,
+        "flash_unsealed",
+        "NOT SEALED",
+        "The program was put into the chip without its checksum.",
+        "Build it with PlatformIO, or seal it by its project's seal.py; then upload it again.",
+    ),
 )
 
 NO_LOCKOUT = ("watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost")

@@ -11,6 +11,7 @@ from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.commands import gcode_of, keypad_of, lockout_of, modbus_of
 from heatwright.spec.rules import NO_LOCKOUT, RULES, Rule
+from heatwright.spec.self_checks import SELF_CHECK_RULES, self_checked
 from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
@@ -45,7 +46,8 @@ def rule_macro(rule: Rule) -> str:
 def rules(controller: Controller) -> list[dict[str, object]]:
     """Name the rules as fault.h and the display need them, in the order of the codes.
 
-    All up to the last one that this controller can break, and that of damaged memory.
+    All up to the last one that this controller can break, and those of damaged memory and of the
+    self-checks.
     """
     last = LAST_RULE
     if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
@@ -65,6 +67,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
         last = LAST_RULE_OF_MONITORS
     if proofs(controller):
         last = LAST_RULE_OF_PROOFS
+    besides = {MEMORY_DAMAGED, *(SELF_CHECK_RULES if self_checked(controller) else ())}
     return [
         {
             "macro": rule_macro(rule),
@@ -75,7 +78,7 @@ def rules(controller: Controller) -> list[dict[str, object]]:
             "remedy": rule.remedy,
         }
         for rule in sorted(RULES.values(), key=lambda rule: rule.code)
-        if rule.code <= last or rule.id == MEMORY_DAMAGED
+        if rule.code <= last or rule.id in besides
     ]
 
 
@@ -186,7 +189,9 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
                 ),
             ),
         ),
-        tick_calls=(Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
+        tick_calls=()
+        if self_checked(root.controller)  # which give the permit, or do not
+        else (Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
     )
 
 

@@ -40,6 +40,8 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "settings_corrupt": "records in the EEPROM, and none of them valid",
             "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit; it is seen "
             "in the next control step",
+            "flash_damaged": "its CRC is another one, at the start or in the background",
+            "flash_unsealed": "no checksum in the program, at the start",
         }
     )
 

@@ -26,7 +26,9 @@ enum {
     FAULT_BROWN_OUT = 15, /* The controller's supply broke down. */
     FAULT_SETTINGS_CORRUPT = 16, /* The stored settings cannot be read. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
-    FAULT_LAST = 29
+    FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
+    FAULT_FLASH_UNSEALED = 44, /* The program was put into the chip without its checksum. */
+    FAULT_LAST = 44
 };
 
 struct fault_state {

@@ -68,6 +68,8 @@ static const char TEXT_21[] PROGMEM = "Error:E21 LEAKS IN OFF";
 static const char TEXT_22[] PROGMEM = "Error:E22 NO CURRENT";
 static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
+static const char TEXT_36[] PROGMEM = "Error:E36 FLASH BAD";
+static const char TEXT_44[] PROGMEM = "Error:E44 NOT SEALED";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
     [FAULT_SENSOR_SHORT - 1] = TEXT_2,
@@ -93,6 +95,8 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_NO_CURRENT - 1] = TEXT_22,
     [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
+    [FAULT_FLASH_DAMAGED - 1] = TEXT_36,
+    [FAULT_FLASH_UNSEALED - 1] = TEXT_44,
 };
 
 /* Damaged memory may hold a code that no rule has, or none of this machine's. */
@@ -136,7 +140,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec ec21aac4\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 142d5583\n"));
 }
 
 static bool latched_fault(void)
@@ -299,7 +303,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec ec21aac4 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 142d5583 PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

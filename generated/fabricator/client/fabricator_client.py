@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x55b8fe33
+DIGEST = 0x4cee218d
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

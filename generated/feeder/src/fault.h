@@ -33,7 +33,9 @@ enum {
     FAULT_NO_CURRENT = 22, /* The heater is on, and too little current flows. */
     FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
-    FAULT_LAST = 29
+    FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
+    FAULT_FLASH_UNSEALED = 44, /* The program was put into the chip without its checksum. */
+    FAULT_LAST = 44
 };
 
 struct fault_state {

@@ -36,7 +36,9 @@ enum {
     FAULT_RELAY_WELDED = 25, /* The safety relay's contact says closed although the relay is off. */
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
-    FAULT_LAST = 29
+    FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
+    FAULT_FLASH_UNSEALED = 44, /* The program was put into the chip without its checksum. */
+    FAULT_LAST = 44
 };
 
 struct fault_state {

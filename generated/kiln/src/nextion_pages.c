@@ -46,6 +46,8 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_RELAY_WELDED] = 29, /* fault25 */
     [FAULT_RELAY_OPEN] = 30, /* fault26 */
     [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
+    [FAULT_FLASH_DAMAGED] = 32, /* fault36 */
+    [FAULT_FLASH_UNSEALED] = 33, /* fault44 */
 };
 
 uint8_t pages_shown;

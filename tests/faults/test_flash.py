@@ -1,0 +1,101 @@
+"""The program checks itself: what flips in it is found, and what belongs there trips nothing."""
+
+import re
+from random import Random
+
+import pytest
+from fault_machines import site_of
+from rig.avr import whole
+from rig.specs import changed, controller_of, sources_of
+from suite import SEED, amount
+
+from heatwright.sim.avr import AvrError
+from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults.bounds import flash_s
+from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.upsets import STATES
+from heatwright.spec.rules import RULES
+
+DECIDING = ("chamber", "extruder", "fabricator", "kiln")
+SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|output_\w+|relay)\.c")
+"""The files whose functions decide about heat."""
+CODES = {rule.id: code for code, rule in RULES.items()}
+BOOT_BYTES = 512
+
+
+def safety_bytes(site: Site, example: str) -> list[int]:
+    """Return the addresses of what decides about heat."""
+    texts = [text for name, text in sources_of(example).items() if SAFETY.fullmatch(name)]
+    defined = {
+        name
+        for text in texts
+        for name in re.findall(r"^[a-z][^;=\n]*?(\w+)\([^;\n]*\n\{", text, re.M)
+    }
+    functions = [each for each in site.program.functions if each.name in defined]
+    assert len(functions) > 20
+    return [place for each in functions for place in range(each.start, each.end)]
+
+
+@pytest.mark.parametrize("example", DECIDING)
+def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
+    """Told, or ended by a reset or by leaving what is simulated; and no heater is on then.
+
+    One in a thousand may not be.
+    """
+    site, missed = site_of(example), []
+    places, random = safety_bytes(site, example), Random(f"flash {SEED} {example}")  # noqa: S311
+    tried = amount("flash_flips")
+    for _ in range(tried):
+        place, bit = random.choice(places), random.randrange(8)
+        state = random.choice([name for name in STATES if name != "off" or site.is_commanded])
+        world = STATES[state](site)
+        world.device.avr.take_resets()
+        world.device.avr.flip_flash(place, bit)
+        try:
+            world.run(flash_s(site.program) + 1.0)
+            since_s = world.now_s
+            world.run(3 * site.loop.period_s)
+        except AvrError:
+            continue
+        ended = bool(world.fault) or bool(len(world.device.avr.take_resets()))
+        if not ended or world.heaters.last_on_s(since_s) is not None:
+            missed.append((state, hex(place), bit))
+    assert 1000 * len(missed) <= tried, missed
+
+
+def test_a_damaged_program_heats_no_more_whoever_acknowledges() -> None:
+    world = starts.heating(site_of("chamber"))
+    memory.flip_flash(world)
+    world.run(flash_s(world.site.program))
+    assert world.fault == CODES["flash_damaged"]
+    since_s = world.now_s
+    for _ in range(2):
+        world.acknowledge()
+        world.run(10.0)
+        assert world.fault == CODES["flash_damaged"]
+    assert world.heaters.last_on_s(since_s) is None
+
+
+@pytest.mark.parametrize("cause", ["external", "brown_out"])
+def test_a_boot_loader_and_resets_trip_nothing_of_it(cause: str) -> None:
+    """What is behind the program in the flash is not the program's."""
+    controller, program = controller_of("chamber"), whole("chamber")
+    device = AvrDevice(controller, program)
+    boot = Random(1).randbytes(BOOT_BYTES)  # noqa: S311 - no secret
+    for place, byte in enumerate(boot, controller.board.flash_bytes - BOOT_BYTES):
+        device.avr.put_flash(place, byte)
+    for _ in range(3):
+        device.advance(device.time_s + flash_s(program))
+        assert device.read("fault.code") in (0, CODES["brown_out"])
+        device.avr.reset(cause)  # type: ignore[arg-type]
+
+
+def test_without_self_checks_nothing_of_them_is_there() -> None:
+    """As on a chip that has no room, unless it is asked for."""
+    off = changed("chamber", ("watchdog: 2 s", "watchdog: 2 s\n  self_checks: off"))
+    assert not {"flash.c", "checks.c"} & set(sources_of(off))
+    assert "flash.c" not in sources_of("dryer")
+    assert "FLASH" not in sources_of("dryer")["fault.h"]
+    on = changed("dryer", ("safety:", "safety:\n  self_checks: on"))
+    assert {"flash.c", "checks.c"} <= set(sources_of(on))
