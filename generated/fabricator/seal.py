@@ -10,61 +10,59 @@ By hand, for a program that was built otherwise:
     avr-objcopy -O ihex -R .eeprom firmware.elf firmware.hex
 """
 
+from __future__ import annotations
+
 import struct
 import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
-NO_FLASH = 0x800000  # the linker's addresses from here on are RAM, EEPROM and fuses
-LOAD, SYMBOLS = 1, 2
+NO_FLASH = 0x800000
+"""The linker's addresses from here on are RAM, EEPROM and fuses."""
+LOADED, SYMBOLS = 1, 2
+"""Kinds of a segment, and of a section."""
 
 
-def seal(path):
+def seal(path: Path) -> None:
     """Write the CRC to its place in an ELF file."""
-    with open(path, "rb") as file:
-        elf = file.read()
-    spans = list(flash(elf))  # of the file, by the address that each has in the flash
-    image = bytearray(b"\xff" * max(address + size for address, _, size in spans))
-    for address, offset, size in spans:
+    elf = path.read_bytes()
+    found = list(flash(elf))
+    image = bytearray(b"\xff" * max(address + size for address, _, size in found))
+    for address, offset, size in found:
         image[address : address + size] = elf[offset : offset + size]
     place = symbol(elf, b"flash_seal")
-    written = struct.pack("<H", crc16(image[place + 2 :] + image[:place]))
-    for address, offset, size in spans:
+    crc = crc16(image[place + 2 :] + image[:place])
+    for address, offset, size in found:
         if address <= place < address + size:
-            with open(path, "r+b") as file:
+            with path.open("r+b") as file:
                 file.seek(offset + place - address)
-                file.write(written)
+                file.write(struct.pack("<H", crc))
 
 
-def flash(elf):
+def flash(elf: bytes) -> Iterator[tuple[int, int, int]]:
     """Find what is loaded into the flash: address there, offset in the file, size."""
     (table,), (each, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
     for number in range(count):
         kind, offset, _, address, size = struct.unpack_from("<5I", elf, table + number * each)
-        if kind == LOAD and size and address < NO_FLASH:
+        if kind == LOADED and size and address < NO_FLASH:
             yield address, offset, size
 
 
-def sections(elf):
-    """Find all sections: kind, offset in the file, size, number of the section of its names."""
-    (table,), (each, count) = struct.unpack_from("<I", elf, 32), struct.unpack_from("<HH", elf, 46)
-    for number in range(count):
-        _, kind, _, _, offset, size, names = struct.unpack_from("<7I", elf, table + number * each)
-        yield kind, offset, size, names
-
-
-def symbol(elf, name):
+def symbol(elf: bytes, name: bytes) -> int:
     """Return the address of what the program calls so."""
-    found = list(sections(elf))
-    for kind, offset, size, names in found:
-        if kind == SYMBOLS:
-            for entry in range(offset, offset + size, 16):
-                word, address = struct.unpack_from("<II", elf, entry)
-                start = found[names][1] + word
-                if elf[start : elf.index(0, start)] == name:
-                    return address
-    raise LookupError(f"there is no {name.decode()} in it: was it built with self-checks?")
+    (table,), (each, count) = struct.unpack_from("<I", elf, 32), struct.unpack_from("<HH", elf, 46)
+    sections = [struct.unpack_from("<7I", elf, table + number * each) for number in range(count)]
+    for _, kind, _, _, offset, size, names in sections:
+        for entry in range(offset, offset + size, 16) if kind == SYMBOLS else ():
+            word, address = struct.unpack_from("<II", elf, entry)
+            start = sections[names][4] + word
+            if elf[start : elf.index(0, start)] == name:
+                return int(address)
+    raise LookupError(f"There is no {name.decode()} in it: was it built with self-checks?")
 
 
-def crc16(data):
+def crc16(data: bytearray) -> int:
     """Compute the CRC of Modbus, from 0, as avr-libc's `_crc16_update` does."""
     crc = 0
     for byte in data:
@@ -74,11 +72,15 @@ def crc16(data):
     return crc
 
 
+def seal_target(target: list[Any], **_: object) -> None:
+    """Seal what PlatformIO has linked."""
+    seal(Path(target[0].get_abspath()))
+
+
 if __name__ == "__main__":
-    for path in sys.argv[1:]:
-        seal(path)
+    for each in sys.argv[1:]:
+        seal(Path(each))
 elif __name__ == "SCons.Script":
-    Import("env")  # noqa: F821 - SCons brings it
-    env.AddPostAction(  # noqa: F821
-        "$BUILD_DIR/${PROGNAME}.elf", lambda target, source, env: seal(target[0].get_abspath())
-    )
+    from SCons.Script import DefaultEnvironment
+
+    DefaultEnvironment().AddPostAction("$BUILD_DIR/${PROGNAME}.elf", seal_target)

@@ -24,7 +24,7 @@ MAIN_PERMIT_S = 0.100
 """Time without the main loop after which the gate closes."""
 CYCLES_A_BIT = 24
 """At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
-FLASH_CYCLES_A_BYTE = 64
+FLASH_CYCLES_A_BYTE = 72
 """At most, to read a byte of the flash, also beyond 64 KB, and take it into a CRC."""
 
 

@@ -39,7 +39,7 @@
 
 /* ---- Self-checks ---- */
 
-/* chamber.yaml:33 safety.self_checks (default): 200 bytes of the program in a second */
+/* chamber.yaml:33 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
 
 /* ---- Sensor air ---- */

@@ -43,7 +43,7 @@
 
 /* ---- Self-checks ---- */
 
-/* fabricator.yaml:39 safety.self_checks (default): 200 bytes of the program in a second */
+/* fabricator.yaml:39 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
 
 /* ---- Output heater ---- */

@@ -23,9 +23,12 @@ typedef uint16_t flash_address;
 #define ADDRESS(symbol) ((uint16_t)&(symbol))
 #define READ_BYTE(address) pgm_read_byte(address)
 #define READ_WORD(address) pgm_read_word(address)
+#define BEHIND_SEAL (ADDRESS(flash_seal) + sizeof flash_seal)
+#define ROUND_TICKS (ADDRESS(__data_load_end) / FLASH_BYTES_A_TICK)
 
 static flash_address place; /* the next byte */
 static uint16_t crc;        /* of the round, up to there */
+static flash_address ticks; /* since the last round has ended */
 static uint8_t broken = FAULT_FLASH_DAMAGED; /* the rule, as the last round has found it */
 
 /* Take some bytes; true where a round has ended among them. */
@@ -41,7 +44,7 @@ static bool take(uint8_t count)
         }
         sum = _crc16_update(sum, READ_BYTE(at));
         at++;
-        if (at == ADDRESS(flash_seal) + sizeof flash_seal) {
+        if (at == BEHIND_SEAL) {
             broken = sum == 0 ? FAULT_NONE : FAULT_FLASH_DAMAGED;
             sum = 0;
             ended = true;
@@ -55,10 +58,12 @@ static bool take(uint8_t count)
 
 void flash_start(void)
 {
-    place = ADDRESS(flash_seal) + sizeof flash_seal;
+    place = BEHIND_SEAL;
     while (!take(UINT8_MAX)) {
         wdt_reset(); /* a large program takes a second of a slow clock */
     }
+    place = BEHIND_SEAL; /* what was taken of the next round does not count */
+    crc = 0;
     if (broken != FAULT_NONE && READ_WORD(ADDRESS(flash_seal)) == UNSEALED) {
         broken = FAULT_FLASH_UNSEALED;
     }
@@ -66,6 +71,15 @@ void flash_start(void)
 
 uint8_t flash_tick(void)
 {
-    take(FLASH_BYTES_A_TICK);
+    const bool ended = take(FLASH_BYTES_A_TICK);
+
+    /* A round takes its time, a tick more or less: else what looks at the flash is damaged. */
+    ticks++;
+    if (ticks > ROUND_TICKS + 1u || (ended && ticks < ROUND_TICKS)) {
+        broken = FAULT_FLASH_DAMAGED;
+    }
+    if (ended) {
+        ticks = 0;
+    }
     return broken;
 }

@@ -41,7 +41,7 @@
 
 /* ---- Self-checks ---- */
 
-/* feeder.yaml:43 safety.self_checks (default): 200 bytes of the program in a second */
+/* feeder.yaml:43 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
 
 /* ---- Output heater ---- */

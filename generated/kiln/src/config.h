@@ -39,7 +39,7 @@
 
 /* ---- Self-checks ---- */
 
-/* kiln.yaml:67 safety.self_checks (default): 200 bytes of the program in a second */
+/* kiln.yaml:67 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
 
 /* ---- Output element ---- */
