@@ -64,7 +64,7 @@ def plan_firmware(spec: Spec) -> Plan:
     owned: list[tuple[Path, Part]] = [
         *(((), part) for part in (core.start(root, _each("reset_lines", outputs)), clock, gate)),
         ((), core.fault(root, loops)),
-        *(((), part) for part in plan_checks(root)),
+        *((("safety", "self_checks"), part) for part in plan_checks(root)),
         *zip((("outputs", name) for name in controller.outputs), outputs, strict=True),
         *zip((("sensors", name) for name in controller.sensors), sensors, strict=True),
         *zip((("loops", name) for name in controller.loops), control, strict=True),

@@ -12,8 +12,8 @@ from storage_verdict import FIRST_STEP_S, Again, Judge, Outcome
 from suite import amount
 
 from heatwright.sim.elf import Elf
-from heatwright.spec import Controller
 from heatwright.sim.faults.bounds import FLASH_CYCLES_A_BYTE
+from heatwright.spec import Controller
 from heatwright.spec.eeprom import start_s
 
 SEEDS = range(24)
