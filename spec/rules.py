@@ -228,6 +228,20 @@ _RULES = (
         "Program the chip again; if it comes again, replace the controller.",
     ),
     Rule(
+        39,
+        "sequence_broken",
+        "OUT OF ORDER",
+        "The processor has left out a part of its work.",
+        "Look for disturbances on its supply; if it comes again, replace the controller.",
+    ),
+    Rule(
+        42,
+        "stack_overrun",
+        "STACK",
+        "The program's stack has grown into its variables.",
+        "Set it all again; if it comes again, report it.",
+    ),
+    Rule(
         44,
         "flash_unsealed",
         "NOT SEALED",

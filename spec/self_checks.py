@@ -10,7 +10,7 @@ ROOM_BYTES = 16_384
 FLASH_BYTES_A_TICK = 2
 """Of the flash, taken into its CRC in each tick of 10 ms."""
 
-SELF_CHECK_RULES = ("flash_damaged", "flash_unsealed")
+SELF_CHECK_RULES = ("flash_damaged", "sequence_broken", "stack_overrun", "flash_unsealed")
 """Ids of the rules that come with the self-checks."""
 
 

@@ -7,6 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
 
+MOST_TICKS_WAITING = 10
 NEAR_BYTES = 0x10000
 """Of flash are what an address of 16 bits reaches."""
 
@@ -21,6 +22,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     context = {
         "where": where,
         "far": controller.board.flash_bytes > NEAR_BYTES,
+        "loops": list(controller.loops),
         "released": [name for name in controller.outputs if name in lets_go],
     }
     names = ("checks.h", "checks.c", "flash.h", "flash.c")
@@ -39,10 +41,15 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                             f"{FLASH_BYTES_A_TICK}u",
                             f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes in a second",
                         ),
+                        Constant(
+                            "CHECKS_MOST_TICKS",
+                            f"{MOST_TICKS_WAITING}u",
+                            "as many ticks wait for the main loop at most (clock.c)",
+                        ),
                     ),
                 ),
             ),
-            start_calls=(Call(Stage.GUARD, "flash.h", "flash_start();"),),
+            start_calls=(Call(Stage.GUARD, "checks.h", "checks_start();"),),
             tick_calls=(Call(Stage.GUARD, "checks.h", "checks_tick();"),),
         ),
     )

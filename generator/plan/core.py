@@ -165,6 +165,7 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "driven": [name for name in root.controller.outputs if name in driven],
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
+        "checked": self_checked(root.controller),
         "wanting": wanting(root.controller),
         "counted": [name for name, each in proven.items() if each.tachometer],
         "pins": ["pin_output_*_drive"]

@@ -8,7 +8,7 @@ from importlib import import_module
 from types import ModuleType
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import answer_s, flash_s, start_up_s
+from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
@@ -43,6 +43,24 @@ def faults(site: Site) -> Iterator[Fault]:
         trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
     )
     if self_checked(site.controller):
+        yield Fault(
+            "duty_left_out",
+            lambda: starts.heating(site),
+            leave_out_duty,
+            trip=Trip(("sequence_broken",), 2 * TICK_S),
+            off_within_s=2 * TICK_S,
+            all_off=True,
+            floats=True,
+        )
+        yield Fault(
+            "stack_guard_flipped",
+            lambda: starts.heating(site),
+            flip_stack_guard,
+            trip=Trip(("stack_overrun",), 2 * TICK_S),
+            off_within_s=2 * TICK_S,
+            all_off=True,
+            floats=True,
+        )
         yield Fault(
             "flash_flipped",
             lambda: starts.heating(site),
@@ -87,6 +105,20 @@ def flip_setpoint(world: World) -> None:
 def flip_flash(world: World) -> None:
     """Flip a bit of the program's last byte: with it variables begin, and until a reset no more."""
     world.device.avr.flip_flash(len(world.site.program.flash) - 1, LOWEST_BIT)
+
+
+def leave_out_duty(world: World) -> None:
+    """Flip a bit of the mark that duties leave: one was done that no step has begun."""
+    world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
+
+
+def flip_stack_guard(world: World) -> None:
+    """Flip a bit of what stands between stack and variables."""
+    world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
+
+
+def _place(world: World, variable: str) -> int:
+    return int(world.device.variables[variable].address)
 
 
 def unseal(world: World) -> None:

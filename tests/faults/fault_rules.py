@@ -69,7 +69,10 @@ _ANY = _of(
     watchdog_reset="hung_main_loop hung_with_interrupts_off", settings_corrupt="eeprom_damaged",
     memory_damaged="setpoint_flipped",
 )  # fmt: skip
-_SELF_CHECKS = _of(flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed")
+_SELF_CHECKS = _of(
+    flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed",
+    sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
+)  # fmt: skip
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"
 )

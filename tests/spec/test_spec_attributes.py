@@ -172,7 +172,9 @@ IDS = """
 """Of the rules, from code 1 on."""
 
 
-SELF_CHECKS = {36: "flash_damaged", 44: "flash_unsealed"}
+SELF_CHECKS = {
+    36: "flash_damaged", 39: "sequence_broken", 42: "stack_overrun", 44: "flash_unsealed"
+}  # fmt: skip
 
 
 def test_rules_keep_their_codes() -> None:

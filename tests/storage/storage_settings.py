@@ -13,13 +13,12 @@ from storage_host import Kept
 from heatwright.sim.host import Host
 from heatwright.sim.reference.pid import limits_of, may_limit
 from heatwright.spec import Pid
+from heatwright.spec.breakable import breakable
 from heatwright.spec.max31856 import lowered
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""
 CORRUPT = 16
-MEMORY_DAMAGED = 29
-"""The last fault that any controller can have."""
 GAIN_MAXIMUM = 1e6
 GAINS = ("kp", "ki", "kd")
 LIMITS = ("integral_minimum_percent", "integral_maximum_percent", "output_maximum_percent")
@@ -334,7 +333,7 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        last = MEMORY_DAMAGED
+        last = max(rule.code for rule in breakable(self.controller))
         for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)

@@ -4,10 +4,9 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
-#include "checks.h" /* checks_tick */
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
-#include "flash.h" /* flash_start */
 #include "guard_air.h" /* guard_air_reset */
 #include "keypad.h" /* keypad_start */
 #include "lcd.h" /* lcd_start, lcd_tick */
@@ -23,7 +22,7 @@
 static void start(void)
 {
     wdt_enable(WDTO_2S); /* chamber.yaml:34 safety.watchdog */
-    flash_start();
+    checks_start();
     settings_start();
     reset_report();
     output_fan_start();

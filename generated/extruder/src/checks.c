@@ -7,16 +7,50 @@
  */
 #include "checks.h"
 
-#include <stdint.h> /* uint8_t */
+#include <stdint.h> /* uint8_t, uint16_t */
 
+#include "config.h" /* CHECKS_MOST_TICKS */
 #include "fault.h" /* fault, fault_trip */
 #include "flash.h" /* flash_tick */
-#include "gate.h"  /* gate_renew_main */
+#include "gate.h"  /* gate_has_run, gate_renew_main */
+#include "loop_nozzle.h" /* loop_nozzle_is_in_order */
 #include "pins.h"  /* pin_output_*_release */
+
+/* .noinit is the last of the variables: the stack that grows into them meets this first. */
+#define GUARD 0xA53Cu
+volatile uint16_t checks_stack_guard __attribute__((section(".noinit")));
+
+static uint8_t ticks_without_gate;
+
+/* The first rule that is broken, or FAULT_NONE. */
+static uint8_t judge(void)
+{
+    const uint8_t code = flash_tick();
+
+    if (code != FAULT_NONE) {
+        return code;
+    }
+    if (checks_stack_guard != GUARD) {
+        checks_stack_guard = GUARD;
+        return FAULT_STACK_OVERRUN;
+    }
+    if (!loop_nozzle_is_in_order()) {
+        return FAULT_SEQUENCE_BROKEN;
+    }
+    /* After a stall the main loop takes some ticks in a row; without the gate nobody ends the heat. */
+    ticks_without_gate = gate_has_run() ? 0 : (uint8_t)(ticks_without_gate + 1u);
+    return ticks_without_gate > CHECKS_MOST_TICKS ? FAULT_SEQUENCE_BROKEN : FAULT_NONE;
+}
+
+void checks_start(void)
+{
+    checks_stack_guard = GUARD;
+    flash_start();
+}
 
 void checks_tick(void)
 {
-    const uint8_t code = flash_tick();
+    const uint8_t code = judge();
 
     if (code == FAULT_NONE) {
         gate_renew_main();

@@ -3,6 +3,8 @@
 #ifndef CHECKS_H
 #define CHECKS_H
 
+void checks_start(void);
+
 /* First in each tick: give the main loop's permit if all checks are passed, else latch a fault. */
 void checks_tick(void);
 

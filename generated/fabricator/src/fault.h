@@ -37,6 +37,8 @@ enum {
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
     FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
+    FAULT_SEQUENCE_BROKEN = 39, /* The processor has left out a part of its work. */
+    FAULT_STACK_OVERRUN = 42, /* The program's stack has grown into its variables. */
     FAULT_FLASH_UNSEALED = 44, /* The program was put into the chip without its checksum. */
     FAULT_LAST = 44
 };

@@ -70,6 +70,8 @@ static const char TEXT_22[] PROGMEM = "Error:E22 NO CURRENT";
 static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
 static const char TEXT_36[] PROGMEM = "Error:E36 FLASH BAD";
+static const char TEXT_39[] PROGMEM = "Error:E39 OUT OF ORDER";
+static const char TEXT_42[] PROGMEM = "Error:E42 STACK";
 static const char TEXT_44[] PROGMEM = "Error:E44 NOT SEALED";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
@@ -97,6 +99,8 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
     [FAULT_FLASH_DAMAGED - 1] = TEXT_36,
+    [FAULT_SEQUENCE_BROKEN - 1] = TEXT_39,
+    [FAULT_STACK_OVERRUN - 1] = TEXT_42,
     [FAULT_FLASH_UNSEALED - 1] = TEXT_44,
 };
 

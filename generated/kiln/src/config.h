@@ -41,6 +41,8 @@
 
 /* kiln.yaml:67 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
+/* as many ticks wait for the main loop at most (clock.c) */
+#define CHECKS_MOST_TICKS 10u
 
 /* ---- Output element ---- */
 
@@ -181,7 +183,7 @@
 /* colour of the one that runs, 16 bits */
 #define NEXTION_RUNNING 7177
 /* numbered from 0 as in the editor */
-#define NEXTION_PAGES 34u
+#define NEXTION_PAGES 36u
 /* one for each rule from here on */
 #define NEXTION_FIRST_FAULT_PAGE 11u
 /* page main */

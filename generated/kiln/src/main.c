@@ -3,11 +3,10 @@
 #include <avr/interrupt.h> /* sei */
 #include <avr/wdt.h>       /* wdt_enable */
 
-#include "checks.h" /* checks_tick */
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
 #include "fault_log.h" /* fault_log_tick */
-#include "flash.h" /* flash_start */
 #include "guard_chamber.h" /* guard_chamber_reset */
 #include "log.h" /* log_tick */
 #include "log_port.h" /* log_port_start */
@@ -25,7 +24,7 @@
 static void start(void)
 {
     wdt_enable(WDTO_2S); /* kiln.yaml:68 safety.watchdog */
-    flash_start();
+    checks_start();
     settings_start();
     progress_start();
     reset_report();

@@ -47,7 +47,9 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_RELAY_OPEN] = 30, /* fault26 */
     [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
     [FAULT_FLASH_DAMAGED] = 32, /* fault36 */
-    [FAULT_FLASH_UNSEALED] = 33, /* fault44 */
+    [FAULT_SEQUENCE_BROKEN] = 33, /* fault39 */
+    [FAULT_STACK_OVERRUN] = 34, /* fault42 */
+    [FAULT_FLASH_UNSEALED] = 35, /* fault44 */
 };
 
 uint8_t pages_shown;

@@ -1,6 +1,7 @@
-"""The program checks itself: what flips in it is found, and what belongs there trips nothing."""
+"""The controller checks itself: what is broken is found, and what belongs there trips nothing."""
 
 import re
+import struct
 from random import Random
 
 import pytest
@@ -11,10 +12,11 @@ from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.elf import Elf
 from heatwright.sim.faults import memory, starts
 from heatwright.sim.faults.bounds import flash_s
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.faults.upsets import STATES
+from heatwright.sim.faults.upsets import BAD, STATES, Upset, try_upset
 from heatwright.spec.rules import RULES
 
 DECIDING = ("chamber", "extruder", "fabricator", "kiln")
@@ -101,3 +103,55 @@ def test_without_self_checks_nothing_of_them_is_there() -> None:
     assert "FLASH" not in sources_of("dryer")["fault.h"]
     on = changed("dryer", ("safety:", "safety:\n  self_checks: on"))
     assert {"flash.c", "checks.c"} <= set(sources_of(on))
+
+
+def behind_call(program: Elf, caller: str, called: str) -> tuple[int, int]:
+    """Return where a function calls another, by `call` or the shorter `rcall`, and what follows."""
+    inside, target = program.function(caller), program.function(called).start
+    for place in range(inside.start, inside.end, 2):
+        word, word_after = struct.unpack_from("<HH", program.flash, place)
+        if word == 0x940E and 2 * word_after == target:
+            return place, place + 4
+        if word >> 12 == 0xD and (place + 2 + 2 * word - target) % 0x2000 == 0:
+            return place, place + 2
+    raise AssertionError(f"{caller} does not call {called}")
+
+
+def test_a_jump_over_the_guard_gives_no_permit() -> None:
+    """What was not judged does not count, and is told in the next tick."""
+    world = starts.heating(site_of("chamber"))
+    call, behind = behind_call(world.site.program, "loop_air_tick", "guard_air_step")
+    avr, device = world.device.avr, world.device
+    while device.read("loop_air.c:ticks_left") != 1:
+        world.run(0.01)
+    while avr.program_counter != call:
+        avr.run_to(avr.cycle + 1)
+    avr.jump(behind)
+    world.run(0.03)
+    assert world.fault == CODES["sequence_broken"]
+    since_s = world.now_s
+    world.run(3.0)
+    assert world.heaters.last_on_s(since_s) is None
+
+
+@pytest.mark.parametrize("state", ["latched", "off"])
+def test_no_jump_into_a_control_step_opens_a_heater(state: str) -> None:
+    site = site_of("chamber")
+    step = site.program.function("loop_air_tick")
+    random = Random(f"jump {SEED} {state}")  # noqa: S311 - no secret
+    for number in range(amount("jumps")):
+        place = random.randrange(step.start, step.end, 2)
+        upset = Upset(number, site.loop_name, state, random.random(), "jump", place, 0)
+        outcome = try_upset(site.controller, site.program, upset)
+        assert outcome.result not in BAD, f"{upset}: {outcome.words}"
+
+
+def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
+    """The interrupt comes and wakes the main loop, but nobody counts the permits any more."""
+    clock = sources_of("chamber")["clock.c"]
+    deaf = whole("chamber", changed={"clock.c": clock.replace("    gate_tick();\n", "")})
+    device = AvrDevice(controller_of("chamber"), deaf)
+    device.sense("air", 19.0)
+    device.advance(1.0)
+    assert device.read("fault.code") == CODES["sequence_broken"]
+    assert not device.outputs["heater"].driven
