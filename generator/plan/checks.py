@@ -42,6 +42,11 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                             f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes in a second",
                         ),
                         Constant(
+                            "GUARD_JUDGED",
+                            "2u",
+                            "the second mark of a control step: what its guard returns",
+                        ),
+                        Constant(
                             "CHECKS_MOST_TICKS",
                             f"{MOST_TICKS_WAITING}u",
                             "as many ticks wait for the main loop at most (clock.c)",

@@ -157,10 +157,10 @@ static uint8_t judge(float change_k, uint16_t gap)
     return FAULT_NONE;
 }
 
-void guard_air_step(float change_k, uint16_t gap)
+uint8_t guard_air_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return;
+        return GUARD_JUDGED;
     }
     if (loop_air.reading_status == READING_OK) {
         const uint8_t code = judge(change_k, gap);
@@ -170,4 +170,5 @@ void guard_air_step(float change_k, uint16_t gap)
     } else if (loop_air.missing >= LOOP_AIR_STALE_STEPS) {
         fault_trip(loop_air.reading_status, loop_air.temperature_c);
     }
+    return GUARD_JUDGED;
 }

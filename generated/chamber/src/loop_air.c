@@ -37,7 +37,7 @@ static float decide(float change_k, uint16_t gap)
 /* chamber.yaml:33 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ, JUDGED, DECIDED, OUT_OF_ORDER = 0xFF };
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
 static void mark(uint8_t duty)
@@ -75,8 +75,7 @@ static void step(void)
     mark(READ);
 
     fault_judge(sound, loop_air.temperature_c);
-    guard_air_step(change_k, gap);
-    mark(JUDGED);
+    mark(guard_air_step(change_k, gap));
 
     if (fault.code != FAULT_NONE) {
         algorithm_air_reset();

@@ -41,6 +41,8 @@
 
 /* extruder.yaml:49 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
+/* the second mark of a control step: what its guard returns */
+#define GUARD_JUDGED 2u
 /* as many ticks wait for the main loop at most (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 

@@ -55,7 +55,7 @@ static void take_limits(void)
 /* extruder.yaml:49 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ, JUDGED, DECIDED, OUT_OF_ORDER = 0xFF };
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
 static void mark(uint8_t duty)
@@ -96,8 +96,7 @@ static void step(void)
     if (!is_off()) {
         guard_nozzle_master();
     }
-    guard_nozzle_step(change_k, gap);
-    mark(JUDGED);
+    mark(guard_nozzle_step(change_k, gap));
     take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();

@@ -52,7 +52,7 @@ static bool cool(bool ok)
 /* fabricator.yaml:39 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ, JUDGED, DECIDED, OUT_OF_ORDER = 0xFF };
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
 static void mark(uint8_t duty)
@@ -95,8 +95,7 @@ static void step(void)
         guard_nozzle_master();
     }
     current_heater_step();
-    guard_nozzle_step(change_k, gap);
-    mark(JUDGED);
+    mark(guard_nozzle_step(change_k, gap));
 
     if (fault.code != FAULT_NONE) {
         algorithm_nozzle_reset();

@@ -39,7 +39,7 @@ static float decide(float change_k, uint16_t gap)
 /* feeder.yaml:43 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ, JUDGED, DECIDED, OUT_OF_ORDER = 0xFF };
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
 static void mark(uint8_t duty)
@@ -80,8 +80,7 @@ static void step(void)
     if (!is_off()) {
         guard_nozzle_master();
     }
-    guard_nozzle_step(change_k, gap);
-    mark(JUDGED);
+    mark(guard_nozzle_step(change_k, gap));
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();
     } else {

@@ -176,10 +176,10 @@ bool guard_chamber_set_maximum(float maximum_c)
     return true;
 }
 
-void guard_chamber_step(float change_k, uint16_t gap)
+uint8_t guard_chamber_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return;
+        return GUARD_JUDGED;
     }
     if (loop_chamber.reading_status == READING_OK) {
         const uint8_t code = judge(change_k, gap);
@@ -189,4 +189,5 @@ void guard_chamber_step(float change_k, uint16_t gap)
     } else if (loop_chamber.missing >= LOOP_CHAMBER_STALE_STEPS) {
         fault_trip(loop_chamber.reading_status, loop_chamber.reading_c);
     }
+    return GUARD_JUDGED;
 }

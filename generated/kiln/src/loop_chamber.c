@@ -71,7 +71,7 @@ static void follow_program(void)
 /* kiln.yaml:67 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ, JUDGED, DECIDED, OUT_OF_ORDER = 0xFF };
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
 static void mark(uint8_t duty)
@@ -119,8 +119,7 @@ static void step(void)
     follow_program();
     fault_judge(sound, loop_chamber.temperature_c);
     relay_judge(loop_chamber.temperature_c);
-    guard_chamber_step(reading_change_k, gap);
-    mark(JUDGED);
+    mark(guard_chamber_step(reading_change_k, gap));
 
     if (fault.code != FAULT_NONE) {
         algorithm_chamber_reset();
