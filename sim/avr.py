@@ -219,7 +219,11 @@ class Avr:
     def flip_flash(self, address: int, bit: int) -> None:
         """Flip a bit of the flash."""
         flash = self._ffi.buffer(self._lib.hw_flash(self._hw), address + 1)
-        flash[address] = bytes([flash[address][0] ^ 1 << bit])
+        self.put_flash(address, flash[address][0] ^ 1 << bit)
+
+    def put_flash(self, address: int, byte: int) -> None:
+        """Set a byte of the flash."""
+        self._ffi.buffer(self._lib.hw_flash(self._hw), address + 1)[address] = bytes([byte])
         self._lib.hw_flash_changed(self._hw)
 
     def jump(self, address: int) -> None:

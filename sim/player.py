@@ -7,7 +7,7 @@ import numpy as np
 
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.copies import from_cell
-from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, WATCHED_FAULTS
+from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, STOPS, WATCHED_FAULTS
 from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.program_state import START
@@ -166,8 +166,8 @@ class Player:
         orders = tape.orders[number]
         if not watched:
             orders = orders._replace(watch_fault=0)
-        if tape.fault_code[number] == EMERGENCY_STOP:
-            reference.stop()
+        if tape.fault_code[number] in STOPS:
+            reference.stop(tape.fault_code[number])
         if reference.program and orders.program[0] == START:
             self._load(self._log[number])
         if starts and (tuner := reference.steering.tuner):

@@ -10,6 +10,7 @@ from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.inputs import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
+from heatwright.spec.self_checks import SELF_CHECK_RULES, self_checked
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
 """What a sensor, the limits and the processor itself can bring about in every controller."""
@@ -28,6 +29,8 @@ _OF_LOOPS = {
 def breakable(controller: Controller) -> tuple[Rule, ...]:
     """List the rules that can trip, in the order of their codes."""
     found = {*_OF_ALL, *_by_loops(controller), *_by_parts(controller)}
+    if self_checked(controller):
+        found |= {code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES}
     return tuple(RULES[code] for code in sorted(found))
 
 

@@ -1,7 +1,7 @@
 """The whole spec as one frozen value."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -113,6 +113,11 @@ class Safety(Model):
         DEFAULTS,
         validate_default=True,
         description="What repeated trips lead to, or `off`.",
+    )
+    self_checks: Literal["on", "off"] | None = Field(
+        None,
+        description="Whether the controller checks its own memory and processor. Left out: on a "
+        "chip with more than 16 KB of flash.",
     )
 
 

@@ -255,6 +255,34 @@ _RULES = (
         "It takes less power than a machine of this kind needs for its reading.",
         "Look for a switch that leaks; check the sensor: the reading stands too high.",
     ),
+    Rule(
+        36,
+        "flash_damaged",
+        "FLASH BAD",
+        "The program in the chip is no longer the one that was put there.",
+        "Program the chip again; if it comes again, replace the controller.",
+    ),
+    Rule(
+        39,
+        "sequence_broken",
+        "OUT OF ORDER",
+        "The processor has left out a part of its work.",
+        "Look for disturbances on its supply; if it comes again, replace the controller.",
+    ),
+    Rule(
+        42,
+        "stack_overrun",
+        "STACK",
+        "The program's stack has grown into its variables.",
+        "Set it all again; if it comes again, report it.",
+    ),
+    Rule(
+        44,
+        "flash_unsealed",
+        "NOT SEALED",
+        "The program was put into the chip without its checksum.",
+        "Build it with PlatformIO, or seal it by its project's seal.py; then upload it again.",
+    ),
 )
 
 NO_LOCKOUT = (

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from heatwright.generator.plan import core, program, relay
+from heatwright.generator.plan.checks import plan_checks
 from heatwright.generator.plan.inputs import plan_inputs
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
@@ -64,6 +65,7 @@ def plan_firmware(spec: Spec) -> Plan:
     owned: list[tuple[Path, Part]] = [
         *(((), part) for part in (core.start(root, _each("reset_lines", outputs)), clock, gate)),
         ((), core.fault(root, loops)),
+        *((("safety", "self_checks"), part) for part in plan_checks(root)),
         *zip((("outputs", name) for name in controller.outputs), outputs, strict=True),
         *zip((("sensors", name) for name in controller.sensors), sensors, strict=True),
         *zip((("loops", name) for name in controller.loops), control, strict=True),

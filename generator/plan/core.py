@@ -13,6 +13,7 @@ from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
 from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
+from heatwright.spec.self_checks import self_checked
 from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
@@ -127,6 +128,7 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "driven": [name for name in root.controller.outputs if name in driven],
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
+        "checked": self_checked(root.controller),
         "wanting": wanting(root.controller),
         "inputs": list(root.controller.safety.inputs),
         "inputs_where": root.at("safety", "inputs").where,
@@ -155,7 +157,9 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
                 ),
             ),
         ),
-        tick_calls=(Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
+        tick_calls=()
+        if self_checked(root.controller)  # which give the permit, or do not
+        else (Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
     )
 
 

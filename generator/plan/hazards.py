@@ -9,6 +9,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
 from heatwright.spec.rules import Rule
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
 TICK_S = TICK_MS / 1000
 MAIN_PERMIT_S = 0.1
@@ -17,6 +18,8 @@ LEAST_CURRENT_S = 0.5
 LEAST_CURRENT_STEPS = 5
 """How long a current may be wrong (docs/control.md, "With a measured current")."""
 CONTACT_S = 0.1
+FLASH_ROUNDS = 2
+"""A bit that flips behind the place that is looked at is seen in the round after."""
 
 READINGS = (
     "sensor_no_answer", "sensor_short", "sensor_crc", "sensor_stale", "sensor_reset",
@@ -150,8 +153,13 @@ HAZARDS = (
         "a chip whose fuses leave its brown-out detector off",
     ),
     Hazard(
-        "A bit of the memory flips",
-        ("memory_damaged", "settings_corrupt"),
+        "The processor leaves out work, or its stack grows into the variables",
+        ("sequence_broken", "stack_overrun"),
+        "a jump that leaves out no duty of a control step",
+    ),
+    Hazard(
+        "A bit of RAM, flash or EEPROM flips, or the program came without its checksum",
+        ("memory_damaged", "flash_damaged", "settings_corrupt", "flash_unsealed"),
         "bits that no check covers: heatwright's `docs/safety.md`",
     ),
     Hazard(
@@ -202,7 +210,7 @@ def hazards(controller: Controller) -> list[dict[str, str]]:
 
 def within(controller: Controller, rule: Rule) -> str:
     """Say how long after its condition begins a rule has switched the heater off, at the latest."""
-    if rule.id in {"brown_out", "settings_corrupt"}:
+    if rule.id in {"brown_out", "settings_corrupt", "flash_unsealed"}:
         return "at the next start"
     return quantity(
         round(max(_off_after(controller, name, rule.id) for name in controller.loops), 2), "s"
@@ -211,12 +219,16 @@ def within(controller: Controller, rule: Rule) -> str:
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
     """Bound on that in a loop, s, as docs/safety.md derives it; of what lasts from its start on."""
-    if rule == "emergency_stop":
-        return TICK_S
-    if rule == "input_open":
-        return 2 * TICK_S
-    if rule == "watchdog_reset":
-        return MAIN_PERMIT_S + TICK_S
+    at_once = {
+        "emergency_stop": TICK_S,
+        "input_open": 2 * TICK_S,
+        "watchdog_reset": MAIN_PERMIT_S + TICK_S,
+        "sequence_broken": MAIN_PERMIT_S + TICK_S,
+        "stack_overrun": 2 * TICK_S,
+        "flash_damaged": FLASH_ROUNDS * controller.board.flash_bytes * TICK_S / FLASH_BYTES_A_TICK,
+    }
+    if rule in at_once:
+        return at_once[rule]
     loop = controller.loops[name]
     lasts_s = _lasting(loop)
     if rule in lasts_s:

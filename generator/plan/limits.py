@@ -42,6 +42,11 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "settings_corrupt": "records in the EEPROM, and none of them valid",
             "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit; it is seen "
             "in the next control step",
+            "flash_damaged": "its CRC is another one, at the start or in the background",
+            "sequence_broken": "a control step without all its duties in order, or ticks in which "
+            "the heaters' gate has not run",
+            "stack_overrun": "the bytes between stack and variables have changed",
+            "flash_unsealed": "no checksum in the program, at the start",
         }
     )
 

@@ -32,6 +32,7 @@ from heatwright.spec.indicated import indicated
 from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
 from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
+from heatwright.spec.self_checks import self_checked
 
 FULL_PERCENT = 100.0
 
@@ -152,6 +153,8 @@ def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bo
         "response": loop.response is not None,
         "heater_holds": stops(source.controller, loop.heater),
         "holds_where": heater.at("minimum_on").where,
+        "checked": self_checked(source.controller),
+        "checked_where": Source(source.spec, ("safety", "self_checks")).where,
     }
     guard = {
         **context,

@@ -41,9 +41,12 @@ def _pin(source: Source, name: str, pin: Pin, purpose: str, *functions: PinFunct
     return PinPlan(name, label(pin), purpose, source.where, functions)
 
 
-def switched(source: Source, name: str, pin: Pin, active: str, purpose: str) -> PinPlan:
-    """An output that is on or off, whatever level that is."""
+def switched(  # noqa: PLR0913 - one pin, said once
+    source: Source, name: str, pin: Pin, active: str, purpose: str, *, released: bool = False
+) -> PinPlan:
+    """An output that is on or off, whatever level that is; `released` where it is also let go."""
     on, off = (_set, _clear) if active == "high" else (_clear, _set)
+    release = (_change(pin, "release", _clear("DDR", pin)),) if released else ()
     return _pin(
         source,
         name,
@@ -52,6 +55,7 @@ def switched(source: Source, name: str, pin: Pin, active: str, purpose: str) -> 
         _change(pin, "on", on("PORT", pin)),
         _change(pin, "off", off("PORT", pin)),
         _change(pin, "drive", _set("DDR", pin)),
+        *release,
         _test(pin, "is_on", "!=" if active == "high" else "=="),
     )
 

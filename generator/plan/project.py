@@ -8,6 +8,7 @@ from heatwright.generator.plan.parts import File, Part
 from heatwright.generator.plan.readme import readme_context
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Spec
+from heatwright.spec.self_checks import self_checked
 
 
 def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
@@ -16,6 +17,7 @@ def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
     ini = {
         "board": board.platformio,
         "clock_hz": board.clock_hz if identity.clock_hz is not None else None,
+        "sealed": self_checked(spec.controller),
     }
     sketch = {
         "name": identity.name,

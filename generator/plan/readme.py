@@ -27,6 +27,7 @@ from heatwright.spec.commands import (
     programmed,
     starts_enabled,
 )
+from heatwright.spec.self_checks import self_checked
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -39,6 +40,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "digest": spec.digest,
         "board": identity.board,
         "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
+        "sealed": self_checked(controller),
         "fuses": fuses(controller.board),
         "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
         "lines": lines(controller),

@@ -9,6 +9,7 @@ from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, DigitalOutput
 from heatwright.spec.commands import commanded
+from heatwright.spec.self_checks import self_checked
 
 SETTLE_TICKS = 5
 """A power relay has closed after 15 ms, bouncing included (TE T9A, data sheet); a contactor of 9 A
@@ -44,7 +45,10 @@ def plan(root: Source, name: str) -> Part:
         "feedback_where": contact.where,
     }
     pin = controller.board.pins[output.pin]
-    pins = [switched(source.at("pin"), f"output_{name}", pin, output.active, "the safety relay")]
+    checked, what = self_checked(controller), "the safety relay"
+    pins = [
+        switched(source.at("pin"), f"output_{name}", pin, output.active, what, released=checked)
+    ]
     wired = [wiring(source, name, output, ", the safety relay, in series with every heater")]
     if feedback is not None:
         mirror = controller.board.pins[feedback]

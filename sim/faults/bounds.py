@@ -10,15 +10,22 @@ in the next exchange: P later at the latest, and one P more if the exchange in h
 
 from __future__ import annotations
 
+import math
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults.site import Site
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Loop
 from heatwright.spec.controller import WATCHDOG_S
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
 
 TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
 """Time without the main loop after which the gate closes."""
 CYCLES_A_BIT = 24
 """At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
+FLASH_CYCLES_A_BYTE = 72
+"""At most, to read a byte of the flash, also beyond 64 KB, and take it into a CRC."""
 
 
 def steps(duration_s: float, loop: Loop) -> int:
@@ -41,17 +48,26 @@ def lasting_s(duration_s: float, loop: Loop) -> float:
     return (steps(duration_s, loop) + 1) * loop.period_s + TICK_S
 
 
-def watchdog_s(controller: Controller) -> float:
+def watchdog_s(site: Site) -> float:
     """The main loop hangs: the watchdog's own time, then the start-up."""
-    turns = WATCHDOG_S.index(controller.safety.watchdog_s)
-    shortest_s = PARTS[controller.board.mcu].shortest_watchdog_s
-    return shortest_s * (1 << turns) + start_up_s(controller)
+    turns = WATCHDOG_S.index(site.controller.safety.watchdog_s)
+    shortest_s = PARTS[site.controller.board.mcu].shortest_watchdog_s
+    return shortest_s * (1 << turns) + start_up_s(site)
 
 
-def start_up_s(controller: Controller) -> float:
-    """From reset to a latched fault: the EEPROM is read and checked, then a tick goes by."""
-    board = controller.board
-    return board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz + TICK_S
+def start_up_s(site: Site) -> float:
+    """From reset to a latched fault: EEPROM and flash are read and checked, then a tick goes by."""
+    board = site.controller.board
+    cycles = board.eeprom_bytes * 8 * CYCLES_A_BIT
+    if self_checked(site.controller):
+        cycles += len(site.program.flash) * FLASH_CYCLES_A_BYTE
+    return cycles / board.clock_hz + TICK_S
+
+
+def flash_s(program: Elf) -> float:
+    """A byte of the flash changes: that round of its CRC is ended, and the next one sees it."""
+    ticks = math.ceil(len(program.flash) / FLASH_BYTES_A_TICK)
+    return (2 * ticks + 1) * TICK_S
 
 
 def gate_s() -> float:

@@ -45,7 +45,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "hung_while_cooling",
         lambda: cooling(site),
         lambda world: processor.hang(world, processor.INTERRUPTS_ON),
-        trip=Trip(("watchdog_reset",), watchdog_s(site.controller)),
+        trip=Trip(("watchdog_reset",), watchdog_s(site)),
     )
 
 

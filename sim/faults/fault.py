@@ -62,6 +62,7 @@ class Fault:
     loops whose sensors do so, and monitors, as monitor_NAME; current_lies -- whether a sensor of a
     current says what does not flow. again -- whether it is acknowledged while the cause goes on;
     insisted -- whether that is done at every trip, and heat asked for, until a person has to come.
+    floats -- whether the pins of heaters may be let go, off by the resistors at their switches.
     judge -- looks at the world at the end and says what is wrong, or "".
     """
 
@@ -79,6 +80,7 @@ class Fault:
     current_lies: bool = False
     again: bool = False
     insisted: bool = False
+    floats: bool = False
     may: tuple[str, ...] = ()
     judge: Judge = no_complaint
 

@@ -1,4 +1,4 @@
-"""The EEPROM damaged, or a record of it cut short by a loss of power; a setpoint in RAM damaged."""
+"""Memories damaged: EEPROM, also by a loss of power; a setpoint in RAM; the program in flash."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from importlib import import_module
 from types import ModuleType
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import answer_s, start_up_s
+from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.spec.self_checks import self_checked
 
 SEED = 1
 WATCH_S = 30.0
 HIGHEST_BIT = 7
 """Of a byte; of the third of a float it is the last of the exponent."""
+LOWEST_BIT = 0
+SEAL, UNSEALED = "flash_seal", b"\xff\xff"
+"""What holds the checksum of the program, and how the compiler leaves it."""
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
 REST_S = 2.0
@@ -30,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "eeprom_damaged",
         lambda: starts.heating(site),
         damage,
-        trip=Trip(("settings_corrupt",), start_up_s(site.controller)),
+        trip=Trip(("settings_corrupt",), start_up_s(site)),
     )
     yield Fault(
         "setpoint_flipped",
@@ -38,6 +42,41 @@ def faults(site: Site) -> Iterator[Fault]:
         flip_setpoint,
         trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
     )
+    if self_checked(site.controller):
+        yield Fault(
+            "duty_left_out",
+            lambda: starts.heating(site),
+            leave_out_duty,
+            trip=Trip(("sequence_broken",), 2 * TICK_S),
+            off_within_s=2 * TICK_S,
+            all_off=True,
+            floats=True,
+        )
+        yield Fault(
+            "stack_guard_flipped",
+            lambda: starts.heating(site),
+            flip_stack_guard,
+            trip=Trip(("stack_overrun",), 2 * TICK_S),
+            off_within_s=2 * TICK_S,
+            all_off=True,
+            floats=True,
+        )
+        yield Fault(
+            "flash_flipped",
+            lambda: starts.heating(site),
+            flip_flash,
+            flip_flash,
+            trip=Trip(("flash_damaged",), flash_s(site.program)),
+            floats=True,
+        )
+        yield Fault(
+            "flash_not_sealed",
+            lambda: starts.heating(site),
+            unseal,
+            seal,
+            trip=Trip(("flash_unsealed",), start_up_s(site)),
+            floats=True,
+        )
     if site.has_operator:
         yield Fault(
             "record_cut_short",
@@ -61,6 +100,43 @@ def flip_setpoint(world: World) -> None:
     """Flip a bit of the setpoint in the RAM: it becomes twice as far from 0 °C, or half."""
     place = world.device.variables[f"settings.{world.site.loop_name}_setpoint_c"]
     world.device.avr.flip(place.address + place.size - 2, HIGHEST_BIT)
+
+
+def flip_flash(world: World) -> None:
+    """Flip a bit of the program's last byte: with it variables begin, and until a reset no more."""
+    world.device.avr.flip_flash(len(world.site.program.flash) - 1, LOWEST_BIT)
+
+
+def leave_out_duty(world: World) -> None:
+    """Flip a bit of the mark that duties leave: one was done that no step has begun."""
+    world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
+
+
+def flip_stack_guard(world: World) -> None:
+    """Flip a bit of what stands between stack and variables."""
+    world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
+
+
+def _place(world: World, variable: str) -> int:
+    return int(world.device.variables[variable].address)
+
+
+def unseal(world: World) -> None:
+    """Begin with a program that nobody has sealed."""
+    _put_seal(world, UNSEALED)
+
+
+def seal(world: World) -> None:
+    """Put the program into the chip again, sealed."""
+    program = world.site.program
+    _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
+
+
+def _put_seal(world: World, wanted: bytes) -> None:
+    avr, place = world.device.avr, world.site.program.symbols[SEAL]
+    for number, byte in enumerate(wanted):
+        avr.put_flash(place + number, byte)
+    avr.reset("external")
 
 
 def latched(site: Site) -> World:

@@ -28,7 +28,7 @@ WATCH_S = 30.0
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what can happen to any processor."""
-    allowed_s = watchdog_s(site.controller)
+    allowed_s = watchdog_s(site)
     for name, entry, off_s in (
         ("hung_main_loop", INTERRUPTS_ON, gate_s()),
         ("hung_with_interrupts_off", INTERRUPTS_OFF, allowed_s),
@@ -45,7 +45,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "brown_out",
         lambda: starts.heating(site),
         lambda world: world.device.avr.reset("brown_out"),
-        trip=Trip(("brown_out",), start_up_s(site.controller)),
+        trip=Trip(("brown_out",), start_up_s(site)),
         off_within_s=0.0,
         all_off=True,
     )

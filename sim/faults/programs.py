@@ -60,7 +60,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "hung_in_program",
         lambda: under_way(site),
         lambda world: hang(world, INTERRUPTS_ON),
-        trip=Trip(("watchdog_reset",), watchdog_s(site.controller)),
+        trip=Trip(("watchdog_reset",), watchdog_s(site)),
         judge=_judge(programs),
     )
     if programs.on_fault == "pause":

@@ -29,7 +29,7 @@ def faults(site: Site) -> Iterator[Fault]:
     allowed_s = CONTACT_S + site.loop.period_s + TICK_S
     closes_s = CLOSES_S + starts.FIRST_STEPS * site.loop.period_s
     stays_open = Trip(("relay_open",), allowed_s, _is_on(safety.relay), closes_s)
-    stays_closed = Trip(("relay_welded",), allowed_s + start_up_s(site.controller))
+    stays_closed = Trip(("relay_welded",), allowed_s + start_up_s(site))
     for name, armature, wire, trip in (
         ("relay_dead", Armature.DEAD, Wire.SOUND, stays_open),
         ("relay_contact_shorted", Armature.SOUND, Wire.SHORTED, stays_open),
@@ -84,11 +84,14 @@ def _relay(world: World) -> SafetyRelay:
     return relay
 
 
-def complaint(world: World) -> str:
-    """Say whether the relay is not open although a fault is latched; "" if all is well."""
+def complaint(world: World, *, floats: bool = False) -> str:
+    """Say whether the relay is not open although a fault is latched; "" if all is well.
+
+    floats -- whether its pin may be let go.
+    """
     name, relay = world.site.controller.safety.relay, world.device.relay
     if name is None or relay is None:
         return ""
-    if world.device.outputs[name].on or not world.device.outputs[name].driven:
+    if world.device.outputs[name].on or not (floats or world.device.outputs[name].driven):
         return f"{name} is not driven to off"
     return "the relay is closed" if relay.closed and relay.armature is Armature.SOUND else ""

@@ -13,11 +13,15 @@ from heatwright.sim.reference.program import ProgramRun
 from heatwright.sim.reference.reading import Readings, Seen
 from heatwright.sim.reference.response import response_of
 from heatwright.spec import Controller, monitors_of, programmed
+from heatwright.spec.rules import RULES
+from heatwright.spec.self_checks import SELF_CHECK_RULES
 
 Record = dict[str, Value]
 """Every member of the state after a step, by the names of docs/control.md."""
 
 EMERGENCY_STOP = 19
+STOPS = (EMERGENCY_STOP, *(code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES))
+"""What is latched between two steps, with temperature 0."""
 MASTER_LOST = 23
 WATCHED_FAULTS = (25, 26, 28, 29, 31)
 """Of the relay, of fans, of damaged memory and of inputs: found between the steps."""
@@ -85,10 +89,13 @@ class Reference:
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 
-    def stop(self) -> None:
-        """Stop at the operator's command, unless a fault is latched already."""
+    def stop(self, code: int = EMERGENCY_STOP) -> None:
+        """Stop at the operator's command, or for another reason than the machine's.
+
+        Nothing where a fault is latched already.
+        """
         if not self.fault_code:
-            self.restore(EMERGENCY_STOP, ZERO)
+            self.restore(code, ZERO)
 
     def acknowledge(self) -> None:
         """Let the operator acknowledge the fault, if there is one."""

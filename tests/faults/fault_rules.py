@@ -8,6 +8,7 @@ from typing import Any
 
 from heatwright.spec import Controller
 from heatwright.spec.commands import countdown_of
+from heatwright.spec.self_checks import self_checked
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
@@ -68,6 +69,10 @@ _ANY = _of(
     watchdog_reset="hung_main_loop hung_with_interrupts_off", settings_corrupt="eeprom_damaged",
     memory_damaged="setpoint_flipped",
 )  # fmt: skip
+_SELF_CHECKS = _of(
+    flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed",
+    sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
+)  # fmt: skip
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"
 )
@@ -107,6 +112,8 @@ def rules_of(controller: Controller) -> Rules:
         found |= _of("record_cut_short", rise_rate="fallen_out_insisted")
     if any(countdown_of(controller, name) for name in controller.loops):
         found |= _of("countdown_ends")
+    if self_checked(controller):
+        found |= _SELF_CHECKS
     if controller.safety.relay_feedback:
         found |= _RELAY
     if controller.programs:

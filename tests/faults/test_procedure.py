@@ -280,7 +280,7 @@ def test_a_hang_whenever_it_comes(entry: str, phase_s: float) -> None:
     except ValueError:  # just awake
         world.device.advance(at_s + TICK_S / 2)
         hang(world, entry)
-    limit_s = gate_s() if entry == "__stop_program" else watchdog_s(world.site.controller)
+    limit_s = gate_s() if entry == "__stop_program" else watchdog_s(world.site)
     world.run(3.0)
     assert heated_on_s(world, at_s) <= limit_s + TICK_S / 2
     assert world.fault == 14

@@ -4,18 +4,22 @@ and whole firmware. Each is compiled once (`store`)."""
 import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from runpy import run_path
 from typing import Any
 
 import numpy as np
-from rig.specs import example, sources_of, spec_of
+from rig.specs import example, files_of, sources_of, spec_of
 from rig.store import CompileFailed, made
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf
 from heatwright.spec import Board as BoardData
+from heatwright.templates import __file__ as templates
 
+TEMPLATES = Path(templates).parent
 CLOCK_HZ = 16_000_000
 SHARED = Path(__file__).parents[1] / "sim_native" / "firmware"
 PRELUDE = """
@@ -113,12 +117,21 @@ class Program:
             place = folder if name in stale else None
             objects.append(_made(command, headers | {name: texts[name]}, f"{name}.o", place))
         link = [*words, "-Wl,--gc-sections", *map(str, objects), "-lm", "-o", "firmware.elf"]
-        return Elf(_made(link, {}, "firmware.elf", folder))
+        built = _made(link, {}, "firmware.elf", folder)
+        if not self.main and "seal.py" in files_of(self.spec):
+            _sealer()["seal"](built)
+        return Elf(built)
 
     def _words(self, *, strict: bool) -> list[str]:
         board = board_of(self.spec)
         chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL"]
         return ["avr-gcc", *chip, *FLAGS, *(WARNINGS if strict else ("-w",)), *self.flags]
+
+
+@cache
+def _sealer() -> dict[str, Any]:
+    """Return what the script defines that PlatformIO runs behind the linker."""
+    return run_path(str(TEMPLATES / "project" / "seal.py"))
 
 
 def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Path | None) -> Path:

@@ -510,6 +510,8 @@ class _Controller:
         least_s = 0.25 if self.programs else 0.03
         able = [each for each in WATCHDOG_S if least_s <= each <= most_s]
         self.safety["watchdog"] = text(self.draws.one(*[2.0] * (2.0 in able), *able), "s")
+        if own_draws(self.safety).seldom():
+            self.safety["self_checks"] = "off"
 
     # The simulated machine
 

@@ -333,7 +333,7 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        last = breakable(self.controller)[-1].code
+        last = max(rule.code for rule in breakable(self.controller))
         for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)

@@ -13,6 +13,7 @@ from heatwright.spec import Controller, DigitalOutput
 from heatwright.spec.indicated import shown_meanings
 from heatwright.spec.outputs import Switch
 from heatwright.spec.pwm_timers import PwmChannel
+from heatwright.spec.self_checks import self_checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,16 @@ def output_part(  # noqa: PLR0913 - one part, said once
     return Part(
         files=output_files(name, template, merged, header),
         groups=(Group(f"Output {name}", constants),) if constants else (),
-        pins=(switched(source.at("pin"), f"output_{name}", pin, output.active, f"output {name}"),),
+        pins=(
+            switched(
+                source.at("pin"),
+                f"output_{name}",
+                pin,
+                output.active,
+                f"output {name}",
+                released=use.heats and self_checked(source.controller),
+            ),
+        ),
         start_calls=start_calls,
         tick_calls=tick_calls,
         wiring=(wiring(source, name, output, wired),),

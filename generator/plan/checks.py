@@ -1,0 +1,60 @@
+"""What the controller checks of itself: it gives the main loop's permit only while all is sound."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import TICK_MS
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
+
+MOST_TICKS_WAITING = 10
+NEAR_BYTES = 0x10000
+"""Of flash are what an address of 16 bits reaches."""
+
+
+def plan_checks(root: Source) -> tuple[Part, ...]:
+    """Plan the self-checks, where the controller has them."""
+    if not self_checked(root.controller):
+        return ()
+    where = root.at("safety", "self_checks").where
+    controller = root.controller
+    lets_go = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
+    context = {
+        "where": where,
+        "far": controller.board.flash_bytes > NEAR_BYTES,
+        "loops": list(controller.loops),
+        "released": [name for name in controller.outputs if name in lets_go],
+    }
+    names = ("checks.h", "checks.c", "flash.h", "flash.c")
+    return (
+        Part(
+            files=(
+                File("seal.py", "project/seal.py"),
+                *(File(f"src/{name}", f"src/{name}.j2", context) for name in names),
+            ),
+            groups=(
+                Group(
+                    "Self-checks",
+                    (
+                        Constant(
+                            "FLASH_BYTES_A_TICK",
+                            f"{FLASH_BYTES_A_TICK}u",
+                            f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes in a second",
+                        ),
+                        Constant(
+                            "GUARD_JUDGED",
+                            "2u",
+                            "the second mark of a control step: what its guard returns",
+                        ),
+                        Constant(
+                            "CHECKS_MOST_TICKS",
+                            f"{MOST_TICKS_WAITING}u",
+                            "as many ticks wait for the main loop at most (clock.c)",
+                        ),
+                    ),
+                ),
+            ),
+            start_calls=(Call(Stage.GUARD, "checks.h", "checks_start();"),),
+            tick_calls=(Call(Stage.GUARD, "checks.h", "checks_tick();"),),
+        ),
+    )

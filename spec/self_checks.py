@@ -1,0 +1,20 @@
+"""What the controller checks of itself, as IEC 60730 class B asks."""
+
+from __future__ import annotations
+
+from heatwright.spec.controller import Controller
+
+ROOM_BYTES = 16_384
+"""A chip with no more flash than this has no room for the self-checks unless they are asked for."""
+
+FLASH_BYTES_A_TICK = 2
+"""Of the flash, taken into its CRC in each tick of 10 ms."""
+
+SELF_CHECK_RULES = ("flash_damaged", "sequence_broken", "stack_overrun", "flash_unsealed")
+"""Ids of the rules that come with the self-checks."""
+
+
+def self_checked(controller: Controller) -> bool:
+    """Tell whether the controller checks itself: as it is asked to, else where there is room."""
+    asked = controller.safety.self_checks
+    return controller.board.flash_bytes > ROOM_BYTES if asked is None else asked == "on"
