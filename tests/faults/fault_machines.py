@@ -126,13 +126,14 @@ MACHINES = {
         bed("falling", interface=KEYS).replace("stale_after: 1 s", "stale_after: 50 s")
         .replace("{rise: 2 K, within: 60 s}", "{rise: 0.5 K, within: 7 s}"),
         otherwise={"intermittent_wire": "heating_failed"},
-        only=("intermittent_wire",),
+        only=("intermittent_wire",), absent=("reading_drifts_low",),
     ),
     # In half a second it falls too little to jump. The heavy one that loses much is too weak.
     "bare": Machine(
         BARE, otherwise={"fallen_out": "heating_failed"}, absent=("healthy_1.3C_0.7R_10degC",)
     ),
-    "extruder": Machine("extruder"),
+    # Its integral begins above what the band lets be seen.
+    "extruder": Machine("extruder", absent=("heater_aged", "reading_drifts_low")),
     # Its switch that has died gives the whole supply, which is above what trips.
     "fabricator": Machine("fabricator", otherwise={
         "switch_shorted_when_hot": "over_current", "switch_shorted_in_band": "over_current",
@@ -159,6 +160,7 @@ MACHINES = {
             bed(name, interface=KEYS),
             otherwise=dict.fromkeys(("fallen_out", "fallen_out_insisted"), "heating_failed")
             | leaks,
+            absent=("reading_drifts_low",),  # its nodes bear too little of what is not seen
         )
         for name, leaks in (
             ("hotend", {}), ("frost", {"switch_leaking": "runaway_above"}), ("falling", {}),
@@ -175,7 +177,7 @@ MACHINES = {
     # Nobody can ask for more than a duty below the shortest pulse: a shorted wire carries nothing.
     "sips": Machine(
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
-        absent=("heater_part_shorted", "current_sensor_stands"),
+        absent=("heater_part_shorted", "current_sensor_stands", "reading_stands_high"),
     ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
