@@ -106,6 +106,9 @@ class Machine(NamedTuple):
     only: tuple[str, ...] = ()
 
 
+UNSEEN = ("heater_aged", "reading_drifts_low")
+"""Where the band allows all power at the setpoints that people can ask for."""
+
 MACHINES = {
     "chamber": Machine("chamber", healthy=True),
     # Its sensor cools too slowly to jump: the fall is seen at the band's lower end.
@@ -119,7 +122,7 @@ MACHINES = {
             "pwm, pin: D9, frequency: 122 Hz", "time_proportional, pin: D9, window: 10 s"
         ),
         otherwise={"answers_damaged_in_bursts": "heating_failed"},
-        only=("answers_damaged_in_bursts",),
+        only=("answers_damaged_in_bursts",), absent=UNSEEN,
     ),
     # So long without a reading, and without heat, costs more than full power gives in time.
     "patient": Machine(
@@ -133,7 +136,7 @@ MACHINES = {
         BARE, otherwise={"fallen_out": "heating_failed"}, absent=("healthy_1.3C_0.7R_10degC",)
     ),
     # Its integral begins above what the band lets be seen.
-    "extruder": Machine("extruder", absent=("heater_aged", "reading_drifts_low")),
+    "extruder": Machine("extruder", absent=UNSEEN),
     # Its switch that has died gives the whole supply, which is above what trips.
     "fabricator": Machine("fabricator", otherwise={
         "switch_shorted_when_hot": "over_current", "switch_shorted_in_band": "over_current",
@@ -151,7 +154,10 @@ MACHINES = {
         ),
     ),
     **{
-        kind: Machine(crucible(kind), healthy=True, otherwise={"switch_leaking": "runaway_above"})
+        kind: Machine(
+            crucible(kind), healthy=True, otherwise={"switch_leaking": "runaway_above"},
+            absent=UNSEEN,
+        )
         for kind in KINDS
     },
     # In 200 ms, too, they fall too little to jump.
