@@ -51,20 +51,31 @@ def _held(site: Site, setpoint_c: float) -> World:
 
 
 def _setpoints_c(site: Site) -> list[float]:
-    """List the setpoints that hold the machine above its surroundings, the highest first."""
-    highest_c = starts.highest_c(site)
+    """List the setpoints that take more than the loop gives in any case, the highest first."""
+    highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
+    least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
-    return [each for each in reversed(reached) if each > starts.ambient_c(site)]
+    return [each for each in reversed(reached) if each > max(ambient_c, least_c)]
+
+
+def _duties(site: Site) -> tuple[float, float]:
+    """Return the least and the most that the loop gives for a reading that stands, %."""
+    algorithm = site.loop.algorithm
+    full = full_percent(site.loop)
+    if not isinstance(algorithm, Pid):
+        return 0.0, full
+    integral = algorithm.integral
+    return max(0.0, integral.minimum_percent), min(full, integral.maximum_percent)
 
 
 def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     """A heater that has aged, or a supply that is low: it takes most of the time to hold on."""
-    full = full_percent(site.loop)
+    full = _duties(site)[1]
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:
         return
     takes = share_for(site, seen_c[0], ambient_c=starts.ambient_c(site))
-    share = takes / (ASKED * asked_share(site, full))
+    share = takes / asked_share(site, ASKED * full)
 
     def cause(world: World) -> None:
         world.wiring.heat[site.loop.heater] = effects.weakened(share)
@@ -82,15 +93,13 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
         return
     takes = BEYOND * effort.band.at(setpoint_c)[0]
     ambient_c = starts.ambient_c(site)
-    if not takes < full_percent(site.loop):
+    if not takes < _duties(site)[1]:
         return
     true_c = steady_c(site, asked_share(site, takes), ambient_c=ambient_c)
     bears = bears_c(site.controller, site.network)
     nodes = profile_c(site.controller, site.network, site.loop_name, true_c, ambient_c=ambient_c)
-    if any(
-        each_c > ambient_c + (1 - SPARE) * (bears[node] - ambient_c)
-        for node, each_c in nodes.items()
-    ):
+    limits_c = {node: ambient_c + (1 - SPARE) * (bears[node] - ambient_c) for node in nodes}
+    if any(each_c > limits_c[node] for node, each_c in nodes.items()):
         return
     rate_k_per_s = min(
         (true_c - setpoint_c) / (SLOW * effort.band.filter_s),

@@ -106,6 +106,9 @@ class Machine(NamedTuple):
     only: tuple[str, ...] = ()
 
 
+UNSEEN = ("heater_aged", "reading_drifts_low")
+"""Where the band allows all power at the setpoints that people can ask for."""
+
 MACHINES = {
     "chamber": Machine("chamber", healthy=True),
     # Its sensor cools too slowly to jump: the fall is seen at the band's lower end.
@@ -119,20 +122,21 @@ MACHINES = {
             "pwm, pin: D9, frequency: 122 Hz", "time_proportional, pin: D9, window: 10 s"
         ),
         otherwise={"answers_damaged_in_bursts": "heating_failed"},
-        only=("answers_damaged_in_bursts",),
+        only=("answers_damaged_in_bursts",), absent=UNSEEN,
     ),
     # So long without a reading, and without heat, costs more than full power gives in time.
     "patient": Machine(
         bed("falling", interface=KEYS).replace("stale_after: 1 s", "stale_after: 50 s")
         .replace("{rise: 2 K, within: 60 s}", "{rise: 0.5 K, within: 7 s}"),
         otherwise={"intermittent_wire": "heating_failed"},
-        only=("intermittent_wire",),
+        only=("intermittent_wire",), absent=("reading_drifts_low",),
     ),
     # In half a second it falls too little to jump. The heavy one that loses much is too weak.
     "bare": Machine(
         BARE, otherwise={"fallen_out": "heating_failed"}, absent=("healthy_1.3C_0.7R_10degC",)
     ),
-    "extruder": Machine("extruder"),
+    # Its integral begins above what the band lets be seen.
+    "extruder": Machine("extruder", absent=UNSEEN),
     # Its switch that has died gives the whole supply, which is above what trips.
     "fabricator": Machine("fabricator", otherwise={
         "switch_shorted_when_hot": "over_current", "switch_shorted_in_band": "over_current",
@@ -150,7 +154,10 @@ MACHINES = {
         ),
     ),
     **{
-        kind: Machine(crucible(kind), healthy=True, otherwise={"switch_leaking": "runaway_above"})
+        kind: Machine(
+            crucible(kind), healthy=True, otherwise={"switch_leaking": "runaway_above"},
+            absent=UNSEEN,
+        )
         for kind in KINDS
     },
     # In 200 ms, too, they fall too little to jump.
@@ -159,6 +166,7 @@ MACHINES = {
             bed(name, interface=KEYS),
             otherwise=dict.fromkeys(("fallen_out", "fallen_out_insisted"), "heating_failed")
             | leaks,
+            absent=("reading_drifts_low",),  # its nodes bear too little of what is not seen
         )
         for name, leaks in (
             ("hotend", {}), ("frost", {"switch_leaking": "runaway_above"}), ("falling", {}),
@@ -187,7 +195,7 @@ MACHINES = {
     # Nobody can ask for more than a duty below the shortest pulse: a shorted wire carries nothing.
     "sips": Machine(
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
-        absent=("heater_part_shorted", "current_sensor_stands"),
+        absent=("heater_part_shorted", "current_sensor_stands", "reading_stands_high"),
     ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(

@@ -123,7 +123,21 @@ def rules_of(controller: Controller) -> Rules:
     if loop.protection.on_for_at_most_s:
         found |= _of("switched_on_anew", on_too_long="left_on", memory_damaged="on_time_flipped")
     measured = getattr(controller.outputs[loop.heater], "current", None) is not None
-    return found | _still(controller, loop, measured) | _heat(controller, loop, measured)
+    found |= _still(controller, loop, measured) | _heat(controller, loop, measured)
+    return found | _effort(loop)
+
+
+def _effort(loop: Any) -> Rules:
+    """A power that does not fit the reading. A loop that switches shows an aged heater to 10."""
+    effort = loop.protection.effort
+    found: Rules = {}
+    if effort is None or loop.cooler is not None:
+        return {}
+    if effort.low_percent is not None:
+        found["reading_stands_high"] = "effort_low"
+    if effort.high_percent is not None and loop.algorithm.kind == "pid":
+        found |= {"heater_aged": "effort_high", "reading_drifts_low": "effort_high"}
+    return found
 
 
 def _healthy(controller: Controller, loop: Any) -> Rules:
