@@ -246,7 +246,7 @@ _RULES = (
         "effort_high",
         "MUCH POWER",
         "It takes more power than a machine of this kind ever needs for its reading.",
-        "Check where the sensor sits, and whether it is the right one; then heater and supply.",
+        "Check the sensor, its place and its kind; then heater, supply and walls.",
     ),
     Rule(
         34,
