@@ -75,10 +75,12 @@ class Guard:
     def with_reading(self, look: Look) -> int:
         """Return the fault code after a step with a reading, 0 for none."""
         code = self._reading(look)
-        if not code and self._agreement:
-            code = self._agreement.check(look)
         if code:
             return code
+        if self._agreement is not None:
+            code = self._agreement.check(look)
+            if code:
+                return code
         if self.fresh:
             for rule in self._rules:
                 rule.start(look)
