@@ -1,6 +1,7 @@
 """The protections of a loop (docs/control.md, "Protections")."""
 
 from heatwright.sim.reference.guard_rules import (
+    AgreementRule,
     GuardRule,
     Look,
     rules_of,
@@ -27,6 +28,8 @@ class Guard:
         self._minimum_c = Single(protection.minimum_c)
         self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
         self._rules: tuple[GuardRule, ...] = rules_of(loop, raw_width)
+        agreement = protection.agreement
+        self._agreement = None if agreement is None else AgreementRule(agreement, loop.period_s)
         self._is_adjustable = protection.maximum_adjustable
         on_s = protection.on_for_at_most_s
         self._most_on_steps = None if on_s is None else steps(on_s, loop.period_s)
@@ -34,6 +37,7 @@ class Guard:
         self.fresh = 1
         self.members: tuple[Member, ...] = (
             *(member for rule in self._rules for member in rule.members),
+            *(self._agreement.members if self._agreement else ()),
             ("fresh", "u1"),
             *((("maximum_c", "f4"),) if self._is_adjustable else ()),
             *((("on_steps", "u4"),) if on_s is not None else ()),
@@ -43,6 +47,8 @@ class Guard:
         """Start anew: the operator acknowledged the fault."""
         for rule in self._rules:
             rule.reset()
+        if self._agreement:
+            self._agreement.reset()
         self.fresh = 1
         self._on_steps = 0
 
@@ -76,6 +82,10 @@ class Guard:
         code = self._reading(look)
         if code:
             return code
+        if self._agreement is not None:
+            code = self._agreement.check(look)
+            if code:
+                return code
         if self.fresh:
             for rule in self._rules:
                 rule.start(look)
@@ -93,6 +103,7 @@ class Guard:
             found += rule.values()
         return (
             *found,
+            *(self._agreement.values() if self._agreement else ()),
             self.fresh,
             *((self._maximum_c,) if self._is_adjustable else ()),
             *((self._on_steps,) if self._most_on_steps is not None else ()),

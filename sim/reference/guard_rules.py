@@ -82,8 +82,6 @@ def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
     """Return the loop's rules in the order in which they are asked."""
     protection, period_s = loop.protection, loop.period_s
     rules: list[GuardRule] = []
-    if protection.agreement is not None:
-        rules.append(AgreementRule(protection.agreement, period_s))
     if protection.runaway is not None:
         rules.append(RunawayRule(protection.runaway, period_s))
     if protection.heating is not None:
@@ -123,9 +121,6 @@ class AgreementRule(_Unfeeling):
     def reset(self) -> None:
         """Clear the counter."""
         self._steps = 0
-
-    def start(self, look: Look) -> None:
-        """Remember nothing: every step is judged by itself."""
 
     def check(self, look: Look) -> int:
         """Return 32 after too long apart."""
