@@ -60,7 +60,7 @@ types: $(TESTS_READY)
 	@$(BIN)/mypy | sed 's#^\.typing/heatwright/##'
 
 pytest: $(TESTS_READY)
-	@$(BIN)/python -m pytest -n 2 $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 
 mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
 	@cd tests && ../$(BIN)/python -m mutation $(ARGS)
