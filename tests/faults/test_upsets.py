@@ -101,7 +101,7 @@ def test_no_bit_of_the_clock_s_registers_slows_the_control(example: str) -> None
 def test_no_bit_of_a_pulse_width_s_timer_stays_flipped(example: str) -> None:
     """A timer that stands leaves the pin as it is, and an inverted pin heats when it should not."""
     site = site_of(example)
-    world = starts.heating(site)
+    world, heater = starts.heating(site), site.controller.outputs[site.loop.heater]
 
     def values(register: str) -> set[int]:
         place, found = world.device.variables[register], set()
@@ -115,8 +115,9 @@ def test_no_bit_of_a_pulse_width_s_timer_stays_flipped(example: str) -> None:
     assert names
     for name in names:
         variable, healthy = world.device.variables[name], values(name)
-        if re.fullmatch(r"TCCR\dA", name):
-            healthy |= {value & 0x0F for value in healthy}  # no pin connected: off, or full power
+        if re.fullmatch(r"TCCR\dA", name):  # channel A is connected, or the heater is off or full
+            connected = 0x80 if heater.active == "high" else 0xC0
+            healthy |= {value & 0x0F | bits for value in healthy for bits in (0, connected)}
         for bit in range(8 * variable.size):
             try:
                 world.device.avr.flip(variable.address + bit // 8, bit % 8)
