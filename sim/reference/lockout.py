@@ -5,6 +5,8 @@ from heatwright.spec.commands import lockout_of
 from heatwright.spec.rules import NO_LOCKOUT, RULES
 
 SECOND_US, TICK_US = 1_000_000, 10_000
+COUNTS = {0: False} | {code: rule.id not in NO_LOCKOUT for code, rule in RULES.items()}
+"""Whether a trip counts, by its code: loops of an array may have tripped by different rules."""
 
 
 class Lockout:
@@ -34,7 +36,7 @@ class Lockout:
 
     def counts(self, code: int) -> bool:
         """Tell whether a trip of a rule counts; 0 is none."""
-        return self._spec is not None and code > 0 and RULES[code].id not in NO_LOCKOUT
+        return self._spec is not None and COUNTS[code]
 
     def age(self, now_us: int) -> None:
         """Forget what is long past, behind the steps of the tick."""
