@@ -44,12 +44,12 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                         Constant(
                             "GUARD_JUDGED",
                             "2u",
-                            "the second mark of a control step: what its guard returns",
+                            f"{where}: a step's second mark, which its guard returns",
                         ),
                         Constant(
                             "CHECKS_MOST_TICKS",
                             f"{MOST_TICKS_WAITING}u",
-                            "as many ticks wait for the main loop at most (clock.c)",
+                            f"{where}: as many ticks wait at most (clock.c)",
                         ),
                     ),
                 ),

@@ -45,9 +45,9 @@
 
 /* fabricator.yaml:39 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
-/* the second mark of a control step: what its guard returns */
+/* fabricator.yaml:39 safety.self_checks (default): a step's second mark, which its guard returns */
 #define GUARD_JUDGED 2u
-/* as many ticks wait for the main loop at most (clock.c) */
+/* fabricator.yaml:39 safety.self_checks (default): as many ticks wait at most (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output heater ---- */

@@ -41,9 +41,9 @@
 
 /* kiln.yaml:67 safety.self_checks (default): 200 bytes in a second */
 #define FLASH_BYTES_A_TICK 2u
-/* the second mark of a control step: what its guard returns */
+/* kiln.yaml:67 safety.self_checks (default): a step's second mark, which its guard returns */
 #define GUARD_JUDGED 2u
-/* as many ticks wait for the main loop at most (clock.c) */
+/* kiln.yaml:67 safety.self_checks (default): as many ticks wait at most (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output element ---- */
