@@ -1,9 +1,9 @@
 """The whole spec as one frozen value."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import (
@@ -114,10 +114,8 @@ class Safety(Model):
         validate_default=True,
         description="What repeated trips lead to, or `off`.",
     )
-    self_checks: Literal["on", "off"] | None = Field(
-        None,
-        description="Whether the controller checks its own memory and processor. Left out: on a "
-        "chip with more than 16 KB of flash.",
+    self_checks: StrictBool = Field(
+        False, description="Whether the controller checks its own program, order and stack."
     )
 
 

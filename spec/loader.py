@@ -28,7 +28,7 @@ MOST_PROBLEMS = 100
 
 LATER = (
     "monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust", "limits_adjustable",
-    "on_for_at_most", "inputs", "also", "agreement",
+    "on_for_at_most", "inputs", "also", "agreement", "self_checks",
 )  # fmt: skip
 """Keys that the language got when there were firmwares already."""
 

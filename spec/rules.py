@@ -281,7 +281,7 @@ _RULES = (
         "flash_unsealed",
         "NOT SEALED",
         "The program was put into the chip without its checksum.",
-        "Build it with PlatformIO, or seal it by its project's seal.py; then upload it again.",
+        "Build it with PlatformIO, or seal it by its project's seal.py; then upload it.",
     ),
 )
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from heatwright.spec.controller import Controller
 
-ROOM_BYTES = 16_384
-"""A chip with no more flash than this has no room for the self-checks unless they are asked for."""
-
 FLASH_BYTES_A_TICK = 2
 """Of the flash, taken into its CRC in each tick of 10 ms."""
 
@@ -15,6 +12,5 @@ SELF_CHECK_RULES = ("flash_damaged", "sequence_broken", "stack_overrun", "flash_
 
 
 def self_checked(controller: Controller) -> bool:
-    """Tell whether the controller checks itself: as it is asked to, else where there is room."""
-    asked = controller.safety.self_checks
-    return controller.board.flash_bytes > ROOM_BYTES if asked is None else asked == "on"
+    """Tell whether the controller checks itself."""
+    return controller.safety.self_checks

@@ -77,7 +77,7 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
     left_out = []
     for key in keys:
         saved = sum((each.size for each in found if each.path[: len(key)] == key), NONE)
-        change = "off" if key == SELF_CHECKS else LEAVE_OUT
+        change = LEAVE_OUT
         left_out.append(Way(dotted(key), change, saved, _enough(saved, built)))
     short = short_of(built)
     useful = [way for way in left_out if in_order(way.saved, short) != (0, 0)]

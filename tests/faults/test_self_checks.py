@@ -24,6 +24,8 @@ SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|out
 """The files whose functions decide about heat."""
 CODES = {rule.id: code for code, rule in RULES.items()}
 BOOT_BYTES = 512
+CHECKED = {name: changed(name, ("safety:", "safety:\n  self_checks: true")) for name in DECIDING}
+CHAMBER = CHECKED["chamber"]
 
 
 def safety_bytes(site: Site, example: str) -> list[int]:
@@ -45,8 +47,8 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
 
     One in a thousand may not be.
     """
-    site, missed = site_of(example), []
-    places, random = safety_bytes(site, example), Random(f"flash {SEED} {example}")  # noqa: S311
+    site, missed = site_of(CHECKED[example]), []
+    places, random = safety_bytes(site, CHECKED[example]), Random(f"flash {SEED} {example}")  # noqa: S311
     tried = amount("flash_flips")
     for _ in range(tried):
         place, bit = random.choice(places), random.randrange(8)
@@ -69,7 +71,7 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
 
 
 def test_a_damaged_program_heats_no_more_whoever_acknowledges() -> None:
-    world = starts.heating(site_of("chamber"))
+    world = starts.heating(site_of(CHAMBER))
     memory.flip_flash(world)
     world.run(flash_s(world.site.program))
     assert world.fault == CODES["flash_damaged"]
@@ -84,7 +86,7 @@ def test_a_damaged_program_heats_no_more_whoever_acknowledges() -> None:
 @pytest.mark.parametrize("cause", ["external", "brown_out"])
 def test_a_boot_loader_and_resets_trip_nothing_of_it(cause: str) -> None:
     """What is behind the program in the flash is not the program's."""
-    controller, program = controller_of("chamber"), whole("chamber")
+    controller, program = controller_of(CHAMBER), whole(CHAMBER)
     device = AvrDevice(controller, program)
     boot = Random(1).randbytes(BOOT_BYTES)  # noqa: S311 - no secret
     for place, byte in enumerate(boot, controller.board.flash_bytes - BOOT_BYTES):
@@ -96,13 +98,9 @@ def test_a_boot_loader_and_resets_trip_nothing_of_it(cause: str) -> None:
 
 
 def test_without_self_checks_nothing_of_them_is_there() -> None:
-    """As on a chip that has no room, unless it is asked for."""
-    off = changed("chamber", ("watchdog: 2 s", "watchdog: 2 s\n  self_checks: off"))
-    assert not {"flash.c", "checks.c"} & set(sources_of(off))
-    assert "flash.c" not in sources_of("dryer")
-    assert "FLASH" not in sources_of("dryer")["fault.h"]
-    on = changed("dryer", ("safety:", "safety:\n  self_checks: on"))
-    assert {"flash.c", "checks.c"} <= set(sources_of(on))
+    assert not {"flash.c", "checks.c"} & set(sources_of("chamber"))
+    assert "FLASH" not in sources_of("chamber")["fault.h"]
+    assert {"flash.c", "checks.c"} <= set(sources_of(CHAMBER))
 
 
 def behind_call(program: Elf, caller: str, called: str) -> tuple[int, int]:
@@ -119,7 +117,7 @@ def behind_call(program: Elf, caller: str, called: str) -> tuple[int, int]:
 
 def test_a_jump_over_the_guard_gives_no_permit() -> None:
     """What was not judged does not count, and is told in the next tick."""
-    world = starts.heating(site_of("chamber"))
+    world = starts.heating(site_of(CHAMBER))
     call, behind = behind_call(world.site.program, "loop_air_tick", "guard_air_step")
     avr, device = world.device.avr, world.device
     for _ in range(200):
@@ -139,7 +137,7 @@ def test_a_jump_over_the_guard_gives_no_permit() -> None:
 
 @pytest.mark.parametrize("state", ["latched", "off"])
 def test_no_jump_into_a_control_step_opens_a_heater(state: str) -> None:
-    site = site_of("chamber")
+    site = site_of(CHAMBER)
     step = site.program.function("loop_air_tick")
     random = Random(f"jump {SEED} {state}")  # noqa: S311 - no secret
     for number in range(amount("jumps")):
@@ -151,9 +149,9 @@ def test_no_jump_into_a_control_step_opens_a_heater(state: str) -> None:
 
 def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
     """The interrupt comes and wakes the main loop, but nobody counts the permits any more."""
-    clock = sources_of("chamber")["clock.c"]
-    deaf = whole("chamber", changed={"clock.c": clock.replace("    gate_tick();\n", "")})
-    device = AvrDevice(controller_of("chamber"), deaf)
+    clock = sources_of(CHAMBER)["clock.c"]
+    deaf = whole(CHAMBER, changed={"clock.c": clock.replace("    gate_tick();\n", "")})
+    device = AvrDevice(controller_of(CHAMBER), deaf)
     device.sense("air", 19.0)
     device.advance(1.0)
     assert device.read("fault.code") == CODES["sequence_broken"]

@@ -34,17 +34,6 @@ static float decide(float change_k, uint16_t gap)
     return algorithm_air_step(change_k, gap);
 }
 
-/* chamber.yaml:33 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
-static volatile uint8_t done;
-
-static void mark(uint8_t duty)
-{
-    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
-}
-
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
@@ -72,10 +61,9 @@ static void step(void)
     } else if (loop_air.missing < UINT8_MAX) {
         loop_air.missing++;
     }
-    mark(READ);
 
     fault_judge(sound, loop_air.temperature_c);
-    mark(guard_air_step(change_k, gap));
+    guard_air_step(change_k, gap);
 
     if (fault.code != FAULT_NONE) {
         algorithm_air_reset();
@@ -92,11 +80,7 @@ static void step(void)
     }
 
     output_heater_set(loop_air.duty_percent);
-    mark(DECIDED);
-    if (done == DECIDED) {
-        gate_renew_air();
-        done = NOTHING;
-    }
+    gate_renew_air();
 }
 
 void loop_air_start(void)
@@ -116,14 +100,6 @@ void loop_air_tick(void)
     sensor_air_begin();
     plotter_send();
     panel_refresh();
-}
-
-bool loop_air_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_air_works(void)

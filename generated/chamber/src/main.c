@@ -4,9 +4,9 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
-#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
+#include "gate.h" /* gate_renew_main */
 #include "guard_air.h" /* guard_air_reset */
 #include "keypad.h" /* keypad_start */
 #include "lcd.h" /* lcd_start, lcd_tick */
@@ -22,7 +22,6 @@
 static void start(void)
 {
     wdt_enable(WDTO_2S); /* chamber.yaml:34 safety.watchdog */
-    checks_start();
     settings_start();
     reset_report();
     output_fan_start();
@@ -40,7 +39,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    checks_tick();
+    gate_renew_main();
     sensor_air_tick();
     panel_tick();
     loop_air_tick();

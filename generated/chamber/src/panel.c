@@ -38,10 +38,6 @@ static const char TEXT_15[] PROGMEM = "E15 BROWN-OUT";
 static const char TEXT_16[] PROGMEM = "E16 SETTINGS BAD";
 static const char TEXT_29[] PROGMEM = "E29 MEMORY BAD";
 static const char TEXT_34[] PROGMEM = "E34 LITTLE POWER";
-static const char TEXT_36[] PROGMEM = "E36 FLASH BAD";
-static const char TEXT_39[] PROGMEM = "E39 OUT OF ORDER";
-static const char TEXT_42[] PROGMEM = "E42 STACK";
-static const char TEXT_44[] PROGMEM = "E44 NOT SEALED";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
     [FAULT_SENSOR_SHORT - 1] = TEXT_2,
@@ -60,10 +56,6 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SETTINGS_CORRUPT - 1] = TEXT_16,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
     [FAULT_EFFORT_LOW - 1] = TEXT_34,
-    [FAULT_FLASH_DAMAGED - 1] = TEXT_36,
-    [FAULT_SEQUENCE_BROKEN - 1] = TEXT_39,
-    [FAULT_STACK_OVERRUN - 1] = TEXT_42,
-    [FAULT_FLASH_UNSEALED - 1] = TEXT_44,
 };
 
 /* Damaged memory may hold a code that no rule has, or none of this machine's. */

@@ -22,11 +22,6 @@ static inline void pin_output_heater_drive(void)
     DDRD |= (1u << 3);
 }
 
-static inline void pin_output_heater_release(void)
-{
-    DDRD &= (uint8_t)~(1u << 3);
-}
-
 static inline bool pin_output_heater_is_on(void)
 {
     return (PIND & (1u << 3)) != 0;

@@ -32,11 +32,7 @@ enum {
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
     FAULT_EFFORT_HIGH = 33, /* It takes more power than a machine of this kind ever needs for its reading. */
     FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
-    FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
-    FAULT_SEQUENCE_BROKEN = 39, /* The processor has left out a part of its work. */
-    FAULT_STACK_OVERRUN = 42, /* The program's stack has grown into its variables. */
-    FAULT_FLASH_UNSEALED = 44, /* The program was put into the chip without its checksum. */
-    FAULT_LAST = 44
+    FAULT_LAST = 34
 };
 
 struct fault_state {

@@ -205,10 +205,10 @@ void guard_nozzle_master(void)
     }
 }
 
-uint8_t guard_nozzle_step(float change_k, uint16_t gap)
+void guard_nozzle_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return GUARD_JUDGED;
+        return;
     }
     guard_nozzle.effort_percent += LOOP_NOZZLE_EFFORT_SHARE
             * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
@@ -221,5 +221,4 @@ uint8_t guard_nozzle_step(float change_k, uint16_t gap)
     } else if (loop_nozzle.missing >= LOOP_NOZZLE_STALE_STEPS) {
         fault_trip(loop_nozzle.reading_status, loop_nozzle.temperature_c);
     }
-    return GUARD_JUDGED;
 }

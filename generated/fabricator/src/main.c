@@ -4,9 +4,9 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
-#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
+#include "gate.h" /* gate_renew_main */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
 #include "indicators_nozzle.h" /* indicators_nozzle_start, indicators_nozzle_tick */
 #include "loop_nozzle.h" /* loop_nozzle_start, loop_nozzle_tick */
@@ -21,7 +21,6 @@
 static void start(void)
 {
     wdt_enable(WDTO_1S); /* fabricator.yaml:40 safety.watchdog */
-    checks_start();
     settings_start();
     reset_report();
     output_heater_start();
@@ -38,7 +37,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    checks_tick();
+    gate_renew_main();
     sensor_nozzle_tick();
     sensor_current_tick();
     modbus_tick();

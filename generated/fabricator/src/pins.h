@@ -22,11 +22,6 @@ static inline void pin_output_heater_drive(void)
     DDRD |= (1u << 5);
 }
 
-static inline void pin_output_heater_release(void)
-{
-    DDRD &= (uint8_t)~(1u << 5);
-}
-
 static inline bool pin_output_heater_is_on(void)
 {
     return (PIND & (1u << 5)) != 0;
@@ -67,11 +62,6 @@ static inline void pin_output_supply_relay_off(void)
 static inline void pin_output_supply_relay_drive(void)
 {
     DDRD |= (1u << 7);
-}
-
-static inline void pin_output_supply_relay_release(void)
-{
-    DDRD &= (uint8_t)~(1u << 7);
 }
 
 static inline bool pin_output_supply_relay_is_on(void)

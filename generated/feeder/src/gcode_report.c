@@ -67,10 +67,6 @@ static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
 static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
 static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
 static const char TEXT_34[] PROGMEM = "Error:E34 LITTLE POWER";
-static const char TEXT_36[] PROGMEM = "Error:E36 FLASH BAD";
-static const char TEXT_39[] PROGMEM = "Error:E39 OUT OF ORDER";
-static const char TEXT_42[] PROGMEM = "Error:E42 STACK";
-static const char TEXT_44[] PROGMEM = "Error:E44 NOT SEALED";
 static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
     [FAULT_SENSOR_SHORT - 1] = TEXT_2,
@@ -94,10 +90,6 @@ static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
     [FAULT_MASTER_LOST - 1] = TEXT_23,
     [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
     [FAULT_EFFORT_LOW - 1] = TEXT_34,
-    [FAULT_FLASH_DAMAGED - 1] = TEXT_36,
-    [FAULT_SEQUENCE_BROKEN - 1] = TEXT_39,
-    [FAULT_STACK_OVERRUN - 1] = TEXT_42,
-    [FAULT_FLASH_UNSEALED - 1] = TEXT_44,
 };
 
 /* Damaged memory may hold a code that no rule has, or none of this machine's. */
@@ -141,7 +133,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 3be51385\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 8f81811f\n"));
 }
 
 static bool latched_fault(void)
@@ -304,7 +296,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 3be51385 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 8f81811f PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

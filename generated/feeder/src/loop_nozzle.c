@@ -36,17 +36,6 @@ static float decide(float change_k, uint16_t gap)
     return algorithm_nozzle_step(change_k, gap);
 }
 
-/* feeder.yaml:43 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
-static volatile uint8_t done;
-
-static void mark(uint8_t duty)
-{
-    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
-}
-
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
@@ -74,13 +63,12 @@ static void step(void)
     } else if (loop_nozzle.missing < UINT8_MAX) {
         loop_nozzle.missing++;
     }
-    mark(READ);
 
     fault_judge(sound, loop_nozzle.temperature_c);
     if (!is_off()) {
         guard_nozzle_master();
     }
-    mark(guard_nozzle_step(change_k, gap));
+    guard_nozzle_step(change_k, gap);
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();
     } else {
@@ -102,11 +90,7 @@ static void step(void)
     }
 
     output_heater_set(loop_nozzle.duty_percent);
-    mark(DECIDED);
-    if (done == DECIDED) {
-        gate_renew_nozzle();
-        done = NOTHING;
-    }
+    gate_renew_nozzle();
 }
 
 void loop_nozzle_start(void)
@@ -124,14 +108,6 @@ void loop_nozzle_tick(void)
     ticks_left = LOOP_NOZZLE_PERIOD_TICKS;
     step();
     sensor_nozzle_begin();
-}
-
-bool loop_nozzle_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_nozzle_set(float setpoint_c)

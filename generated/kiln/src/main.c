@@ -3,10 +3,10 @@
 #include <avr/interrupt.h> /* sei */
 #include <avr/wdt.h>       /* wdt_enable */
 
-#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
 #include "fault_log.h" /* fault_log_tick */
+#include "gate.h" /* gate_renew_main */
 #include "guard_chamber.h" /* guard_chamber_reset */
 #include "log.h" /* log_tick */
 #include "log_port.h" /* log_port_start */
@@ -24,7 +24,6 @@
 static void start(void)
 {
     wdt_enable(WDTO_2S); /* kiln.yaml:68 safety.watchdog */
-    checks_start();
     settings_start();
     progress_start();
     reset_report();
@@ -42,7 +41,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    checks_tick();
+    gate_renew_main();
     sensor_chamber_tick();
     nextion_tick();
     loop_chamber_tick();

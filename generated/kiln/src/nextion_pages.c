@@ -42,10 +42,6 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
     [FAULT_EFFORT_HIGH] = 32, /* fault33 */
     [FAULT_EFFORT_LOW] = 33, /* fault34 */
-    [FAULT_FLASH_DAMAGED] = 34, /* fault36 */
-    [FAULT_SEQUENCE_BROKEN] = 35, /* fault39 */
-    [FAULT_STACK_OVERRUN] = 36, /* fault42 */
-    [FAULT_FLASH_UNSEALED] = 37, /* fault44 */
 };
 
 uint8_t pages_shown;

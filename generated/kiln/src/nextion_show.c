@@ -340,15 +340,15 @@ static const char WORD_54[] PROGMEM = "E32";
 static const char WORD_55[] PROGMEM = "E33 MUCH POWER";
 static const char WORD_56[] PROGMEM = "E34 LITTLE POWER";
 static const char WORD_57[] PROGMEM = "E35";
-static const char WORD_58[] PROGMEM = "E36 FLASH BAD";
+static const char WORD_58[] PROGMEM = "E36";
 static const char WORD_59[] PROGMEM = "E37";
 static const char WORD_60[] PROGMEM = "E38";
-static const char WORD_61[] PROGMEM = "E39 OUT OF ORDER";
+static const char WORD_61[] PROGMEM = "E39";
 static const char WORD_62[] PROGMEM = "E40";
 static const char WORD_63[] PROGMEM = "E41";
-static const char WORD_64[] PROGMEM = "E42 STACK";
+static const char WORD_64[] PROGMEM = "E42";
 static const char WORD_65[] PROGMEM = "E43";
-static const char WORD_66[] PROGMEM = "E44 NOT SEALED";
+static const char WORD_66[] PROGMEM = "E44";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,

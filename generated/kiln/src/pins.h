@@ -23,11 +23,6 @@ static inline void pin_output_element_drive(void)
     DDRE |= (1u << 4);
 }
 
-static inline void pin_output_element_release(void)
-{
-    DDRE &= (uint8_t)~(1u << 4);
-}
-
 static inline bool pin_output_element_is_on(void)
 {
     return (PINE & (1u << 4)) == 0;
@@ -55,14 +50,6 @@ static inline void pin_output_safety_relay_drive(void)
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         DDRH |= (1u << 5);
-    }
-}
-
-static inline void pin_output_safety_relay_release(void)
-{
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        DDRH &= (uint8_t)~(1u << 5);
     }
 }
 
