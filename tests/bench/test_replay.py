@@ -200,6 +200,7 @@ def test_a_fault_that_outlived_a_reset_is_listed(replayed, log):
         for name in log.dtype.names
         if name.startswith(("algorithm.", "guard."))
     }
+    clean["guard__effort_from_c"] = -1000
     fault = {"fault__code": 6, "fault__temperature_c": 91.5, "fault__acknowledgements": 0}
     after = changed(log[:4], slice(None), **clean | fault | {"duty_percent": 0, "guard__fresh": 1})
     result = replayed(np.concatenate([log, after]))

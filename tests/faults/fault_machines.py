@@ -197,6 +197,10 @@ MACHINES = {
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
         absent=("heater_part_shorted", "current_sensor_stands", "reading_stands_high"),
     ),
+    "checked": Machine(
+        changed("chamber", ("safety:", "safety:\n  self_checks: true")),
+        only=("flash_flipped", "flash_not_sealed", "duty_left_out", "stack_guard_flipped"),
+    ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
         changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)

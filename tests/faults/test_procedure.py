@@ -192,7 +192,8 @@ def test_json() -> None:
     near_s = partial(pytest.approx, abs=1)
     assert found().as_json() == {
         "fault": "unplugged", "loop": "air", "calm": False, "rule": "sensor_no_answer",
-        "counting": ["sensor_no_answer"], "tripped_after_s": near_s(5), "allowed_s": 6.01,
+        "counting": ["effort_low", "sensor_no_answer"],
+        "tripped_after_s": near_s(5), "allowed_s": 6.01,
         "heater_off_after_s": near_s(1),
         "peak": pytest.approx(65, abs=1), "passed": True, "detail": "",
     }  # fmt: skip

@@ -143,7 +143,10 @@ def adjusted(numbers: str, others: str = "") -> tuple[str, str]:
 
 OTHERS = {
     "off at first": changed("chamber", STARTS),
-    "a host": changed("chamber", (PLOTTER, "kind: gcode, loops: {T0: air}")),
+    "a host": changed(
+        "chamber", (PLOTTER, "kind: gcode, loops: {T0: air}"),
+        ("stale_after: 5 s", "stale_after: 5 s\n      effort: off"),
+    ),
     "a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
     "a time": changed("chamber", STARTS, time_of("longest: 3 min, step: 1 min")),
     "numbers": changed("chamber", STARTS, adjusted(f"{HYSTERESIS}, {LEAD}")),
