@@ -47,9 +47,9 @@ def release(world: World) -> None:
 
 def hold_select(world: World, for_s: float) -> None:
     """Let all keys rest, then hold SELECT for a time and let it go."""
-    world.run(REST_S)
+    world.wait(REST_S)
     world.device.press("select")
-    world.run(for_s)
+    world.wait(for_s)
     world.device.press(None)
 
 

@@ -260,6 +260,10 @@ class World:
         """Go on for a time, in whole steps."""
         self._go(round(seconds / self.step_s))
 
+    def wait(self, seconds: float) -> None:
+        """Go on for no less than a time, in whole steps: a key's press must be long enough."""
+        self._go(math.ceil(seconds / self.step_s - ROUNDING))
+
     def until(self, condition: Condition, within_s: float) -> bool:
         """Go on until something is so; False if it takes longer."""
         left, read = round(within_s / self.step_s), self.device.looked_at
@@ -316,9 +320,9 @@ class World:
         """Press a key and let it go."""
         for _ in range(times):
             self.device.press(key)
-            self.run(PRESS_S)
+            self.wait(PRESS_S)
             self.device.press(None)
-            self.run(PRESS_S)
+            self.wait(PRESS_S)
 
     def send(self, line: str) -> None:
         """Let the host send a line, and give the board time to answer."""

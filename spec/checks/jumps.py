@@ -24,6 +24,8 @@ def readings_do_not_jump(machine: Machine) -> Findings:
         return
     # Where a step ends and what noise adds have nothing to do with each other.
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
+    if not jumps_k:
+        return  # nothing moves
     needed, jump_k = max((machine.seen(rate) + each / period_s, each) for rate, each in jumps_k)
     if needed > machine.loop.protection.rise_rate_k_per_s:
         yield Finding(

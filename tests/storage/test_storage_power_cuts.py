@@ -24,8 +24,8 @@ RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
 """Of the machine while the power is away: within 30 K, where it goes on, or beyond."""
 COMMON, RARE = (
-    {"torn", "idle", "goes on", "paused"},
-    {"cold", "unreadable", "failed", "interrupted"},
+    {"torn", "idle", "goes on"},
+    {"cold", "unreadable", "failed", "interrupted", "paused"},
 )
 ENOUGH = 400
 """Cuts in a firing, and it comes by all that is common and something of what is rare."""
