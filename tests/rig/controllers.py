@@ -512,6 +512,8 @@ class _Controller:
         self.safety["watchdog"] = text(self.draws.one(*[2.0] * (2.0 in able), *able), "s")
         if own_draws(self.safety).seldom():
             self.safety["self_checks"] = True
+        if own_draws(self.safety | self.outputs).seldom():
+            self.safety["lockout"] = "off"
 
     # The simulated machine
 

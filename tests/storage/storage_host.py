@@ -102,7 +102,7 @@ class Kept:
 
     def expect(self, when: str, *wanted: Any) -> Iterator[str]:
         found = self.found()
-        if found not in wanted:
+        if repr(found) not in map(repr, wanted):  # by chance sound, with a NaN, which is not itself
             yield f"{when}: {found}, not {wanted}"
 
     # ---- the checks ----

@@ -136,17 +136,10 @@ def _speeds(source: Source, interface: Nextion) -> list[dict[str, int]]:
 
 
 def _fault_pages(source: Source) -> list[dict[str, object]]:
-    """The page of each code that the firmware knows; one that cannot trip has the main page."""
-    pages = {page.name: f"{page.id}" for page in display_pages(source.controller)}
+    """The page of each rule that can trip."""
+    pages = {page.name: page.id for page in display_pages(source.controller)}
     named = {str(rule["macro"]): f"fault{rule['code']:02d}" for rule in rules(source.controller)}
-    return [
-        {
-            "macro": macro,
-            "number": pages.get(name, "PAGE_MAIN"),
-            "name": name if name in pages else "",
-        }
-        for macro, name in named.items()
-    ]
+    return [{"macro": macro, "number": pages[name], "name": name} for macro, name in named.items()]
 
 
 def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
