@@ -205,6 +205,9 @@ class Board:
         self.avr.load(elf)
         self._variables = Variables(elf)
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._variables
+
     def put(self, name: str, value: float) -> None:
         """Set a variable of the program."""
         variable = self._variables[name]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rig.avr import Board, Program
 from rig.specs import sources_of, spec_of
 
+from heatwright.generator.plan.chips import is_old
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.outputs.switch import Switch
@@ -344,15 +345,22 @@ WATCHDOG_RESET, BROWN_OUT = 14, 15
 """Faults."""
 MCUSR, POWER_ON, BROWNED_OUT = 0x54, 1, 4
 HANG_MARK = 0x5AC3
+TIMER_0 = {False: (0x45, 0x6E), True: (0x53, 0x59)}
+"""Where its clock and its interrupts' mask stand, TCCR0B and TIMSK0; on old chips TCCR0, TIMSK."""
 
 
 def cause_problem(place: Wired, elf: Elf | None = None) -> str:
     """Reset it in every way: what is tripped, and that it is not reset again."""
     bench = OutputBoard(place, elf)
     bench.avr.write_ram(MCUSR, bytes([POWER_ON | BROWNED_OUT]))  # as at a normal power-up
+    marked = "reset_power_mark" in bench
+    if marked:
+        bench.put("reset_power_mark", 1)  # of a lock-out, which only a loss of power ends
     bench.avr.run(0.1)
     if bench.get("fault.code"):
         return "a power-up trips"
+    if marked and bench.get("reset_power_mark"):
+        return "a power-up keeps the mark of a lock-out"
     for number, (cause, due) in enumerate(
         (("brown_out", BROWN_OUT), ("external", 0), ("watchdog", WATCHDOG_RESET), ("external", 0))
     ):
@@ -364,7 +372,28 @@ def cause_problem(place: Wired, elf: Elf | None = None) -> str:
             return f"reset {number}: not one"
         if (bench.get("fault.code"), bench.get("fault.temperature_c")) != (due, 0.0):
             return f"reset {number} by {cause}: fault {bench.get('fault.code')}, not {due}"
-    return _hang_problem(OutputBoard(place, elf)) if place.gate else ""
+    if not place.gate:
+        return ""
+    return _hang_problem(OutputBoard(place, elf)) or _unasked_problem(OutputBoard(place, elf))
+
+
+def _unasked_problem(bench: OutputBoard) -> str:
+    """An interrupt nobody has asked for, of timer 0: the watchdog resets soon, the mark tells."""
+    for ends_by in ("watchdog", "external"):
+        bench.avr.run(0.3)
+        bench.avr.take_resets()
+        for register in TIMER_0[is_old(bench.board)]:
+            bench.avr.flip(register, 0)
+        bench.avr.run(0.002)
+        if ends_by == "external":
+            bench.avr.reset("external")
+        bench.avr.run(0.05)
+        if len(bench.avr.take_resets()) != 1:
+            return f"an interrupt that nobody asked for: not one reset, by {ends_by}"
+        if bench.get("fault.code") != WATCHDOG_RESET:
+            return f"an interrupt that nobody asked for: fault {bench.get('fault.code')}"
+        bench.put("fault.code", 0)
+    return ""
 
 
 def _hang_problem(bench: OutputBoard) -> str:
