@@ -28,9 +28,9 @@ SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
 
 
-SLOWER, DIPS = 4.0, 3
-"""A dip is so much slower than a reading may be; so many there are in the time of the effort's
-rules."""
+SLOWER, DEEPER, BOTTOM_S, DIPS = 4.0, 1.25, 1.0, 3
+"""A dip is so much slower than a reading may be, so much deeper than one that stands, and so long
+at its bottom; so many there are in the time of the effort's rules."""
 
 STARTED_S = 1.5
 """When a loop is switched on: the program, a display and a person are there by then."""
@@ -109,7 +109,7 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
 def _swing(device: AvrDevice, loop: Loop, sensor: str, middle_c: float) -> Callable[[], None]:
     """Let the readings swing; now and then they dip, for one that stands takes some power."""
     sides, effort, steps = cycle((SWING_K, -SWING_K)), loop.protection.effort, count()
-    dips = _dips(loop, effort) if effort is not None else [0.0]
+    dips = _dips(loop, effort, middle_c) if effort is not None else [0.0]
 
     def swing() -> None:
         dip_k = dips[next(steps) % len(dips)]
@@ -118,17 +118,22 @@ def _swing(device: AvrDevice, loop: Loop, sensor: str, middle_c: float) -> Calla
     return swing
 
 
-def _dips(loop: Loop, effort: Effort) -> list[float]:
+def _dips(loop: Loop, effort: Effort, middle_c: float) -> list[float]:
     """Give what a reading lacks in each period, over the time between two dips, K.
 
-    A dip is so deep that the reading moves, and slower than a reading may change.
+    A dip is so deep that the reading moves, slower than a reading may change, and long enough to be
+    read. Every other one is a rise: a switch goes off again, and an integral does not grow.
     """
-    deep_k = effort.band.move_k + 3 * SWING_K
-    step_k = loop.protection.rise_rate_k_per_s * loop.period_s / SLOWER
+    rules = loop.protection
+    room_k = min(middle_c - rules.minimum_c, rules.maximum_c - middle_c) - ABOVE_MINIMUM_K
+    deep_k = min(DEEPER * effort.band.move_k + 3 * SWING_K, room_k)
+    step_k = rules.rise_rate_k_per_s * loop.period_s / SLOWER
     way = max(1, math.ceil(deep_k / step_k))
     down = [deep_k * turn / way for turn in range(1, way + 1)]
-    periods = int(effort.for_s / loop.period_s / DIPS)
-    return [*([0.0] * max(1, periods - 2 * way)), *down, *reversed(down)]
+    dip = [*down, *[deep_k] * math.ceil(BOTTOM_S / loop.period_s), *reversed(down)]
+    gap_s = min(effort.for_s / DIPS, rules.heating.within_s / 2 if rules.heating else math.inf)
+    between = [0.0] * max(1, int(gap_s / loop.period_s) - len(dip))
+    return [*between, *dip, *between, *(-each for each in dip)]
 
 
 def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat]:
