@@ -14,12 +14,16 @@ static volatile uint8_t sent;
 
 ISR(USART_UDRE_vect)
 {
-    if (sent >= size) {
-        UCSR0B &= (uint8_t)~(1u << UDRIE0);
-        return;
+    uint8_t next = sent;
+
+    if (next < size) {
+        UDR0 = (uint8_t)buffer[next];
+        next++;
+        sent = next;
     }
-    UDR0 = (uint8_t)buffer[sent];
-    sent++;
+    if (next >= size) {
+        UCSR0B &= (uint8_t)~(1u << UDRIE0);
+    }
 }
 
 void serial_start(void)

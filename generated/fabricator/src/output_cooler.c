@@ -5,7 +5,7 @@
 #include "pins.h" /* pin_output_cooler_* */
 
 static volatile bool wanted;
-static volatile bool on; /* since the last tick; the pin's own register lags behind */
+volatile bool output_cooler_on;
 
 void output_cooler_set(float duty_percent)
 {
@@ -14,15 +14,12 @@ void output_cooler_set(float duty_percent)
 
 void output_cooler_tick(bool permitted)
 {
-    on = permitted && wanted;
-    if (on) {
+    const bool next = permitted && wanted;
+
+    output_cooler_on = next;
+    if (next) {
         pin_output_cooler_on();
     } else {
         pin_output_cooler_off();
     }
-}
-
-bool output_cooler_is_on(void)
-{
-    return on;
 }
