@@ -77,7 +77,7 @@ void gate_tick(void)
     }
     /* fabricator.yaml:25 loops.nozzle.cooler: the one that is on keeps the other off. The cooler needs no
      * permit: with the main loop hanging it stays as it was asked last. */
-    output_heater_tick(nozzle_permitted && !output_cooler_is_on());
+    output_heater_tick(nozzle_permitted && !output_cooler_on);
     output_cooler_tick(!output_heater_is_on());
 
     relay_switch(relay_is_wanted);

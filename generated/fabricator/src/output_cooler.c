@@ -23,3 +23,8 @@ void output_cooler_tick(bool permitted)
         pin_output_cooler_off();
     }
 }
+
+bool output_cooler_is_on(void)
+{
+    return output_cooler_on;
+}

@@ -11,13 +11,9 @@ void output_cooler_set(float duty_percent);
 /* Once a tick, from the gate. */
 void output_cooler_tick(bool permitted);
 
-/* As the last tick has switched it; the pin's own register lags behind. The gate asks in each tick:
- * a call would cost it half a microsecond. */
+/* As the last tick has switched it; the pin's own register lags behind. */
 extern volatile bool output_cooler_on;
 
-static inline bool output_cooler_is_on(void)
-{
-    return output_cooler_on;
-}
+bool output_cooler_is_on(void);
 
 #endif
