@@ -183,7 +183,8 @@ MACHINES = {
     # Nobody switches them off any more: they have been on for longer than they may be.
     **{
         f"left_{name}": Machine(
-            changed(name, *others), only=("left_on", "switched_on_anew", "on_time_flipped")
+            changed(name, *others), only=("left_on", "switched_on_anew", "on_time_flipped"),
+            absent=UNSEEN * (name == "extruder"),
         )
         for name, *others in (
             ("chamber", ("starts: enabled  ", "starts: disabled "),

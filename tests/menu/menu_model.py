@@ -19,6 +19,8 @@ FAULTS = ("NO SENSOR", "SENSOR SHORT", "SENSOR CRC", "SENSOR STALE", "SENSOR RES
           "WATCHDOG", "BROWN-OUT", "SETTINGS BAD", "SENSOR OPEN", "OUT OF RANGE", "STOPPED",
           "OVER CURRENT", "LEAKS IN OFF", "NO CURRENT", "MASTER LOST", "KILN LAGS", "RELAY WELDED",
           "RELAY OPEN")  # fmt: skip
+OF_OTHERS = (12, 19, 20, 21, 22, 23)
+"""Rules that this machine cannot break: runaway below, a host's stop, currents, a master."""
 IDLE, _, PAUSED, RETURNING, RESTORING = range(5)
 WAITS = (" runs", " held back", " to target", " SELECT: on")
 ENDED = ("off", "finished", "stopped", "ended by fault", "power cut: cold", "power cut: lost")
@@ -333,7 +335,7 @@ class Menu:
         first, second = self._screens[self._at].lines()
         if self.m.fault:
             second = "E?? NO SUCH CODE"  # damaged memory
-            if self.m.fault <= len(FAULTS):
+            if self.m.fault <= len(FAULTS) and self.m.fault not in OF_OTHERS:
                 words = "HOLD SELECT" if self.m.trips >= 3 else FAULTS[self.m.fault - 1]
                 second = f"E{self.m.fault:02} {words}"
         self.shown = f"{first:16.16}", f"{second:16.16}"
