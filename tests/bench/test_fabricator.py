@@ -88,7 +88,10 @@ def test_step_4_the_temperature_climbs_to_250_in_102_seconds_and_to_300(accepted
     trace = accepted.trace
     reached = trace.temperatures_c["block"] >= PUBLISHED_C
     assert float(trace.times_s[reached.argmax()]) - heats_s <= PUBLISHED_S
-    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6, rel=1 / 5657)
+    # A pulse is rounded to a count; a step of ten pulses ends with the instruction it falls in, and
+    # the response to an interrupt (4 cycles each, ATmega32 data sheet).
+    off = (0.5 + 8 / 10) / 5657
+    assert trace.currents_a["current"].max() * 43 == pytest.approx(76.6, rel=off)
 
 
 def assert_held(run):
