@@ -5,26 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from heatwright.generator.plan.core import GATE_MAIN_PERMIT_TICKS
+from heatwright.generator.plan.current import FEWEST_STEPS, RULES_S
+from heatwright.generator.plan.limits import READINGS
 from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
+from heatwright.generator.plan.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
 from heatwright.spec.rules import Rule
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
 TICK_S = TICK_MS / 1000
-MAIN_PERMIT_S = 0.1
-"""GATE_MAIN_PERMIT_TICKS: so long the gate stays open without the main loop."""
-LEAST_CURRENT_S = 0.5
-LEAST_CURRENT_STEPS = 5
-"""How long a current may be wrong (docs/control.md, "With a measured current")."""
-CONTACT_S = 0.1
+MAIN_PERMIT_S = GATE_MAIN_PERMIT_TICKS * TICK_S
+CONTACT_S = CONTACT_TICKS * TICK_S
 FLASH_ROUNDS = 2
 """A bit that flips behind the place that is looked at is seen in the round after."""
-
-READINGS = (
-    "sensor_no_answer", "sensor_short", "sensor_crc", "sensor_stale", "sensor_reset",
-    "sensor_open", "sensor_range",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -253,7 +248,7 @@ def _lasting(loop: Loop) -> dict[str, float]:
         found["effort_high"] = found["effort_low"] = protection.effort.for_s
     if protection.on_for_at_most_s is not None:
         found["on_too_long"] = protection.on_for_at_most_s
-    current_s = max(LEAST_CURRENT_S, LEAST_CURRENT_STEPS * loop.period_s)
+    current_s = max(RULES_S, FEWEST_STEPS * loop.period_s)
     return found | {"current_while_off": current_s, "no_current": current_s}
 
 

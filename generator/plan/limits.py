@@ -8,6 +8,11 @@ from heatwright.spec import Controller, Proof, Protection, Spec, proofs
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.inputs import tripping
 
+READINGS = tuple(
+    f"sensor_{cause}" for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")
+)
+"""The rules of a sensor that gives no good reading."""
+
 
 def limit(spec: Spec, rule: str) -> str:
     """What trips `rule`: once if all loops agree, else loop by loop."""
@@ -114,10 +119,7 @@ def _more_heat(holding_percent: float) -> str:
 def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
     """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
-    limits = {
-        f"sensor_{cause}": stale
-        for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")
-    } | {
+    limits = dict.fromkeys(READINGS, stale) | {
         "over_temperature": f"{protection.maximum_c:g} °C or more"
         + (", or what the operator has lowered it to" if protection.maximum_adjustable else ""),
         "under_temperature": f"{protection.minimum_c:g} °C or less",

@@ -43,24 +43,19 @@ def faults(site: Site) -> Iterator[Fault]:
         trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
     )
     if self_checked(site.controller):
-        yield Fault(
-            "duty_left_out",
-            lambda: starts.heating(site),
-            leave_out_duty,
-            trip=Trip(("sequence_broken",), 2 * TICK_S),
-            off_within_s=2 * TICK_S,
-            all_off=True,
-            floats=True,
-        )
-        yield Fault(
-            "stack_guard_flipped",
-            lambda: starts.heating(site),
-            flip_stack_guard,
-            trip=Trip(("stack_overrun",), 2 * TICK_S),
-            off_within_s=2 * TICK_S,
-            all_off=True,
-            floats=True,
-        )
+        for name, cause, rule in (
+            ("duty_left_out", leave_out_duty, "sequence_broken"),
+            ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
+        ):
+            yield Fault(
+                name,
+                lambda: starts.heating(site),
+                cause,
+                trip=Trip((rule,), 2 * TICK_S),
+                off_within_s=2 * TICK_S,
+                all_off=True,
+                floats=True,
+            )
         yield Fault(
             "flash_flipped",
             lambda: starts.heating(site),
