@@ -45,7 +45,7 @@ def complaints(device: AvrDevice) -> tuple[str, ...]:
 
 
 def _resets(device: AvrDevice) -> Iterator[str]:
-    for reset in device.avr.take_resets():
+    for reset in device.take_resets():
         time_s = int(reset["cycle"]) / device.avr.clock_hz
         yield f"{CAUSES[int(reset['cause'])]} reset at {time_s:.3f} s"
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.avr import Avr
+from heatwright.sim.avr import CAUSES, Avr
 from heatwright.sim.contact import contacts_of
 from heatwright.sim.dwarf import Variable, Variables
 from heatwright.sim.elf import Elf, ElfError
@@ -38,6 +38,8 @@ from heatwright.spec.program_orders import Order, ProgramOrder
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
+PROOF = "reset_prove_watchdog"
+"""The function that sees the watchdog reset."""
 FEED_S = 10.0
 """How often those who talk hear at least, s of simulated time."""
 LISTEN_S = 60.0
@@ -82,7 +84,7 @@ class AvrDevice:
     recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
     spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
     that fans turn, by the fan; contacts -- at the machine's inputs, by their names; looked_at --
-    the variables that were read; who asks clears it.
+    the variables that were read; who asks clears it; crystal_hz -- from the next power-up on.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -94,6 +96,7 @@ class AvrDevice:
         self.variables = Variables(self.elf)
         self.looked_at: dict[str, Variable] = {}
         check_digest(self.elf, digest(controller))
+        self.crystal_hz = controller.board.clock_hz
         self._start_s = 0.0
         self._recorders: list[Any] = []
         self._logs = {loop: StateLog(self.variables, controller, loop) for loop in controller.loops}
@@ -105,8 +108,7 @@ class AvrDevice:
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
-        board = self._controller.board
-        self.avr = Avr(board.mcu, board.clock_hz)
+        self.avr = Avr(self._controller.board.mcu, self.crystal_hz)
         self.avr.load(self.elf)
         if eeprom:
             self.avr.eeprom.contents = eeprom
@@ -346,6 +348,15 @@ class AvrDevice:
         """Give a recorder everything from now on (see heatwright.sim.vcd)."""
         self.feed()
         self._recorders.append(recorder)
+
+    def take_resets(self) -> NDArray[Any]:
+        """Return the resets since the last call (RESET_EVENT), but for those a start waits for."""
+        resets = self.avr.take_resets()
+        proof = [each for each in self.elf.functions if each.name == PROOF]
+        awaited = [any(each.start <= place < each.end for each in proof) for place in resets["pc"]]
+        by_others = resets["cause"] != CAUSES.index("watchdog")
+        others: NDArray[Any] = resets[by_others | ~np.array(awaited, bool)]
+        return others
 
     # -- power ---------------------------------------------------------------------------------
 

@@ -115,7 +115,7 @@ class Safety(Model):
         description="What repeated trips lead to, or `off`.",
     )
     self_checks: StrictBool = Field(
-        False, description="Whether the controller checks its own program, order and stack."
+        False, description="Whether the controller checks its own processor, memories and clock."
     )
 
 

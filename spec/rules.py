@@ -256,11 +256,32 @@ _RULES = (
         "Look for a switch that leaks; check the sensor: the reading stands too high.",
     ),
     Rule(
+        35,
+        "ram_damaged",
+        "RAM BAD",
+        "A cell of the chip's RAM does not keep what is written to it.",
+        "Replace the controller.",
+    ),
+    Rule(
         36,
         "flash_damaged",
         "FLASH BAD",
         "The program in the chip is no longer the one that was put there.",
         "Program the chip again; if it comes again, replace the controller.",
+    ),
+    Rule(
+        37,
+        "clock_wrong",
+        "CLOCK WRONG",
+        "The clock and the watchdog's own do not agree, or the watchdog does not reset.",
+        "Check the crystal and the board's clock in the spec; then replace the controller.",
+    ),
+    Rule(
+        38,
+        "eeprom_worn",
+        "EEPROM BAD",
+        "A cell of the chip's EEPROM does not keep what was written to it.",
+        "Replace the controller.",
     ),
     Rule(
         39,

@@ -8,6 +8,8 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
 
 MOST_TICKS_WAITING = 10
+WATCHDOG_MS = (12, 24)
+"""Within which a watchdog set to 16 ms resets: its oscillator is slower when hot, up to a fifth."""
 NEAR_BYTES = 0x10000
 """Of flash are what an address of 16 bits reaches."""
 
@@ -25,7 +27,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         "loops": list(controller.loops),
         "released": [name for name in controller.outputs if name in lets_go],
     }
-    names = ("checks.h", "checks.c", "flash.h", "flash.c")
+    names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
     return (
         Part(
             files=(
@@ -45,6 +47,16 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                             "GUARD_JUDGED",
                             "2u",
                             f"{where}: a step's second mark, which its guard returns",
+                        ),
+                        Constant(
+                            "WATCHDOG_LEAST",
+                            f"{10 * WATCHDOG_MS[0]}u",
+                            f"{where}: {WATCHDOG_MS[0]} ms; set to 16 it is hardly a quarter off",
+                        ),
+                        Constant(
+                            "WATCHDOG_MOST",
+                            f"{10 * WATCHDOG_MS[1]}u",
+                            f"{where}: {WATCHDOG_MS[1]} ms",
                         ),
                         Constant(
                             "CHECKS_MOST_TICKS",

@@ -61,13 +61,17 @@ def start(root: Source, reset_lines: list[str]) -> Part:
         "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
         "has_usb": controller.board.mcu == "atmega32u4",
         "locks_power": lockout_of(controller) is not None and keypad_of(controller) is None,
+        "checked": self_checked(controller),
+        "checked_where": root.at("safety", "self_checks").where,
     }
+    proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
     return Part(
         files=(
             File("src/reset.h", "src/reset.h.j2", context),
             File("src/reset.c", "src/reset.c.j2", context),
         ),
         start_calls=(
+            *(proves if self_checked(controller) else ()),
             Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
             Call(Stage.SENSE, "reset.h", "reset_report();"),
             Call(Stage.GO, "", "sei();"),

@@ -24,6 +24,8 @@ MAIN_PERMIT_S = 0.100
 """Time without the main loop after which the gate closes."""
 CYCLES_A_BIT = 24
 """At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
+RAM_CYCLES_A_BYTE = 100
+"""At most, to test a cell of the RAM with its neighbour."""
 FLASH_CYCLES_A_BYTE = 72
 """At most, to read a byte of the flash, also beyond 64 KB, and take it into a CRC."""
 
@@ -56,12 +58,17 @@ def watchdog_s(site: Site) -> float:
 
 
 def start_up_s(site: Site) -> float:
-    """From reset to a latched fault: EEPROM and flash are read and checked, then a tick goes by."""
-    board = site.controller.board
+    """From reset to a latched fault: EEPROM and flash are read and checked, then a tick goes by.
+
+    A controller that checks itself waits for its watchdog before, and goes through its RAM.
+    """
+    board, waits_s = site.controller.board, 0.0
     cycles = board.eeprom_bytes * 8 * CYCLES_A_BIT
     if self_checked(site.controller):
         cycles += len(site.program.flash) * FLASH_CYCLES_A_BYTE
-    return cycles / board.clock_hz + TICK_S
+        cycles += board.ram_bytes * RAM_CYCLES_A_BYTE
+        waits_s = PARTS[board.mcu].shortest_watchdog_s
+    return waits_s + cycles / board.clock_hz + TICK_S
 
 
 def flash_s(program: Elf) -> float:

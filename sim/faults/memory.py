@@ -24,6 +24,8 @@ SEAL, UNSEALED = "flash_seal", b"\xff\xff"
 """What holds the checksum of the program, and how the compiler leaves it."""
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
+SLOW = 0.5
+"""Of the frequency: a crystal of 8 MHz for one of 16."""
 REST_S = 2.0
 LONGEST_MS = 1000
 
@@ -46,6 +48,8 @@ def faults(site: Site) -> Iterator[Fault]:
         for name, cause, rule in (
             ("duty_left_out", leave_out_duty, "sequence_broken"),
             ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
+            ("ram_cell_stuck", stick_cell, "ram_damaged"),
+            ("eeprom_decays", flip_eeprom, "eeprom_worn"),
         ):
             yield Fault(
                 name,
@@ -70,6 +74,14 @@ def faults(site: Site) -> Iterator[Fault]:
             unseal,
             seal,
             trip=Trip(("flash_unsealed",), start_up_s(site)),
+            floats=True,
+        )
+        yield Fault(
+            "crystal_slow",
+            lambda: starts.heating(site),
+            lambda world: change_crystal(world, SLOW),
+            lambda world: change_crystal(world, 1.0),
+            trip=Trip(("clock_wrong",), start_up_s(site) / SLOW),
             floats=True,
         )
     if site.has_operator:
@@ -110,6 +122,34 @@ def leave_out_duty(world: World) -> None:
 def flip_stack_guard(world: World) -> None:
     """Flip a bit of what stands between stack and variables."""
     world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
+
+
+def flip_eeprom(world: World) -> None:
+    """Flip a bit of every cell of the EEPROM."""
+    eeprom = world.device.avr.eeprom
+    eeprom.contents = bytes(byte ^ 1 << LOWEST_BIT for byte in eeprom.contents)
+
+
+def stick_cell(world: World) -> None:
+    """Have a bit of a cell stuck at 0 while it is tested, with the next tick."""
+    avr, test = world.device.avr, world.site.program.function("ram_tick")
+    cell = _place(world, "checks_stack_guard")
+    avr.write_ram(_place(world, "ram.c:place"), cell.to_bytes(2, "little"))
+
+    def act(end_s: float) -> None:
+        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
+        while avr.cycle < end:
+            avr.run_to(avr.cycle + 1)
+            if test.start <= avr.program_counter < test.end:
+                avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
+
+    world.act_within(act)
+
+
+def change_crystal(world: World, times: float) -> None:
+    """Begin anew with a crystal of another frequency, in times of what the spec says."""
+    world.device.crystal_hz = round(times * world.site.controller.board.clock_hz)
+    world.power_cut(world.step_s)
 
 
 def _place(world: World, variable: str) -> int:

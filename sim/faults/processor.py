@@ -98,7 +98,7 @@ def stays_off(world: World) -> str:
 
 def off_through_reset(world: World) -> str:
     """See that the heater went off at the reset, and was driven off from then to its next use."""
-    resets = world.device.avr.take_resets()
+    resets = world.device.take_resets()
     if len(resets) != 1:
         return f"there were {len(resets)} resets"
     reset_s = (

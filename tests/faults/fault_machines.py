@@ -200,7 +200,10 @@ MACHINES = {
     ),
     "checked": Machine(
         changed("chamber", ("safety:", "safety:\n  self_checks: true")),
-        only=("flash_flipped", "flash_not_sealed", "duty_left_out", "stack_guard_flipped"),
+        only=(
+            "flash_flipped", "flash_not_sealed", "duty_left_out", "stack_guard_flipped",
+            "ram_cell_stuck", "crystal_slow", "eeprom_decays",
+        ),
     ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(

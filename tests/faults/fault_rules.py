@@ -72,6 +72,7 @@ _ANY = _of(
 _SELF_CHECKS = _of(
     flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed",
     sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
+    ram_damaged="ram_cell_stuck", clock_wrong="crystal_slow", eeprom_worn="eeprom_decays",
 )  # fmt: skip
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"

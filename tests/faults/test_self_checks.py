@@ -10,7 +10,7 @@ from rig.avr import whole
 from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
-from heatwright.sim.avr import AvrError
+from heatwright.sim.avr import Avr, AvrError
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import memory, starts
@@ -24,6 +24,12 @@ SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|out
 """The files whose functions decide about heat."""
 CODES = {rule.id: code for code, rule in RULES.items()}
 BOOT_BYTES = 512
+FLAGS = 32
+IN_R17_SREG = (0xB71F).to_bytes(2, "little")
+"""The instruction that reads the flags."""
+PATTERNS_CYCLES = 120
+"""More than the test of the registers takes."""
+EXTRF = 1
 CHECKED = {name: changed(name, ("safety:", "safety:\n  self_checks: true")) for name in DECIDING}
 CHAMBER = CHECKED["chamber"]
 
@@ -145,6 +151,85 @@ def test_no_jump_into_a_control_step_opens_a_heater(state: str) -> None:
         upset = Upset(number, site.loop_name, state, random.random(), "jump", place, 0)
         outcome = try_upset(site.controller, site.program, upset)
         assert outcome.result not in BAD, f"{upset}: {outcome.words}"
+
+
+def keep(avr: Avr, place: int, bit: int, *, at: bool) -> None:
+    """Have a bit of the data space be what it is stuck at."""
+    if bool(avr.read_ram(place, 1)[0] >> bit & 1) != at:
+        avr.flip(place, bit)
+
+
+@pytest.mark.parametrize("at", [False, True])
+def test_the_start_ends_where_a_register_is_stuck(at: bool) -> None:
+    """Each bit of each register, and of the flags as they are read, but for the last."""
+    program = whole(CHAMBER)
+    test = program.function("test_registers")
+    device = AvrDevice(controller_of(CHAMBER), program)
+    avr = device.avr
+    for place in (*range(32), FLAGS):
+        for bit in range(7 if place == FLAGS else 8):
+            avr.jump(test.start)
+            for _ in range(PATTERNS_CYCLES):
+                last = program.flash[avr.program_counter :][:2]
+                avr.run_to(avr.cycle + 1)
+                if place < FLAGS:
+                    keep(avr, place, bit, at=at)
+                elif last == IN_R17_SREG:
+                    keep(avr, 17, bit, at=at)
+            assert test.start <= avr.program_counter < test.end, (place, bit)
+    avr.jump(test.start)
+    avr.run_to(avr.cycle + PATTERNS_CYCLES)
+    assert not test.start <= avr.program_counter < test.end
+    assert not device.outputs["heater"].on
+
+
+@pytest.mark.parametrize("at", [False, True])
+def test_a_cell_of_the_ram_that_is_stuck_is_told_and_the_others_keep_what_they_hold(
+    at: bool,
+) -> None:
+    """One that the program does not use, so that nothing else shows it."""
+    program = whole(CHAMBER)
+    test = program.function("ram_tick")
+    for bit in range(8):
+        device = AvrDevice(controller_of(CHAMBER), program)
+        device.advance(0.2)
+        avr, place = device.avr, device.variables["ram.c:place"]
+        cell = program.static_ram[1] + 100
+        avr.write_ram(place.address, (cell - 1).to_bytes(2, "little"))
+        keep(avr, cell, bit, at=at)
+        before = avr.read_ram(cell - 4, 8)
+        until = avr.cycle + round(0.015 * avr.clock_hz)
+        while avr.cycle < until:
+            avr.run_to(avr.cycle + 1)
+            if test.start <= avr.program_counter < test.end:
+                keep(avr, cell, bit, at=at)
+        assert device.read("fault.code") == CODES["ram_damaged"], bit
+        assert device.read("ram.c:place") in (cell - 1, cell)
+        assert avr.read_ram(cell - 4, 8) == before
+
+
+def test_a_watchdog_that_does_not_reset_is_told() -> None:
+    reset = sources_of(CHAMBER)["reset.c"]
+    proof = reset.index("void reset_prove_watchdog")
+    dead = reset[:proof] + reset[proof:].replace("    wdt_enable(WDTO_15MS);\n", "", 1)
+    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed={"reset.c": dead}))
+    device.sense("air", 19.0)
+    device.advance(1.0)
+    assert device.read("fault.code") == CODES["clock_wrong"]
+    assert not device.outputs["heater"].driven
+
+
+def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault() -> None:
+    """As where a plug bounces."""
+    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
+    for time_s in (0.003, 0.006, 0.016):
+        device.advance(time_s)
+        device.avr.reset()
+    device.sense("air", 19.0)
+    device.advance(2.0)
+    assert device.read("fault.code") == 0
+    assert device.read("reset_cause") == 1 << EXTRF
+    assert len(device.take_resets()) == 3
 
 
 def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:

@@ -174,7 +174,8 @@ IDS = """
 
 
 SELF_CHECKS = {
-    36: "flash_damaged", 39: "sequence_broken", 42: "stack_overrun", 44: "flash_unsealed"
+    35: "ram_damaged", 36: "flash_damaged", 37: "clock_wrong", 38: "eeprom_worn",
+    39: "sequence_broken", 42: "stack_overrun", 44: "flash_unsealed",
 }  # fmt: skip
 
 

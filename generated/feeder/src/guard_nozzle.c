@@ -2,6 +2,7 @@
 /* Protections of loop nozzle (feeder.yaml:35 loops.nozzle.protection): docs/control.md gives each rule in words. */
 #include "guard_nozzle.h"
 
+#include <math.h>    /* fabsf */
 #include <stdbool.h> /* bool */
 
 #include "config.h" /* LOOP_NOZZLE_* */
@@ -32,7 +33,7 @@ static bool jumped(float change_k, uint16_t gap)
 {
     const float allowed_k = LOOP_NOZZLE_RISE_PER_STEP_K * (float)gap;
 
-    return change_k > allowed_k || change_k < -allowed_k;
+    return fabsf(change_k) > allowed_k;
 }
 
 /* A new setpoint, or a fresh start: old observations no longer count. */
@@ -152,7 +153,7 @@ static uint8_t effort(void)
         code = FAULT_EFFORT_LOW;
     }
     if (code != FAULT_NONE) {
-        if (moved_k < LOOP_NOZZLE_EFFORT_MOVE_K && moved_k > -LOOP_NOZZLE_EFFORT_MOVE_K) {
+        if (fabsf(moved_k) < LOOP_NOZZLE_EFFORT_MOVE_K) {
             guard_nozzle.effort_steps++;
             return guard_nozzle.effort_steps >= LOOP_NOZZLE_EFFORT_STEPS ? code : FAULT_NONE;
         }

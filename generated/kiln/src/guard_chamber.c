@@ -3,6 +3,7 @@
 #include "guard_chamber.h"
 
 #include <avr/pgmspace.h> /* PROGMEM, pgm_read_float */
+#include <math.h>    /* fabsf */
 #include <stdbool.h> /* bool */
 
 #include "config.h" /* LOOP_CHAMBER_* */
@@ -34,7 +35,7 @@ static bool jumped(float change_k, uint16_t gap)
 {
     const float allowed_k = LOOP_CHAMBER_RISE_PER_STEP_K * (float)gap;
 
-    return change_k > allowed_k || change_k < -allowed_k;
+    return fabsf(change_k) > allowed_k;
 }
 
 /* A new setpoint, or a fresh start: old observations no longer count. */
@@ -178,7 +179,7 @@ static uint8_t effort(void)
         }
     }
     if (code != FAULT_NONE) {
-        if (moved_k < LOOP_CHAMBER_EFFORT_MOVE_K && moved_k > -LOOP_CHAMBER_EFFORT_MOVE_K) {
+        if (fabsf(moved_k) < LOOP_CHAMBER_EFFORT_MOVE_K) {
             guard_chamber.effort_steps++;
             return guard_chamber.effort_steps >= LOOP_CHAMBER_EFFORT_STEPS ? code : FAULT_NONE;
         }

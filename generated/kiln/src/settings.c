@@ -156,6 +156,16 @@ bool settings_are_sound(void)
     return false;
 }
 
+/* Read what stands in a slot, and tell whether its CRC is right. */
+static bool slot_is_sound(union slot *candidate, uint8_t of_slot)
+{
+    eeprom_read_block(candidate, address(of_slot, 0), sizeof *candidate);
+
+    const uint8_t size = candidate->record.size;
+    return size <= sizeof *candidate - CHECKED
+        && crc16(&candidate->bytes[CHECKED], size) == candidate->record.crc;
+}
+
 void settings_start(void)
 {
     union slot candidate;
@@ -164,14 +174,11 @@ void settings_start(void)
 
     take_defaults();
     for (uint8_t i = 0; i < SETTINGS_SLOTS; i++) {
-        eeprom_read_block(&candidate, address(i, 0), sizeof candidate);
-        const uint8_t size = candidate.record.size;
-        if (size > sizeof candidate - CHECKED
-            || crc16(&candidate.bytes[CHECKED], size) != candidate.record.crc) {
-            if (size != BLANK) {
+        if (!slot_is_sound(&candidate, i)) {
+            if (candidate.record.size != BLANK) {
                 damaged++;
             }
-        } else if (size == OWN_SIZE && candidate.record.digest == pgm_read_dword(&spec_digest)) {
+        } else if (candidate.record.size == OWN_SIZE && candidate.record.digest == pgm_read_dword(&spec_digest)) {
             /* Sequence numbers wrap: the newer one is less than half their range ahead. */
             if (!found || (int16_t)(candidate.record.sequence - record.sequence) > 0) {
                 record = candidate.record;
