@@ -84,6 +84,7 @@ class Avr:
         self.pins = Pins(hw)
         self.uarts = Uarts(hw)
         self.adc = Adc(hw)
+        self.adc.known(self.part.adc_known, self.part.known_mv)
         self.eeprom = Eeprom(hw, self.part.eeprom_write_s)
         self._reset_log = Log(hw, hw.lib.HW_RESET_LOG, RESET_EVENT)
         self._logs: list[Log] = [self.pins.log, self.uarts.log, self._reset_log]

@@ -10,7 +10,11 @@ from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.inputs import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
-from heatwright.spec.self_checks import SELF_CHECK_RULES, self_checked
+from heatwright.spec.self_checks import (
+    SELF_CHECK_RULES,
+    measures_known_voltage,
+    self_checked,
+)
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
 """What a sensor, the limits and the processor itself can bring about in every controller."""
@@ -31,6 +35,8 @@ def breakable(controller: Controller) -> tuple[Rule, ...]:
     found = {*_OF_ALL, *_by_loops(controller), *_by_parts(controller)}
     if self_checked(controller):
         found |= {code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES}
+        if not measures_known_voltage(controller):
+            found.remove(40)
     return tuple(RULES[code] for code in sorted(found))
 
 

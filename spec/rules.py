@@ -291,6 +291,13 @@ _RULES = (
         "Look for disturbances on its supply; if it comes again, replace the controller.",
     ),
     Rule(
+        40,
+        "adc_wrong",
+        "ADC WRONG",
+        "The ADC measures a voltage wrongly that is known.",
+        "Check its reference and the supply; then replace the controller.",
+    ),
+    Rule(
         42,
         "stack_overrun",
         "STACK",

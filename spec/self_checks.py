@@ -7,18 +7,28 @@ from heatwright.spec.controller import Controller
 FLASH_BYTES_A_TICK = 2
 """Of the flash, taken into its CRC in each tick of 10 ms."""
 
+ON_ADC = ("thermistor", "rtd", "analog", "current")
+"""Kinds of sensors that the ADC reads."""
+
 SELF_CHECK_RULES = (
     "ram_damaged",
     "flash_damaged",
     "clock_wrong",
     "eeprom_worn",
     "sequence_broken",
+    "adc_wrong",
     "stack_overrun",
     "flash_unsealed",
 )
-"""Ids of the rules that come with the self-checks."""
+"""Ids of the rules that come with the self-checks; the ADC's where a sensor is on it."""
 
 
 def self_checked(controller: Controller) -> bool:
     """Tell whether the controller checks itself."""
     return controller.safety.self_checks
+
+
+def measures_known_voltage(controller: Controller) -> bool:
+    """Tell whether a voltage that is known is measured beside what is on the ADC."""
+    kinds = {sensor.kind for sensor in controller.sensors.values()}
+    return self_checked(controller) and not kinds.isdisjoint(ON_ADC)

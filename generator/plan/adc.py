@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from heatwright.generator.plan.chips import is_old
-from heatwright.generator.plan.parts import Call, File, Part, Stage
+from heatwright.generator.plan.numbers import TICK_MS, quantity
+from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Analog, Controller, CurrentSensor, LcdKeypad, Rtd, Thermistor
+from heatwright.spec.circuits import reference_v
+from heatwright.spec.self_checks import measures_known_voltage
 
 KEYPAD_PIN = "A0"
 """Of the display shield's keys."""
@@ -15,6 +20,17 @@ FASTEST_HZ = 200_000
 
 FAR = 8
 """Channels from this one up have MUX5 set, which is in ADCSRB (ATmega2560, 32U4)."""
+
+WITH_MUX5 = ("atmega2560", "atmega32u4")
+
+CODES = 1024
+KNOWN, NEAR_KNOWN = 0x1E, 0x0E
+"""What chooses the band gap's voltage in ADMUX; the second on the ATmega328P."""
+KNOWN_V, OLD_KNOWN_V = 1.1, 1.22
+"""Typically; 10 % more or less (data sheets)."""
+WRONG_TICKS = 100
+KNOWN_TOLERANCE = 0.25
+"""Of the code: the band gap's, and that of a supply of 4.5 to 5.5 V as reference."""
 
 DIGITAL_INPUTS = {"atmega328p": range(6), "atmega1284p": range(8)}
 """Channels whose pin has a digital input, where not all have one (data sheets, DIDR0, DIDR2)."""
@@ -39,14 +55,17 @@ def scan(root: Source) -> Part:
     controller = root.controller
     board = controller.board
     channels = _channels(root)
-    numbers = [int(channel["number"]) for channel in channels]
+    fars = [channel["far"] != "0" for channel in channels]
     code = next(code for code in range(1, 8) if board.clock_hz / (1 << code) <= FASTEST_HZ)
     reference, reference_is = REFERENCES[_reference(controller)]
+    known = _known(root)
     context = {
         "channels": channels,
         "interrupts": has_sensors(controller),
-        "far": any(number >= FAR for number in numbers),
-        "mixed": len({number >= FAR for number in numbers}) > 1,
+        "far": any(fars),
+        "mixed": len(set(fars)) > 1,
+        "has_mux5": board.mcu in WITH_MUX5,
+        "known": known,
         "enabled": "(1u << ADEN)" + _bits("ADPS", code),
         "clock_khz": f"{board.clock_hz / (1 << code) / 1000:g}",
         "reference": reference,
@@ -60,6 +79,20 @@ def scan(root: Source) -> Part:
         ),
         start_calls=(Call(Stage.OPERATE, "adc.h", "adc_start();"),),
         tick_calls=(Call(Stage.CONTROL, "adc.h", "adc_tick();"),),
+    )
+
+
+def known_limits(root: Source) -> tuple[Constant, ...]:
+    """Within which codes the chip's own voltage is measured; nothing where it is not."""
+    known = _known(root)
+    if known is None:
+        return ()
+    told = f"{known['where']}: {known['name']}"
+    wrong = quantity(TICK_MS * WRONG_TICKS / 1000, "s")
+    return (
+        Constant("ADC_KNOWN_LOW", f"{known['low']}u", f"{told}, 25 % less"),
+        Constant("ADC_KNOWN_HIGH", f"{known['high']}u", f"{told}, 25 % more"),
+        Constant("ADC_WRONG_TICKS", f"{WRONG_TICKS}u", f"{known['where']}: {wrong}"),
     )
 
 
@@ -88,14 +121,37 @@ def _channels(root: Source) -> list[dict[str, str]]:
         for index, interface in enumerate(controller.interfaces)
         if isinstance(interface, LcdKeypad)
     ]
+    known = _known(root)
+    if known is not None:
+        channels += [known | {"macro": macro} for macro in ("ADC_KNOWN_SETTLES", "ADC_KNOWN")]
     return channels
+
+
+def _known(root: Source) -> dict[str, str] | None:
+    """A voltage of the chip's own, which the self-checks measure beside the sensors."""
+    board = root.controller.board
+    if not measures_known_voltage(root.controller):
+        return None
+    sensors = [each for each in root.controller.sensors.values() if isinstance(each, AnalogSensor)]
+    code, known_v = (NEAR_KNOWN if board.mcu == "atmega328p" else KNOWN), KNOWN_V
+    if is_old(board):
+        known_v = OLD_KNOWN_V
+    share = known_v / reference_v(sensors[0], board.mcu)
+    return {
+        "name": f"{known_v} V of the chip's own",
+        "where": root.at("safety", "self_checks").where,
+        "mux": _bits("MUX", code),
+        "far": "0",
+        "low": f"{math.floor(CODES * share * (1 - KNOWN_TOLERANCE))}",
+        "high": f"{min(CODES - 1, math.ceil(CODES * share * (1 + KNOWN_TOLERANCE)))}",
+    }
 
 
 def _channel(controller: Controller, macro: str, pin: str, source: Source) -> dict[str, str]:
     number = channel_of(controller, pin)
     return {
         "macro": macro,
-        "number": str(number),
+        "name": f"ADC{number}",
         "where": source.where,
         "mux": _bits("MUX", number % FAR),
         "far": "(1u << MUX5)" if number >= FAR else "0",
@@ -103,8 +159,8 @@ def _channel(controller: Controller, macro: str, pin: str, source: Source) -> di
 
 
 def _bits(name: str, code: int) -> str:
-    """Three bits of a register by name, to be put behind others."""
-    return "".join(f" | (1u << {name}{bit})" for bit in (2, 1, 0) if code & (1 << bit))
+    """The bits of a register by name, to be put behind others."""
+    return "".join(f" | (1u << {name}{bit})" for bit in (4, 3, 2, 1, 0) if code & (1 << bit))
 
 
 def _reference(controller: Controller) -> str:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.adc import known_limits
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
+from heatwright.spec.self_checks import (
+    FLASH_BYTES_A_TICK,
+    measures_known_voltage,
+    self_checked,
+)
 
 MOST_TICKS_WAITING = 10
 WATCHDOG_MS = (12, 24)
@@ -23,6 +28,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     lets_go = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
     context = {
         "where": where,
+        "adc": measures_known_voltage(controller),
         "far": controller.board.flash_bytes > NEAR_BYTES,
         "loops": list(controller.loops),
         "released": [name for name in controller.outputs if name in lets_go],
@@ -58,6 +64,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                             f"{10 * WATCHDOG_MS[1]}u",
                             f"{where}: {WATCHDOG_MS[1]} ms",
                         ),
+                        *known_limits(root),
                         Constant(
                             "CHECKS_MOST_TICKS",
                             f"{MOST_TICKS_WAITING}u",

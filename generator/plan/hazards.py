@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from heatwright.generator.plan.adc import WRONG_TICKS
 from heatwright.generator.plan.core import GATE_MAIN_PERMIT_TICKS
 from heatwright.generator.plan.current import FEWEST_STEPS, RULES_S
 from heatwright.generator.plan.limits import READINGS
@@ -153,6 +154,11 @@ HAZARDS = (
         "a jump that leaves out no duty of a control step",
     ),
     Hazard(
+        "The chip ages: a cell of RAM or EEPROM is stuck, the ADC or the clock is off",
+        ("ram_damaged", "eeprom_worn", "adc_wrong", "clock_wrong"),
+        "a clock that changes after the start; an ADC that is off by less than a quarter",
+    ),
+    Hazard(
         "A bit of RAM, flash or EEPROM flips, or the program came without its checksum",
         ("memory_damaged", "flash_damaged", "settings_corrupt", "flash_unsealed"),
         "bits that no check covers: heatwright's `docs/safety.md`",
@@ -220,6 +226,9 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
         "watchdog_reset": MAIN_PERMIT_S + TICK_S,
         "sequence_broken": MAIN_PERMIT_S + TICK_S,
         "stack_overrun": 2 * TICK_S,
+        "eeprom_worn": 2 * TICK_S,
+        "adc_wrong": WRONG_TICKS * TICK_S + 2 * TICK_S,
+        "ram_damaged": controller.board.ram_bytes * TICK_S,
         "flash_damaged": FLASH_ROUNDS * controller.board.flash_bytes * TICK_S / FLASH_BYTES_A_TICK,
     }
     if rule in at_once:

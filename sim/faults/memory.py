@@ -13,7 +13,7 @@ from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec.self_checks import measures_known_voltage, self_checked
 
 SEED = 1
 WATCH_S = 30.0
@@ -24,6 +24,9 @@ SEAL, UNSEALED = "flash_seal", b"\xff\xff"
 """What holds the checksum of the program, and how the compiler leaves it."""
 BYTES = 7
 """Of a record, after which the power goes: half of the shortest."""
+REFERENCE_OFF = 0.6
+WRONG_S = 1.0 + 2 * TICK_S
+"""A second, and the ticks before and after it."""
 SLOW = 0.5
 """Of the frequency: a crystal of 8 MHz for one of 16."""
 REST_S = 2.0
@@ -76,6 +79,15 @@ def faults(site: Site) -> Iterator[Fault]:
             trip=Trip(("flash_unsealed",), start_up_s(site)),
             floats=True,
         )
+        if measures_known_voltage(site.controller):
+            yield Fault(
+                "adc_reference_off",
+                lambda: starts.heating(site),
+                lambda world: measure(world, REFERENCE_OFF),
+                lambda world: measure(world, 1.0),
+                trip=Trip(("adc_wrong",), WRONG_S),
+                floats=True,
+            )
         yield Fault(
             "crystal_slow",
             lambda: starts.heating(site),
@@ -144,6 +156,12 @@ def stick_cell(world: World) -> None:
                 avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
 
     world.act_within(act)
+
+
+def measure(world: World, times: float) -> None:
+    """Have the chip's own voltage be measured as so many times what it is."""
+    part = world.device.avr.part
+    world.device.avr.adc.known(part.adc_known, times * part.known_mv)
 
 
 def change_crystal(world: World, times: float) -> None:

@@ -22,7 +22,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from heatwright.sim.faults import cooling, relays, told, witness
-from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
 from heatwright.sim.faults.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
@@ -201,9 +201,13 @@ class _Trial:
         return found
 
     def _recorded(self, began_s: float) -> Change | None:
-        """Return the first trip since then; one is recorded when the program sleeps after it."""
-        if self.world.fault and not self.world.trips.since(began_s):
-            self.world.step()
+        """Return the first trip since then; one is recorded when the program sleeps after it.
+
+        After a reset that may take a start, and until then the RAM says anything.
+        """
+        if self.world.fault:
+            within_s = max(start_up_s(self.world.site), self.world.step_s)
+            self.world.until(lambda now: bool(now.trips.since(began_s)), within_s)
         return next(iter(self.world.trips.since(began_s)), None)
 
     def _follow(self, trip: Trip, began_s: float) -> float | None:

@@ -22,14 +22,16 @@ static uint8_t selected(hw *h) {
     return code >= 8 ? HW_CHANNELS : (uint8_t)(far ? code + 8 : code);
 }
 
-/* In mV; simavr is asked for what is no channel. */
+/* In mV; simavr is asked for what is neither a channel nor the band gap. */
 static double input(hw *h, avr_adc_mux_t mux) {
-    uint8_t channel = selected(h);
+    uint8_t channel = selected(h), code = h->avr->data[h->adc->r_admux] & 0x1F;
     if (channel < HW_CHANNELS)
         return h->channels[channel];
+    if (code == h->adc_known)
+        return h->known_mv;
     if (mux.kind == ADC_MUX_REF)
         return mux.src;
-    limit(h, "ADC input %02x is not simulated", h->avr->data[h->adc->r_admux] & 0x1F);
+    limit(h, "ADC input %02x is not simulated", code);
     return 0;
 }
 
@@ -127,6 +129,11 @@ void hw_adc_reference(hw *h, double aref_mv, double avcc_mv) {
 }
 
 void hw_adc_mux5(hw *h, uint8_t mask) { h->adc_mux5 = mask; }
+
+void hw_adc_known(hw *h, uint8_t code, double millivolts) {
+    h->adc_known = code;
+    h->known_mv = millivolts;
+}
 
 void hw_adc_fail(hw *h, int hung, int stuck) {
     h->adc_hung = hung;

@@ -64,6 +64,10 @@ class Adc:
         """Set the voltages of the AREF and AVCC pins, mV."""
         self._lib.hw_adc_reference(self._hw, aref_mv, avcc_mv)
 
+    def known(self, code: int, voltage_mv: float) -> None:
+        """Set what the input ADMUX calls by this code measures, mV: the band gap's voltage."""
+        self._lib.hw_adc_known(self._hw, code, voltage_mv)
+
     def fail(self, *, hung: bool = False, stuck: bool = False) -> None:
         """Fail from the next conversion on, or no longer.
 

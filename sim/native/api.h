@@ -97,6 +97,7 @@ int hw_adc_sense(hw *h, int channel, double felt);  /* 0: beyond the curve, or t
 double hw_adc_felt(hw *h, int channel);
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
 void hw_adc_mux5(hw *h, uint8_t mask);
+void hw_adc_known(hw *h, uint8_t code, double millivolts);
 void hw_adc_fail(hw *h, int hung, int stuck);
 uint64_t hw_adc_conversions(hw *h);
 

@@ -189,6 +189,8 @@ struct hw {
     int adc_locked, adc_hung, adc_stuck;
     uint16_t adc_codes[HW_CHANNELS];    /* last of each */
     uint8_t adc_mux5;           /* its bit in ADCSRB; 0: no channels 8 to 15 */
+    uint8_t adc_known;          /* ADMUX of the band gap's voltage */
+    double known_mv;
     uint64_t adc_conversions;
 
     avr_eeprom_t *eeprom;

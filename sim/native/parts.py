@@ -11,6 +11,7 @@ class Part:
     """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s).
 
     adc_mux5 -- in ADCSRB, the bit that chooses channels 8 to 15; 0 where there are none.
+    adc_known -- in ADMUX, what chooses the band gap's voltage.
     old -- timers, watchdog and ports of the generation before the others (old.c).
     """
 
@@ -21,6 +22,12 @@ class Part:
     eeprom_write_s: float
     adc_mux5: int = 0
     old: bool = False
+    adc_known: int = 0x1E
+
+    @property
+    def known_mv(self) -> float:
+        """The band gap's typical voltage, mV (data sheets)."""
+        return 1220.0 if self.old else 1100.0
 
     @property
     def shortest_watchdog_s(self) -> float:
@@ -29,7 +36,7 @@ class Part:
 
 
 PARTS: Mapping[str, Part] = {
-    "atmega328p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
+    "atmega328p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033, adc_known=0x0E),
     "atmega1284p": Part(0x100, 0x53, 0x01, 0x0E, 0.0033),
     "atmega32u4": Part(0x100, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 5),
     "atmega2560": Part(0x200, 0x53, 0x01, 0x0E, 0.0033, adc_mux5=1 << 3),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.device import AvrDevice
+from heatwright.sim.device import PROOF, AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.profile import Profile
 from heatwright.sim.timing import steps, waits
@@ -41,8 +41,8 @@ def measure(
 ) -> Timing:
     """Measure an unmodified binary.
 
-    The clearing of RAM and whatever else comes before main is left out; it comes before the
-    watchdog, the interrupts and anything that could wait.
+    The clearing of RAM and whatever else comes before main is left out, and the start that ends
+    with the watchdog's reset: nothing could wait there.
 
     static_stack_bytes -- the worst stack found in the code, which what is used must not exceed.
 
@@ -92,11 +92,13 @@ def _planned(controller: Controller, program: Elf) -> list[Press]:
 
 
 def _to_main(avr: Avr, program: Elf) -> None:
-    """Run instruction by instruction until main begins."""
+    """Run instruction by instruction until main begins, for good where the watchdog resets it."""
     start = program.function("main").start
     end = round(START_S * avr.clock_hz)
-    while avr.program_counter != start and avr.cycle < end:
+    for _ in range(1 + any(each.name == PROOF for each in program.functions)):
         avr.run_to(avr.cycle + 1)
+        while avr.program_counter != start and avr.cycle < end:
+            avr.run_to(avr.cycle + 1)
 
 
 def _play(

@@ -63,7 +63,7 @@ class Stage:
         for name, loop in controller.loops.items():
             second = (controller.monitors[loop.also].sensor,) if loop.also else ()
             for sensor in (loop.sensor, *second):
-                swing = _swing(device, loop, sensor, resting_c(controller, name))
+                swing = _swing(controller, device, loop, sensor, resting_c(controller, name))
                 swings[sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
             if switched(controller, name):
@@ -106,10 +106,13 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
             device.send("#2 1;")
 
 
-def _swing(device: AvrDevice, loop: Loop, sensor: str, middle_c: float) -> Callable[[], None]:
+def _swing(
+    controller: Controller, device: AvrDevice, loop: Loop, sensor: str, middle_c: float
+) -> Callable[[], None]:
     """Let the readings swing; now and then they dip, for one that stands takes some power."""
     sides, effort, steps = cycle((SWING_K, -SWING_K)), loop.protection.effort, count()
-    dips = _dips(loop, effort, middle_c) if effort is not None else [0.0]
+    averaged_s = loop.period_s * (controller.thermometers[sensor].moving_average or 1)
+    dips = [0.0] if effort is None else _dips(loop, effort, middle_c, averaged_s)
 
     def swing() -> None:
         dip_k = dips[next(steps) % len(dips)]
@@ -118,11 +121,12 @@ def _swing(device: AvrDevice, loop: Loop, sensor: str, middle_c: float) -> Calla
     return swing
 
 
-def _dips(loop: Loop, effort: Effort, middle_c: float) -> list[float]:
+def _dips(loop: Loop, effort: Effort, middle_c: float, averaged_s: float) -> list[float]:
     """Give what a reading lacks in each period, over the time between two dips, K.
 
     A dip is so deep that the reading moves, slower than a reading may change, and long enough to be
-    read. Every other one is a rise: a switch goes off again, and an integral does not grow.
+    read. Every other one is a rise: a switch goes off again, and an integral does not grow. All are
+    where a dip would take so long that heat without a rise is a fault.
     """
     rules = loop.protection
     room_k = min(middle_c - rules.minimum_c, rules.maximum_c - middle_c) - ABOVE_MINIMUM_K
@@ -133,7 +137,11 @@ def _dips(loop: Loop, effort: Effort, middle_c: float) -> list[float]:
     dip = [*down, *[deep_k] * math.ceil(BOTTOM_S / loop.period_s), *reversed(down)]
     gap_s = min(effort.for_s / DIPS, rules.heating.within_s / 2 if rules.heating else math.inf)
     between = [0.0] * max(1, int(gap_s / loop.period_s) - len(dip))
-    return [*between, *dip, *between, *(-each for each in dip)]
+    rise = [*between, *(-each for each in dip)]
+    dips_s = len(dip) * loop.period_s + averaged_s
+    if rules.heating is not None and dips_s > rules.heating.within_s:
+        return rise
+    return [*between, *dip, *rise]
 
 
 def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import product
 
-from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
+from heatwright.spec.algorithms import Algorithm, OnOff
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop_types
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
@@ -69,9 +69,7 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
 
 def swing_above_k(algorithm: Algorithm) -> float:
     """Return how far above its setpoint a healthy loop lets the temperature be, K."""
-    if isinstance(algorithm, ThreePosition):
-        return algorithm.dead_band_k
-    return algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
+    return algorithm.hysteresis_k if isinstance(algorithm, OnOff) else algorithm.dead_band_k
 
 
 def runaway_outside_the_band(controller: Controller) -> Findings:

@@ -20,6 +20,8 @@ CELSIUS = "temperature_c"
 TICK_S = 0.010
 OPEN, SHORT, RANGE, STALE = 17, 2, 18, 4
 OVERSAMPLE = 4
+ADC_WRONG = 40
+ADCSRB = 0x7B
 FASTEST_ADC_HZ = 200_000
 LONGEST_MASKED_S = 20e-6
 
@@ -157,12 +159,16 @@ def test_channels_from_eight_up_beside_lower_ones() -> None:
         assert last["temperature_c"] == pytest.approx(tip_c, abs=0.2)
 
 
-@pytest.mark.parametrize(
+BOARD_CASES = pytest.mark.parametrize(
     ("board", "pin", "heater"),
     [("nano", "A6", "D3"), ("leonardo", "D4", "D3"), ("mega2560", "A15", "D3"),
      ("atmega1284p", "PA3", "PB3"), ("uno", "A1", "D3")],
 )  # fmt: skip
-@pytest.mark.parametrize("circuit", ["hotend", "lm35", "tmp36", "frost"])
+REFERENCE_CASES = pytest.mark.parametrize("circuit", ["hotend", "lm35", "tmp36", "frost"])
+
+
+@BOARD_CASES
+@REFERENCE_CASES
 def test_boards_their_channels_and_references(
     board: str, pin: str, heater: str, circuit: str
 ) -> None:
@@ -177,6 +183,27 @@ def test_boards_their_channels_and_references(
     both = shares(controller.sensors["bed"], controller.board, [60.0, last[CELSIUS]])
     assert last["reading_status"] == 0
     assert abs(both[0] - both[1]) * 1024 <= 1.0
+    for bit in range(8):
+        if device.avr.part.adc_mux5 >> bit & 1:
+            device.avr.flip(ADCSRB, bit)
+    device.advance(2.0)
+    assert device.steps("bed")[-1][CELSIUS] == last[CELSIUS]
+
+
+@BOARD_CASES
+@REFERENCE_CASES
+def test_a_known_voltage_is_measured_beside_the_sensors(
+    board: str, pin: str, heater: str, circuit: str
+) -> None:
+    text = bed(circuit, board=board).replace("safety: {", "safety: {self_checks: true, ")
+    text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
+    device = powered(text.replace("frequency: 490 Hz", "frequency: 977 Hz"))
+    device.sense("bed", 60.0)
+    part = device.avr.part
+    for times, code in ((0.92, 0), (1.08, 0), (0.7, ADC_WRONG)):
+        device.avr.adc.known(part.adc_known, times * part.known_mv)
+        device.advance(device.time_s + 1.5)
+        assert device.read("fault.code") == code
 
 
 # From the tip's temperature to what the loop takes it for.

@@ -205,6 +205,12 @@ MACHINES = {
             "ram_cell_stuck", "crystal_slow", "eeprom_decays",
         ),
     ),
+    # A sensor on the ADC, and a program that is read with long addresses.
+    "checked_far": Machine(
+        changed("extruder", ("safety:", "safety:\n  self_checks: true")),
+        only=("flash_flipped", "adc_reference_off"),
+        absent=UNSEEN,
+    ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
         changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)

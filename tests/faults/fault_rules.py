@@ -74,6 +74,7 @@ _SELF_CHECKS = _of(
     sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
     ram_damaged="ram_cell_stuck", clock_wrong="crystal_slow", eeprom_worn="eeprom_decays",
 )  # fmt: skip
+_ON_ADC = {"thermistor", "rtd", "analog", "current"}
 _RELAY = _of(
     relay_open="relay_dead relay_contact_shorted", relay_welded="relay_welded relay_contact_torn"
 )
@@ -115,6 +116,8 @@ def rules_of(controller: Controller) -> Rules:
         found |= _of("countdown_ends")
     if self_checked(controller):
         found |= _SELF_CHECKS
+        if {each.kind for each in controller.sensors.values()} & _ON_ADC:
+            found |= _of(adc_wrong="adc_reference_off")
     if controller.safety.relay_feedback:
         found |= _RELAY
     if controller.programs:

@@ -39,8 +39,7 @@ ISR(ADC_vect)
 void adc_start(void)
 {
     DIDR2 = (1u << ADC13D); /* no digital inputs there */
-    ADCSRB = (1u << MUX5); /* channels from 8 up */
-    convert(0);
+    adc_tick();
 }
 
 void adc_tick(void)
@@ -48,6 +47,7 @@ void adc_tick(void)
     if (!adc_is_fresh()) {
         ADCSRA = (1u << ADIF); /* off: ends a conversion that hangs, and forgets its end */
     }
+    ADCSRB = (1u << MUX5); /* channels from 8 up: anew in each tick, a flipped bit lasts for one */
     scanned = 0;
     convert(0);
 }

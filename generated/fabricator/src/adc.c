@@ -47,7 +47,7 @@ ISR(ADC_vect)
 
 void adc_start(void)
 {
-    convert(0);
+    adc_tick();
 }
 
 void adc_tick(void)

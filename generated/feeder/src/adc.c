@@ -39,7 +39,7 @@ ISR(ADC_vect)
 void adc_start(void)
 {
     DIDR0 = (1u << ADC0D); /* no digital inputs there */
-    convert(0);
+    adc_tick();
 }
 
 void adc_tick(void)
