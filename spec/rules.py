@@ -298,14 +298,14 @@ _RULES = (
         "Check its reference and the supply; then replace the controller.",
     ),
     Rule(
-        42,
+        41,
         "stack_overrun",
         "STACK",
         "The program's stack has grown into its variables.",
         "Set it all again; if it comes again, report it.",
     ),
     Rule(
-        44,
+        42,
         "flash_unsealed",
         "NOT SEALED",
         "The program was put into the chip without its checksum.",

@@ -23,7 +23,8 @@ from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
-"""SELECT acknowledges after such a rest of all keys, when it was down for so long."""
+"""SELECT acknowledges what was latched when it went down, after such a rest of all keys, and is
+let go after so long."""
 
 
 class ReferenceDevice:
@@ -203,7 +204,8 @@ class ReferenceDevice:
             }
             found = (does for (least, most), does in ways.items() if least <= lasted_us <= most)
             meant = next(found, None)
-        self._rested = self._key is None and lasted_us >= REST_US
+        rested = self._key is None and lasted_us >= REST_US
+        self._rested = rested and self._latch.code != 0
         self._key, self._key_us = key, self._latch.now_us
         return meant
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import count, cycle
+from itertools import cycle
 from math import inf
 
 from heatwright.sim.device import AvrDevice
@@ -22,7 +22,6 @@ from heatwright.spec import (
     switched,
 )
 from heatwright.spec.commands import keyed, keypad_of, touched
-from heatwright.spec.loops import Effort
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
@@ -56,14 +55,18 @@ class Stage:
     switched on; a heater's current, where it is measured, is that of the same period.
     """
 
-    def __init__(self, controller: Controller, device: AvrDevice) -> None:
+    def __init__(self, controller: Controller, device: AvrDevice, lasts_s: float) -> None:
+        """Set the stage for a time, s."""
         self._device = device
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []
         for name, loop in controller.loops.items():
             second = (controller.monitors[loop.also].sensor,) if loop.also else ()
+            middle_c = resting_c(controller, name)
             for sensor in (loop.sensor, *second):
-                swing = _swing(controller, device, loop, sensor, resting_c(controller, name))
+                averaged = controller.thermometers[sensor].moving_average
+                dips_k = _dips(loop, middle_c, averaged * loop.period_s, lasts_s)
+                swing = _swing(device, sensor, middle_c, dips_k)
                 swings[sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
             if switched(controller, name):
@@ -107,28 +110,29 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
 
 
 def _swing(
-    controller: Controller, device: AvrDevice, loop: Loop, sensor: str, middle_c: float
+    device: AvrDevice, sensor: str, middle_c: float, dips_k: Sequence[float]
 ) -> Callable[[], None]:
-    """Let the readings swing; now and then they dip, for one that stands takes some power."""
-    sides, effort, steps = cycle((SWING_K, -SWING_K)), loop.protection.effort, count()
-    averaged_s = loop.period_s * (controller.thermometers[sensor].moving_average or 1)
-    dips = [0.0] if effort is None else _dips(loop, effort, middle_c, averaged_s)
+    """Let the readings swing, and dip."""
+    sides, dip_k = cycle((SWING_K, -SWING_K)), cycle(dips_k)
 
     def swing() -> None:
-        dip_k = dips[next(steps) % len(dips)]
-        device.sense(sensor, middle_c + next(sides) - dip_k)
+        device.sense(sensor, middle_c + next(sides) - next(dip_k))
 
     return swing
 
 
-def _dips(loop: Loop, effort: Effort, middle_c: float, averaged_s: float) -> list[float]:
+def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> list[float]:
     """Give what a reading lacks in each period, over the time between two dips, K.
 
-    A dip is so deep that the reading moves, slower than a reading may change, and long enough to be
-    read. Every other one is a rise: a switch goes off again, and an integral does not grow. All are
-    where a dip would take so long that heat without a rise is a fault.
+    Nothing, unless the effort's rules could trip in the time that the timing lasts: a reading that
+    stands takes some power. A dip is so deep that the reading moves, slower than a reading may
+    change, and long enough to be read. Every other one is a rise: a switch goes off again, and an
+    integral does not grow. All are where a dip would take so long that heat without a rise is a
+    fault.
     """
-    rules = loop.protection
+    rules, effort = loop.protection, loop.protection.effort
+    if effort is None or effort.for_s > lasts_s:
+        return [0.0]
     room_k = min(middle_c - rules.minimum_c, rules.maximum_c - middle_c) - ABOVE_MINIMUM_K
     deep_k = min(DEEPER * effort.band.move_k + 3 * SWING_K, room_k)
     step_k = rules.rise_rate_k_per_s * loop.period_s / SLOWER

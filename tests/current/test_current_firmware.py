@@ -188,7 +188,7 @@ def test_it_trips(site: Site, name: str, rule: str) -> None:
 
 def test_it_is_timed_while_it_heats(site: Site) -> None:
     device = AvrDevice(site.controller, site.program)
-    stage, on_s = Stage(site.controller, device), 0
+    stage, on_s = Stage(site.controller, device, 600.0), 0
     stage.advance(5.0)
     device.press("up")
     for second in range(6, 110):
@@ -203,7 +203,7 @@ def test_it_is_timed_while_it_heats(site: Site) -> None:
 def test_what_a_master_switches_is_on(name: str) -> None:
     controller = example(name).controller
     device = AvrDevice(controller, whole(name))
-    Stage(controller, device).advance(60.0)
+    Stage(controller, device, 60.0).advance(60.0)
     ((loop, _),) = controller.loops.items()
     assert device.read(f"loop_{loop}.enabled") == 1
     assert not device.read("fault.code")

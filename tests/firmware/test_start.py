@@ -23,7 +23,7 @@ DDRC, PORTC = 0x27, 0x28
 DRIVEN_WITHIN = 12
 """Cycles: the jump from the vector, then two single-bit instructions, and a few in between."""
 HANG_MARK, MARKED = 0x5AC3, "reset_hang_mark"
-WATCHDOG_RESET = 14
+RISE_RATE, WATCHDOG_RESET = 8, 14
 
 
 def program() -> Elf:
@@ -165,6 +165,23 @@ def test_select_acknowledges_when_it_is_let_go_and_was_meant(moves: str, meant: 
             each.press(None if key == "-" else key)
             each.advance(now_s)
     assert (device.read("fault.code") == 0, model.fault == 0) == (meant, meant)
+
+
+@pytest.mark.parametrize(("down_s", "left"), [(5.6, RISE_RATE), (8.0, 0)])
+def test_select_acknowledges_no_fault_that_came_while_it_was_down(down_s: float, left: int) -> None:
+    """Of a reading that jumps at 5.5 s; the model agrees."""
+    device, model = power_on(), ReferenceDevice(CHAMBER)
+    for each in (device, model):
+        for felt_c, until_s in ((ROOM_C, 5.5), (ROOM_C + 50.0, down_s)):
+            each.sense("air", felt_c)
+            each.advance(until_s)
+        each.press("select")
+        each.advance(down_s + 1.9)
+    assert (device.read("fault.code"), model.fault) == (RISE_RATE, RISE_RATE)
+    for each in (device, model):
+        each.press(None)
+        each.advance(down_s + 2.0)
+    assert (device.read("fault.code"), model.fault) == (left, left)
 
 
 @pytest.mark.parametrize("key", ["up", "down"])

@@ -91,7 +91,7 @@ def test_firmware_is_profiled_alike(name: str) -> None:
         with instructions_by(core):
             device = AvrDevice(controller, program)
         profile = traced(device.avr, program)
-        Stage(controller, device).advance(STEPS_S)
+        Stage(controller, device, STEPS_S).advance(STEPS_S)
         found.append(told(profile))
     assert found[0] == found[1]
 

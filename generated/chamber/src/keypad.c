@@ -4,6 +4,7 @@
 
 #include "adc.h"  /* adc_is_fresh */
 #include "config.h" /* LOCKOUT_HOLD_TICKS */
+#include "fault.h" /* fault */
 #include "pins.h" /* pin_keypad_pull_up */
 
 /* Upper end of each key's range. Nominal ten-bit codes of the ladder: right 0, up 131, down 307,
@@ -61,7 +62,7 @@ static uint8_t let_go(uint8_t key)
         return KEY_NONE;
     }
     steady_ticks = 0;
-    if (key == KEY_SELECT && (sampled != KEY_NONE || ticks < REST_TICKS)) {
+    if (key == KEY_SELECT && (fault.code == FAULT_NONE || sampled != KEY_NONE || ticks < REST_TICKS)) {
         steady_ticks = UINT16_MAX;
     }
     if (sampled != KEY_SELECT) {

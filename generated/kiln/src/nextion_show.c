@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 67
+    WORDS_IN_ALL = 65
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -347,8 +347,6 @@ static const char WORD_61[] PROGMEM = "E39";
 static const char WORD_62[] PROGMEM = "E40";
 static const char WORD_63[] PROGMEM = "E41";
 static const char WORD_64[] PROGMEM = "E42";
-static const char WORD_65[] PROGMEM = "E43";
-static const char WORD_66[] PROGMEM = "E44";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -415,8 +413,6 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_62,
     WORD_63,
     WORD_64,
-    WORD_65,
-    WORD_66,
 };
 
 enum { MOST_COMPONENTS = 42 };
