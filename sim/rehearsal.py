@@ -35,6 +35,8 @@ MARGIN = 0.1
 """Of a rule's numbers: a machine that is well keeps so far away. The binary's loops meet one
 another in other phases than the model's, so a machine just inside a limit here may be outside
 there."""
+NO_MARGIN = "on_too_long"
+"""How long a loop may be on depends on no phases."""
 
 QUICKER = 0.98
 """A chip's time to convert, for the longest of its data sheet: in step with the loop it would hide
@@ -195,7 +197,8 @@ def _finding(controller: Controller, tripped: Sequence[Tripped]) -> Finding:
         where += f", while {first.part} is taken through its setpoints"
     if first.setting:
         where += f", with {words(first.setting)}, as keys may set it"
-    trips = f"trips, or has less than {100 * MARGIN:.0f} % to spare," if numbers else "trips"
+    has_margin = numbers and first.rule != NO_MARGIN
+    trips = f"trips, or has less than {100 * MARGIN:.0f} % to spare," if has_margin else "trips"
     reason = (
         f"{first.rule} {trips} {where}: {duration(round(first.time_s, 1))} after the start, at "
         f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"
@@ -240,16 +243,21 @@ def _trips_again(controller: Controller, tripped: Tripped) -> bool:
 
 
 def stricter(controller: Controller) -> Controller:
-    """Return the controller whose rules trip at less, by MARGIN of their numbers.
-
-    How long a loop may be on is no such number: nothing about it depends on phases.
-    """
+    """Return the controller whose rules trip at less, by MARGIN of their numbers."""
     for name, loop in controller.loops.items():
-        for number in {each for rule in NUMBERS if rule != "on_too_long" for each in NUMBERS[rule]}:
+        for number in {each for rule in NUMBERS if rule != NO_MARGIN for each in NUMBERS[rule]}:
             value = _value(loop, number)
             if value is not None:
-                controller = _with(controller, name, number, (1 - MARGIN) * value)
+                controller = _with(controller, name, number, _less(value, number, loop.period_s))
     return controller
+
+
+def _less(value: float, number: Number, period_s: float) -> float:
+    """Take MARGIN off; off a time that a rule counts in periods at least one, if there are more."""
+    periods = max(1, round(1000 * value) // round(1000 * period_s))
+    if number.unit != "s" or periods == 1:
+        return (1 - MARGIN) * value
+    return period_s * min(periods - 1, math.floor((1 - MARGIN) * periods))
 
 
 def _raised(

@@ -122,9 +122,10 @@ def _channels(root: Source) -> list[dict[str, str]]:
         if isinstance(interface, LcdKeypad)
     ]
     known = _known(root)
-    if known is not None:
-        channels += [known | {"macro": macro} for macro in ("ADC_KNOWN_SETTLES", "ADC_KNOWN")]
-    return channels
+    if known is None:
+        return channels
+    first, last = (known | {"macro": macro} for macro in ("ADC_KNOWN", "ADC_KNOWN_IS_NEXT"))
+    return [first, *channels, last]  # a tick to settle: its source is weak
 
 
 def _known(root: Source) -> dict[str, str] | None:

@@ -154,9 +154,14 @@ HAZARDS = (
         "a jump that leaves out no duty of a control step",
     ),
     Hazard(
-        "The chip ages: a cell of RAM or EEPROM is stuck, the ADC or the clock is off",
-        ("ram_damaged", "eeprom_worn", "adc_wrong", "clock_wrong"),
-        "a clock that changes after the start; an ADC that is off by less than a quarter",
+        "The chip ages: a cell of RAM or EEPROM is stuck, or the clock is off",
+        ("ram_damaged", "eeprom_worn", "clock_wrong"),
+        "a clock that changes after the start",
+    ),
+    Hazard(
+        "The ADC or its reference is off",
+        ("adc_wrong",),
+        "less than a quarter; of an internal reference, what it shares with the chip's own voltage",
     ),
     Hazard(
         "A bit of RAM, flash or EEPROM flips, or the program came without its checksum",
@@ -211,7 +216,7 @@ def hazards(controller: Controller) -> list[dict[str, str]]:
 
 def within(controller: Controller, rule: Rule) -> str:
     """Say how long after its condition begins a rule has switched the heater off, at the latest."""
-    if rule.id in {"brown_out", "settings_corrupt", "flash_unsealed"}:
+    if rule.id in {"brown_out", "settings_corrupt", "flash_unsealed", "clock_wrong"}:
         return "at the next start"
     return quantity(
         round(max(_off_after(controller, name, rule.id) for name in controller.loops), 2), "s"

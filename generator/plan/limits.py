@@ -47,6 +47,11 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "settings_corrupt": "records in the EEPROM, and none of them valid",
             "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit; it is seen "
             "in the next control step",
+            "ram_damaged": "a cell of the RAM, or its neighbour, does not keep what is written",
+            "clock_wrong": "three times in turn the watchdog, set to 16 ms, has not reset within "
+            "12 to 24 ms, at the start",
+            "eeprom_worn": "the cell written or read last now reads as something else",
+            "adc_wrong": "the chip's own voltage is measured more than a quarter off for a second",
             "flash_damaged": "its CRC is another one, at the start or in the background",
             "sequence_broken": "a control step without all its duties in order, or ticks in which "
             "the heaters' gate has not run",

@@ -27,7 +27,7 @@ static double input(hw *h, avr_adc_mux_t mux) {
     uint8_t channel = selected(h), code = h->avr->data[h->adc->r_admux] & 0x1F;
     if (channel < HW_CHANNELS)
         return h->channels[channel];
-    if (code == h->adc_known)
+    if (code == h->adc_known && !(h->avr->data[h->adc->r_adcsrb] & h->adc_mux5))
         return h->known_mv;
     if (mux.kind == ADC_MUX_REF)
         return mux.src;

@@ -23,8 +23,8 @@ from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
-"""SELECT acknowledges what was latched when it went down, after such a rest of all keys, and is
-let go after so long."""
+"""SELECT acknowledges what was latched when it went down, if all keys had rested for so long before
+and it is let go within these times."""
 
 
 class ReferenceDevice:

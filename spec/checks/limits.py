@@ -47,8 +47,8 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
     """Keep `over_temperature` from tripping in health.
 
     At the highest setpoint a healthy loop reads up to the sensor's error more than there is, an
-    on-off loop swings up by its half width before it switches off, and one of three positions lets
-    the temperature be up to its dead band above.
+    on-off loop swings up by its half width before it switches off, and one with a dead band lets
+    the temperature be up to that above.
     """
     for name, loop, sensor, _ in loop_types(controller):
         highest_c = loop.setpoint.maximum_c

@@ -71,9 +71,7 @@ def targets_can_be_reached(controller: Controller) -> Findings:
             "the sensor's step at the highest setpoint": sensor.step_at_k(
                 loop.setpoint.maximum_c, controller.board.mcu
             ),
-            "where the loop may rest": max(
-                swing_above_k(loop.algorithm), getattr(loop.algorithm, "dead_band_k", 0.0)
-            ),
+            "where the loop may rest": swing_above_k(loop.algorithm),
         }
         what, widest_k = max(rests.items(), key=lambda item: item[1])
         if reached_k <= widest_k:

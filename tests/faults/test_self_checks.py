@@ -11,7 +11,7 @@ from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import Avr, AvrError
-from heatwright.sim.device import AvrDevice
+from heatwright.sim.device import PROOF, AvrDevice
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import memory, starts
 from heatwright.sim.faults.bounds import flash_s
@@ -30,6 +30,8 @@ IN_R17_SREG = (0xB71F).to_bytes(2, "little")
 PATTERNS_CYCLES = 120
 """More than the test of the registers takes."""
 EXTRF = 1
+MCUSR = 0x54
+"""In the data space."""
 CHECKED = {name: changed(name, ("safety:", "safety:\n  self_checks: true")) for name in DECIDING}
 CHAMBER = CHECKED["chamber"]
 
@@ -219,17 +221,79 @@ def test_a_watchdog_that_does_not_reset_is_told() -> None:
     assert not device.outputs["heater"].driven
 
 
-def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault() -> None:
-    """As where a plug bounces."""
+@pytest.mark.parametrize("cleared", [False, True])
+def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault(cleared: bool) -> None:
+    """As where a plug bounces; a boot loader may have cleared what tells of it."""
     device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
-    for time_s in (0.003, 0.006, 0.016):
+    device.sense("air", 19.0)
+    for time_s in (0.003, 0.012):
         device.advance(time_s)
         device.avr.reset()
-    device.sense("air", 19.0)
+        if cleared:
+            device.avr.write_ram(MCUSR, b"\0")
     device.advance(2.0)
     assert device.read("fault.code") == 0
-    assert device.read("reset_cause") == 1 << EXTRF
-    assert len(device.take_resets()) == 3
+    assert len(device.take_resets()) == 2
+    if not cleared:
+        assert device.read("reset_cause") == 1 << EXTRF
+
+
+@pytest.mark.parametrize(
+    ("times", "found"), [(0.5, "clock_wrong"), (0.9, None), (1.1, None), (1.6, "clock_wrong")]
+)
+def test_the_clock_is_measured(times: float, found: str | None) -> None:
+    """By the watchdog's oscillator, which is not exact itself."""
+    controller = controller_of(CHAMBER)
+    device = AvrDevice(controller, whole(CHAMBER))
+    device.sense("air", 19.0)
+    device.crystal_hz = round(times * controller.board.clock_hz)
+    device.power_cycle()
+    device.avr.run_to(round(0.5 * device.crystal_hz))
+    assert device.read("fault.code") == (CODES[found] if found else 0)
+
+
+def test_no_jump_into_the_watchdogs_proof_is_a_start_that_nobody_is_told_of() -> None:
+    waits = whole(CHAMBER).function(PROOF)
+    reset = 0
+    for place in range(waits.start, waits.end, 2):
+        device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
+        device.sense("air", 19.0)
+        device.advance(2.5)
+        device.avr.take_resets()
+        device.avr.jump(place)
+        try:
+            device.avr.run(0.5)
+        except AvrError:
+            continue  # it returned to where nobody had called it
+        resets = len(device.avr.take_resets())
+        assert not resets or device.read("fault.code") == CODES["watchdog_reset"], hex(place)
+        reset += resets > 0
+    assert reset
+
+
+def test_a_cell_of_the_eeprom_that_takes_no_write_is_told() -> None:
+    """Any byte of a record, as soon as it has been written: of one that says that all is well."""
+    for byte in range(5):
+        device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
+        avr = device.avr
+        for felt_c, until_s in ((19.0, 3.0), (60.0, 8.0)):  # a jump
+            device.sense("air", felt_c)
+            device.advance(until_s)
+        device.press("select")
+        device.advance(8.3)
+        device.press(None)
+        device.advance(8.4)
+        assert device.read("fault.code") == 0
+        before = avr.eeprom.writes
+        while avr.eeprom.writes <= before + byte:
+            avr.run(0.001)
+        written = avr.eeprom.writing
+        assert written is not None
+        image = bytearray(avr.eeprom.contents)
+        image[written.address] ^= 1
+        avr.eeprom.contents = bytes(image)
+        avr.run(0.03)
+        assert device.read("fault.code") == CODES["eeprom_worn"], byte
 
 
 def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:

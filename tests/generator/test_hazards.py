@@ -1,9 +1,10 @@
 """The README's table of hazards: each rule has its place, and the times are the simulation's."""
 
 import pytest
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLES, changed, example, spec_of
 
 from heatwright.generator.plan.hazards import hazards, within
+from heatwright.generator.plan.limits import limit
 from heatwright.sim.faults import bounds
 from heatwright.spec import Loop
 from heatwright.spec.breakable import breakable
@@ -13,12 +14,18 @@ RULES_BY_ID = {rule.id: rule for rule in RULES.values()}
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_each_rule_of_a_machine_is_told_for_some_hazard(name: str) -> None:
-    controller = example(name).controller
-    told = " ".join(row["seen"] for row in hazards(controller))
-    codes = {f"E{rule.code:02d}" for rule in breakable(controller)}
+CHECKED = ("safety:", "safety:\n  self_checks: true")
+TEXTS = [*NAMES, changed("chamber", CHECKED), changed("extruder", CHECKED)]
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_each_rule_is_told_for_some_hazard_and_with_what_trips_it(text: str) -> None:
+    spec = spec_of(text)
+    told = " ".join(row["seen"] for row in hazards(spec.controller))
+    rules = breakable(spec.controller)
+    codes = {f"E{rule.code:02d}" for rule in rules}
     assert {word for word in told.split() if word.startswith("E")} == codes
+    assert [rule.id for rule in rules if limit(spec, rule.id) == "not used here"] == []
 
 
 def bound_s(loop: Loop, rule: str) -> float:

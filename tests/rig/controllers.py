@@ -193,11 +193,12 @@ class _Controller:
     def _inputs(self) -> None:
         """Put contacts at pins that are left."""
         own = own_draws(self.safety | self.outputs)
-        while self._spare() and len(self.safety.get("inputs", {})) < 3 and own.seldom():
-            number = len(self.safety.setdefault("inputs", {}))
+        number = 0
+        while self._spare() and number < 3 and (own.some() if number else own.seldom()):
             part = {"pin": self.left.digital(), **own.maybe({"trips": False})}
             part |= own.maybe({"for": text(own.number(20, 1000, 50), "ms")})
-            self.safety["inputs"][f"contact_{number}"] = part
+            self.safety.setdefault("inputs", {})[f"contact_{number}"] = part
+            number += 1
 
     def _spare(self) -> bool:
         return self.left.pins > self._needed
