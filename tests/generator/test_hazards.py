@@ -15,10 +15,12 @@ NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 
 
 CHECKED = ("safety:", "safety:\n  self_checks: true")
-TEXTS = [*NAMES, changed("chamber", CHECKED), changed("extruder", CHECKED)]
+TEXTS = {name: changed(name) for name in NAMES} | {
+    f"{name} checked": changed(name, CHECKED) for name in ("chamber", "extruder")
+}
 
 
-@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
 def test_each_rule_is_told_for_some_hazard_and_with_what_trips_it(text: str) -> None:
     spec = spec_of(text)
     told = " ".join(row["seen"] for row in hazards(spec.controller))
