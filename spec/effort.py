@@ -44,6 +44,9 @@ those that are not."""
 SWINGS = 1.5
 """Of a switch's hysteresis: the heat comes late, and goes late."""
 
+STANDS = 0.99
+"""Of the way by which a reading has to move."""
+
 LEAST_SHARE = 4e-6
 """Of a filter in single precision: less of a duty is lost in its last digit."""
 
@@ -257,9 +260,13 @@ class _Search:
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
-        # a reset while all but the sensor is cold; what a warm room leaves of a long cooling
-        last = course.follow(arrived, top_c) if weak else course.follow(rested, None)
-        return max(up_s, course.follow(rested, bottom_c)[0], last[0])
+        down_s = course.follow(rested, bottom_c)[0]
+        if weak:  # a reset while all but the sensor is cold
+            return max(up_s, down_s, course.follow(arrived, top_c)[0])
+        # what a warm room leaves of a long cooling, and of the longest that still stands
+        return max(
+            up_s, down_s, *(course.follow(each, None)[0] for each in course.off(rested, top_c))
+        )
 
 
 class _Course:
@@ -279,6 +286,27 @@ class _Course:
         self._full_w = heated.full_w * corner.power
         self._percent_per_w = 100 / (heated.power_w * corner.power)
         self._share = 1 - math.exp(-step_s / band.filter_s)
+
+    def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
+        """Give states in which it may be switched off that has rested at a temperature.
+
+        The second is so hot that its reading stands until no power is enough, or as hot as it
+        becomes when it is switched.
+        """
+        yield rested
+        lowest_c, hottest_c = self._ambient_c, top_c + self._half_k
+        highest_c = hottest_c
+        if self._band.at(highest_c)[1] <= 0:
+            return
+        for _ in range(TURNS):
+            middle_c = (lowest_c + highest_c) / 2
+            if self._band.at(middle_c)[1] > 0:
+                highest_c = middle_c
+            else:
+                lowest_c = middle_c
+        stands_c = min(highest_c + STANDS * self._band.move_k, hottest_c)
+        share = (stands_c - self._ambient_c) / self._plant.sensed_k(rested)
+        yield [share * each for each in rested]
 
     def follow(self, state: Vector, target_c: float | None) -> tuple[float, Vector, Vector]:
         """Return how long it is beyond the band, s, its state when it arrives, and at the end.

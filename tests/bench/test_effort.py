@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rig.controllers import drawings
-from rig.specs import example
+from rig.specs import controller_of, example
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
@@ -246,6 +246,56 @@ def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0
     assert run._device.fault in codes
     bears = bears_c(controller, plant)
     assert all(peak_c <= bears[node] for node, peak_c in peaks.items()), (peaks, bears)
+
+
+WIDE = """
+heatwright: 1
+controller: {name: wide, board: uno}
+sensors: {air: {kind: max31855, chip_select: A1, clock: D13, data_out: D12, thermocouple: K}}
+outputs: {heater: {kind: digital, pin: D3, power: 500 W}}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    period: 1 s
+    setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 90 °C}
+    algorithm: {kind: on_off, hysteresis: 12 K}
+    protection: {maximum: 140 °C, minimum: -10 °C, rise_rate: 50 K/s, runaway: {above: 40 K}}
+interfaces: [{kind: lcd_keypad, loop: air, step: 10 K}]
+simulation:
+  ambient: 20 °C
+  plant:
+    kind: thermal_network
+    nodes: {air: 200 J/K}
+    links: [{between: [air, ambient], resistance: 0.6 K/W}]
+    heat: {heater: air}
+    sense: {air: {node: air, lag: 2 s}}
+  scenario: [{for: 60 s}]
+"""
+SLOW_S = 1.3 * 200 * 1.3 * 0.6
+"""Of the slowest machine of its kind, which cools in a warm room."""
+
+
+@pytest.mark.parametrize(("maximum_c", "hysteresis_k"), [(60, 12), (90, 12), (100, 16), (120, 8)])
+def test_a_wide_hysteresis_is_no_leak_wherever_it_is_switched_off(
+    maximum_c: int, hysteresis_k: int
+) -> None:
+    """So long a reading that falls by less than it swings has less power than it takes."""
+    text = WIDE.replace("90 °C", f"{maximum_c} °C").replace("12 K", f"{hysteresis_k} K")
+    effort = controller_of(text).loops["air"].protection.effort
+    assert effort is not None
+    longest_s = max(falls_s(effort, off_c) for off_c in range(40, maximum_c + hysteresis_k))
+    assert 0 < longest_s < effort.for_s
+
+
+def falls_s(effort: Effort, off_c: int) -> int:
+    """Return for how long it stands, with too little power from the start, in a room of 35 °C."""
+    band, seconds, power, now_c = effort.band, 0, 0.9 * effort.band.at(off_c)[1], float(off_c)
+    while power < band.at(now_c)[1] and off_c - now_c <= band.move_k:
+        seconds += 1
+        power *= math.exp(-1 / band.filter_s)
+        now_c = 35 + (off_c - 35) * math.exp(-seconds / SLOW_S)
+    return seconds
 
 
 # ---- what must not ----
