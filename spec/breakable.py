@@ -10,11 +10,7 @@ from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.inputs import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
-from heatwright.spec.self_checks import (
-    SELF_CHECK_RULES,
-    measures_known_voltage,
-    self_checked,
-)
+from heatwright.spec.self_checks import self_check_rules
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
 """What a sensor, the limits and the processor itself can bring about in every controller."""
@@ -33,10 +29,8 @@ _OF_LOOPS = {
 def breakable(controller: Controller) -> tuple[Rule, ...]:
     """List the rules that can trip, in the order of their codes."""
     found = {*_OF_ALL, *_by_loops(controller), *_by_parts(controller)}
-    if self_checked(controller):
-        found |= {code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES}
-        if not measures_known_voltage(controller):
-            found.remove(40)
+    checks = self_check_rules(controller)
+    found |= {code for code, rule in RULES.items() if rule.id in checks}
     return tuple(RULES[code] for code in sorted(found))
 
 

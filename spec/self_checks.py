@@ -32,3 +32,10 @@ def measures_known_voltage(controller: Controller) -> bool:
     """Tell whether a voltage that is known is measured beside what is on the ADC."""
     kinds = {sensor.kind for sensor in controller.sensors.values()}
     return self_checked(controller) and not kinds.isdisjoint(ON_ADC)
+
+
+def self_check_rules(controller: Controller) -> tuple[str, ...]:
+    """Return the ids of the rules that the controller's self-checks can trip."""
+    known = measures_known_voltage(controller)
+    rules = SELF_CHECK_RULES if self_checked(controller) else ()
+    return tuple(rule for rule in rules if known or rule != "adc_wrong")
