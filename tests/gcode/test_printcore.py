@@ -21,6 +21,8 @@ from heatwright.sim.live import Clock
 PATIENCE_S = 120.0
 """Real time after which something is not going to happen."""
 GLANCE_S = 0.01
+WRITING_STEPS = 5
+"""0.5 s of the board's own time: a record of 48 bytes is written within 0.25 s."""
 
 
 class PrintrunHost:
@@ -134,6 +136,8 @@ def test_it_tunes_stores_and_shows(host: PrintrunHost, board: LiveBoard) -> None
     proposed = next(line for line in host.heard if line.startswith("Integral: "))
     least, most = (float(text) for text in re.findall(r"[\d.]+", proposed))
     assert (least, most) == (23.5, pytest.approx(1.5 * held, rel=0.05))  # 12 below is the spec's
+    told = len(board.ask("steps"))
+    host.wait(lambda: len(board.ask("steps")) > told + WRITING_STEPS)
     board.ask("cut")
     host.ask("M503", "echo:  M301 E0 P")
     assert gains == [board.ask(f"settings.nozzle_{gain}") for gain in ("kp", "ki", "kd")]
