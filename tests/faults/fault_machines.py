@@ -198,6 +198,13 @@ MACHINES = {
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
         absent=("heater_part_shorted", "current_sensor_stands", "reading_stands_high"),
     ),
+    # The most that it may ask for carries less than half of the limit through a wire part shorted.
+    "asks_little": Machine(
+        changed(SIPS, ("trip: 1.04 A", "limit: 0.9 A, trip: 1.04 A"),
+                ("kp: 1.43, ki: 0.0000143", "kp: 1000, ki: 0.01, output: {maximum: 30 %}"),
+                ("minimum: 20 °C, maximum: 200 °C", "minimum: 20 °C, maximum: 120 °C")),
+        only=("heater_part_shorted",), absent=("current_sensor_stands", "reading_stands_high"),
+    ),
     "checked": Machine(
         changed("chamber", ("safety:", "safety:\n  self_checks: true")),
         only=(
