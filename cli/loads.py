@@ -18,10 +18,10 @@ def loads(controller: Controller) -> Iterator[dict[str, Any]]:
     `full_w` at full duty and `dead_w` of a switch that conducts for ever. A load without both power
     and supply is left out.
     """
-    from heatwright.spec import PwmOutput, full_a  # noqa: PLC0415
+    from heatwright.spec import full_a  # noqa: PLC0415
 
-    for name, output in controller.outputs.items():
-        if not isinstance(output, PwmOutput) or output.power_w is None:
+    for name, output in controller.switches.items():
+        if not output.is_metered or output.power_w is None:
             continue
         peak_a = full_a(output)
         if peak_a is None or (output.full_share == NOTHING_LESS and output.current is None):

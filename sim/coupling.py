@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Set
 from typing import Protocol
 
-from heatwright.spec import Controller, Stepper
+from heatwright.spec import Controller
 
 METERED_PARTS = 10
 """Of a control period: a limiter goes by the current of the present duty."""
@@ -49,9 +49,8 @@ class Coupling:
 
     def __init__(self, controller: Controller, device: Driver, step_s: float) -> None:
         """Tell motors from loads."""
-        outputs = controller.outputs
-        self._steppers = tuple(name for name in outputs if isinstance(outputs[name], Stepper))
-        self.loads = tuple(name for name in outputs if name not in self._steppers)
+        self._steppers = tuple(controller.steppers)
+        self.loads = tuple(controller.switches)
         heaters = {loop.heater for loop in controller.loops.values()}
         self.behind_relay: Set[str] = heaters if controller.safety.relay else frozenset()
         self._device = device

@@ -107,7 +107,6 @@ def proofs_of(controller: Controller) -> dict[str, AirflowSwitch | FanTachometer
 
 
 def _parts(controller: Controller, fan: str) -> tuple[DigitalOutput, Proof]:
-    output = controller.outputs[fan]
-    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other
+    output = controller.on_off_output(fan)
     assert output.proof is not None  # noqa: S101 - there is one where the fan has one
     return output, output.proof

@@ -6,7 +6,7 @@ from typing import Any
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.relay import Armature, Relay, Wire
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller
 
 OPERATE_S = 0.015
 RELEASE_S = 0.015
@@ -31,8 +31,7 @@ class SafetyRelay:
         """Wire it to a processor that has just been powered on."""
         name = controller.safety.relay
         assert name is not None  # noqa: S101 - there is one only where the specification names it
-        output, feedback = controller.outputs[name], controller.safety.relay_feedback
-        assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other
+        output, feedback = controller.on_off_output(name), controller.safety.relay_feedback
         pins = controller.board.pins
         self._avr = avr
         self._relay = avr.relay(

@@ -1,6 +1,7 @@
 """Algorithms: from the error of the temperature to the heater's duty."""
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, StrictBool
 
@@ -56,6 +57,12 @@ _LeadFilter = Annotated[
 class OnOff(Model):
     """Full power or none, with a band and with a lead (a look ahead along the slope)."""
 
+    pid: ClassVar[None] = None
+    full_percent: ClassVar[float] = 100.0
+    limits_adjustable: ClassVar[bool] = False
+    cools: ClassVar[bool] = False
+    warm_within_k: ClassVar[None] = None
+
     kind: Literal["on_off"]
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
@@ -65,9 +72,34 @@ class OnOff(Model):
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
 
+    @property
+    def off_at_k(self) -> float:
+        """How far above the setpoint full power ends, K."""
+        return self.hysteresis_k
+
+    @property
+    def on_at_k(self) -> float:
+        """How far below the setpoint full power begins, K."""
+        return self.hysteresis_k
+
+    @property
+    def swing_k(self) -> float:
+        """How far the reading swings between on and off, K."""
+        return 2 * self.hysteresis_k
+
+    @property
+    def rests_within_k(self) -> float:
+        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        return self.hysteresis_k
+
 
 class ThreePosition(Model):
     """Heating below a dead band, cooling above it, neither of them in between."""
+
+    pid: ClassVar[None] = None
+    full_percent: ClassVar[float] = 100.0
+    limits_adjustable: ClassVar[bool] = False
+    cools: ClassVar[bool] = True
 
     kind: Literal["three_position"]
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
@@ -81,6 +113,31 @@ class ThreePosition(Model):
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
+
+    @property
+    def off_at_k(self) -> float:
+        """How far above the setpoint full power ends, K: below 0, for it ends below."""
+        return self.hysteresis_k - self.dead_band_k
+
+    @property
+    def on_at_k(self) -> float:
+        """How far below the setpoint full power begins, K."""
+        return self.dead_band_k
+
+    @property
+    def swing_k(self) -> float:
+        """How far the reading swings between heating and cooling, K."""
+        return 2 * self.dead_band_k
+
+    @property
+    def rests_within_k(self) -> float:
+        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        return self.dead_band_k
+
+    @property
+    def warm_within_k(self) -> float:
+        """How near to the setpoint is warm, K."""
+        return self.dead_band_k
 
 
 class IntegralLimits(Model):
@@ -103,6 +160,12 @@ class OutputLimits(Model):
 
 class Pid(Model):
     """Proportional, integral and derivative control; a gain of 0 leaves its term out."""
+
+    lead_s: ClassVar[float] = 0.0
+    cools: ClassVar[bool] = False
+    off_at_k: ClassVar[float] = 0.0
+    swing_k: ClassVar[float] = 0.0
+    warm_within_k: ClassVar[None] = None
 
     kind: Literal["pid"]
     kp: Annotated[float, Gain("%/K")] = Field(description="Duty per kelvin of error, %/K.")
@@ -149,6 +212,26 @@ class Pid(Model):
         "integral",
         description="What stays in the dead band: the integral, or the whole output as it was.",
     )
+
+    @property
+    def pid(self) -> "Pid":
+        """Gains and limits by which power is measured out; an algorithm that switches has none."""
+        return self
+
+    @property
+    def full_percent(self) -> float:
+        """The most that it asks for, %."""
+        return self.output.maximum_percent
+
+    @property
+    def on_at_k(self) -> float:
+        """How far below the setpoint full power begins at the latest, K; without a band never."""
+        return math.inf if self.band_k is None else self.band_k
+
+    @property
+    def rests_within_k(self) -> float:
+        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        return self.dead_band_k
 
     @property
     def keeps_output(self) -> bool:

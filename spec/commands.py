@@ -139,7 +139,7 @@ def tunable(controller: Controller, loop_name: str) -> bool:
         or touched(controller, loop_name)
         or programmed(controller, loop_name)
     )
-    return has_commands and controller.loops[loop_name].algorithm.kind == "pid"
+    return has_commands and controller.loops[loop_name].algorithm.pid is not None
 
 
 def limits_adjustable(controller: Controller, loop_name: str) -> bool:

@@ -27,7 +27,7 @@ from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loops import Loop
 from heatwright.spec.monitors import Monitors
-from heatwright.spec.outputs import Output
+from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import Quantity, QuantityRange
@@ -191,6 +191,31 @@ class Controller(Model):
         if self.identity.clock_hz is None:
             return board
         return board._replace(clock_hz=round(self.identity.clock_hz))
+
+    @property
+    def switches(self) -> Mapping[str, Switch]:
+        """The outputs that drive a load at one pin, by name."""
+        return {
+            name: output for name, output in self.outputs.items() if not isinstance(output, Stepper)
+        }
+
+    @property
+    def steppers(self) -> Mapping[str, Stepper]:
+        """The outputs that feed, by name."""
+        return {name: each for name, each in self.outputs.items() if isinstance(each, Stepper)}
+
+    def on_off_output(self, name: str) -> DigitalOutput:
+        """Return an output that can only be digital: a fan, a cooler or a relay.
+
+        Raises:
+            TypeError: it is of another kind, which `check` refuses.
+
+        """
+        output = self.outputs[name]
+        if not isinstance(output, DigitalOutput):
+            message = f"{name} is of the kind {output.kind}, and not digital"
+            raise TypeError(message)
+        return output
 
     @property
     def thermometers(self) -> Mapping[str, Thermometer]:

@@ -13,12 +13,11 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from heatwright.spec.algorithms import Algorithm, OnOff, ThreePosition
-from heatwright.spec.heated_loop import SUMMER_C, WINTER_C, HeatedLoop, full_percent
+from heatwright.spec.heated_loop import SUMMER_C, WINTER_C, HeatedLoop
 from heatwright.spec.loops import Effort, EffortBand, EffortLine
 from heatwright.spec.matrices import Vector, apply
 from heatwright.spec.network import Heated
-from heatwright.spec.outputs import Stepper, always_running
+from heatwright.spec.outputs import always_running
 from heatwright.spec.quantity import about, number
 from heatwright.spec.simulation import AMBIENT, Link, Simulation, ThermalNetwork
 
@@ -81,20 +80,13 @@ def band_percent(tolerance: float) -> tuple[float, float]:
     return math.ceil(most / 10) * 10.0, float(math.floor(least))
 
 
-def swing_k(algorithm: Algorithm) -> float:
-    """Return how far the reading swings between on and off, as the algorithm says, K."""
-    if isinstance(algorithm, ThreePosition):
-        return 2 * algorithm.dead_band_k
-    return 2 * algorithm.hysteresis_k if isinstance(algorithm, OnOff) else 0.0
-
-
 def sights(controller: Controller) -> Iterator[str]:
     """Say of each loop what its rules of effort see."""
     for name, loop in controller.loops.items():
         effort = loop.protection.effort
         if effort is None:
             continue
-        full, highest_c = full_percent(loop.algorithm), loop.protection.maximum_c
+        full, highest_c = loop.algorithm.full_percent, loop.protection.maximum_c
         degrees = range(math.ceil(loop.protection.minimum_c), math.floor(highest_c) + 1)
         seen_c = {
             "effort_high": [each for each in degrees if effort.band.at(each)[0] < full],
@@ -146,7 +138,7 @@ class _Search:
             LEAST_MOVE_K,
             LEAST_MOVE_STEPS * heated.step_k,
             SIGMAS * noise_k,
-            SWINGS * swing_k(loop.algorithm),
+            SWINGS * loop.algorithm.swing_k,
         )
         middle_k = (heated.lowest_c + heated.highest_c) / 2 - heated.ambient_c
         lag_s, self._slow_s = heated.plant.lags_s(middle_k, TURNS)
@@ -173,7 +165,7 @@ class _Search:
             band.at((self._heated.lowest_c + self._heated.highest_c) / 2)[0],
             band.at(self._heated.highest_c)[1],
         )
-        if "high" in open_ and high >= full_percent(self._loop.algorithm):
+        if "high" in open_ and high >= self._loop.algorithm.full_percent:
             rule = rule.model_copy(update={"high_percent": None})
         if "low" in open_ and low <= 0:
             rule = rule.model_copy(update={"low_percent": None})
@@ -254,7 +246,7 @@ class _Search:
         if top_c <= corner.ambient_c:
             return 0.0
         slow_s = self._slow_s * corner.capacity * corner.resistance
-        half_k = swing_k(self._loop.algorithm) / 2
+        half_k = self._loop.algorithm.swing_k / 2
         step_s = SLOW_TIMES * slow_s / POINTS
         course = _Course(plant, self._heated, corner, band, step_s, half_k)
         cold = plant.start(0.0)
@@ -362,9 +354,7 @@ def _line(
 
 def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
     """Return the fastest feed that anybody speaks of."""
-    speeds = [
-        each.maximum_mm_per_s for each in controller.outputs.values() if isinstance(each, Stepper)
-    ]
+    speeds = [each.maximum_mm_per_s for each in controller.steppers.values()]
     asked = [each.extrude_mm_per_s for each in simulation.scenario if each.extrude_mm_per_s]
     return max([0.0, *speeds, *asked])
 

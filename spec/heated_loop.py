@@ -9,13 +9,11 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from heatwright.spec.algorithms import Algorithm, Pid
 from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Loop
 from heatwright.spec.matrices import Vector
 from heatwright.spec.neighbours import Neighbour, warmed_k
 from heatwright.spec.network import Heated
 from heatwright.spec.outputs import (
-    DigitalOutput,
     Switch,
     always_running,
     limit_w,
@@ -128,7 +126,7 @@ class HeatedLoop:
         sensor = controller.thermometers[loop.sensor]
         self._behind_s = (sensor.moving_average - 1) / 2 * loop.period_s
         cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
-        self._cooled_s = cooler.minimum_on_s if isinstance(cooler, DigitalOutput) else 0.0
+        self._cooled_s = cooler.stays_on_s if cooler else 0.0
         self._neighbours = [
             Neighbour(each.heater, each.sensor, each.setpoint.maximum_c - self.ambient_c)
             for other, each in controller.loops.items()
@@ -151,8 +149,7 @@ class HeatedLoop:
     @property
     def late_s(self) -> float:
         """How late heat that is asked for may be read: dead time, rests or windows, two steps."""
-        output = self._heater
-        rest_s = output.minimum_off_s if isinstance(output, DigitalOutput) else output.cycle_s
+        rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
         return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 
     @cached_property
@@ -326,9 +323,7 @@ class HeatedLoop:
         The heater goes off late: the reading is old, and the heater may have to stay on.
         """
         most_k, (_, state) = self.highest_c - self.ambient_c, self._cold[-1]
-        output = self._heater
-        held_s = output.minimum_on_s if isinstance(output, DigitalOutput) else 0.0
-        late_s = self.plant.delay_s + self._behind_s + self.period_s + held_s
+        late_s = self.plant.delay_s + self._behind_s + self.period_s + self._heater.stays_on_s
         state = self.plant.advance(state, self.full_w, late_s)
         coasting: list[tuple[float, float]] = []
         for time_s, later in self.follow(state, 0.0):
@@ -411,12 +406,7 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 
 def _full_w(loop: Loop, heater: Switch) -> float:
     """Return the most the algorithm asks for, as far as the current's limit lets it have it, W."""
-    return min((heater.power_w or 0.0) * full_percent(loop.algorithm) / 100, limit_w(heater))
-
-
-def full_percent(algorithm: Algorithm) -> float:
-    """Return the most that an algorithm asks for, %."""
-    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
+    return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
 
 
 def _some(found: list[Vector]) -> list[Vector]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
-from heatwright.spec.outputs import Stepper, TimeProportionalOutput
+from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
 from heatwright.spec.sensors import Ds18b20
@@ -67,10 +67,9 @@ def waits(controller: Controller) -> Iterator[Wait]:
             other = "the kind time_proportional"
             wait_s = LATEST_INTERRUPT_S - OTHERS_S
             yield Wait(wait_s, f"the PWM of {name}, by interrupts", other)
-    for name, output in controller.outputs.items():
-        if isinstance(output, Stepper):
-            step_s = 1 / (output.maximum_mm_per_s * output.steps_per_mm)
-            yield Wait(step_s / 2, f"half a step of {name}", "a slower maximum")
+    for name, stepper in controller.steppers.items():
+        step_s = 1 / (stepper.maximum_mm_per_s * stepper.steps_per_mm)
+        yield Wait(step_s / 2, f"half a step of {name}", "a slower maximum")
 
 
 def longest_wait_s(controller: Controller) -> float:
@@ -85,7 +84,7 @@ def longest_tick_s(controller: Controller) -> float:
     cycles += RELAY_CYCLES * (controller.safety.relay is not None)
     inputs = len(controller.safety.inputs)
     cycles += INPUTS_CYCLES * bool(inputs) + INPUT_CYCLES * inputs
-    cycles += STEPPER_CYCLES * sum(isinstance(each, Stepper) for each in outputs.values())
+    cycles += STEPPER_CYCLES * len(controller.steppers)
     for loop in controller.loops.values():
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
         cycles += COOLER_CYCLES * (loop.cooler is not None)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -101,6 +101,15 @@ class Proof(Model):
 class DigitalOutput(Model):
     """Switched on and off: a relay, or a fan."""
 
+    is_metered: ClassVar[bool] = False
+    is_windowed: ClassVar[bool] = False
+    feeds: ClassVar[bool] = False
+    frequency_hz: ClassVar[float] = 0.0
+    shortest_pulse_s: ClassVar[float] = 0.0
+    rated_v: ClassVar[None] = None
+    full_share: ClassVar[float] = 1.0
+    mean_of_rms: ClassVar[float] = 1.0
+
     kind: Literal["digital"]
     pin: PinName = Field(description=_PIN)
     active: Active = Field("high", description=_ACTIVE)
@@ -126,23 +135,47 @@ class DigitalOutput(Model):
     )
 
     @property
+    def always_runs(self) -> bool:
+        """Whether it is on as long as the controller runs."""
+        return self.runs == "always"
+
+    @property
     def is_held(self) -> bool:
         """Whether it has minimum times."""
-        return self.minimum_on_s > 0 or self.minimum_off_s > 0
+        return self.stays_on_s > 0 or self.stays_off_s > 0
+
+    @property
+    def stays_on_s(self) -> float:
+        """Time for which it stays on once it is on, s."""
+        return self.minimum_on_s
+
+    @property
+    def stays_off_s(self) -> float:
+        """Time for which it stays off once it is off, s."""
+        return self.minimum_off_s
 
     @property
     def cycle_s(self) -> float:
         """Time from one pulse to the next, s: none, for it is on or off."""
         return 0.0
 
-    @property
-    def full_share(self) -> float:
-        """Share of the time that makes the rated power."""
-        return 1.0
+    def pulse_s(self, share: float) -> float:
+        """Return the length of a pulse at a share of the time, s: it has none."""
+        return share * self.cycle_s
 
 
 class PwmOutput(Model):
     """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
+
+    is_metered: ClassVar[bool] = True
+    is_windowed: ClassVar[bool] = False
+    feeds: ClassVar[bool] = False
+    always_runs: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    shortest_pulse_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
 
     kind: Literal["pwm"]
     pin: PinName = Field(description=_PIN)
@@ -163,6 +196,10 @@ class PwmOutput(Model):
         """Time from one pulse to the next, s."""
         return 1 / self.frequency_hz
 
+    def pulse_s(self, share: float) -> float:
+        """Return the length of a pulse at a share of the time, s."""
+        return share * self.cycle_s
+
     @property
     def full_share(self) -> float:
         """Share of the time that makes the rated power from the supply: (rated/supply)²."""
@@ -178,6 +215,21 @@ class PwmOutput(Model):
 
 class TimeProportionalOutput(Model):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
+
+    is_metered: ClassVar[bool] = True
+    is_windowed: ClassVar[bool] = True
+    feeds: ClassVar[bool] = False
+    always_runs: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    frequency_hz: ClassVar[float] = 0.0
+    full_share: ClassVar[float] = 1.0
+    mean_of_rms: ClassVar[float] = 1.0
+    supply_v: ClassVar[None] = None
+    rated_v: ClassVar[None] = None
+    current: ClassVar[None] = None
+    proof: ClassVar[None] = None
 
     kind: Literal["time_proportional"]
     pin: PinName = Field(description=_PIN)
@@ -207,13 +259,31 @@ class TimeProportionalOutput(Model):
         return self.window_s
 
     @property
-    def full_share(self) -> float:
-        """Share of the time that makes the rated power."""
-        return 1.0
+    def shortest_pulse_s(self) -> float:
+        """A shorter pulse is left out, s."""
+        return self.minimum_on_s
+
+    def pulse_s(self, share: float) -> float:
+        """Return the length of a pulse at a share of the time, s: a step where they are spread."""
+        return self.resolution_s if self.distribution == "spread" else share * self.cycle_s
 
 
 class Stepper(Model):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
+
+    is_metered: ClassVar[bool] = False
+    is_windowed: ClassVar[bool] = False
+    feeds: ClassVar[bool] = True
+    always_runs: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    power_w: ClassVar[None] = None
+    frequency_hz: ClassVar[float] = 0.0
+    supply_v: ClassVar[None] = None
+    rated_v: ClassVar[None] = None
+    current: ClassVar[None] = None
+    proof: ClassVar[None] = None
 
     kind: Literal["stepper"]
     step: PinName = Field(description="Pin at the driver's STEP; a rising edge is a step.")
@@ -252,11 +322,7 @@ Output = Annotated[
 
 def always_running(outputs: Mapping[str, Output]) -> list[str]:
     """Name the outputs that run as long as there is power."""
-    return [
-        name
-        for name, output in outputs.items()
-        if isinstance(output, DigitalOutput) and output.runs == "always"
-    ]
+    return [name for name, output in outputs.items() if output.always_runs]
 
 
 def full_a(output: Switch) -> float | None:
@@ -265,22 +331,22 @@ def full_a(output: Switch) -> float | None:
     A resistor that takes its power at its rated voltage takes supply · power / rated² from the
     supply.
     """
-    supply_v = getattr(output, "supply_v", None)
+    supply_v = output.supply_v
     if supply_v is None or output.power_w is None:
         return None
-    rated_v = getattr(output, "rated_v", None) or supply_v
+    rated_v = output.rated_v or supply_v
     return float(supply_v * output.power_w / rated_v**2)
 
 
 def full_rms_a(output: Switch) -> float | None:
     """Return the root mean square of a load's current at full duty, A; None as of `full_a`."""
     peak_a = full_a(output)
-    return None if peak_a is None else peak_a * float(getattr(output, "mean_of_rms", 1.0))
+    return None if peak_a is None else peak_a * output.mean_of_rms
 
 
 def limit_w(output: Switch) -> float:
     """Return the power that the limit of a load's current leaves, W; infinite without one."""
-    current, rms_a = getattr(output, "current", None), full_rms_a(output)
+    current, rms_a = output.current, full_rms_a(output)
     if current is None or current.limit_a is None or rms_a is None:
         return math.inf
     return float((output.power_w or 0.0) * (current.limit_a / rms_a) ** 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heatwright.spec.outputs import DigitalOutput, Proof
+from heatwright.spec.outputs import Proof
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
@@ -16,7 +16,7 @@ def proofs(controller: Controller) -> dict[str, Proof]:
     return {
         name: output.proof
         for name, output in controller.outputs.items()
-        if name in fans and isinstance(output, DigitalOutput) and output.proof is not None
+        if name in fans and output.proof is not None
     }
 
 

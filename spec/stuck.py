@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import NamedTuple
 
-from heatwright.spec.algorithms import Algorithm, Pid
-from heatwright.spec.heated_loop import HeatedLoop, full_percent
+from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.heated_loop import HeatedLoop
 from heatwright.spec.matrices import Vector, apply
 from heatwright.spec.network import Heated
 
@@ -67,29 +67,30 @@ class Lie(NamedTuple):
 
 def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_K) -> Lie:
     """Give what a loop asks for while its reading stands still a little below the setpoint."""
-    full = full_percent(algorithm)
-    if not isinstance(algorithm, Pid) or below_k > (algorithm.band_k or math.inf):
+    full = algorithm.full_percent
+    pid = algorithm.pid
+    if pid is None or below_k > pid.on_at_k:
         return Lie(full, 0.0, full)
-    if algorithm.keeps_output and below_k <= algorithm.dead_band_k:
+    if pid.keeps_output and below_k <= pid.dead_band_k:
         return Lie(full, 0.0, full)  # as it was when the band was entered: anything
-    error_k = below_k if below_k > algorithm.dead_band_k else 0.0
-    proportional, most = algorithm.kp * error_k, algorithm.integral.maximum_percent
-    if not algorithm.ki:
+    error_k = below_k if below_k > pid.dead_band_k else 0.0
+    proportional, most = pid.kp * error_k, pid.integral.maximum_percent
+    if not pid.ki:
         integral_percent = most = 0.0
     first = min(full, proportional + integral_percent)
-    return Lie(first, algorithm.ki * error_k, max(first, min(full, proportional + most)))
+    return Lie(first, pid.ki * error_k, max(first, min(full, proportional + most)))
 
 
 def fallen(algorithm: Algorithm) -> Lie:
     """Give the same while the reading is that of the surroundings: it falls far at once."""
-    full = full_percent(algorithm)
+    full = algorithm.full_percent
     return Lie(full, 0.0, full)
 
 
 def ends_s(algorithm: Algorithm, lie: Lie, times: Times, period_s: float) -> float:
     """Return when the first rule ends it, s: a period to see it, and one more until it is off."""
-    full = full_percent(algorithm)
-    if isinstance(algorithm, Pid) and algorithm.limits_adjustable and lie.first_percent < full:
+    full = algorithm.full_percent
+    if algorithm.limits_adjustable and lie.first_percent < full:
         full = math.inf  # a host may have left the integral too little to get there
     counts_s = (
         lie.reaches_s(full) + times.within_s,

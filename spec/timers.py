@@ -15,7 +15,6 @@ from typing import NamedTuple
 from heatwright.spec.boards import Board, Timer
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import ModbusRtu
-from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
 from heatwright.spec.proofs import proofs
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
@@ -126,7 +125,7 @@ def allocate(controller: Controller) -> TimerUse:
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
     wires = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
-    motors = [name for name, each in controller.outputs.items() if isinstance(each, Stepper)]
+    motors = list(controller.steppers)
     lines = [n for n, each in enumerate(controller.interfaces) if isinstance(each, ModbusRtu)]
     one_wire = {name: free.pop(0) for name in wires[: len(free)]}
     steppers = {name: free.pop() for name in motors[: len(free)]}
@@ -175,8 +174,7 @@ def _too_fast(controller: Controller) -> list[TimerProblem]:
             "microsteps",
             (("outputs", name),),
         )
-        for name, output in controller.outputs.items()
-        if isinstance(output, Stepper)
+        for name, output in controller.steppers.items()
         for steps_hz in (output.maximum_mm_per_s * output.steps_per_mm,)
         if steps_hz > FASTEST_STEPS_HZ
     ]

@@ -16,7 +16,7 @@ from heatwright.spec.interfaces import (
     Nextion,
     SerialLog,
 )
-from heatwright.spec.outputs import DigitalOutput, Output
+from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
 
@@ -65,7 +65,7 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
 def contact_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
     """List the pins at contacts: where the file names them, and what they are for."""
     for name, output in controller.outputs.items():
-        if isinstance(output, DigitalOutput) and output.proof is not None:
+        if output.proof is not None:
             yield ("outputs", name, "proof", "pin"), output.proof.pin, "the proof that a fan turns"
     path: Path = ("safety", "relay_feedback")
     if controller.safety.relay_feedback is not None:

@@ -18,7 +18,7 @@ from heatwright.sim.tuning.reduced import Reduced
 from heatwright.sim.tuning.relay import TuningFailed, relay
 from heatwright.sim.tuning.rules import lambda_rule, model_for, robust_simc, simc
 from heatwright.sim.tuning.trial import try_gains
-from heatwright.spec import Controller, Pid
+from heatwright.spec import Controller
 
 OWN = "as it is"
 """The row of the spec's own gains."""
@@ -92,9 +92,9 @@ class Tried:
 
 def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Failed]:
     """Do every method, and judge the spec's own gains beside them."""
-    spec = task.controller.loops[task.loop].algorithm
+    spec = task.controller.loops[task.loop].algorithm.pid
     rows: list[Judged | Failed] = []
-    if isinstance(spec, Pid):
+    if spec:
         own = Gains(spec.kp, spec.ki, spec.kd, spec.derivative_filter_s)
         rows.append(judged(task, OWN, own))
     for method in methods:

@@ -10,7 +10,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
 from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
-from heatwright.spec import Controller, DigitalOutput, Loop, Pid, Spec
+from heatwright.spec import Controller, Loop, Spec
 from heatwright.spec.commands import gcode_of, tunable
 from heatwright.spec.quantity import about, celsius
 
@@ -132,8 +132,7 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
 
 
 def _check_output(spec: Spec, name: str, loop: Loop) -> None:
-    output = spec.controller.outputs[loop.heater]
-    if isinstance(output, DigitalOutput):
+    if not spec.controller.outputs[loop.heater].is_metered:
         raise Refused(
             f"{spec.file_name}: heater {loop.heater} is switched on and off only, and a PID asks "
             "for parts of its power. Make it time_proportional or pwm."
@@ -217,7 +216,8 @@ def warm_s(controller: Controller, name: str, process: Process, target_c: float)
 
 
 def _filter_s(process: Process, loop: Loop) -> float:
-    if isinstance(loop.algorithm, Pid) and loop.algorithm.derivative_filter_s > 0:
-        return loop.algorithm.derivative_filter_s
+    pid = loop.algorithm.pid
+    if pid and pid.derivative_filter_s > 0:
+        return pid.derivative_filter_s
     unfiltered = model_for(process, loop.period_s, 0.0)
     return max(loop.period_s, unfiltered.second_s / FILTER_SHARE)

@@ -18,8 +18,8 @@ FILTERS_AND_PERIODS = 1.35
 
 def constants(loop: Source, spec: Loop, prefix: str) -> list[Constant]:
     """The numbers of a loop's experiment."""
-    pid, experiment = spec.algorithm, spec.autotune
-    assert isinstance(pid, Pid)  # noqa: S101 - a loop that can be tuned
+    pid, experiment = spec.algorithm.pid, spec.autotune
+    assert pid is not None  # noqa: S101 - a loop that can be tuned
     assert experiment is not None  # noqa: S101 - and is
     return [
         *_experiment(loop.at("autotune"), experiment, pid, prefix, spec.period_s),

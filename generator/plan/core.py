@@ -8,7 +8,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
-from heatwright.spec import Controller, DigitalOutput, Loop, proofs
+from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
 from heatwright.spec.inputs import tripping
@@ -136,8 +136,8 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "wanting": wanting(root.controller),
         "plain": [
             name
-            for name, each in root.controller.outputs.items()
-            if isinstance(each, DigitalOutput) and not each.is_held
+            for name, each in root.controller.switches.items()
+            if not each.is_metered and not each.is_held
         ],
         "inputs": list(root.controller.safety.inputs),
         "inputs_where": root.at("safety", "inputs").where,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.generator.plan.numbers import milliseconds, quantity, steps
 from heatwright.generator.plan.parts import Constant, File, Group, Part
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Current, CurrentSensor, DigitalOutput, Loop, PwmOutput
+from heatwright.spec import Current, CurrentSensor, Loop
 from heatwright.spec.circuits import reference_v
 
 RAMP_PERCENT = 25.0
@@ -32,8 +32,7 @@ characteristics) are within that."""
 
 def current_of(loop: Loop, source: Source) -> Current | None:
     """Find what the spec says of the current of a loop's heater; None if it is not measured."""
-    heater = source.controller.outputs[loop.heater]
-    return heater.current if isinstance(heater, DigitalOutput | PwmOutput) else None
+    return source.controller.outputs[loop.heater].current
 
 
 def plan_current(source: Source, name: str, loop: Loop) -> Part:
@@ -63,12 +62,11 @@ def plan_current(source: Source, name: str, loop: Loop) -> Part:
 
 
 def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Constant]:
-    heater = at.controller.outputs[loop.heater]
-    assert isinstance(heater, DigitalOutput | PwmOutput)  # noqa: S101 - it has a current
+    heater = at.controller.switches[loop.heater]
     assert heater.power_w is not None and heater.supply_v is not None  # noqa: S101, PT018 - checked
     power, supply = quantity(heater.power_w, "W"), quantity(heater.supply_v, "V")
     factor, mean = 1.0, ""
-    if isinstance(heater, PwmOutput) and heater.rated_v is not None:
+    if heater.rated_v is not None:
         factor = heater.mean_of_rms
         mean = f" rms x {quantity(heater.rated_v, 'V')} / {supply}"
     idle_a, idle_words = _idle(at, current, factor, mean)

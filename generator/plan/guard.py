@@ -6,7 +6,7 @@ from heatwright.generator.plan.numbers import c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import ascii_units
-from heatwright.spec import Frozen, Loop, Pid, Protection
+from heatwright.spec import Frozen, Loop, Protection
 from heatwright.spec.loops import Effort, Limits
 from heatwright.spec.quantity import about
 
@@ -52,7 +52,7 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
         constants.append(count(("runaway", "for"), "RUNAWAY_STEPS", rules.runaway.for_s))
     if rules.heating is not None:
         constants += [
-            *([] if _narrowed(loop) else [full_duty]),
+            *([] if loop.algorithm.limits_adjustable else [full_duty]),
             number(("heating", "rise"), "HEATING_RISE_K", rules.heating.rise_k, "K"),
             count(("heating", "within"), "HEATING_STEPS", rules.heating.within_s),
         ]
@@ -154,11 +154,6 @@ def _effort(source: Source, effort: Effort, period_s: float, prefix: str) -> lis
             f"{_words(effort.derived.get('for'))}",
         ),
     ]
-
-
-def _narrowed(loop: Loop) -> bool:
-    """Tell whether full power is what a host says."""
-    return isinstance(loop.algorithm, Pid) and loop.algorithm.limits_adjustable
 
 
 def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:

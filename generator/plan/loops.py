@@ -17,7 +17,7 @@ from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, Pid, ThreePosition, monitors_of, proofs, proven_in
+from heatwright.spec import Controller, Loop, monitors_of, proofs, proven_in
 from heatwright.spec.commands import (
     commanded,
     countdown_of,
@@ -240,16 +240,16 @@ def _tuning_files(
 
 def _full_duty(loop: Loop, name: str, prefix: str) -> str:
     """Name the duty that is full power in C."""
-    if isinstance(loop.algorithm, Pid) and loop.algorithm.limits_adjustable:
-        return in_force(loop.algorithm, prefix, f"loop_{name}").output_maximum
+    if loop.algorithm.pid and loop.algorithm.limits_adjustable:
+        return in_force(loop.algorithm.pid, prefix, f"loop_{name}").output_maximum
     return f"{prefix}_FULL_DUTY_PERCENT"
 
 
 def _in_tuning(loop: Loop, name: str, prefix: str) -> dict[str, str]:
     """Name what a tuning goes by in C; an algorithm without gains has none."""
-    if not isinstance(loop.algorithm, Pid):
+    if loop.algorithm.pid is None:
         return {"swing": ""}
-    return autotune.names_in_force(loop.algorithm, prefix, f"loop_{name}")
+    return autotune.names_in_force(loop.algorithm.pid, prefix, f"loop_{name}")
 
 
 def _response_files(source: Source, name: str, context: dict[str, Any]) -> tuple[File, ...]:
@@ -340,9 +340,8 @@ def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     """How near to the setpoint is warm, where no host asks whether the loop is ready."""
-    if isinstance(loop.algorithm, ThreePosition):
-        at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.dead_band_k
-    else:
+    at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
+    if within_k is None:
         at, within_k = source.at("ready_within"), _ready_within_k(loop)
     return [at.number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
 

@@ -7,7 +7,7 @@ from heatwright.generator.plan.outputs.common import wiring
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller
 from heatwright.spec.commands import commanded
 from heatwright.spec.self_checks import self_checked
 
@@ -33,8 +33,7 @@ def wanting(controller: Controller) -> tuple[str, ...]:
 def plan(root: Source, name: str) -> Part:
     """Plan the relay; `name` is its output."""
     controller = root.controller
-    output = controller.outputs[name]
-    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other relay
+    output = controller.on_off_output(name)
     source = root.at("outputs", name)
     relay, contact = root.at("safety", "relay"), root.at("safety", "relay_feedback")
     feedback = controller.safety.relay_feedback

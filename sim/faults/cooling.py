@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from heatwright.sim.faults.world import World
 from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
-from heatwright.spec import DigitalOutput
 
 COOLED_ABOVE_C = float(FAULT_COOLING_ABOVE_C)
 """A latched fault has the cooler on unless a reading is below (docs/control.md, "Cooler")."""
@@ -21,8 +20,7 @@ def complaint(world: World) -> str:
 
 def _held_s(world: World, cooler: str) -> float:
     """Return how long its minimum times, and a wait for the loop's next step, may keep it."""
-    output = world.site.controller.outputs[cooler]
-    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other cooler
+    output = world.site.controller.on_off_output(cooler)
     return world.site.loop.period_s + max(output.minimum_on_s, output.minimum_off_s)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.sim.circuits import reference_v
 from heatwright.sim.faults.world import Site
 from heatwright.sim.reference.limiter import IDLE_ADC_STEPS, IDLE_SHARE, rms_to_mean
-from heatwright.spec import Current, CurrentSensor, DigitalOutput, PwmOutput, full_a
+from heatwright.spec import Current, CurrentSensor, Switch, full_a
 
 CODES = 1024
 SOFT_START = 0.25
@@ -18,7 +18,7 @@ class Measured:
     idle_a -- what counts as a current at all; over_a -- what trips; limit_a -- what it is held to.
     """
 
-    def __init__(self, output: DigitalOutput | PwmOutput, current: Current, step_a: float) -> None:
+    def __init__(self, output: Switch, current: Current, step_a: float) -> None:
         self.full_a = full_a(output) or 0.0
         self.mean_a = (output.power_w or 0.0) / (output.supply_v or 1.0)
         root = rms_to_mean(output)
@@ -29,8 +29,8 @@ class Measured:
 
 def measured(site: Site) -> Measured | None:
     """Return the loop's heater in amperes; None if its current is not measured."""
-    output = site.controller.outputs[site.loop.heater]
-    if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+    output = site.controller.switches[site.loop.heater]
+    if output.current is None:
         return None
     sensor = site.controller.sensors[output.current.sensor]
     assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other

@@ -7,12 +7,10 @@ from collections.abc import Iterator
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.machine import asked_share, full_percent, share_for, steady_c
+from heatwright.sim.faults.machine import asked_share, share_for, steady_c
 from heatwright.sim.faults.tips import feel, mend
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.plants import profile_c
-from heatwright.spec import Pid
-from heatwright.spec.effort import swing_k
 from heatwright.spec.loops import Effort
 
 SEEN, ASKED = 0.75, 0.9
@@ -35,7 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if isinstance(site.loop.algorithm, Pid):  # who switches asks for all power, and 10 sees it
+    if site.loop.algorithm.pid:  # who switches asks for all power, and 10 sees it
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
@@ -60,11 +58,10 @@ def _setpoints_c(site: Site) -> list[float]:
 
 def _duties(site: Site) -> tuple[float, float]:
     """Return the least and the most that the loop gives for a reading that stands, %."""
-    algorithm = site.loop.algorithm
-    full = full_percent(site.loop)
-    if not isinstance(algorithm, Pid):
+    pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
+    if pid is None:
         return 0.0, full
-    integral = algorithm.integral
+    integral = pid.integral
     return max(0.0, integral.minimum_percent), min(full, integral.maximum_percent)
 
 
@@ -126,7 +123,7 @@ def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[1] > 0]
     if not seen_c:
         return
-    stands_c = seen_c[0] + swing_k(site.loop.algorithm) / 2 + STANDING_K
+    stands_c = seen_c[0] + site.loop.algorithm.swing_k / 2 + STANDING_K
     rate_k_per_s = site.loop.protection.rise_rate_k_per_s / SLOW
     yield Fault(
         "reading_stands_high",

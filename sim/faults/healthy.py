@@ -12,7 +12,6 @@ from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import (
     WARM_K,
     blur_k,
-    full_percent,
     room_k,
     sensor_step_k,
     usable_c,
@@ -89,7 +88,7 @@ def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
 
     A loop that may not be on for so long in all is switched off and on between them.
     """
-    full = full_percent(world.site.loop)
+    full = world.site.loop.algorithm.full_percent
     most_s = world.site.loop.protection.on_for_at_most_s
     has_enough = OfState(lambda now: now.loop("duty_percent") < full)
     for setpoint_c in setpoints_c:

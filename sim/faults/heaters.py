@@ -11,7 +11,6 @@ from heatwright.sim.faults.machine import rise_k, share_for, watch_s
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.native.pins import Level
-from heatwright.spec import DigitalOutput
 
 MARGIN_K = 5.0
 """How far beyond a limit the heat of a fault would take the machine."""
@@ -105,8 +104,7 @@ def _fan_stopped(site: Site) -> Iterator[Fault]:
     fan = site.loop.fan
     if fan is None:
         return
-    output = site.controller.outputs[fan]
-    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows no other fan
+    output = site.controller.on_off_output(fan)
     off: Level = "low" if output.active == "high" else "high"
     pin = site.controller.board.pins[output.pin].port_name
     yield Fault(

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
-from heatwright.spec import Controller, Heating, Loop, OnOff, Pid, PwmOutput, ThermalNetwork
+from heatwright.spec import Controller, Heating, Loop, ThermalNetwork
 from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
@@ -58,20 +58,12 @@ def room_k(site: Place) -> float:
     return max(0.0, min(left_k)) / 2
 
 
-def full_percent(loop: Loop) -> float:
-    """Return the most the loop may ask of its heater, %."""
-    algorithm = loop.algorithm
-    return algorithm.output.maximum_percent if isinstance(algorithm, Pid) else 100.0
-
-
 def asked_share(site: Place, percent: float) -> float:
     """Return for which share of the time the heater conducts at a duty, %.
 
     All of it is less than always where the supply gives more than the heater is rated for.
     """
-    heater = site.controller.outputs[site.loop.heater]
-    full_share = heater.full_share if isinstance(heater, PwmOutput) else 1.0
-    return percent / 100 * full_share
+    return percent / 100 * site.controller.switches[site.loop.heater].full_share
 
 
 @lru_cache(maxsize=16)
@@ -95,7 +87,7 @@ def watch_s(site: Place) -> float:
 def _travel_s(site: Place) -> float:
     """Return how long full power takes to the maximum, or to all but a twentieth of its way, s."""
     network, ambient_c = site.network, site.ambient_c
-    full_share = asked_share(site, full_percent(site.loop))
+    full_share = asked_share(site, site.loop.algorithm.full_percent)
     most_c = min(site.loop.protection.maximum_c, steady_c(site, full_share, ambient_c=ambient_c))
     goal_c = ambient_c + TRAVELLED * (most_c - ambient_c)
     for time_s, sensed_c in course(site, network, ambient_c=ambient_c):
@@ -127,7 +119,7 @@ def course(
     plant = plant_of(
         site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
     )
-    asked = _powered(site, asked_share(site, full_percent(site.loop)))
+    asked = _powered(site, asked_share(site, site.loop.algorithm.full_percent))
     for row in range(round(LONGEST_S / step_s)):
         yield row * step_s, plant.sensed_c()[site.loop.sensor]
         plant.step(asked)
@@ -144,9 +136,9 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(
         site.loop.setpoint.maximum_c + _beyond_k(site.loop),
-        steady_c(site, asked_share(site, full_percent(site.loop)), ambient_c=ambient_c),
+        steady_c(site, asked_share(site, site.loop.algorithm.full_percent), ambient_c=ambient_c),
     )
-    if isinstance(site.loop.algorithm, Pid) and frozen is not None and frozen.holding_percent > 0:
+    if site.loop.algorithm.pid and frozen is not None and frozen.holding_percent > 0:
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
         held.step(_powered(site, asked_share(site, frozen.holding_percent)))
         highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])
@@ -168,7 +160,7 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
 
 def _beyond_k(loop: Loop) -> float:
     """Return how far beyond its setpoint a loop asks for full power, K."""
-    return loop.algorithm.hysteresis_k if isinstance(loop.algorithm, OnOff) else 0.0
+    return max(0.0, loop.algorithm.off_at_k)
 
 
 def _comes_warm(

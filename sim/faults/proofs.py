@@ -100,7 +100,7 @@ def _broken(fan: str, **how: Any) -> Act:
 
 
 def _proof(site: Site, fan: str) -> Proof:
-    proof = site.controller.outputs[fan].proof  # type: ignore[union-attr]
+    proof = site.controller.outputs[fan].proof
     assert proof is not None  # noqa: S101 - it has one
     return proof
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 from heatwright.sim.faults.bears import coldest_c
-from heatwright.sim.faults.machine import full_percent, sensor_step_k, usable_c
+from heatwright.sim.faults.machine import sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
 from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
-from heatwright.spec import PwmOutput
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
@@ -85,7 +84,7 @@ def heater_on(site: Site) -> Condition:
     Under pulse width it is on while it has pulses: looked at every so often, its pin may show the
     same part of each period for ever.
     """
-    if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
+    if site.controller.outputs[site.loop.heater].frequency_hz:
         return given(site)
     return Switched(on=True)
 
@@ -140,8 +139,8 @@ def held(site: Site) -> World:
     first_steps(world)
     world.set_setpoint(target_c)
     world.until(heater_on(site), LONGEST_S)
-    if isinstance(site.controller.outputs[site.loop.heater], PwmOutput):
-        full = full_percent(site.loop)
+    if site.controller.outputs[site.loop.heater].frequency_hz:
+        full = site.loop.algorithm.full_percent
         world.until(OfState(lambda now: 0 < now.loop("duty_percent") < full), LONGEST_S)
         return world
     world.until(Switched(on=False), LONGEST_S)

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, DigitalOutput, Loop, Max31856, Sensor, monitors_of, proofs
+from heatwright.spec import Controller, Loop, Max31856, Sensor, monitors_of, proofs
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import (
     commanded,
@@ -95,7 +95,7 @@ def parts_of(controller: Controller) -> tuple[Parts, ...]:
 def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
     by_gain = tunable(controller, name)
     current = getattr(controller.outputs[loop.heater], "current", None)
-    steppers = [each for each, output in controller.outputs.items() if output.kind == "stepper"]
+    steppers = list(controller.steppers)
     return Parts(
         loop=name,
         sensor=loop.sensor,
@@ -104,7 +104,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         cooler=loop.cooler,
         stepper=next(iter(steppers), None),
         current=current.sensor if current else None,
-        has_output_state=controller.outputs[loop.heater].kind != "digital",
+        has_output_state=controller.outputs[loop.heater].is_metered,
         table=controller.sensors[loop.sensor].kind in TABLED,
         commanded=commanded(controller, name),
         switched=switched(controller, name),
@@ -254,8 +254,7 @@ def _included(headers: list[str]) -> list[str]:
 
 def _line_flags(controller: Controller, what: str, name: str) -> list[str]:
     """Say where the line of a digital output is, and its inactive level."""
-    output = controller.outputs[name]
-    assert isinstance(output, DigitalOutput)  # noqa: S101 - the language allows nothing else
+    output = controller.on_off_output(name)
     pin = controller.board.pins[output.pin]
     mask = f"(1u<<{pin.bit})"
     off = "0u" if output.active == "high" else mask

@@ -12,7 +12,7 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.spec import Controller, PwmOutput, Sense, Stepper, ThermalNetwork, full_a
+from heatwright.spec import Controller, Sense, ThermalNetwork, full_a
 from heatwright.spec.currents import FILTER_PULSES
 
 Temperatures = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _filtered(controller: Controller, plant: ThermalNetwork) -> dict[str, Sense]
     found = dict(plant.sense)
     for name, sense in plant.sense.items():
         output = controller.outputs.get(sense.of or "")
-        if isinstance(output, PwmOutput) and not sense.lag_s:
+        if output and output.frequency_hz and not sense.lag_s:
             lag_s = FILTER_PULSES / output.frequency_hz
             found[name] = sense.model_copy(update={"lag_s": lag_s})
     return found
@@ -177,11 +177,7 @@ def _filtered(controller: Controller, plant: ThermalNetwork) -> dict[str, Sense]
 
 def _currents_of(controller: Controller) -> dict[str, float]:
     """Return the current of each output while it is on, A, where power and supply tell it."""
-    currents = {
-        name: full_a(output)
-        for name, output in controller.outputs.items()
-        if not isinstance(output, Stepper)
-    }
+    currents = {name: full_a(output) for name, output in controller.switches.items()}
     return {name: amperes for name, amperes in currents.items() if amperes is not None}
 
 

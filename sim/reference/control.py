@@ -13,8 +13,9 @@ from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.pid import PidControl
 from heatwright.sim.reference.three_position import ThreePositionControl
 from heatwright.sim.reference.tunable_pid import TunablePid
-from heatwright.spec import Controller, Loop, Pid, commanded, programmed, switched, tunable
+from heatwright.spec import Controller, Loop, commanded, programmed, switched, tunable
 from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.commands import limits_adjustable
 
 ENABLED: Member = ("enabled", "u1")
@@ -66,8 +67,8 @@ class Steering:
         self._gains = gains_of(spec.algorithm)
         sets_gains = bool(self._gains and self._numbers)
         self._pid = _tunable_pid(spec) if self._has_modes or sets_gains else None
-        if self._pid and isinstance(spec.algorithm, Pid) and programmed(controller, loop):
-            self._pid.feed_forward = Single(spec.algorithm.feed_forward)
+        if self._pid and spec.algorithm.pid and programmed(controller, loop):
+            self._pid.feed_forward = Single(spec.algorithm.pid.feed_forward)
         self._limited = self._pid is not None and limits_adjustable(controller, loop)
         self._control: Control = self._pid or _constant(spec, self._numbers)
         self.tuner = _tuner(spec) if self._has_modes else None
@@ -170,18 +171,18 @@ def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
     return control
 
 
-def gains_of(algorithm: object) -> Gains | None:
+def gains_of(algorithm: Algorithm) -> Gains | None:
     """Return the gains that the specification gives an algorithm; None if it has none."""
-    if not isinstance(algorithm, Pid):
-        return None
-    return Gains(Single(algorithm.kp), Single(algorithm.ki), Single(algorithm.kd))
+    pid = algorithm.pid
+    return None if pid is None else Gains(Single(pid.kp), Single(pid.ki), Single(pid.kd))
 
 
 def _tunable_pid(spec: Loop) -> TunablePid | None:
-    return TunablePid(spec.algorithm, spec.period_s) if isinstance(spec.algorithm, Pid) else None
+    pid = spec.algorithm.pid
+    return None if pid is None else TunablePid(pid, spec.period_s)
 
 
 def _tuner(spec: Loop) -> Tuner | None:
-    if spec.autotune is None or not isinstance(spec.algorithm, Pid):
+    if spec.autotune is None or spec.algorithm.pid is None:
         return None
-    return Tuner(spec, spec.autotune, spec.algorithm)
+    return Tuner(spec, spec.autotune, spec.algorithm.pid)

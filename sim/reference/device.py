@@ -17,7 +17,7 @@ from heatwright.sim.reference.pages import Pages
 from heatwright.sim.reference.programmed import ProgrammedOperator
 from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, Stepper, modbus_of, nextion_of, programmed
+from heatwright.spec import Controller, modbus_of, nextion_of, programmed
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
 from heatwright.spec.program_orders import Order
@@ -322,10 +322,5 @@ class ReferenceDevice:
 
 
 def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]]:
-    driven, feeds = {}, {}
-    for name, output in controller.outputs.items():
-        if isinstance(output, Stepper):
-            feeds[name] = Feed(output)
-        else:
-            driven[name] = Driven(controller, name)
-    return driven, feeds
+    driven = {name: Driven(controller, name) for name in controller.switches}
+    return driven, {name: Feed(stepper) for name, stepper in controller.steppers.items()}

@@ -3,7 +3,7 @@
 from heatwright.sim.reference.course import Course, course_of
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.output import heater_of
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller
 
 
 class Driven:
@@ -15,9 +15,7 @@ class Driven:
         self._course: Course = course_of(controller, name)
         self._asked_us = self._now_us = 0
         self._active_us = 0.0
-        spec = controller.outputs[name]
-        always = isinstance(spec, DigitalOutput) and spec.runs == "always"
-        self.set(FULL if always else ZERO)
+        self.set(FULL if controller.outputs[name].always_runs else ZERO)
 
     def set(self, percent: Single) -> None:
         """Ask for a duty."""

@@ -7,7 +7,7 @@ from heatwright.sim.reference.current import Converter
 from heatwright.sim.reference.guard_rules import counted
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
-from heatwright.spec import Controller, Current, CurrentSensor, DigitalOutput, PwmOutput
+from heatwright.spec import Controller, Current, CurrentSensor, Switch
 
 OVER_CURRENT = 20
 CURRENT_WHILE_OFF = 21
@@ -37,8 +37,8 @@ class Limiter:
             ValueError: it is not.
 
         """
-        output = controller.outputs[heater]
-        if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+        output = controller.switches[heater]
+        if output.current is None:
             message = f"The current of {heater} is not measured"
             raise ValueError(message)
         current = output.current
@@ -114,17 +114,14 @@ class Limiter:
         return min(wanted, rising if rising <= FULL else FULL)
 
 
-def rms_to_mean(output: DigitalOutput | PwmOutput) -> float:
+def rms_to_mean(output: Switch) -> float:
     """Return the mean current at full duty for an ampere of its root mean square."""
-    if not isinstance(output, PwmOutput) or not output.supply_v or not output.rated_v:
-        return 1.0
-    return output.rated_v / output.supply_v
+    return output.rated_v / output.supply_v if output.supply_v and output.rated_v else 1.0
 
 
 def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter | None:
     """Return the limiter of a heater, None if its current is not measured."""
-    current = getattr(controller.outputs[heater], "current", None)
-    return Limiter(controller, heater, period_s) if current else None
+    return Limiter(controller, heater, period_s) if controller.outputs[heater].current else None
 
 
 def _converter(controller: Controller, current: Current) -> Converter:

@@ -18,7 +18,6 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import (
     Controller,
     CurrentSensor,
-    ThreePosition,
     monitors_of,
     programmed,
     switched,
@@ -140,10 +139,9 @@ class ModelledLoop:
         """Tell whether a loop that is on was within its band about the setpoint in a step."""
         if not record["enabled"] or record["fault.code"] or record["reading_status"]:
             return False
-        algorithm = self.spec.algorithm
-        within_k = self.spec.ready_within_k or DEFAULT_READY_K
-        if isinstance(algorithm, ThreePosition):
-            within_k = algorithm.dead_band_k
+        within_k = self.spec.algorithm.warm_within_k
+        if within_k is None:
+            within_k = self.spec.ready_within_k or DEFAULT_READY_K
         error_k = Single(record["setpoint_c"]) - Single(record["temperature_c"])
         return bool(-Single(within_k) <= error_k <= Single(within_k))
 

@@ -8,8 +8,9 @@ from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.pid import limits_of, may_limit
 from heatwright.sim.reference.program_state import NO_ORDER
-from heatwright.spec import Controller, Pid, commanded, tunable
+from heatwright.spec import Controller, commanded, tunable
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.algorithms import Algorithm
 
 LARGEST_GAIN = 1e6
 NO_LIMITS = (None, None, None)
@@ -118,7 +119,7 @@ class Operator:
             return False
         given = zip((integral_minimum, integral_maximum, output_maximum), self.limits, strict=True)
         wanted = Limits(*(old if new is None else Single(new) for new, old in given))
-        if not isinstance(self._algorithm, Pid) or not may_limit(self._algorithm, wanted):
+        if self._algorithm.pid is None or not may_limit(self._algorithm.pid, wanted):
             return False
         self.limits = wanted
         return True
@@ -176,8 +177,7 @@ class Operator:
         self.setpoint_c = ZERO
 
 
-def limits_given(algorithm: object) -> Limits | None:
+def limits_given(algorithm: Algorithm) -> Limits | None:
     """Return the limits that the specification gives an algorithm; None if none can be set."""
-    if not isinstance(algorithm, Pid) or not algorithm.limits_adjustable:
-        return None
-    return limits_of(algorithm)
+    pid = algorithm.pid
+    return limits_of(pid) if pid and pid.limits_adjustable else None

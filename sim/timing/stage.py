@@ -12,9 +12,7 @@ from math import inf
 from heatwright.sim.device import AvrDevice
 from heatwright.spec import (
     Controller,
-    DigitalOutput,
     Loop,
-    PwmOutput,
     full_a,
     modbus_of,
     programmed,
@@ -153,8 +151,8 @@ def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat
 
     The step at the beginning of a period has set the duty; a part of that period tells what it is.
     """
-    output = controller.outputs[loop.heater]
-    if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+    output = controller.switches[loop.heater]
+    if output.current is None:
         return []
     sensor, whole_a = output.current.sensor, full_a(output) or 0.0
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Controller
 
 
 def reading_age_s(controller: Controller, sensor: str) -> float:
@@ -20,9 +20,7 @@ def output_delay_s(controller: Controller, output: str, period_s: float) -> floa
     A PWM takes it over with its next period, a time-proportional output with its next window; one
     that is as long as the control period begins with the step itself.
     """
-    spec = controller.outputs[output]
-    if isinstance(spec, PwmOutput):
+    spec = controller.switches[output]
+    if spec.frequency_hz:
         return 0.5 / spec.frequency_hz
-    if isinstance(spec, TimeProportionalOutput):
-        return max(0.0, spec.window_s - period_s) / 2
-    return 0.0
+    return max(0.0, spec.cycle_s - period_s) / 2

@@ -12,7 +12,7 @@ from scipy.linalg import eigvals, expm
 from heatwright.sim.plants import powers_of
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.tuning.delays import output_delay_s, reading_age_s
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller
 
 Matrix = NDArray[np.float64]
 
@@ -161,5 +161,4 @@ def at_full_power(
 
 
 def _runs(controller: Controller, fan: str) -> bool:
-    output = controller.outputs[fan]
-    return isinstance(output, DigitalOutput) and output.runs == "always"
+    return controller.outputs[fan].always_runs

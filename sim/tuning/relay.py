@@ -7,7 +7,7 @@ from heatwright.sim.plot_data import fault_label, faults
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import tune
 from heatwright.sim.tuning.trial import Progress, ending
-from heatwright.spec import Controller, Pid
+from heatwright.spec import Controller
 
 DONE = 2
 RESULTS = {
@@ -37,8 +37,9 @@ def relay(
 
     """
     spec = controller.loops[loop]
+    pid = spec.algorithm.pid
+    assert pid is not None  # noqa: S101 - as the language has it
     assert spec.autotune is not None  # noqa: S101 - the caller has looked
-    assert isinstance(spec.algorithm, Pid)  # noqa: S101 - as the language has it
     length_s = spec.autotune.timeout_s + AFTERWARDS_S
     scenario = (*tune(controller, loop, target_c, spec.autotune.cycles), ending(length_s))
     trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)
@@ -51,4 +52,4 @@ def relay(
         raise TuningFailed(RESULTS.get(result, "it did not start"))
     kp, ki, kd = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
     least, most = (float(last[f"autotune.integral_{end}"]) for end in ("minimum", "maximum"))
-    return Gains(kp, ki, kd, spec.algorithm.derivative_filter_s, (least, most))
+    return Gains(kp, ki, kd, pid.derivative_filter_s, (least, most))

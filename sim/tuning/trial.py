@@ -23,7 +23,7 @@ def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
         "kd": gains.kd,
         "derivative_filter_s": gains.filter_s if gains.kd else 0.0,
     }
-    whole = spec.algorithm if isinstance(spec.algorithm, Pid) else blank_pid()
+    whole = spec.algorithm.pid or blank_pid()
     changed = spec.model_copy(update={"algorithm": whole.model_copy(update=changes)})
     return controller.with_loop(loop, changed).model_copy(update={"comparison": ()})
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, Pid
+from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.commands import by_host
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.quantity import number
 
 
 def duty_can_be_made(controller: Controller) -> Findings:
     """Find a duty in parts on an output that is on or off."""
     for name, loop, heater in loop_heaters(controller):
-        if isinstance(heater, DigitalOutput) and isinstance(loop.algorithm, Pid):
+        if loop.algorithm.pid and not heater.is_metered:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
                 f"pid asks for parts of the power, and {loop.heater} of the kind digital is on "
@@ -26,8 +25,8 @@ def duty_can_be_made(controller: Controller) -> Findings:
 def limits_in_order(controller: Controller) -> Findings:
     """Hold minimum < maximum of the integral's and the output's limits."""
     for name, loop in controller.loops.items():
-        algorithm = loop.algorithm
-        if not isinstance(algorithm, Pid):
+        algorithm = loop.algorithm.pid
+        if algorithm is None:
             continue
         for key in ("integral", "output"):
             limits = getattr(algorithm, key)
@@ -44,8 +43,8 @@ def limits_in_order(controller: Controller) -> Findings:
 def integral_leaves_room(controller: Controller) -> Findings:
     """Find integrals whose least contribution is all the output there is."""
     for name, loop in controller.loops.items():
-        algorithm = loop.algorithm
-        if not isinstance(algorithm, Pid):
+        algorithm = loop.algorithm.pid
+        if algorithm is None:
             continue
         if algorithm.ki == 0 and not algorithm.limits_adjustable:
             continue
@@ -66,8 +65,8 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
     With little integral a loop may never ask for full power, which `heating_failed` needs to see.
     """
     for name, loop in controller.loops.items():
-        algorithm, runaway = loop.algorithm, loop.protection.runaway
-        if not isinstance(algorithm, Pid) or not algorithm.limits_adjustable:
+        algorithm, runaway = loop.algorithm.pid, loop.protection.runaway
+        if algorithm is None or not algorithm.limits_adjustable:
             continue
         path = ("loops", name, "algorithm", "limits_adjustable")
         if not by_host(controller, name):
@@ -100,8 +99,8 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
 def something_acts(controller: Controller) -> Findings:
     """Find controllers whose every gain is 0."""
     for name, loop in controller.loops.items():
-        algorithm = loop.algorithm
-        if isinstance(algorithm, Pid) and algorithm.kp == 0 and algorithm.ki == 0:
+        algorithm = loop.algorithm.pid
+        if algorithm and algorithm.kp == 0 and algorithm.ki == 0:
             yield Finding(
                 ("loops", name, "algorithm", "kp"),
                 "with kp and ki both 0 nothing brings the temperature to the setpoint",
@@ -117,8 +116,8 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
     what holding needs allows for that.
     """
     for name, loop in controller.loops.items():
-        algorithm, rule = loop.algorithm, loop.protection.frozen
-        if not isinstance(algorithm, Pid) or algorithm.ki != 0 or rule is None:
+        algorithm, rule = loop.algorithm.pid, loop.protection.frozen
+        if algorithm is None or algorithm.ki != 0 or rule is None:
             continue
         if rule.holding_percent == 0:
             yield Finding(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from heatwright.spec.algorithms import Pid, ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
@@ -16,12 +15,10 @@ FASTER = 2.0
 def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
     algorithm = machine.loop.algorithm
-    if not machine.course or isinstance(algorithm, Pid) or algorithm.lead_s > 0:
+    if not machine.course or algorithm.pid or algorithm.lead_s > 0:
         return
-    off_k = algorithm.hysteresis_k
-    if isinstance(algorithm, ThreePosition):
-        off_k -= algorithm.dead_band_k
-    peak_c = machine.ambient_c + max(sensed_k for _, sensed_k in machine.coasting()) + off_k
+    coasts_to_k = max(sensed_k for _, sensed_k in machine.coasting())
+    peak_c = machine.ambient_c + coasts_to_k + algorithm.off_at_k
     if peak_c >= machine.loop.protection.maximum_c:
         yield Finding(
             (*machine.path, "protection", "maximum"),
@@ -60,11 +57,9 @@ def falling_stays_above_below(machine: Machine) -> Findings:
     A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
     """
     algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
-    if rule is None or rule.below_k is None or not machine.course or isinstance(algorithm, Pid):
+    if rule is None or rule.below_k is None or not machine.course or algorithm.pid:
         return
-    below_k = algorithm.hysteresis_k
-    if isinstance(algorithm, ThreePosition):
-        below_k = algorithm.dead_band_k
+    below_k = algorithm.on_at_k
     course = list(machine.falling(machine.target_k - below_k, algorithm.lead_s))
     limit_k = machine.target_k - (below_k + (rule.below_k - below_k) / FASTER)
     beyond_s = sum(
@@ -113,9 +108,9 @@ def dead_band_holds(machine: Machine) -> Findings:
     Heater and cooler would then call each other for ever, however well the lead is chosen.
     """
     algorithm, loop = machine.loop.algorithm, machine.loop
-    if not isinstance(algorithm, ThreePosition) or not machine.course or loop.cooler is None:
+    if not algorithm.cools or not machine.course or loop.cooler is None:
         return
-    band_k = 2 * algorithm.dead_band_k
+    band_k = algorithm.swing_k
     for output, what, change_k, held_s in (
         (loop.heater, "rises", machine.rise_k(machine.held_on_s), machine.held_on_s),
         (loop.cooler, "falls", machine.fall_k(machine.cooler_held_on_s), machine.cooler_held_on_s),
@@ -124,7 +119,7 @@ def dead_band_holds(machine: Machine) -> Findings:
             yield Finding(
                 ("outputs", output, "minimum_on"),
                 f"in {duration(held_s)} this plant {what} by up to {about(change_k)} K, through "
-                f"the whole band of ±{number(algorithm.dead_band_k)} K",
+                f"the whole band of ±{number(algorithm.rests_within_k)} K",
                 "Use a shorter time, or a wider dead_band",
                 (*machine.because_of, ("outputs", output)),
             )

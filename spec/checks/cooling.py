@@ -15,7 +15,7 @@ _PLANT: Path = ("simulation", "plant")
 def coolers_have_a_use(controller: Controller) -> Findings:
     """Find algorithms that have nothing to cool with, and coolers that are never switched on."""
     for name, loop in controller.loops.items():
-        cools = isinstance(loop.algorithm, ThreePosition)
+        cools = loop.algorithm.cools
         if cools and loop.cooler is None:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
@@ -56,7 +56,7 @@ def coolers_can_be_switched(controller: Controller) -> Findings:
                 "Name a digital output",
                 (("outputs", loop.cooler),),
             )
-        elif isinstance(cooler, DigitalOutput) and cooler.runs == "always":
+        elif cooler and cooler.always_runs:
             yield Finding(
                 ("outputs", loop.cooler, "runs"),
                 f"the cooler of the loop {name} would always be on",

@@ -11,7 +11,6 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import FILTER_PULSES
 from heatwright.spec.loops import Loop
-from heatwright.spec.outputs import PwmOutput
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz, rounded_up
 
@@ -61,7 +60,7 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
     """Find pulses so slow, and filters so slow, that no mean is made in the time there is."""
     simulation = controller.simulation
     for each in measured(controller):
-        if not isinstance(each.output, PwmOutput):
+        if not each.output.frequency_hz:
             continue
         for name, loop in _loops_of(controller, each.name):
             longest_s = loop.period_s / each.current.filter_parts

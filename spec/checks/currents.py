@@ -8,7 +8,6 @@ from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import LEAST_MARGIN_STEPS
 from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, number, rounded_down, rounded_up
 
@@ -71,7 +70,7 @@ def currents_are_held(controller: Controller) -> Findings:
     """Find limits that a switch cannot keep, and trips that a healthy heater reaches."""
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
-        if limit_a is not None and isinstance(each.output, DigitalOutput):
+        if limit_a is not None and not each.output.is_metered:
             yield Finding(
                 (*each.path, "limit"),
                 "a switch that is on or off cannot reduce its current",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.host import host_loops
 from heatwright.spec.commands import modbus_of
@@ -13,8 +12,8 @@ from heatwright.spec.quantity import about, number, rounded_up
 def bands_in_order(controller: Controller) -> Findings:
     """Hold the dead band inside the band, and the band above what the sensor resolves."""
     for name, loop, sensor in loop_sensors(controller):
-        algorithm = loop.algorithm
-        if not isinstance(algorithm, Pid) or algorithm.band_k is None:
+        algorithm = loop.algorithm.pid
+        if algorithm is None or algorithm.band_k is None:
             continue
         path = ("loops", name, "algorithm")
         step_k = sensor.step_at_k(loop.setpoint.maximum_c, controller.board.mcu)
@@ -66,7 +65,7 @@ def autotune_has_a_use(controller: Controller) -> Findings:
         if loop.autotune is None:
             continue
         path = ("loops", name, "autotune")
-        if not isinstance(loop.algorithm, Pid):
+        if loop.algorithm.pid is None:
             yield Finding(
                 path,
                 f"{loop.algorithm.kind} has no gains to find",

@@ -7,7 +7,7 @@ from heatwright.spec.checks.references import driven_by_loops, unknown
 from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
-from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
+from heatwright.spec.outputs import DigitalOutput, PwmOutput
 from heatwright.spec.problems import Path
 
 LONGEST_HOST_LINE = 80
@@ -59,7 +59,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
         yield Finding(
             path, f"a loop already switches {name}, or relies on it", "Name another", because_of
         )
-    elif isinstance(output, DigitalOutput) and output.runs == "always":
+    elif output.always_runs:
         yield Finding(
             ("outputs", name, "runs"),
             "a fan that always runs cannot be switched by a host",
@@ -77,7 +77,7 @@ def host_steppers(controller: Controller) -> Findings:
             path = ("interfaces", index, "steppers", address)
             yield from unknown(path, name, "outputs", controller.outputs)
             output = controller.outputs.get(name)
-            if output is not None and not isinstance(output, Stepper):
+            if output is not None and not output.feeds:
                 yield Finding(
                     path,
                     f"{name} is of the kind {output.kind}, which feeds nothing",
@@ -92,8 +92,8 @@ def steppers_wait(controller: Controller) -> Findings:
         loop.ready_within_k is not None and name in host_loops(controller)
         for name, loop in controller.loops.items()
     )
-    for name, output in controller.outputs.items():
-        if isinstance(output, Stepper) and not waits:
+    for name in controller.steppers:
+        if not waits:
             yield Finding(
                 ("outputs", name),
                 "nothing says when it may feed: no loop that a gcode interface serves has "

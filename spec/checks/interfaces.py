@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import programmed, starts_enabled, switched
 from heatwright.spec.controller import Controller
@@ -78,8 +77,8 @@ def countdowns_have_a_use(controller: Controller) -> Findings:
 
 
 def _rests_anywhere(controller: Controller, name: str) -> bool:
-    algorithm = controller.loops[name].algorithm
-    return isinstance(algorithm, Pid) and algorithm.ki == 0
+    algorithm = controller.loops[name].algorithm.pid
+    return algorithm is not None and algorithm.ki == 0
 
 
 def countdowns_count_minutes(controller: Controller) -> Findings:

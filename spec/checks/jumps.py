@@ -6,11 +6,9 @@ import math
 from collections.abc import Iterable, Iterator
 from itertools import islice, pairwise
 
-from heatwright.spec.algorithms import OnOff, Pid, ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.machine import MOST_POINTS, Machine
-from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import about, duration, rounded_up
 from heatwright.spec.timers import TICK_S
 
@@ -71,10 +69,10 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     algorithm, output = machine.loop.algorithm, machine.output
     # The slope is of the mean of some readings, and fades away with the filter.
     on_s, share = machine.readings * machine.loop.period_s, 0.0
-    if isinstance(algorithm, Pid):
-        on_s += algorithm.derivative_filter_s
-        share = min(algorithm.kd * step_k / on_s, algorithm.output.maximum_percent) / 100
-    elif isinstance(algorithm, OnOff | ThreePosition) and algorithm.lead_s:
+    if algorithm.pid:
+        on_s += algorithm.pid.derivative_filter_s
+        share = min(algorithm.pid.kd * step_k / on_s, algorithm.full_percent) / 100
+    elif algorithm.lead_s:
         on_s, share = on_s + machine.held_on_s, 1.0
     if not share:
         return
@@ -84,7 +82,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
     # What an integral asks for goes on beside it.
-    held_w = plant.power_w(held_k) if isinstance(algorithm, Pid) and algorithm.ki else 0.0
+    held_w = plant.power_w(held_k) if algorithm.pid and algorithm.pid.ki else 0.0
     warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
     for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):
         yield time_s, plant.sensed_k(state) - held_k
@@ -93,14 +91,12 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
 def _pulse_k(machine: Machine) -> float:
     """Rise between two readings, beyond that of the mean power, while a pulse lasts, K."""
     output, algorithm = machine.output, machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or output.cycle_s <= TICK_S:
+    if algorithm.pid is None or output.cycle_s <= TICK_S:
         return 0.0
     beyond_w = machine.pulse_w - machine.full_power_w
     if beyond_w <= 0:
         return 0.0
-    on_s = algorithm.output.maximum_percent / 100 * output.full_share * output.cycle_s
-    if isinstance(output, TimeProportionalOutput) and output.distribution == "spread":
-        on_s = output.resolution_s
+    on_s = output.pulse_s(algorithm.full_percent / 100 * output.full_share)
     quick_s = min(machine.plant.fastest_s(), on_s) / 4
     course = machine.plant.course(machine.plant.start(0.0), beyond_w, quick_s, 64 * quick_s)
     points = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from itertools import product
 
-from heatwright.spec.algorithms import Algorithm, OnOff
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop_types
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
@@ -52,7 +51,7 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
     """
     for name, loop, sensor, _ in loop_types(controller):
         highest_c = loop.setpoint.maximum_c
-        swing_k = swing_above_k(loop.algorithm)
+        swing_k = loop.algorithm.rests_within_k
         least_c = highest_c + swing_k + sensor.error_k(highest_c)
         if loop.protection.maximum_c <= least_c:
             yield Finding(
@@ -67,15 +66,10 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
             )
 
 
-def swing_above_k(algorithm: Algorithm) -> float:
-    """Return how far above its setpoint a healthy loop lets the temperature be, K."""
-    return algorithm.hysteresis_k if isinstance(algorithm, OnOff) else algorithm.dead_band_k
-
-
 def runaway_outside_the_band(controller: Controller) -> Findings:
     """Keep `runaway_above` and `runaway_below` outside the band in which a healthy loop swings."""
     for name, loop in controller.loops.items():
-        band_k, rule = swing_above_k(loop.algorithm), loop.protection.runaway
+        band_k, rule = loop.algorithm.rests_within_k, loop.protection.runaway
         if rule is None or not band_k:
             continue
         for key, limit_k in (("above", rule.above_k), ("below", rule.below_k)):

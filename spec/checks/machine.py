@@ -6,12 +6,10 @@ import math
 from collections.abc import Iterator
 from itertools import islice, pairwise
 
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.controller import Controller
 from heatwright.spec.matrices import Vector
 from heatwright.spec.network import Heated
 from heatwright.spec.outputs import (
-    DigitalOutput,
     Switch,
     always_running,
     limit_w,
@@ -97,8 +95,7 @@ class Machine:
     @property
     def full_power_w(self) -> float:
         """The most the algorithm asks for, as far as the current's limit lets it have it."""
-        algorithm = self.loop.algorithm
-        share = algorithm.output.maximum_percent / 100 if isinstance(algorithm, Pid) else 1.0
+        share = self.loop.algorithm.full_percent / 100
         return min(self.power_w * share, limit_w(self.output))
 
     @property
@@ -120,7 +117,7 @@ class Machine:
     @property
     def held_on_s(self) -> float:
         """Time for which the heater stays on after it was switched off."""
-        return self.output.minimum_on_s if isinstance(self.output, DigitalOutput) else 0.0
+        return self.output.stays_on_s
 
     @property
     def held_off_s(self) -> float:
@@ -128,14 +125,13 @@ class Machine:
 
         For its own rest, for the cooler's, or until its next window begins.
         """
-        output = self.output
-        own_s = output.minimum_off_s if isinstance(output, DigitalOutput) else output.cycle_s
+        own_s = max(self.output.stays_off_s, self.output.cycle_s)
         return max(own_s, self.cooler_held_on_s)
 
     @property
     def cooler_held_on_s(self) -> float:
         """Time for which the cooler stays on after it was switched off."""
-        return self.cooler.minimum_on_s if isinstance(self.cooler, DigitalOutput) else 0.0
+        return self.cooler.stays_on_s if self.cooler else 0.0
 
     def _heating(self) -> Iterator[tuple[float, float]]:
         quick_s = self.plant.fastest_s() / 4

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.checks.tenths import fits
@@ -174,7 +173,7 @@ def writes_in_range(controller: Controller) -> Findings:
 def warm_is_once(controller: Controller) -> Findings:
     """Find `ready_within` that nothing goes by, for a master is told the dead band."""
     for name, loop in controller.loops.items():
-        if modbus_of(controller) is None or not isinstance(loop.algorithm, ThreePosition):
+        if modbus_of(controller) is None or loop.algorithm.warm_within_k is None:
             continue
         if loop.ready_within_k is not None:
             yield Finding(

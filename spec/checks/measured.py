@@ -9,7 +9,7 @@ from heatwright.spec.circuits import reference_v
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES
 from heatwright.spec.currents import Current, CurrentSensor
-from heatwright.spec.outputs import DigitalOutput, PwmOutput, full_rms_a
+from heatwright.spec.outputs import Switch, full_rms_a
 from heatwright.spec.problems import Path
 
 IDLE_SHARE = 0.05
@@ -22,7 +22,7 @@ class Measured(NamedTuple):
     """An output whose current is measured, with its sensor."""
 
     name: str
-    output: DigitalOutput | PwmOutput
+    output: Switch
     current: Current
     sensor: CurrentSensor
     step_a: float
@@ -48,13 +48,13 @@ class Measured(NamedTuple):
 
 def measured(controller: Controller) -> Iterator[Measured]:
     """List the outputs whose current is measured by a sensor that is there."""
-    for name, output in controller.outputs.items():
-        if not isinstance(output, DigitalOutput | PwmOutput) or output.current is None:
+    for name, output in controller.switches.items():
+        if output.current is None:
             continue
         sensor = controller.sensors.get(output.current.sensor)
         if isinstance(sensor, CurrentSensor):
             full_scale_v = reference_v(sensor, controller.board.mcu)
-            scale_v_per_a = sensor.scale_v_per_a * getattr(output, "mean_of_rms", 1.0)
+            scale_v_per_a = sensor.scale_v_per_a * output.mean_of_rms
             step_a = full_scale_v / CODES / scale_v_per_a
             highest_a = (CODES - 0.5) * step_a - sensor.offset_v / scale_v_per_a
             yield Measured(name, output, output.current, sensor, step_a, highest_a)

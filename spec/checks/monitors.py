@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, shows_its_range
-from heatwright.spec.checks.limits import PEAK, swing_above_k
+from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.checks.timing import MOST_MISSING, periods_s
 from heatwright.spec.controller import Controller
@@ -186,7 +186,7 @@ def _hottest_c(controller: Controller, simulation: Simulation, sensor: str) -> f
         Neighbour(
             loop.heater,
             loop.sensor,
-            loop.setpoint.maximum_c + swing_above_k(loop.algorithm) - ambient_c,
+            loop.setpoint.maximum_c + loop.algorithm.rests_within_k - ambient_c,
         )
         for loop in controller.loops.values()
         if loop.setpoint.maximum_c > ambient_c

@@ -5,7 +5,6 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import Stepper
 from heatwright.spec.problems import Path
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
@@ -180,7 +179,7 @@ def heaters_have_power(controller: Controller) -> Findings:
         return
     for name in controller.simulation.plant.heat:
         output = controller.outputs.get(name)
-        if isinstance(output, Stepper):
+        if output and output.feeds:
             yield Finding(
                 (*_PLANT, "heat", name),
                 f"{name} is a stepper, which feeds and does not heat",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
@@ -44,8 +43,8 @@ def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
 
 def integral_suffices(machine: Machine) -> Findings:
     """Hold the integral's maximum to the losses at the highest setpoint: it alone supplies them."""
-    algorithm = machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or algorithm.ki == 0 or not machine.reaches:
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.ki == 0 or not machine.reaches:
         return
     most = algorithm.integral.maximum_percent
     ends_k = machine.plant.steady_k(machine.power_w * most / 100)
@@ -65,8 +64,8 @@ def integral_cools(machine: Machine) -> Findings:
 
     Under a reading that is stuck just above the setpoint it would do so, and no rule could tell.
     """
-    algorithm = machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or algorithm.ki == 0:
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.ki == 0:
         return
     least = algorithm.integral.minimum_percent
     ends_c = machine.ambient_c + machine.plant.steady_k(machine.power_w * least / 100)
@@ -99,8 +98,8 @@ def autotune_has_time(machine: Machine) -> Findings:
 
 def least_duty_cools(machine: Machine) -> Findings:
     """Find a least duty that alone heats above the lowest setpoint."""
-    algorithm = machine.loop.algorithm
-    if not isinstance(algorithm, Pid) or algorithm.output.minimum_percent == 0:
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.output.minimum_percent == 0:
         return
     least_w = machine.power_w * algorithm.output.minimum_percent / 100
     ends_c = machine.ambient_c + machine.plant.steady_k(least_w)

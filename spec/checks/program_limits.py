@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
-from heatwright.spec.checks.limits import swing_above_k
 from heatwright.spec.checks.timing import countable, periods_s
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import MOST_STEPS, Loop
@@ -71,7 +70,7 @@ def targets_can_be_reached(controller: Controller) -> Findings:
             "the sensor's step at the highest setpoint": sensor.step_at_k(
                 loop.setpoint.maximum_c, controller.board.mcu
             ),
-            "where the loop may rest": swing_above_k(loop.algorithm),
+            "where the loop may rest": loop.algorithm.rests_within_k,
         }
         what, widest_k = max(rests.items(), key=lambda item: item[1])
         if reached_k <= widest_k:

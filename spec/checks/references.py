@@ -9,7 +9,7 @@ from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Gcode, ModbusRtu
-from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
+from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
@@ -146,7 +146,7 @@ def proofs_are_of_fans(controller: Controller) -> Findings:
 def heaters_can_heat(controller: Controller) -> Findings:
     """Refuse a heater that is a motor."""
     for name, loop in controller.loops.items():
-        if isinstance(controller.outputs.get(loop.heater), Stepper):
+        if loop.heater in controller.steppers:
             yield Finding(
                 ("loops", name, "heater"),
                 f"{loop.heater} is a stepper, which feeds and does not heat",
@@ -159,7 +159,7 @@ def heaters_do_not_always_run(controller: Controller) -> Findings:
     """Refuse a heater that is on as long as the controller is."""
     for name, loop in controller.loops.items():
         heater = controller.outputs.get(loop.heater)
-        if isinstance(heater, DigitalOutput) and heater.runs == "always":
+        if heater and heater.always_runs:
             yield Finding(
                 ("outputs", loop.heater, "runs"),
                 f"the heater of the loop {name} would always be on",
@@ -198,8 +198,7 @@ def everything_used(controller: Controller) -> Findings:
             )
     driven = driven_by_loops(controller) | driven_by_host(controller) | {controller.safety.relay}
     for name, output in controller.outputs.items():
-        always = isinstance(output, DigitalOutput) and output.runs == "always"
-        if not always and name not in driven:
+        if not output.always_runs and name not in driven:
             yield Finding(
                 ("outputs", name),
                 "no loop uses this output",
@@ -221,7 +220,7 @@ def current_sensors(controller: Controller) -> dict[str, str]:
     return {
         name: output.current.sensor
         for name, output in controller.outputs.items()
-        if isinstance(output, DigitalOutput | PwmOutput) and output.current is not None
+        if output.current is not None
     }
 
 

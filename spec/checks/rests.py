@@ -6,18 +6,16 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.timing import is_ticks
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import MOST_STEPS, Loop
-from heatwright.spec.outputs import DigitalOutput
+from heatwright.spec.outputs import Output
 from heatwright.spec.quantity import duration
 from heatwright.spec.timers import TICK_S
 
-_KEYS = {"minimum_on": "minimum_on_s", "minimum_off": "minimum_off_s"}
 
-
-def rests(output: object) -> dict[str, float]:
+def rests(output: Output | None) -> dict[str, float]:
     """List a digital output's shortest times that are not 0, by their keys."""
-    if not isinstance(output, DigitalOutput):
+    if output is None:
         return {}
-    times_s = {key: float(getattr(output, name)) for key, name in _KEYS.items()}
+    times_s = {"minimum_on": output.stays_on_s, "minimum_off": output.stays_off_s}
     return {key: seconds for key, seconds in times_s.items() if seconds > 0}
 
 
@@ -42,7 +40,7 @@ def rests_are_ticks(controller: Controller) -> Findings:
 def rests_have_a_use(controller: Controller) -> Findings:
     """Find shortest times of what is never switched."""
     for name, output in controller.outputs.items():
-        if isinstance(output, DigitalOutput) and output.runs == "always":
+        if output.always_runs:
             for key in rests(output):
                 yield Finding(
                     ("outputs", name, key),
@@ -59,7 +57,7 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
     """
     for name, loop in controller.loops.items():
         heater = controller.outputs.get(loop.heater)
-        if getattr(heater, "current", None) is None:
+        if heater is None or heater.current is None:
             continue
         for part in (loop.heater, loop.cooler):
             for key, seconds in rests(controller.outputs.get(str(part))).items():
@@ -70,7 +68,8 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
                     f"Delete it, or current of {loop.heater}",
                     (("outputs", loop.heater), ("loops", name)),
                 )
-        if getattr(controller.outputs.get(str(loop.fan)), "proof", None) is not None:
+        fan = controller.outputs.get(str(loop.fan))
+        if fan and fan.proof:
             yield Finding(
                 ("outputs", str(loop.fan), "proof"),
                 f"until the fan has proved that it turns the heater of the loop {name} is not what "

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import PwmOutput
 from heatwright.spec.quantity import number
 
 
 def supply_suffices(controller: Controller) -> Findings:
     """Hold the rated voltage to the supply's: pulses make less of it, never more."""
     for name, output in controller.outputs.items():
-        if not isinstance(output, PwmOutput) or output.rated_v is None:
+        if output.rated_v is None:
             continue
         path = ("outputs", name, "rated")
         if output.supply_v is None:

@@ -32,7 +32,7 @@ from heatwright.spec.commands import commanded
 from heatwright.spec.controller import Controller
 from heatwright.spec.feeds import fed, lasting_feed_mm_per_s
 from heatwright.spec.heated_loop import heated_loop
-from heatwright.spec.outputs import Switch, TimeProportionalOutput
+from heatwright.spec.outputs import Switch
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 from heatwright.spec.simulation import Simulation
 
@@ -161,8 +161,8 @@ def heating_rule_holds(machine: Machine) -> Findings:
 
 def rest_is_not_below(machine: Machine) -> Findings:
     """Find a rule `runaway.below` narrower than where a loop without an integral comes to rest."""
-    algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
-    if not isinstance(algorithm, Pid) or algorithm.ki or not algorithm.kp or not machine.reaches:
+    algorithm, rule = machine.loop.algorithm.pid, machine.loop.protection.runaway
+    if algorithm is None or algorithm.ki or not algorithm.kp or not machine.reaches:
         return
     if rule is None or rule.below_k is None:
         return
@@ -194,8 +194,7 @@ def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) 
         percent = algorithm.output.maximum_percent
     percent = max(percent, algorithm.output.minimum_percent)
     output = machine.output
-    if isinstance(output, TimeProportionalOutput):
-        percent *= percent / 100 * output.window_s >= output.minimum_on_s
+    percent *= percent / 100 * output.cycle_s >= output.shortest_pulse_s
     power_w = min(machine.power_w * percent / 100, machine.full_power_w)
     return machine.plant.steady_k(power_w) >= target_k - below_k
 
@@ -227,10 +226,10 @@ def window_is_smoothed(machine: Machine) -> Findings:
     A swing as wide as the proportional band (100 %/kp) takes the duty from one end to the other:
     then the loop follows its own window and no longer the machine.
     """
-    algorithm, output = machine.loop.algorithm, machine.output
-    if not isinstance(algorithm, Pid) or not algorithm.kp or not output.cycle_s:
+    algorithm, output = machine.loop.algorithm.pid, machine.output
+    if algorithm is None or not algorithm.kp or not output.cycle_s:
         return
-    windowed = isinstance(output, TimeProportionalOutput)
+    windowed = output.is_windowed
     swing_k = machine.plant.swing_k(machine.pulse_w, output.cycle_s)
     band_k = 100.0 / algorithm.kp
     if swing_k >= band_k:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from heatwright.spec.algorithms import Algorithm, Pid
+from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.machine import Machine
 from heatwright.spec.heated_loop import HeatedLoop
@@ -22,7 +22,7 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
         return
     path = (*machine.path, "protection", "frozen")
     power_w, heat = heated.full_w, "full power"
-    if isinstance(machine.loop.algorithm, Pid):
+    if machine.loop.algorithm.pid:
         takes_percent = 100 * heated.hold_w / heated.power_w
         if rule.holding_percent < takes_percent:
             yield Finding(
@@ -58,7 +58,7 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     rule = machine.loop.protection.heating
     if rule is None:
         return
-    longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm))
+    longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm.pid))
     longest_s += heated.late_s
     if longest_s > rule.within_s:
         yield Finding(
@@ -71,10 +71,10 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
         )
 
 
-def _not_full_k(algorithm: Algorithm) -> float:
+def _not_full_k(algorithm: Pid | None) -> float:
     """Return how far below the setpoint full power ends, K, while the integral is still 0."""
-    if not isinstance(algorithm, Pid):
+    if algorithm is None:
         return 0.0
-    most_percent = algorithm.output.maximum_percent
+    most_percent = algorithm.full_percent
     proportional_k = most_percent / algorithm.kp if algorithm.kp else math.inf
-    return min(proportional_k, algorithm.band_k or math.inf)
+    return min(proportional_k, algorithm.on_at_k)

@@ -80,7 +80,7 @@ def fields(controller: Controller, name: str) -> list[dict[str, str]]:
         ("setpoint in degC", f"loop_{name}.setpoint_c"),
     ]
     prefix, state = prefix_of(name), f"algorithm_{name}"
-    if not isinstance(loop.algorithm, Pid):
+    if loop.algorithm.pid is None:
         lead = f"{prefix}_LEAD_S * {state}.rate_k_per_s" if loop.algorithm.lead_s > 0 else "0.0f"
         if "lead_s" in keyed:
             lead = f"{state}.lead_s * {state}.rate_k_per_s"

@@ -9,7 +9,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Wiring
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, DigitalOutput
+from heatwright.spec import Controller
 from heatwright.spec.indicated import shown_meanings
 from heatwright.spec.outputs import Switch
 from heatwright.spec.pwm_timers import PwmChannel
@@ -55,9 +55,8 @@ def watched(controller: Controller, name: str) -> bool:
 
 def stops(controller: Controller, name: str) -> bool:
     """Tell whether an output is a heater that stays on for a while, and so has to be stopped."""
-    output = controller.outputs[name]
     heats = any(loop.heater == name for loop in controller.loops.values())
-    return heats and isinstance(output, DigitalOutput) and output.minimum_on_s > 0
+    return heats and controller.outputs[name].stays_on_s > 0
 
 
 def output_context(source: Source, name: str) -> dict[str, Any]:

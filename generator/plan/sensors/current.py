@@ -10,7 +10,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, CurrentSensor, PwmOutput
+from heatwright.spec import Controller, CurrentSensor
 from heatwright.spec.circuits import reference_v
 from heatwright.spec.currents import FILTER_PULSES
 
@@ -88,11 +88,7 @@ def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
     """Say what has to be between the sensor and the pin, if its heater pulses."""
     for loop in controller.loops.values():
         heater = controller.outputs[loop.heater]
-        if (
-            isinstance(heater, PwmOutput)
-            and heater.current is not None
-            and heater.current.sensor == name
-        ):
+        if heater.frequency_hz and heater.current and heater.current.sensor == name:
             least = quantity(FILTER_PULSES / heater.frequency_hz, "s")
             most = quantity(_rounded_down(use.period_s / heater.current.filter_parts), "s")
             return f"; through an RC of {least} to {most}: the mean"
