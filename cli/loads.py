@@ -21,7 +21,7 @@ def loads(controller: Controller) -> Iterator[dict[str, Any]]:
     from heatwright.spec import full_a  # noqa: PLC0415
 
     for name, output in controller.switches.items():
-        if not output.is_metered or output.power_w is None:
+        if output.is_on_off or output.power_w is None:
             continue
         peak_a = full_a(output)
         if peak_a is None or (output.full_share == NOTHING_LESS and output.current is None):

@@ -17,7 +17,7 @@ from heatwright.sim.disturbances import Disturbance, disturbances, undisturbed
 from heatwright.sim.firing import Firing, firing_of
 from heatwright.sim.plants import powers_of
 from heatwright.sim.trace import Series, StepLog, Trace
-from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Controller, TimeProportionalOutput
 
 STEADY_SHARE = 1 / 3
 """The steady part is the last third of the response."""
@@ -211,7 +211,7 @@ def pulse_rates(log: StepLog, controller: Controller, output: str) -> Series:
     there are of those that are on, or of those that are off.
     """
     spec = controller.outputs[output]
-    if isinstance(spec, PwmOutput):
+    if spec.frequency_hz:
         return np.full(len(log), spec.frequency_hz)
     if not isinstance(spec, TimeProportionalOutput):
         return np.zeros(len(log))

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
-from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
 from heatwright.spec.sensors import Ds18b20
@@ -88,7 +87,7 @@ def longest_tick_s(controller: Controller) -> float:
     for loop in controller.loops.values():
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
         cycles += COOLER_CYCLES * (loop.cooler is not None)
-        cycles += WINDOW_CYCLES * isinstance(outputs.get(loop.heater), TimeProportionalOutput)
+        cycles += WINDOW_CYCLES * getattr(outputs.get(loop.heater), "is_windowed", False)
         for name in filter(None, (loop.heater, loop.cooler)):
             cycles += HELD_CYCLES * getattr(outputs.get(name), "is_held", False)
         channel = channels.get(loop.heater)

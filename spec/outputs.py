@@ -101,7 +101,7 @@ class Proof(Model):
 class DigitalOutput(Model):
     """Switched on and off: a relay, or a fan."""
 
-    is_metered: ClassVar[bool] = False
+    is_on_off: ClassVar[bool] = True
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = False
     frequency_hz: ClassVar[float] = 0.0
@@ -167,7 +167,7 @@ class DigitalOutput(Model):
 class PwmOutput(Model):
     """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
 
-    is_metered: ClassVar[bool] = True
+    is_on_off: ClassVar[bool] = False
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = False
     always_runs: ClassVar[bool] = False
@@ -216,7 +216,7 @@ class PwmOutput(Model):
 class TimeProportionalOutput(Model):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
 
-    is_metered: ClassVar[bool] = True
+    is_on_off: ClassVar[bool] = False
     is_windowed: ClassVar[bool] = True
     feeds: ClassVar[bool] = False
     always_runs: ClassVar[bool] = False
@@ -271,7 +271,7 @@ class TimeProportionalOutput(Model):
 class Stepper(Model):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
 
-    is_metered: ClassVar[bool] = False
+    is_on_off: ClassVar[bool] = False
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = True
     always_runs: ClassVar[bool] = False

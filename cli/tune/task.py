@@ -132,7 +132,7 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
 
 
 def _check_output(spec: Spec, name: str, loop: Loop) -> None:
-    if not spec.controller.outputs[loop.heater].is_metered:
+    if spec.controller.outputs[loop.heater].is_on_off:
         raise Refused(
             f"{spec.file_name}: heater {loop.heater} is switched on and off only, and a PID asks "
             "for parts of its power. Make it time_proportional or pwm."

@@ -137,7 +137,7 @@ def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> P
         "plain": [
             name
             for name, each in root.controller.switches.items()
-            if not each.is_metered and not each.is_held
+            if each.is_on_off and not each.is_held
         ],
         "inputs": list(root.controller.safety.inputs),
         "inputs_where": root.at("safety", "inputs").where,

@@ -104,7 +104,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         cooler=loop.cooler,
         stepper=next(iter(steppers), None),
         current=current.sensor if current else None,
-        has_output_state=controller.outputs[loop.heater].is_metered,
+        has_output_state=not controller.outputs[loop.heater].is_on_off,
         table=controller.sensors[loop.sensor].kind in TABLED,
         commanded=commanded(controller, name),
         switched=switched(controller, name),

@@ -12,7 +12,7 @@ from heatwright.spec.quantity import number
 def duty_can_be_made(controller: Controller) -> Findings:
     """Find a duty in parts on an output that is on or off."""
     for name, loop, heater in loop_heaters(controller):
-        if loop.algorithm.pid and not heater.is_metered:
+        if loop.algorithm.pid and heater.is_on_off:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
                 f"pid asks for parts of the power, and {loop.heater} of the kind digital is on "

@@ -5,7 +5,6 @@ from __future__ import annotations
 from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, number, rounded_up
 
@@ -49,7 +48,7 @@ def coolers_can_be_switched(controller: Controller) -> Findings:
             yield Finding(
                 path, f"{loop.cooler} is {user}", "Name an output of its own", (("loops",),)
             )
-        elif cooler is not None and not isinstance(cooler, DigitalOutput):
+        elif cooler is not None and not cooler.is_on_off:
             yield Finding(
                 path,
                 f"{loop.cooler} is of the kind {cooler.kind}, and a cooler is on or off",

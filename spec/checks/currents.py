@@ -70,7 +70,7 @@ def currents_are_held(controller: Controller) -> Findings:
     """Find limits that a switch cannot keep, and trips that a healthy heater reaches."""
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
-        if limit_a is not None and not each.output.is_metered:
+        if limit_a is not None and each.output.is_on_off:
             yield Finding(
                 (*each.path, "limit"),
                 "a switch that is on or off cannot reduce its current",

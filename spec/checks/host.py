@@ -7,7 +7,6 @@ from heatwright.spec.checks.references import driven_by_loops, unknown
 from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
-from heatwright.spec.outputs import DigitalOutput, PwmOutput
 from heatwright.spec.problems import Path
 
 LONGEST_HOST_LINE = 80
@@ -47,7 +46,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
     because_of: tuple[Path, ...] = (("outputs", name), ("loops",))
     if output is None:
         return
-    if not isinstance(output, DigitalOutput | PwmOutput):
+    if output.feeds or output.is_windowed:
         yield Finding(
             path,
             f"{name} is of the kind {output.kind}, and a host switches fans on and off or sets "

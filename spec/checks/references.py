@@ -9,7 +9,6 @@ from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Gcode, ModbusRtu
-from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
@@ -102,13 +101,13 @@ def fans_run(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "fan"), "this is the loop's heater", "Name the fan's output"
             )
-        elif not isinstance(fan, DigitalOutput):
+        elif not fan.is_on_off:
             yield Finding(
                 ("loops", name, "fan"),
                 f"{loop.fan} is of the kind {fan.kind}, so nobody knows whether the fan turns",
                 "Name a digital output",
             )
-        elif fan.runs != "always":
+        elif not fan.always_runs:
             yield Finding(
                 ("outputs", loop.fan, "runs"),
                 f"a fan that runs with its loop {NOT_BUILT}",
@@ -203,7 +202,7 @@ def everything_used(controller: Controller) -> Findings:
                 ("outputs", name),
                 "no loop uses this output",
                 "Delete it, or name it in a loop or a gcode interface"
-                + ("; or write runs: always" if isinstance(output, DigitalOutput) else ""),
+                + ("; or write runs: always" if output.is_on_off else ""),
                 (("loops",), ("interfaces",), ("safety",)),
             )
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_host, driven_by_loops
+from heatwright.spec.checks.rests import rests
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import DigitalOutput
 from heatwright.spec.problems import Path
 
 RELAY: Path = ("safety", "relay")
@@ -18,7 +18,7 @@ def relay_is_free(controller: Controller) -> Findings:
     if relay is None or output is None:
         return
     because_of: tuple[Path, ...] = (("outputs", relay), ("loops",), ("interfaces",))
-    if not isinstance(output, DigitalOutput):
+    if not output.is_on_off:
         yield Finding(
             RELAY,
             f"{relay} is of the kind {output.kind}, and a relay is on or off",
@@ -38,24 +38,20 @@ def relay_can_open(controller: Controller) -> Findings:
     """Find what would keep the relay from opening at once."""
     relay = controller.safety.relay
     output = None if relay is None else controller.outputs.get(relay)
-    if relay is None or not isinstance(output, DigitalOutput):
+    if relay is None or output is None or not output.is_on_off:
         return
     path: Path = ("outputs", relay)
-    if output.runs == "always":
+    if output.always_runs:
         yield Finding(
             (*path, "runs"), "a safety relay that is always closed is none", "Delete runs", (RELAY,)
         )
-    for key, seconds in (
-        ("minimum_on", output.minimum_on_s),
-        ("minimum_off", output.minimum_off_s),
-    ):
-        if seconds:
-            yield Finding(
-                (*path, key),
-                "the safety relay opens at once, and closes when heat is wanted",
-                "Delete it",
-                (RELAY,),
-            )
+    for key in rests(output):
+        yield Finding(
+            (*path, key),
+            "the safety relay opens at once, and closes when heat is wanted",
+            "Delete it",
+            (RELAY,),
+        )
 
 
 def feedback_has_a_relay(controller: Controller) -> Findings:
