@@ -62,11 +62,11 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     log = fault_log()
     files = (
         *log.files,
-        File("src/panel.c", "interfaces/menu.c.j2", context),
-        File("src/menu_text.h", "interfaces/menu_text.h.j2", context),
-        File("src/menu_text.c", "interfaces/menu_text.c.j2", context),
+        File("src/panel.c", "interfaces/lcd_keypad/menu.c.j2", context),
+        File("src/menu_text.h", "interfaces/lcd_keypad/menu_text.h.j2", context),
+        File("src/menu_text.c", "interfaces/lcd_keypad/menu_text.c.j2", context),
         *(
-            File(f"src/menu_{part}.{end}", f"interfaces/menu_{part}.{template}", context)
+            File(f"src/menu_{part}.{end}", f"interfaces/lcd_keypad/menu_{part}.{template}", context)
             for part in PARTS
             for end, template in (("h", "h"), ("c", "c.j2"))
         ),

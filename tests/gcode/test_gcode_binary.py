@@ -176,7 +176,7 @@ def test_a_main_loop_that_hangs_ends_the_feed(entry: str) -> None:
 
 
 def in_the_firmware() -> set[str]:
-    text = (ROOT / "templates" / "interfaces" / "gcode.c.j2").read_text("utf-8")
+    text = (ROOT / "templates" / "interfaces" / "gcode" / "gcode.c.j2").read_text("utf-8")
     found = set()
     for name, letter in {"do_g": "G", "do_m": "M", "do_gains": "M", "do_feed": "M"}.items():
         body = text.partition(f"static bool {name}(void)\n")[2].partition("\n}\n")[0]

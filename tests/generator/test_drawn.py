@@ -88,7 +88,7 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
         for file in plan_firmware(each.spec).files:
             noting.get_template(file.template).render(file.context)
             used.add(file.template)
-    files = [path for path in TEMPLATES.glob("*/*") if path.suffix in {*CODE, ".j2", ".py"}]
+    files = [path for path in TEMPLATES.glob("*/**/*") if path.suffix in {*CODE, ".j2", ".py"}]
     assert with_included(used) == {path.relative_to(TEMPLATES).as_posix() for path in files}
     assert set(product(noting.places, (True, False))) - noting.seen == set()
     found = frozenset().union(*(kinds_in(each.spec.controller) for each in pool))

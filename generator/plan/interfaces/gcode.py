@@ -44,17 +44,17 @@ def plan(source: Source, interface: Gcode) -> Part:
 
 def _files(context: dict[str, Any]) -> Iterable[File]:
     for name in ("gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
-        yield File(f"src/{name}", f"interfaces/{name}")
+        yield File(f"src/{name}", f"interfaces/gcode/{name}")
     for name in (
         "gcode.h", "gcode.c", "gcode_report.h", "gcode_report.c", "gcode_tools.h", "gcode_tools.c",
         "gcode_wait.h", "gcode_wait.c",
     ):  # fmt: skip
-        yield File(f"src/{name}", f"interfaces/{name}.j2", context)
+        yield File(f"src/{name}", f"interfaces/gcode/{name}.j2", context)
     if context["feed"]:
-        yield File("src/gcode_feed.h", "interfaces/gcode_feed.h")
-        yield File("src/gcode_feed.c", "interfaces/gcode_feed.c.j2", context)
-    yield File("src/host.h", "interfaces/host.h")
-    yield File("src/host.c", "interfaces/host.c.j2", context)
+        yield File("src/gcode_feed.h", "interfaces/gcode/gcode_feed.h")
+        yield File("src/gcode_feed.c", "interfaces/gcode/gcode_feed.c.j2", context)
+    yield File("src/host.h", "interfaces/gcode/host.h")
+    yield File("src/host.c", "interfaces/gcode/host.c.j2", context)
     yield File("src/text.h", "src/text.h")
     yield File("src/text.c", "src/text.c")
 

@@ -54,8 +54,8 @@ def plan(source: Source, interface: Indicators) -> Part:
     ]
     return Part(
         files=(
-            File(f"src/{header}", "interfaces/indicators.h.j2", context),
-            File(f"src/indicators_{name}.c", "interfaces/indicators.c.j2", context),
+            File(f"src/{header}", "interfaces/indicators/indicators.h.j2", context),
+            File(f"src/indicators_{name}.c", "interfaces/indicators/indicators.c.j2", context),
         ),
         groups=_groups(source, name, loop, set(pins)),
         pins=tuple(

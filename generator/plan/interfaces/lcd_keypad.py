@@ -69,11 +69,11 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     return Part(
         files=(
             *keys.files,
-            File("src/lcd.h", "interfaces/lcd.h"),
-            File("src/lcd.c", "interfaces/lcd.c.j2", lcd),
-            File("src/keypad.h", "interfaces/keypad.h.j2", keypad),
-            File("src/keypad.c", "interfaces/keypad.c.j2", keypad),
-            File("src/panel.h", "interfaces/panel.h"),
+            File("src/lcd.h", "interfaces/lcd_keypad/lcd.h"),
+            File("src/lcd.c", "interfaces/lcd_keypad/lcd.c.j2", lcd),
+            File("src/keypad.h", "interfaces/lcd_keypad/keypad.h.j2", keypad),
+            File("src/keypad.c", "interfaces/lcd_keypad/keypad.c.j2", keypad),
+            File("src/panel.h", "interfaces/lcd_keypad/panel.h"),
             *shown.files,
             *warning_files,
             File("src/text.h", "src/text.h"),
@@ -146,7 +146,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         ),
         *adjusted.key_constants(source, interface.loop),
     )
-    files = (File("src/panel.c", "interfaces/panel.c.j2", panel),)
+    files = (File("src/panel.c", "interfaces/lcd_keypad/panel.c.j2", panel),)
     if interface.countdown is None:
         return Shown(files, constants)
     at = source.at("countdown")
@@ -159,8 +159,12 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     return Shown(
         (
             *files,
-            File("src/countdown.h", "interfaces/countdown.h.j2", counted, ("countdown",)),
-            File("src/countdown.c", "interfaces/countdown.c.j2", counted, ("countdown",)),
+            File(
+                "src/countdown.h", "interfaces/lcd_keypad/countdown.h.j2", counted, ("countdown",)
+            ),
+            File(
+                "src/countdown.c", "interfaces/lcd_keypad/countdown.c.j2", counted, ("countdown",)
+            ),
         ),
         (*constants, *_countdown(at, interface.countdown, loop)),
     )

@@ -53,16 +53,18 @@ def plan(source: Source, interface: ModbusRtu) -> Part:
 
 def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> Iterable[File]:
     for name in ("modbus.h", "modbus.c", "modbus_line.h", "modbus_identity.h"):
-        yield File(f"src/{name}", f"interfaces/{name}")
+        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
     for name in ("modbus_values.h", "modbus_values.c"):
-        yield File(f"src/{name}", f"interfaces/{name}")
+        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
     line = _line(source, interface, silence)
-    yield File("src/modbus_line.c", "interfaces/modbus_line.c.j2", line)
-    yield File("src/modbus_identity.c", "interfaces/modbus_identity.c.j2", _identity(source))
+    yield File("src/modbus_line.c", "interfaces/modbus_rtu/modbus_line.c.j2", line)
+    yield File(
+        "src/modbus_identity.c", "interfaces/modbus_rtu/modbus_identity.c.j2", _identity(source)
+    )
     yield from documents(source, interface)
     context = map_context(source)
     for name in ("modbus_map.h", "modbus_map.c"):
-        yield File(f"src/{name}", f"interfaces/{name}.j2", context)
+        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}.j2", context)
     if interface.linuxcnc:
         yield from linuxcnc.files(source, interface)
 

@@ -60,13 +60,13 @@ def _files(source: Source, interface: Nextion) -> Iterable[File]:
     context = _context(source, interface)
     for stem in ("nextion", "nextion_frame", "nextion_numbers", "nextion_say"):
         for end in ("h", "c"):
-            yield File(f"src/{stem}.{end}", f"interfaces/{stem}.{end}")
+            yield File(f"src/{stem}.{end}", f"interfaces/nextion/{stem}.{end}")
     for name in ("talk", "search", "port", "pages", "show", "chart", "orders"):
-        yield File(f"src/nextion_{name}.h", f"interfaces/nextion_{name}.h")
-        yield File(f"src/nextion_{name}.c", f"interfaces/nextion_{name}.c.j2", context)
+        yield File(f"src/nextion_{name}.h", f"interfaces/nextion/nextion_{name}.h")
+        yield File(f"src/nextion_{name}.c", f"interfaces/nextion/nextion_{name}.c.j2", context)
     if context["programs"]:
-        yield File("src/nextion_points.h", "interfaces/nextion_points.h")
-        yield File("src/nextion_points.c", "interfaces/nextion_points.c.j2", context)
+        yield File("src/nextion_points.h", "interfaces/nextion/nextion_points.h")
+        yield File("src/nextion_points.c", "interfaces/nextion/nextion_points.c.j2", context)
     yield File("src/text.h", "src/text.h")
     yield File("src/text.c", "src/text.c")
     yield from told(Source(source.spec, ()))

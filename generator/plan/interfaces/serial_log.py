@@ -32,29 +32,29 @@ def plan(source: Source, interface: SerialLog) -> Part:
     }
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
     tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
-    ring = [File("src/log_ring.h", "interfaces/log_ring.h.j2", context)]
+    ring = [File("src/log_ring.h", "interfaces/serial_log/log_ring.h.j2", context)]
     if kept:
         start.append(Call(Stage.RESTORE, "log_ring_eeprom.h", "log_ring_start();"))
         tick.append(Call(Stage.STORE, "log_ring_eeprom.h", "log_ring_tick();"))
         ring += [
-            File("src/log_ring_eeprom.h", "interfaces/log_ring_eeprom.h"),
-            File("src/log_ring.c", "interfaces/log_ring_eeprom.c.j2", context),
+            File("src/log_ring_eeprom.h", "interfaces/serial_log/log_ring_eeprom.h"),
+            File("src/log_ring.c", "interfaces/serial_log/log_ring_eeprom.c.j2", context),
         ]
     else:
-        ring.append(File("src/log_ring.c", "interfaces/log_ring_ram.c.j2", context))
+        ring.append(File("src/log_ring.c", "interfaces/serial_log/log_ring_ram.c.j2", context))
     uart = board.uarts[interface.port]
     receives = board.pins[uart.rx]
     line = f"{interface.baud} baud, 8N1"
     return Part(
         files=(
-            File("src/log.h", "interfaces/log.h"),
-            File("src/log.c", "interfaces/log.c.j2", context),
-            File("src/log_note.h", "interfaces/log_note.h"),
-            File("src/log_note.c", "interfaces/log_note.c.j2", context),
-            File("src/log_talk.h", "interfaces/log_talk.h"),
-            File("src/log_talk.c", "interfaces/log_talk.c.j2", context),
-            File("src/log_port.h", "interfaces/log_port.h"),
-            File("src/log_port.c", "interfaces/log_port.c.j2", context),
+            File("src/log.h", "interfaces/serial_log/log.h"),
+            File("src/log.c", "interfaces/serial_log/log.c.j2", context),
+            File("src/log_note.h", "interfaces/serial_log/log_note.h"),
+            File("src/log_note.c", "interfaces/serial_log/log_note.c.j2", context),
+            File("src/log_talk.h", "interfaces/serial_log/log_talk.h"),
+            File("src/log_talk.c", "interfaces/serial_log/log_talk.c.j2", context),
+            File("src/log_port.h", "interfaces/serial_log/log_port.h"),
+            File("src/log_port.c", "interfaces/serial_log/log_port.c.j2", context),
             *ring,
             *told(Source(source.spec, ())),
             *(_numbers() if source.controller.monitors else ()),

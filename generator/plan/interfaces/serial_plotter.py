@@ -35,8 +35,8 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
         files=(
             File("src/serial.h", "src/serial.h"),
             File("src/serial.c", "src/serial.c.j2", _registers(board)),
-            File("src/plotter.h", "interfaces/plotter.h"),
-            File("src/plotter.c", "interfaces/plotter.c.j2", plotter),
+            File("src/plotter.h", "interfaces/serial_plotter/plotter.h"),
+            File("src/plotter.c", "interfaces/serial_plotter/plotter.c.j2", plotter),
             File("src/text.h", "src/text.h"),
             File("src/text.c", "src/text.c"),
         ),

@@ -55,11 +55,11 @@ def documents(source: Source, interface: ModbusRtu) -> Iterable[File]:
         "digest": registers.digest,
         "tables": [_table(registers, *each) for each in TABLES],
     }
-    yield File("registers.md", "interfaces/registers.md.j2", context)
-    yield File("registers.csv", "interfaces/registers.csv.j2", context)
+    yield File("registers.md", "interfaces/modbus_rtu/registers.md.j2", context)
+    yield File("registers.csv", "interfaces/modbus_rtu/registers.csv.j2", context)
     yield File(
         f"client/{identity.name}_client.py",
-        "interfaces/client.py.j2",
+        "interfaces/modbus_rtu/client.py.j2",
         context | _client(source, registers),
     )
 

@@ -49,11 +49,11 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
         "typed": sum(step.typed for making in made for step in making.steps),
         "in_all": sum(_all(page) for page in pages),
     }
-    yield File("nextion/pages.md", "interfaces/nextion_pages.md.j2", context)
+    yield File("nextion/pages.md", "interfaces/nextion/nextion_pages.md.j2", context)
     lines = [json.dumps(_data(page), ensure_ascii=False) for page in pages]
     yield File(
         "nextion/pages.json",
-        "interfaces/nextion_pages.json.j2",
+        "interfaces/nextion/nextion_pages.json.j2",
         context | {"lines": ",\n".join(lines)},
     )
 
