@@ -87,7 +87,15 @@ static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
     pin_update(c->h, c->pin);
 }
 
+/* A timer's mode and clock, and how it has its pin, written as they are: firmware renews them. */
+static int renewed(struct compare *c, avr_io_addr_t a, uint8_t v) {
+    return v == c->h->avr->data[a] && a != c->timer->r_icr && a != c->timer->comp[0].r_ocr &&
+           a != c->timer->comp[c->channel].r_ocr;
+}
+
 static void on_register(struct compare *c, struct tap *tap, avr_io_addr_t a, uint8_t v) {
+    if (renewed(c, a, v))
+        return;
     if (tap->write)
         tap->write(c->h->avr, a, v, tap->write_param);
     else

@@ -17,6 +17,11 @@ static int special(const struct part *p, uint32_t address, int how) {
     return address < SPECIAL && (p->special[address] & how);
 }
 
+/* Whether a register's own handlers are all that it takes. */
+static int handled(const struct part *p, uint32_t address) {
+    return address != R_SREG && !(p->special[address] & SPECIAL_IRQ);
+}
+
 static struct decoded make(int op, int d, int r, int32_t k) {
     return (struct decoded){.op = (uint8_t)op, .d = (uint8_t)d, .r = (uint8_t)r, .k = k};
 }
@@ -74,9 +79,11 @@ static struct decoded displaced(uint16_t o) {
 static struct decoded direct(const struct part *p, uint16_t o, uint32_t pc) {
     int store = o & 0x200;
     uint16_t address = word(p, pc + 2);
-    if (special(p, address, store ? SPECIAL_WRITE : SPECIAL_READ) || pc + 4 >= p->flash_end)
+    if (pc + 4 >= p->flash_end)
         return slow();
-    return make(store ? STS : LDS, o >> 4 & 31, 0, address);
+    if (!special(p, address, store ? SPECIAL_WRITE : SPECIAL_READ))
+        return make(store ? STS : LDS, o >> 4 & 31, 0, address);
+    return handled(p, address) ? make(store ? STS_IO : LDS_IO, o >> 4 & 31, 0, address) : slow();
 }
 
 /* 1001 00sd dddd xxxx: loads and stores through pointers, stack, flash. */
@@ -114,12 +121,16 @@ static struct decoded single(const struct part *p, uint16_t o, uint32_t pc) {
         return make(o == 0x95d8 ? ELPM : ICALL, 0, 0, 0);
     if (o == 0x9478 || o == 0x94f8)
         return make(o == 0x9478 ? SEI : CLI, 0, 0, 0);
+    if (o == 0x9588)
+        return make(SLEEP, 0, 0, 0);
     if (o == 0x9409)
         return make(IJMP, 0, 0, 0);
     if (o == 0x9419)
         return make(IJMP, 1, 0, 0);
     if ((o & 0xff0f) == 0x9408)
         return make(o & 0x80 ? BCLR : BSET, o >> 4 & 7, 0, 0);
+    if ((o & 15) == 10 && word(p, pc + 2) == 0xf7f1)    /* BRNE to this DEC: a loop that waits */
+        return make(DELAY, o >> 4 & 31, 0, 0);
     return make(ops[o & 15], o >> 4 & 31, 0, 0);
 }
 
@@ -131,11 +142,13 @@ static struct decoded io_bit(const struct part *p, uint16_t o, uint32_t pc) {
         int pin = p->special[address] & SPECIAL_PIN;
         int port = p->special[address] & SPECIAL_PORT;
         i.op = pin ? kind ? SBI_PIN : NOP : port ? kind ? SBI_PORT : CBI_PORT
-             : special(p, (uint32_t)address, 3) ? SLOW : kind ? SBI : CBI;
+             : !special(p, (uint32_t)address, 3) ? kind ? SBI : CBI
+             : !handled(p, (uint32_t)address) ? SLOW : kind ? SBI_IO : CBI_IO;
         i.n = pin && !kind;
         return i;
     }
-    i.op = special(p, (uint32_t)address, SPECIAL_READ) ? SLOW : kind == 3 ? SBRS : SBRC;
+    i.op = !special(p, (uint32_t)address, SPECIAL_READ) ? kind == 3 ? SBRS : SBRC
+         : !handled(p, (uint32_t)address) ? SLOW : kind == 3 ? SBIS_IO : SBIC_IO;
     return i.op == SLOW ? i : skip(p, i, pc);
 }
 
@@ -157,9 +170,9 @@ static struct decoded in_out(const struct part *p, uint16_t o) {
     uint32_t address = 32u + (unsigned)((o >> 5 & 0x30) | (o & 15));
     if (address == R_SREG)
         return make(out ? OUT_SREG : IN_SREG, d, 0, 0);
-    if (special(p, address, out ? SPECIAL_WRITE : SPECIAL_READ))
-        return slow();
-    return make(out ? OUT : IN, d, 0, (int32_t)address);
+    if (!special(p, address, out ? SPECIAL_WRITE : SPECIAL_READ))
+        return make(out ? OUT : IN, d, 0, (int32_t)address);
+    return handled(p, address) ? make(out ? OUT_IO : IN_IO, d, 0, (int32_t)address) : slow();
 }
 
 static struct decoded page_fifteen(const struct part *p, uint16_t o, uint32_t pc) {

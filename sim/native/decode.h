@@ -11,10 +11,11 @@
     X(EOR) X(MOV) X(CP) X(CPC) X(CPSE) X(CPI) X(SBCI) X(SUBI) X(ORI) X(ANDI) X(LDI) X(ADIW) \
     X(SBIW) X(COM) X(NEG) X(SWAP) X(INC) X(ASR) X(LSR) X(ROR) X(DEC) X(BSET) X(BCLR) X(BST) \
     X(BLD) X(LDS) X(STS) X(IN) X(OUT) X(LDD) X(STD) X(LD_INC) X(ST_INC) X(LD_DEC) X(ST_DEC) \
-    X(PUSH) X(POP) X(LPM) X(LPM_INC) X(IN_SREG) X(OUT_SREG) X(SBI) X(CBI) X(SBI_PIN) X(SBI_PORT) X(CBI_PORT) X(SBRC) \
-    X(SBRS) X(BRCS) X(BREQ) X(BRMI) X(BRVS) X(BRLT) X(BRHS) X(BRTS) X(BRIE) \
+    X(PUSH) X(POP) X(LPM) X(LPM_INC) X(IN_SREG) X(OUT_SREG) X(SBI) X(CBI) X(SBI_PIN) X(SBI_PORT) \
+    X(CBI_PORT) X(SBI_IO) X(CBI_IO) X(SBIC_IO) X(SBIS_IO) X(IN_IO) X(OUT_IO) X(LDS_IO) X(STS_IO) \
+    X(SBRC) X(SBRS) X(BRCS) X(BREQ) X(BRMI) X(BRVS) X(BRLT) X(BRHS) X(BRTS) X(BRIE) \
     X(BRCC) X(BRNE) X(BRPL) X(BRVC) X(BRGE) X(BRHC) X(BRTC) X(BRID) X(JUMP) X(CALL) X(RET) X(RETI) \
-    X(SEI) X(CLI) X(IJMP) X(ICALL) X(ELPM)
+    X(SEI) X(CLI) X(IJMP) X(ICALL) X(ELPM) X(DELAY) X(SLEEP)
 
 #define NAME(name) name,
 enum op { OPERATIONS(NAME) };
@@ -32,7 +33,7 @@ struct part {
 };
 
 #define SPECIAL 312             /* data addresses simavr may have handlers for */
-enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4, SPECIAL_PORT = 8 };
+enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4, SPECIAL_PORT = 8, SPECIAL_IRQ = 16 };
 
 struct decoded decode(const struct part *part, uint32_t pc);
 

@@ -2,8 +2,9 @@
 
    simavr decodes each instruction each time; this takes a third of its time. It does what simavr's
    core does, flag by flag and cycle by cycle (a test runs both on random code), and leaves to it
-   what is rare or reaches a peripheral. Two things it does as the part does and simavr does not: SBI
-   on a PIN register toggles that bit alone, and a skip over ADIW or SBIW skips one word. */
+   what is rare; the handlers of a peripheral's registers it calls as simavr does. Two things it does
+   as the part does and simavr does not: SBI on a PIN register toggles that bit alone, and a skip
+   over ADIW or SBIW skips one word. */
 #include <stdlib.h>
 #include <string.h>
 #include "decode.h"
@@ -24,16 +25,18 @@ static void mark_special(hw *h) {
     for (int i = 0; i < MAX_IOs; i++) {
         int any = h->avr->io[i].irq != NULL;
         special[i + 32] = (uint8_t)((any || h->avr->io[i].r.c ? SPECIAL_READ : 0) |
-                                    (any || h->avr->io[i].w.c ? SPECIAL_WRITE : 0));
+                                    (any || h->avr->io[i].w.c ? SPECIAL_WRITE : 0) |
+                                    (any || h->profile ? SPECIAL_IRQ : 0));
     }
     special[R_SREG] = SPECIAL_READ | SPECIAL_WRITE;
     for (int i = 0; i < HW_PORTS; i++)
         if (h->ports[i].io) {
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
             special[h->ports[i].io->r_port] |= SPECIAL_PORT;
+            special[h->ports[i].io->r_ddr] |= SPECIAL_PORT;
         }
     if (h->profile)             /* for its lowest stack pointer */
-        special[R_SPL] = special[R_SPH] = SPECIAL_WRITE;
+        special[R_SPL] = special[R_SPH] |= SPECIAL_WRITE;
 }
 
 /* Anew after the flash or the registers' handlers have changed. */
@@ -196,6 +199,27 @@ static inline int enable(avr_t *avr) {
     return change;
 }
 
+static inline int waiting(const avr_t *avr) {
+    return avr->interrupts.pending.read != avr->interrupts.pending.write;
+}
+
+/* Whether nothing can come of the instruction after I was set: no interrupt waits, no timer is due
+   until it is over, and it reaches neither a register with handlers nor the end of the stack. */
+static inline int settles(const avr_t *avr, const struct decoded *i, int32_t left) {
+    enum { LONGEST = 5, DEEPEST = 4 };  /* cycles, bytes */
+    static const uint8_t plain[256] = {
+        [NOP] = 1, [MOVW] = 1, [ADD] = 1, [ADC] = 1, [SUB] = 1, [SBC] = 1, [AND] = 1, [OR] = 1,
+        [EOR] = 1, [MOV] = 1, [CP] = 1, [CPC] = 1, [CPSE] = 1, [CPI] = 1, [SBCI] = 1, [SUBI] = 1,
+        [ORI] = 1, [ANDI] = 1, [LDI] = 1, [ADIW] = 1, [SBIW] = 1, [LDS] = 1, [STS] = 1, [IN] = 1,
+        [OUT] = 1, [PUSH] = 1, [POP] = 1, [SBI] = 1, [CBI] = 1, [SBRC] = 1, [SBRS] = 1, [BREQ] = 1,
+        [BRNE] = 1, [BRCS] = 1, [BRCC] = 1, [BRLT] = 1, [BRGE] = 1, [BRMI] = 1, [BRPL] = 1,
+        [JUMP] = 1, [CALL] = 1, [RET] = 1,
+    };
+    uint16_t sp = load_pair(avr->data + R_SPL);
+    return plain[i->op] && left > LONGEST && !waiting(avr) && sp > SPECIAL + DEEPEST &&
+           sp + DEEPEST <= avr->ramend;
+}
+
 static inline void disable(avr_t *avr) {
     avr->interrupt_state = 0;
     avr->sreg[S_I] = 0;
@@ -242,6 +266,22 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
+/* A register with handlers, as simavr reads and writes it. */
+static uint8_t read_register(avr_t *avr, uint16_t address) {
+    const avr_io_addr_t a = AVR_DATA_TO_IO(address);
+    if (avr->io[a].r.c)
+        avr->data[address] = avr->io[a].r.c(avr, address, avr->io[a].r.param);
+    return avr->data[address];
+}
+
+static void write_register(avr_t *avr, uint16_t address, uint8_t value) {
+    const avr_io_addr_t a = AVR_DATA_TO_IO(address);
+    if (avr->io[a].w.c)
+        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
+    else
+        avr->data[address] = value;
+}
+
 /* Whether nothing has come between since simavr did an instruction: no interrupt, no timer, no end,
    and no time to look up. */
 static int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
@@ -271,6 +311,13 @@ static int32_t budget_of(const avr_t *avr) {
         goto *labels[i->op]; \
     } while (0)
 #define LEAVE(cycles) do { left -= (int32_t)(cycles); goto out; } while (0)
+#define ENABLED(cycles) do { \
+        if (PROFILED(0 &&) settles(avr, i, left - (int32_t)(cycles))) { \
+            avr->interrupt_state = 0; \
+            NEXT(cycles); \
+        } \
+        LEAVE(cycles); \
+    } while (0)
 #define DONE(cycles) do { i++; NEXT(cycles); } while (0)
 #define GO(cycles) do { \
         int32_t taken = (int32_t)(cycles); \
@@ -283,6 +330,14 @@ static int32_t budget_of(const avr_t *avr) {
             GO(i->n); \
         DONE(1); \
     } while (0)
+/* Before a register's handlers run, and after: pc and target are the next pc and the cycles. */
+#define HANDLE(at) do { \
+        SPEND(0); \
+        avr->pc = PC; \
+        avr->run_cycle_limit = avr->run_cycle_count = 1; \
+        address = (uint16_t)(at); \
+    } while (0)
+#define HANDLED(next, cycles) do { pc = (next); target = (cycles); goto handled; } while (0)
 #define CHECK(a, how) do { \
         if ((a) > ram_end) \
             goto wild; \
@@ -354,6 +409,13 @@ NEG: Rd = (uint8_t)subtract(&f, 0, Rd, 0); DONE(1);
 SWAP: Rd = (uint8_t)(Rd << 4 | Rd >> 4); DONE(1);
 INC: a = ++Rd; f.v = (unsigned)(a == 0x80) << 7; zns(&f, a); DONE(1);
 DEC: a = --Rd; f.v = (unsigned)(a == 0x7f) << 7; zns(&f, a); DONE(1);
+DELAY:      /* three cycles a round, but two the last; before a timer is due, whole rounds alone */
+    PROFILED(goto DEC;)
+    wide = (uint16_t)(left > 3 ? (left - 1) / 3 : 0); target = (uint8_t)(Rd - 1);
+    if (wide > target)
+        wide = (uint16_t)target;
+    Rd = (uint8_t)(Rd - wide); left -= 3 * wide;
+    goto DEC;
 ASR: a = Rd; Rd = (uint8_t)shift(&f, (unsigned)(a >> 1 | (a & 0x80)), a); DONE(1);
 LSR: a = Rd; Rd = (uint8_t)shift(&f, a >> 1, a); DONE(1);
 ROR: a = Rd; Rd = (uint8_t)shift(&f, a >> 1 | f.c << 7, a); DONE(1);
@@ -395,13 +457,35 @@ OUT_SREG:
     } else if (enable(avr)) {
         PROFILED(SPEND(1); profile_mask(h, PC);)
         i++;
-        LEAVE(1);
+        ENABLED(1);
     }
     DONE(1);
 SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
-SBI_PORT: if (Rd & i->r) DONE(2); goto SLOW;
-CBI_PORT: if (!(Rd & i->r)) DONE(2); goto SLOW;
+SBI_PORT:
+    if (Rd & i->r) DONE(2);
+    if (special[i->d] & SPECIAL_IRQ) goto SLOW;
+SBI_IO:
+    HANDLE(i->d); a = read_register(avr, address);
+    write_register(avr, address, a | i->r); HANDLED(PC + 2, 2);
+CBI_PORT:
+    if (!(Rd & i->r)) DONE(2);
+    if (special[i->d] & SPECIAL_IRQ) goto SLOW;
+CBI_IO:
+    HANDLE(i->d); a = read_register(avr, address);
+    write_register(avr, address, (uint8_t)(a & ~i->r)); HANDLED(PC + 2, 2);
+SBIC_IO:
+    HANDLE(i->d); a = read_register(avr, address);
+    if (a & i->r) HANDLED(PC + 2, 1);
+    HANDLED((uint32_t)i->k, i->n);
+SBIS_IO:
+    HANDLE(i->d); a = read_register(avr, address);
+    if (!(a & i->r)) HANDLED(PC + 2, 1);
+    HANDLED((uint32_t)i->k, i->n);
+IN_IO: HANDLE(i->k); a = read_register(avr, address); Rd = a; HANDLED(PC + 2, 1);
+OUT_IO: HANDLE(i->k); write_register(avr, address, Rd); HANDLED(PC + 2, 1);
+LDS_IO: HANDLE(i->k); a = read_register(avr, address); Rd = a; HANDLED(PC + 4, 2);
+STS_IO: HANDLE(i->k); write_register(avr, address, Rd); HANDLED(PC + 4, 2);
 SBI_PIN: SPEND(0); pc = toggle(avr, PC, i->d, i->r); goto gone;
 SBRC: SKIP(!(Rd & i->r));
 SBRS: SKIP(Rd & i->r);
@@ -447,12 +531,12 @@ RETI:
     enable(avr);
     avr_interrupt_reti(avr);
     PROFILED(SPEND(2 + avr->address_size); profile_returned(h, target); profile_mask(h, target);)
-    LEAVE(2 + avr->address_size);
+    ENABLED(2 + avr->address_size);
 SEI:
     if (!enable(avr))
         DONE(1);
     PROFILED(SPEND(1); profile_mask(h, PC);)
-    i++; LEAVE(1);
+    i++; ENABLED(1);
 CLI:
     disable(avr);
     PROFILED(SPEND(0); profile_mask(h, PC);) DONE(1);
@@ -465,6 +549,12 @@ IJMP:
     PROFILED(profile_jump(p, PC);)
     i = code + target; NEXT(2);
 ICALL: wide = PAIR(R_SPL); STACK(wide); goto SLOW;
+SLEEP:
+    PROFILED(goto SLOW;)
+    SPEND(1); pc = PC + 2;
+    if (!avr->sreg[S_I] || !waiting(avr))
+        avr->state = cpu_Sleeping;
+    goto gone;
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
 wild:
     SPEND(0);
@@ -481,6 +571,13 @@ SLOW:
     budget = left = budget_of(avr);
     i = &code[pc / 2];
     f = flags_from(S);
+    goto *labels[i->op];
+handled:
+    avr->cycle += target;
+    if (!goes_on(h, pc, last))
+        goto gone;
+    budget = left = budget_of(avr);
+    i = &code[pc / 2];
     goto *labels[i->op];
 PROFILED(crossed: SPEND(0); profile_cross(h, PC); goto *labels[i->op];)
 out:

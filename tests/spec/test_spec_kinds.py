@@ -1,0 +1,60 @@
+"""Who asks of which kind a sensor, an output, an algorithm or an interface is.
+
+What the rest of the program needs to know of a kind, the kind says (a property, or a constant of
+its class): then mypy lists what a new one lacks. To ask for a kind is left to the kind's own files,
+whose path has one of the words of its name.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
+from heatwright.spec.analog_sensors import AnalogSensor
+
+ROOT = Path(__file__).parents[2]
+ASKED = 40
+"""Places that ask elsewhere. It may only become smaller."""
+CLASSES = {
+    model.__name__: kind
+    for union in (Sensor, Output, Algorithm, Interface)
+    for kind, model in kinds(union).items()
+} | {AnalogSensor.__name__: "analog"}
+
+
+def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield the line and the kind of each question."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Name("isinstance"), args=[_, classes]):
+                names = [each.id for each in ast.walk(classes) if isinstance(each, ast.Name)]
+                yield from ((node.lineno, CLASSES[name]) for name in names if name in CLASSES)
+            case ast.MatchClass(cls=ast.Name(name)) if name in CLASSES:
+                yield node.lineno, CLASSES[name]
+            case ast.Compare(left=left, comparators=[*others]):
+                parts = [left, *others]
+                if any(isinstance(each, ast.Attribute) and each.attr == "kind" for each in parts):
+                    strings = {
+                        each.value
+                        for part in parts
+                        for each in ast.walk(part)
+                        if isinstance(each, ast.Constant)
+                    }
+                    yield from ((node.lineno, kind) for kind in CLASSES.values() if kind in strings)
+
+
+def is_own(path: str, kind: str) -> bool:
+    words = {word.removesuffix("s") for word in re.split(r"\W|_", path)}
+    return not words.isdisjoint(kind.split("_"))
+
+
+def test_kinds_are_asked_for_in_their_own_files() -> None:
+    found = {
+        (path.relative_to(ROOT).as_posix(), line)
+        for folder in ("spec", "generator", "sim", "cli")
+        for path in (ROOT / folder).rglob("*.py")
+        for line, kind in asked_in(ast.parse(path.read_text("utf-8")))
+        if not is_own(path.relative_to(ROOT).as_posix(), kind)
+    }
+    assert len(found) <= ASKED, sorted(found)
