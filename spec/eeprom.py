@@ -13,7 +13,6 @@ from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import limits_adjustable, lockout_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
-from heatwright.spec.max31856 import selectable_of
 
 CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
@@ -110,7 +109,7 @@ def settings_bytes(controller: Controller) -> int:
         RECORD_BYTES
         + (lockout_of(controller) is not None)
         + kept
-        + sum(bool(selectable_of(each)) for each in controller.sensors.values())
+        + sum(bool(each.selectable) for each in controller.thermometers.values())
     )
 
 

@@ -10,7 +10,6 @@ from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
 from heatwright.spec.outputs import Stepper, TimeProportionalOutput
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
-from heatwright.spec.sensors import Ds18b20
 
 ANY_S = 100e-6
 """Where nothing needs them sooner: a hundredth of the tick."""
@@ -56,7 +55,7 @@ def waits(controller: Controller) -> Iterator[Wait]:
     """
     yield Wait(ANY_S, "a hundredth of the tick", "")
     for name, sensor in controller.sensors.items():
-        if isinstance(sensor, Ds18b20):
+        if sensor.on_one_wire:
             yield Wait(SLOT_S, f"the slots of {name}'s bus", "a sensor of another kind")
     for part in controller.interfaces:
         if isinstance(part, Gcode | ModbusRtu | Nextion | SerialLog):

@@ -20,7 +20,6 @@ from heatwright.spec.problems import Path
 from heatwright.spec.proofs import proofs
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
 from heatwright.spec.quantity import number
-from heatwright.spec.sensors import Ds18b20
 
 TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
@@ -125,7 +124,7 @@ def allocate(controller: Controller) -> TimerUse:
         short.append(_none_left(board, ("controller", "board"), user, made))
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
-    wires = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
+    wires = [name for name, each in controller.sensors.items() if each.on_one_wire]
     motors = [name for name, each in controller.outputs.items() if isinstance(each, Stepper)]
     lines = [n for n, each in enumerate(controller.interfaces) if isinstance(each, ModbusRtu)]
     one_wire = {name: free.pop(0) for name in wires[: len(free)]}

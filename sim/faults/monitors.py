@@ -16,7 +16,6 @@ from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
 from heatwright.spec import Loop, Monitor, modbus_of, nextion_of, watching_loop
-from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.sensors import Thermometer
 
 TOLD_S = 10.0
@@ -91,7 +90,7 @@ def _break(watched: Watched, what: str) -> Act:
 
     def act(world: World) -> None:
         part = world.device.sensors[watched.monitor.sensor]
-        if isinstance(watched.sensor, AnalogSensor):
+        if watched.sensor.on_adc:
             cast("AdcSensor", part).wiring = Wiring(
                 opened=what == "torn", shorted=what == "shorted"
             )

@@ -7,7 +7,7 @@ from heatwright.sim.reference.current import Converter
 from heatwright.sim.reference.guard_rules import counted
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
-from heatwright.spec import Controller, Current, CurrentSensor, DigitalOutput, PwmOutput
+from heatwright.spec import Controller, DigitalOutput, PwmOutput
 
 OVER_CURRENT = 20
 CURRENT_WHILE_OFF = 21
@@ -42,7 +42,7 @@ class Limiter:
             message = f"The current of {heater} is not measured"
             raise ValueError(message)
         current = output.current
-        self.amperes_of = _converter(controller, current)
+        self.amperes_of = Converter(controller.ammeters[current.sensor], controller.board)
         root = rms_to_mean(output)
         self._limit = None if current.limit_a is None else Single(current.limit_a * root)
         self._trip = Single(current.over_a * root)
@@ -125,11 +125,3 @@ def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter 
     """Return the limiter of a heater, None if its current is not measured."""
     current = getattr(controller.outputs[heater], "current", None)
     return Limiter(controller, heater, period_s) if current else None
-
-
-def _converter(controller: Controller, current: Current) -> Converter:
-    sensor = controller.sensors[current.sensor]
-    if not isinstance(sensor, CurrentSensor):
-        message = f"{current.sensor} measures no current"
-        raise TypeError(message)
-    return Converter(sensor, controller.board)

@@ -137,6 +137,6 @@ class SpiChip:
 def wires_of(board: Board, sensor: Max6675 | Max31855 | Max31856) -> Wires:
     """Return the wires of a specified sensor."""
     names = [sensor.chip_select, sensor.clock, sensor.data_out]
-    if isinstance(sensor, Max31856):
+    if sensor.data_in is not None:
         names.append(sensor.data_in)
     return Wires(*(board.pins[name].port_name for name in names))

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path, dotted
@@ -90,8 +88,7 @@ def analog_pins(controller: Controller) -> Findings:
 
 def is_analog(controller: Controller, path: Path) -> bool:
     """Tell whether an entry belongs to a sensor on the ADC."""
-    sensor = controller.sensors.get(str(path[1])) if path[0] == "sensors" else None
-    return isinstance(sensor, AnalogSensor | CurrentSensor)
+    return path[0] == "sensors" and path[1] in controller.adc_sensors
 
 
 def pins_used_once(controller: Controller) -> Findings:

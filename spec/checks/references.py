@@ -7,7 +7,6 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
@@ -65,7 +64,7 @@ def interface_loops(controller: Controller) -> Findings:
 def loops_go_by_thermometers(controller: Controller) -> Findings:
     """Find loops whose sensor measures no temperature."""
     for name, loop in controller.loops.items():
-        if isinstance(controller.sensors.get(loop.sensor), CurrentSensor):
+        if loop.sensor in controller.ammeters:
             yield Finding(
                 ("loops", name, "sensor"),
                 f"{loop.sensor} measures a current, and a loop needs a temperature",
@@ -182,7 +181,7 @@ def everything_used(controller: Controller) -> Findings:
     for name, sensor in controller.sensors.items():
         if name in used:
             continue
-        if isinstance(sensor, CurrentSensor):
+        if sensor.measures_current:
             yield Finding(
                 ("sensors", name),
                 "no output uses this sensor",
