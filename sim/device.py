@@ -255,8 +255,8 @@ class AvrDevice:
     @property
     def uart(self) -> int:
         """The number of the serial port of the first interface that has a line."""
-        lines = (each for each in self._controller.interfaces if hasattr(each, "baud"))
-        return self._controller.board.uarts[getattr(next(lines, None), "port", 0)].number
+        ports = (each.line.port for each in self._controller.interfaces if each.line is not None)
+        return self._controller.board.uarts[next(ports, 0)].number
 
     # -- looking in ----------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, lockout_of, programmed, tunable
+from heatwright.spec.commands import limits_adjustable, lockout_of, placed, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 
@@ -86,7 +86,7 @@ class Layout(NamedTuple):
 
 def log_in_eeprom(controller: Controller) -> SerialLog | None:
     """Find the log that is kept in the EEPROM, if there is one."""
-    logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
+    logs = placed(controller, SerialLog).values()
     return next((each for each in logs if each.keep == "eeprom"), None)
 
 

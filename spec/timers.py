@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board, Timer
+from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import ModbusRtu
 from heatwright.spec.outputs import Stepper
@@ -126,7 +127,7 @@ def allocate(controller: Controller) -> TimerUse:
     free.sort(key=lambda number: (board.timers[number].bits, -number))
     wires = [name for name, each in controller.sensors.items() if each.on_one_wire]
     motors = [name for name, each in controller.outputs.items() if isinstance(each, Stepper)]
-    lines = [n for n, each in enumerate(controller.interfaces) if isinstance(each, ModbusRtu)]
+    lines = list(placed(controller, ModbusRtu))
     one_wire = {name: free.pop(0) for name in wires[: len(free)]}
     steppers = {name: free.pop() for name in motors[: len(free)]}
     silences = {line: free.pop(0) for line in lines[: len(free)]}

@@ -8,12 +8,9 @@ from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, LcdKeypad
+from heatwright.spec import Controller
 from heatwright.spec.circuits import reference_v
 from heatwright.spec.self_checks import measures_known_voltage
-
-KEYPAD_PIN = "A0"
-"""Of the display shield's keys."""
 
 FASTEST_HZ = 200_000
 """ADC clock for the full ten bits (data sheets, ADC, "Prescaling and conversion timing")."""
@@ -114,9 +111,9 @@ def _channels(root: Source) -> list[dict[str, str]]:
         for name, sensor in controller.adc_sensors.items()
     ]
     channels += [
-        _channel(controller, "ADC_KEYPAD", KEYPAD_PIN, root.at("interfaces", index))
+        _channel(controller, "ADC_KEYPAD", interface.shield.keys, root.at("interfaces", index))
         for index, interface in enumerate(controller.interfaces)
-        if isinstance(interface, LcdKeypad)
+        if interface.shield is not None
     ]
     known = _known(root)
     if known is None:

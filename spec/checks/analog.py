@@ -11,7 +11,6 @@ from heatwright.spec.checks.finding import Finding, Findings, limits_of
 from heatwright.spec.circuits import code_share, divider_v, reference_v
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES, LEAST_MARGIN_STEPS, Limits
-from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, number
 from heatwright.spec.sensors import AdcThermometer
@@ -168,7 +167,7 @@ def one_reference(controller: Controller) -> Findings:
     """Find sensors that want another reference of the ADC than those before them, or the keys."""
     first: tuple[Path, str, str] | None = None
     for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, LcdKeypad):
+        if interface.shield is not None:
             first = ("interfaces", index), "the keys of the shield", "supply"
     for name, sensor in controller.adc_sensors.items():
         path = ("sensors", name, "reference")

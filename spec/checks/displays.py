@@ -6,7 +6,6 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.programs import has_an_operator
 from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Nextion, SerialLog
 
 NO_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
 
@@ -15,8 +14,8 @@ def one_display(controller: Controller) -> Findings:
     """Find a second touch display, and a second log."""
     first: dict[str, int] = {}
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Nextion | SerialLog):
-            continue
+        if interface.line is None or not interface.line.can_move:
+            continue  # what cannot have another port is told of there
         other = first.setdefault(interface.kind, index)
         if other != index:
             yield Finding(

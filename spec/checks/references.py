@@ -7,7 +7,6 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.outputs import DigitalOutput, PwmOutput, Stepper
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
@@ -53,12 +52,8 @@ def relay_is_there(controller: Controller) -> Findings:
 def interface_loops(controller: Controller) -> Findings:
     """Find loops of interfaces that are not there."""
     for index, interface in enumerate(controller.interfaces):
-        path: Path = ("interfaces", index)
-        if isinstance(interface, Gcode):
-            for address, loop in interface.loops.items():
-                yield from unknown((*path, "loops", address), loop, "loops", controller.loops)
-        elif not isinstance(interface, ModbusRtu) and interface.loop is not None:
-            yield from unknown((*path, "loop"), interface.loop, "loops", controller.loops)
+        for keys, loop in interface.named_loops.items():
+            yield from unknown(("interfaces", index, *keys), loop, "loops", controller.loops)
 
 
 def loops_go_by_thermometers(controller: Controller) -> Findings:
