@@ -55,6 +55,8 @@ class ModbusMaster:
     an answer; bus -- the line.
     """
 
+    complaints: tuple[str, ...] = ()
+
     def __init__(self, avr: Avr, bus: Bus, address: int) -> None:
         """Be the master of one slave; it polls once it knows its registers."""
         self.bus = bus

@@ -63,6 +63,11 @@ class SpiChip:
         self._power_on(avr.cycle)
         self.port: Port = avr.spi(wires, self, timing)
 
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often its wires were outside the data sheet, by phase."""
+        return {phase: seen.violations for phase, seen in self.port.phases.items()}
+
     def sense(self, temperature_c: float) -> None:
         """Give the thermocouple's tip this temperature from now on, °C."""
         self.tip.tell(temperature_c)
