@@ -12,7 +12,8 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import talk
 
 if TYPE_CHECKING:
-    from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, SerialLog, Spec
+    from heatwright.spec import Controller, Spec
+    from heatwright.spec.interfaces import Line
 
 
 def serve(
@@ -22,33 +23,28 @@ def serve(
 
     speed -- seconds of the board to one of ours.
     """
-    from heatwright.spec.commands import gcode_of, modbus_of, nextion_of  # noqa: PLC0415
+    from heatwright.spec.commands import gcode_of, log_of, modbus_of, nextion_of  # noqa: PLC0415
 
-    line = (
+    listener = (
         gcode_of(controller)
         or modbus_of(controller)
         or nextion_of(controller)
-        or _log_of(controller)
+        or log_of(controller)
     )
-    if line is None:
+    if listener is None:
         raise Refused(
             "No interface of this spec listens to a serial port: add one, kind: gcode, "
             "kind: modbus_rtu, kind: nextion or kind: serial_log."
         )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")
-    _run(spec, controller, line, speed, until_s, as_json)
-
-
-def _log_of(controller: Controller) -> SerialLog | None:
-    found = (each for each in controller.interfaces if each.kind == "serial_log")
-    return next(found, None)
+    _run(spec, controller, listener.line, speed, until_s, as_json)
 
 
 def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     spec: Spec,
     controller: Controller,
-    line: Gcode | ModbusRtu | Nextion | SerialLog,
+    line: Line,
     speed: float,
     until_s: float | None,
     as_json: bool,
@@ -57,15 +53,14 @@ def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
     from heatwright.sim.interfaces.modbus_rtu import format_of  # noqa: PLC0415
     from heatwright.sim.live import Clock, run  # noqa: PLC0415
-    from heatwright.sim.native.characters import EIGHT_N_ONE  # noqa: PLC0415
     from heatwright.sim.serial_port import SerialPort  # noqa: PLC0415
 
     with talk() as shown:
         built = build_firmware(spec, shown.begin("Building the firmware"))
     device = AvrDevice(controller, built.elf)
-    form = format_of(line) if line.kind == "modbus_rtu" else EIGHT_N_ONE
-    uart = controller.board.uarts[getattr(line, "port", 0)].number
-    with SerialPort(device, line.baud, form, uart=uart) as port, suppress(KeyboardInterrupt):
+    uart = controller.board.uarts[line.port].number
+    port = SerialPort(device, line.baud, format_of(line), uart=uart)
+    with port, suppress(KeyboardInterrupt):
         _announce(port.name, line.baud, speed, as_json)
         run(controller, device, port, Clock(speed), until_s=until_s)
 

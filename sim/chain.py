@@ -45,12 +45,11 @@ LINE = np.dtype([("at_zero", "<f4"), ("per_count", "<f4")])
 
 def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError]:
     """Yield the errors of each analog sensor; raises ElfError when the binary has no table."""
-    for name, sensor in controller.sensors.items():
-        if isinstance(sensor, Thermistor | Rtd | Analog):
-            program = elf if isinstance(elf, Elf) else Elf(elf)
+    for name, sensor in controller.adc_sensors.items():
+        program = elf if isinstance(elf, Elf) else Elf(elf)
+        if not sensor.measures_current:
             yield _Temperature(sensor, controller.board, table_of(program, name)).errors(name)
-        elif isinstance(sensor, CurrentSensor):
-            program = elf if isinstance(elf, Elf) else Elf(elf)
+        else:
             yield _Current(sensor, controller.board, line_of(program, name)).errors(name)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -60,12 +60,24 @@ class Sensor(Protocol):
     def sense(self, felt: float, /) -> None:
         """Give it this temperature from now on, °C, or this current, A."""
 
+    @property
+    def violations(self) -> Mapping[str, int]:
+        """How often its wires were outside the data sheet, by phase; none without a protocol."""
 
-class Interface(Protocol):
-    """A simulated display, keypad or line."""
+
+class Listener(Protocol):
+    """Who is given what has happened at the pins and on the lines."""
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
+
+
+class Interface(Listener, Protocol):
+    """A simulated display, keypad or line."""
+
+    @property
+    def complaints(self) -> Iterable[str]:
+        """What went against a data sheet, or could not be understood."""
 
 
 class Waker(Protocol):
@@ -119,23 +131,22 @@ class AvrDevice:
         for part in (*self.proofs.values(), *self.contacts.values()):
             part.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
-        self.interfaces = list(self._attach("interfaces", numbered).values())
+        self.interfaces: list[Interface] = list(self._attach("interfaces", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
         self._lookers = self._pluggable
-        self._talkers = [*self._parts(GcodeHost), *self._lookers]
-        self._shields = self._parts(LcdKeypad)
+        self._talkers = [*self.parts(GcodeHost), *self._lookers]
+        self._shields = self.parts(LcdKeypad)
         self._wakers = [*self._talkers, *self._shields]
         self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
         self._watch_interlocks()
-        for master in self._parts(ModbusMaster):
+        for master in self.parts(ModbusMaster):
             master.serve(registers(self._controller))
-        for display in self._parts(Nextion):
+        for display in self.parts(Nextion):
             display.serve(display_pages(self._controller))
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self.feed_at = self._listen_at = 0
-        keypads = [part.keypad for part in self.interfaces if isinstance(part, LcdKeypad)]
-        self.run_to = keypads[0].advance if keypads else self.avr.run_to
+        self.run_to = self._shields[0].keypad.advance if self._shields else self.avr.run_to
 
     def _watch_interlocks(self) -> None:
         for name, loop in self._controller.loops.items():
@@ -173,7 +184,7 @@ class AvrDevice:
         A touch display sends it as it is, at once: "#8 1;".
         """
         if for_display(self._controller, line):
-            self._parts(Nextion)[0].send(line)
+            self.parts(Nextion)[0].send(line)
         else:
             self.host.send(line)
 
@@ -182,7 +193,7 @@ class AvrDevice:
 
         It is touched on the display, or keyed into the shield's menu where there is none.
         """
-        for display in self._parts(Nextion):
+        for display in self.parts(Nextion):
             display.send(in_bytes(order, number))
             return
         self.shield.play(keys_for(ProgramOrder(order, number)))
@@ -198,9 +209,10 @@ class AvrDevice:
 
     @property
     def _pluggable(self) -> list[ModbusMaster | Nextion]:
-        return [*self._parts(ModbusMaster), *self._parts(Nextion)]
+        return [*self.parts(ModbusMaster), *self.parts(Nextion)]
 
-    def _parts(self, kind: type[Kind]) -> list[Kind]:
+    def parts(self, kind: type[Kind]) -> list[Kind]:
+        """Return the interfaces of a kind."""
         return [part for part in self.interfaces if isinstance(part, kind)]
 
     def advance(self, until_s: float) -> None:
@@ -255,8 +267,8 @@ class AvrDevice:
     @property
     def uart(self) -> int:
         """The number of the serial port of the first interface that has a line."""
-        lines = (each for each in self._controller.interfaces if hasattr(each, "baud"))
-        return self._controller.board.uarts[getattr(next(lines, None), "port", 0)].number
+        ports = (each.line.port for each in self._controller.interfaces if each.line is not None)
+        return self._controller.board.uarts[next(ports, 0)].number
 
     # -- looking in ----------------------------------------------------------------------------
 
@@ -344,7 +356,7 @@ class AvrDevice:
     def _after(self, seconds: float) -> int:
         return self.avr.cycle + round(seconds * self.avr.clock_hz)
 
-    def record(self, recorder: Interface) -> None:
+    def record(self, recorder: Listener) -> None:
         """Give a recorder everything from now on (see heatwright.sim.vcd)."""
         self.feed()
         self._recorders.append(recorder)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from heatwright.spec.commands import keypad_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Interface, LcdKeypad
+from heatwright.spec.interfaces import Interface
 from heatwright.spec.quantity import number
 
 COLUMNS = 16
@@ -91,11 +91,12 @@ def sets_gains(controller: Controller, loop_name: str) -> bool:
     return any(each.kind.key in GAINS for each in numbers_of(controller, loop_name))
 
 
-def fixed(interfaces: tuple[Interface, ...]) -> tuple[Interface, ...]:
+def fixed(controller: Controller) -> tuple[Interface, ...]:
     """Take the keys' numbers away: all are as the algorithm says."""
+    keypad = keypad_of(controller)
     return tuple(
-        each.model_copy(update={"adjust": None}) if isinstance(each, LcdKeypad) else each
-        for each in interfaces
+        each.model_copy(update={"adjust": None}) if each is keypad else each
+        for each in controller.interfaces
     )
 
 
@@ -118,7 +119,7 @@ def with_setting(controller: Controller, setting: Setting) -> Controller:
     values = {each.kind.field: value for each, value in setting}
     algorithm = loop.algorithm.model_copy(update=values)
     changed = controller.with_loop(keypad.loop, loop.model_copy(update={"algorithm": algorithm}))
-    return changed.model_copy(update={"interfaces": fixed(controller.interfaces)})
+    return changed.model_copy(update={"interfaces": fixed(controller)})
 
 
 def words(setting: Setting) -> str:

@@ -1,8 +1,9 @@
 """What an analog sensor is made of: dividers, amplifiers, references, thermistor curves."""
 
+import math
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
@@ -54,6 +55,13 @@ class AnalogSensor(Averaged):
     accuracy: Accuracy | None = Field(
         None, description="What is asked of the chain; `check` warns where its parts cost more."
     )
+    on_adc: ClassVar[Literal[True]] = True
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 16
+    saturates: ClassVar[bool] = False
+    selectable: ClassVar[tuple[str, ...]] = ()
+    unit: ClassVar[str] = "K"
 
     def error_k(self, temperature_c: float) -> float:
         """Largest error of divider, ADC and table at a temperature: one step of the ADC."""
@@ -87,6 +95,16 @@ class AnalogSensor(Averaged):
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
         """Width of a step of the ADC about a temperature, on a chip."""
         return step_at_k(self, temperature_c, mcu)
+
+    def shown_range(self, mcu: str) -> tuple[float, float]:
+        """Range that it can show, °C: the one that is asked for, on any chip."""
+        del mcu
+        return self.range_c
+
+    def fitting(self, period_s: float) -> str:
+        """Name the most readings that fit into a period, if one does."""
+        most = math.floor(round(period_s / TICK_S, 6))
+        return f"oversample at most {most}" if period_s >= TICK_S else ""
 
 
 class Divider(Model):

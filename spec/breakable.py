@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.inputs import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
@@ -50,11 +49,11 @@ def _by_loops(controller: Controller) -> Iterator[int]:
 
 
 def _by_parts(controller: Controller) -> Iterator[int]:
-    if any(sensor.kind != "ds18b20" for sensor in controller.sensors.values()):
+    if not all(sensor.on_one_wire for sensor in controller.sensors.values()):
         yield from (17, 18)
     if gcode_of(controller) is not None:
         yield 19
-    if any(isinstance(sensor, CurrentSensor) for sensor in controller.sensors.values()):
+    if controller.ammeters:
         yield from (20, 21, 22)
     if controller.programs is not None and controller.programs.hold_back is not None:
         yield 24

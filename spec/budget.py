@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from heatwright.spec.circuits import Amplified, Circuit, Divider, Linear, circuit, reference_v
+from heatwright.spec.circuits import Amplified, Circuit, Divider, Linear, reference_v
 from heatwright.spec.conversion import CODES
 from heatwright.spec.curves import Beta, Curve
 from heatwright.spec.quantity import number
@@ -167,21 +167,14 @@ BRIDGE = {
 
 def places(sensor: Any, mcu: str, each: int = 1) -> tuple[float, ...]:
     """Choose the places of a table, evenly over the range; `each` between two of them."""
-    low, high = _ends(sensor, mcu)
+    low, high = sensor.shown_range(mcu)
     count = each * (SHOWN - 1)
     return tuple(low + (high - low) * place / count for place in range(count + 1))
 
 
-def _ends(sensor: Any, mcu: str) -> tuple[float, float]:
-    """Give the range, °C, or the currents that the ADC can show, A."""
-    if sensor.kind != "current":
-        return float(sensor.range_c[0]), float(sensor.range_c[1])
-    return 0.0, (reference_v(sensor, mcu) - sensor.offset_v) / sensor.scale_v_per_a
-
-
 def budget(sensor: Any, mcu: str, at: Sequence[float] | None = None) -> Budget:
     """Compute what the parts of a sensor on the ADC cost, at given places or over its range."""
-    chain, wanted = _chain(sensor, mcu), places(sensor, mcu) if at is None else tuple(at)
+    chain, wanted = sensor.circuit(mcu), places(sensor, mcu) if at is None else tuple(at)
     told = sensor.tolerances
     lines = [
         Line(part.name, part.tolerance, tuple(_error(chain, part.off, place) for place in wanted))
@@ -190,15 +183,7 @@ def budget(sensor: Any, mcu: str, at: Sequence[float] | None = None) -> Budget:
     for name, steps in (("ADC", told.adc_steps), ("table", TABLE_STEPS)):
         errors = tuple(_step_error(chain, steps / CODES, place) for place in wanted)
         lines.append(Line(name, f"± {number(steps)} steps", errors))
-    unit = "A" if sensor.kind == "current" else "K"
-    return Budget(unit, wanted, tuple(lines), tuple(_untold(sensor)))
-
-
-def _chain(sensor: Any, mcu: str) -> Any:
-    if sensor.kind != "current":
-        return circuit(sensor, mcu)
-    full_v = reference_v(sensor, mcu)
-    return Linear(sensor.offset_v / full_v, sensor.scale_v_per_a / full_v, open_is_high=False)
+    return Budget(sensor.unit, wanted, tuple(lines), tuple(_untold(sensor)))
 
 
 def _error(chain: Circuit, off: Iterable[Circuit], place: float) -> float:
@@ -369,9 +354,8 @@ def _untold(sensor: Any) -> Iterator[str]:
 
 def budgets(controller: Any) -> Iterator[tuple[str, Budget]]:
     """List the budgets of all sensors on the ADC, by their names."""
-    for name, sensor in controller.sensors.items():
-        if hasattr(sensor, "tolerances"):
-            yield name, budget(sensor, controller.board.mcu)
+    for name, sensor in controller.adc_sensors.items():
+        yield name, budget(sensor, controller.board.mcu)
 
 
 def judged(sensor: Any, mcu: str) -> tuple[Budget, int]:

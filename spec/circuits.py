@@ -152,15 +152,21 @@ def reference_v(sensor: Any, mcu: str) -> float:
     return float(sensor.reference)
 
 
-def circuit(sensor: Any, mcu: str) -> Circuit:
-    """Give the circuit of a `thermistor`, `rtd` or `analog` sensor on a chip's ADC."""
+def of_voltage(sensor: Any, scale: float, mcu: str, *, open_is_high: bool) -> Linear:
+    """Give the circuit of a sensor that gives a voltage, V for each unit, on a chip's ADC."""
     full_v = reference_v(sensor, mcu)
-    if sensor.kind == "analog":
-        zero, per_k = sensor.offset_v / full_v, sensor.scale_v_per_k / full_v
-        return Linear(zero, per_k, sensor.open_reads == "high")
-    if sensor.kind == "thermistor":
-        return _divider(_thermistor(sensor, full_v), sensor.divider, full_v)
-    platinum = _platinum(sensor)
+    return Linear(sensor.offset_v / full_v, scale / full_v, open_is_high)
+
+
+def of_thermistor(sensor: Any, mcu: str) -> Divider:
+    """Give the circuit of a thermistor on a chip's ADC."""
+    full_v = reference_v(sensor, mcu)
+    return _divider(_thermistor(sensor, full_v), sensor.divider, full_v)
+
+
+def of_platinum(sensor: Any, mcu: str) -> Circuit:
+    """Give the circuit of a platinum element on a chip's ADC."""
+    full_v, platinum = reference_v(sensor, mcu), _platinum(sensor)
     if sensor.divider is not None:
         return _divider(platinum, sensor.divider, full_v)
     amplifier = sensor.amplifier

@@ -9,7 +9,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from heatwright.spec.circuits import circuit
+from heatwright.spec.circuits import Circuit
 from heatwright.spec.conversion import CODES, limits
 
 COARSEST_MCU = "atmega2560"
@@ -27,7 +27,7 @@ def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> flo
 
     Beyond the range, where no reading is valid, it is that of the range's end.
     """
-    chain = circuit(sensor, mcu)
+    chain: Circuit = sensor.circuit(mcu)
     low_c, high_c = sensor.range_c
     middle_c = min(max(temperature_c, low_c), high_c)
     below, above = middle_c - SLOPE_OVER_K / 2, middle_c + SLOPE_OVER_K / 2
@@ -38,7 +38,8 @@ def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> flo
 @cache
 def largest_step_k(sensor: Any, mcu: str = COARSEST_MCU) -> float:
     """Give the widest ADC step of the sensor's range, K."""
-    bounds, chain = limits(sensor, mcu), circuit(sensor, mcu)
+    chain: Circuit = sensor.circuit(mcu)
+    bounds = limits(sensor, mcu)
     # The ends of the scale, where a curve may have no temperature, are no part of a step.
     last = min(bounds.high + 1, CODES - 1)
     edges = [chain.celsius(code / CODES) for code in range(max(bounds.low, 1), last + 1)]

@@ -2,26 +2,45 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
+from heatwright.spec.base import Model
 from heatwright.spec.controller import Controller, Lockout
-from heatwright.spec.interfaces import Countdown, Gcode, LcdKeypad, ModbusRtu, Nextion
+from heatwright.spec.interfaces import (
+    Countdown,
+    Gcode,
+    LcdKeypad,
+    ModbusRtu,
+    Nextion,
+    SerialLog,
+    SerialPlotter,
+)
+
+Kind = TypeVar("Kind", bound=Model)
+
+
+def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
+    """Find the interfaces of a kind, by their places; of most there is one, once all is checked."""
+    return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
+
+
+def _first(controller: Controller, kind: type[Kind]) -> Kind | None:
+    return next(iter(placed(controller, kind).values()), None)
 
 
 def gcode_of(controller: Controller) -> Gcode | None:
     """Find the G-code interface of a controller, if it has one."""
-    found = (each for each in controller.interfaces if isinstance(each, Gcode))
-    return next(found, None)
+    return _first(controller, Gcode)
 
 
 def modbus_of(controller: Controller) -> ModbusRtu | None:
     """Find the Modbus interface of a controller, if it has one."""
-    found = (each for each in controller.interfaces if isinstance(each, ModbusRtu))
-    return next(found, None)
+    return _first(controller, ModbusRtu)
 
 
 def nextion_of(controller: Controller) -> Nextion | None:
     """Find the touch display of a controller, if it has one."""
-    found = (each for each in controller.interfaces if isinstance(each, Nextion))
-    return next(found, None)
+    return _first(controller, Nextion)
 
 
 def for_display(controller: Controller, line: str) -> bool:
@@ -33,8 +52,12 @@ def for_display(controller: Controller, line: str) -> bool:
 
 def keypad_of(controller: Controller) -> LcdKeypad | None:
     """Find the keypad of a controller, if it has one."""
-    found = (each for each in controller.interfaces if isinstance(each, LcdKeypad))
-    return next(found, None)
+    return _first(controller, LcdKeypad)
+
+
+def log_of(controller: Controller) -> SerialLog | None:
+    """Find the log of a controller, if it has one."""
+    return _first(controller, SerialLog)
 
 
 def lockout_of(controller: Controller) -> Lockout | None:
@@ -84,6 +107,11 @@ def keyed(controller: Controller, loop_name: str) -> bool:
     """Tell whether the keys of the display shield serve a loop."""
     keypad = keypad_of(controller)
     return keypad is not None and keypad.loop == loop_name
+
+
+def plotted(controller: Controller, loop_name: str) -> bool:
+    """Tell whether a plotter is sent a loop's numbers."""
+    return any(each.loop == loop_name for each in placed(controller, SerialPlotter).values())
 
 
 def told_elsewhere(controller: Controller) -> bool:

@@ -31,7 +31,7 @@ from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import Quantity, QuantityRange
-from heatwright.spec.sensors import Sensor, Thermometer
+from heatwright.spec.sensors import AdcSensor, Sensor, Thermometer
 from heatwright.spec.simulation import Simulation
 from heatwright.spec.suggest import one_of
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
@@ -220,8 +220,14 @@ class Controller(Model):
     @property
     def thermometers(self) -> Mapping[str, Thermometer]:
         """The sensors that measure temperatures, by name."""
-        return {
-            name: sensor
-            for name, sensor in self.sensors.items()
-            if not isinstance(sensor, CurrentSensor)
-        }
+        return {name: each for name, each in self.sensors.items() if not each.measures_current}
+
+    @property
+    def ammeters(self) -> Mapping[str, CurrentSensor]:
+        """The sensors that measure currents, by name."""
+        return {name: each for name, each in self.sensors.items() if each.measures_current}
+
+    @property
+    def adc_sensors(self) -> Mapping[str, AdcSensor]:
+        """The sensors on pins of the ADC, by name."""
+        return {name: each for name, each in self.sensors.items() if each.on_adc}

@@ -16,7 +16,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from heatwright.spec.circuits import Circuit, circuit
+from heatwright.spec.circuits import Circuit
 from heatwright.spec.fewest import Tube, fewest_points
 
 CODES = 1024
@@ -91,7 +91,7 @@ class Conversion:
 
 def limits(sensor: Any, mcu: str) -> Limits:
     """Find what the codes of an analog sensor on a chip mean."""
-    chain = circuit(sensor, mcu)
+    chain = sensor.circuit(mcu)
     low, high = sorted(_code(chain.ratio(celsius)) for celsius in sensor.range_c)
     return Limits(low, high, _code(chain.lowest), _code(chain.highest), chain.open_is_high)
 
@@ -106,9 +106,9 @@ def conversion(sensor: Any, mcu: str) -> Conversion:
     bounds = limits(sensor, mcu)
     if not bounds.shown:
         raise ValueError("the sensor's range is not within what its circuit can show")
-    edges = _edges(circuit(sensor, mcu), bounds)
+    edges = _edges(sensor.circuit(mcu), bounds)
     if hasattr(getattr(sensor, "curve", None), "codes"):
-        found = fewest_points(_tube_of_sums(circuit(sensor, mcu), bounds, sensor.oversample))
+        found = fewest_points(_tube_of_sums(sensor.circuit(mcu), bounds, sensor.oversample))
         apart = 1
     else:
         found, apart = fewest_points(_tube(edges, sensor.oversample)), sensor.oversample

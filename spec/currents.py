@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from heatwright.spec.analog_sensors import FullScale, Volt
 from heatwright.spec.base import DEFAULTS, Model, PinName, Reference, WholeNumber
+from heatwright.spec.circuits import Linear, of_voltage, reference_v
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.tolerances import VoltageTolerances
@@ -45,6 +46,18 @@ class CurrentSensor(Model):
     tolerances: VoltageTolerances = Field(
         DEFAULTS, validate_default=True, description="How exact sensor and reference are."
     )
+    on_adc: ClassVar[Literal[True]] = True
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[True]] = True
+    unit: ClassVar[str] = "A"
+
+    def shown_range(self, mcu: str) -> tuple[float, float]:
+        """Currents that the ADC of a chip can show, A."""
+        return 0.0, (reference_v(self, mcu) - self.offset_v) / self.scale_v_per_a
+
+    def circuit(self, mcu: str) -> Linear:
+        """Give what stands between its current and the ADC of a chip."""
+        return of_voltage(self, self.scale_v_per_a, mcu, open_is_high=False)
 
 
 class Current(Model):

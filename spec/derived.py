@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.effort import effort_of
 from heatwright.spec.heated_loop import LEAST_TIMES, TIMES, HeatedLoop, heated_loop, most_borne
-from heatwright.spec.interfaces import Gcode
 from heatwright.spec.loops import (
     Effort,
     Frozen,
@@ -84,9 +83,9 @@ def with_derived(controller: Controller) -> Controller:
 
 def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
     """Have a loop that a host commands mind its host, unless the spec says for how long."""
-    hosts = (each for each in controller.interfaces if isinstance(each, Gcode))
+    hosts = (each for each in controller.interfaces if each.is_host)
     given = "master_lost_after_s" in loop.protection.model_fields_set
-    if given or not any(name in host.loops.values() for host in hosts):
+    if given or not any(name in host.named_loops.values() for host in hosts):
         return loop
     minded = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
     return loop.model_copy(update={"protection": minded})

@@ -10,10 +10,9 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, lockout_of, programmed, tunable
+from heatwright.spec.commands import limits_adjustable, lockout_of, placed, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
-from heatwright.spec.max31856 import selectable_of
 
 CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
@@ -87,7 +86,7 @@ class Layout(NamedTuple):
 
 def log_in_eeprom(controller: Controller) -> SerialLog | None:
     """Find the log that is kept in the EEPROM, if there is one."""
-    logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
+    logs = placed(controller, SerialLog).values()
     return next((each for each in logs if each.keep == "eeprom"), None)
 
 
@@ -110,7 +109,7 @@ def settings_bytes(controller: Controller) -> int:
         RECORD_BYTES
         + (lockout_of(controller) is not None)
         + kept
-        + sum(bool(selectable_of(each)) for each in controller.sensors.values())
+        + sum(bool(each.selectable) for each in controller.thermometers.values())
     )
 
 

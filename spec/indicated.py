@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Indicators
 
@@ -20,7 +21,7 @@ def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:
     """Collect what LEDs show of a loop."""
     return frozenset(
         meaning
-        for each in controller.interfaces
-        if isinstance(each, Indicators) and shown_loop(controller, each) == loop_name
+        for each in placed(controller, Indicators).values()
+        if shown_loop(controller, each) == loop_name
         for meaning in each.leds.values()
     )

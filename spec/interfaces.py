@@ -1,8 +1,15 @@
-"""Interfaces: how an operator or a computer sees and sets the loops."""
+"""Interfaces: how an operator or a computer sees and sets the loops.
+
+What others need to know of a kind, its model says, so that nobody asks for the kind itself:
+
+line -- the serial line it talks on; shield -- the board with keys that it is; is_host -- a program
+at its other end sets setpoints; named_pins -- where the spec names pins for it, and what for;
+named_loops -- where the spec names loops for it.
+"""
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, StrictBool
 
@@ -16,7 +23,7 @@ from heatwright.spec.base import (
     Reference,
     WholeNumber,
 )
-from heatwright.spec.problems import Checked, refuse, shown
+from heatwright.spec.problems import Checked, Path, refuse, shown
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION
@@ -33,6 +40,52 @@ DISPLAY_BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200)
 """What a Nextion display can be set to, as far as a board can."""
 FASTER_DISPLAY_BAUDS = (230_400, 250_000, 256_000, 512_000, 921_600)
 """What it may have been set to before."""
+
+USUAL_BAUDS = (9600, 19200, 38400, 57600, 115200, 250000, 500000, 1000000)
+"""What programs on a computer offer."""
+HOST_BAUDS = tuple(baud for baud in USUAL_BAUDS if baud <= FASTEST_HOST)
+
+NamedPins = tuple[tuple[Path, str, str], ...]
+"""The keys of the interface that name a pin, the pin, and what for."""
+
+
+class Line(NamedTuple):
+    """A serial line, as an interface talks on it."""
+
+    port: int
+    can_move: bool
+    """Whether the spec may choose the port."""
+    baud: int
+    usual_bauds: tuple[int, ...]
+    """What its other end may offer."""
+    receives: bool
+    called: str | None
+    """In a list of converters; None: its other end has the levels of the pins."""
+    parity: Literal["even", "odd", "none"] = "none"
+    stop_bits: int = 1
+
+
+class Shield(NamedTuple):
+    """A board that is put on top: the pins that it takes, what for, and that of its keys."""
+
+    pins: Mapping[str, str]
+    keys: str
+
+
+LCD_KEYPAD = Shield(
+    {
+        "D4": "the display's data 4",
+        "D5": "the display's data 5",
+        "D6": "the display's data 6",
+        "D7": "the display's data 7",
+        "D8": "the display's RS",
+        "D9": "the display's E",
+        "D10": "the display's backlight",
+        "A0": "the keys",
+    },
+    keys="A0",
+)
+"""HD44780 in 4-bit mode without reading back, five keys on one analog pin."""
 
 
 class Baud(Checked):
@@ -131,7 +184,19 @@ class Adjust(Model):
     kd: GainRange | None = Field(None, description="Of pid, %·s/K.")
 
 
-class LcdKeypad(Model):
+class _OfOneLoop(Model):
+    """An interface that shows or sets one loop."""
+
+    kind: str
+    loop: Reference | None
+
+    @property
+    def named_loops(self) -> dict[Path, str]:
+        """Loops by the keys that name them."""
+        return {} if self.loop is None else {("loop",): self.loop}
+
+
+class LcdKeypad(_OfOneLoop):
     """The Arduino LCD keypad shield: 16x2 characters, five keys on A0."""
 
     kind: Literal["lcd_keypad"]
@@ -145,9 +210,13 @@ class LcdKeypad(Model):
     adjust: Adjust | None = Field(
         None, description="Numbers of the algorithm that people may set; left out, none."
     )
+    line: ClassVar[None] = None
+    shield: ClassVar[Shield | None] = LCD_KEYPAD
+    is_host: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
 
 
-class SerialPlotter(Model):
+class SerialPlotter(_OfOneLoop):
     """One line of numbers each period for the program Serial Port Plotter."""
 
     kind: Literal["serial_plotter"]
@@ -159,6 +228,17 @@ class SerialPlotter(Model):
     line_end: Literal["LF", "CR LF"] = Field(
         "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
     )
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
+
+    @property
+    def line(self) -> Line:
+        """Its serial line."""
+        return Line(
+            0, can_move=False, baud=self.baud, usual_bauds=USUAL_BAUDS, receives=False,
+            called="serial plotter",
+        )  # fmt: skip
 
 
 class ModbusRtu(Model):
@@ -183,6 +263,24 @@ class ModbusRtu(Model):
     linuxcnc: StrictBool = Field(
         False, description="Generate the LinuxCNC side too: HAL, panel, mb2hal."
     )
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = True
+    named_loops: ClassVar[Mapping[Path, str]] = {}
+
+    @property
+    def line(self) -> Line:
+        """Its serial line."""
+        return Line(
+            0, can_move=False, baud=self.baud, usual_bauds=BUS_BAUDS, receives=True,
+            called="Modbus", parity=self.parity, stop_bits=self.stop_bits,
+        )  # fmt: skip
+
+    @property
+    def named_pins(self) -> NamedPins:
+        """The pin of the line's driver."""
+        if self.driver_enable is None:
+            return ()
+        return ((("driver_enable",), self.driver_enable, "the line's driver"),)
 
     @property
     def stop_bits(self) -> int:
@@ -211,7 +309,7 @@ def _memory(value: Any) -> str:
 Meaning = Literal["enabled", "heating", "cooling", "warm", "communicating", "fault"]
 
 
-class Indicators(Model):
+class Indicators(_OfOneLoop):
     """LEDs that show by steady light, blinking or none what a loop does."""
 
     kind: Literal["indicators"]
@@ -222,13 +320,21 @@ class Indicators(Model):
         description="What each pin's LED shows."
     )
     active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
+    line: ClassVar[None] = None
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = False
+
+    @property
+    def named_pins(self) -> NamedPins:
+        """The pins of its LEDs."""
+        return tuple((("leds", pin), pin, f"the LED {told}") for pin, told in self.leds.items())
 
 
 _Port = Annotated[int, WholeNumber("a serial port", 0, 3, 0)]
 _PORT = "Serial port of the board, by its number."
 
 
-class Nextion(Model):
+class Nextion(_OfOneLoop):
     """A Nextion touch display on a serial port."""
 
     kind: Literal["nextion"]
@@ -237,9 +343,20 @@ class Nextion(Model):
         115_200, description="Speed of the line; the display is brought to it."
     )
     port: _Port = Field(0, description=_PORT)
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
+
+    @property
+    def line(self) -> Line:
+        """Its serial line."""
+        return Line(
+            self.port, can_move=True, baud=self.baud, usual_bauds=DISPLAY_BAUDS, receives=True,
+            called=None,
+        )  # fmt: skip
 
 
-class SerialLog(Model):
+class SerialLog(_OfOneLoop):
     """Temperature and setpoint in a ring, read out over a serial port."""
 
     kind: Literal["serial_log"]
@@ -255,6 +372,17 @@ class SerialLog(Model):
     keep: Annotated[Literal["ram", "eeprom"], Checked(_memory, enum=["ram", "eeprom"])] = Field(
         "ram", description="Where the ring is; `eeprom` outlives a loss of power."
     )
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
+
+    @property
+    def line(self) -> Line:
+        """Its serial line."""
+        return Line(
+            self.port, can_move=True, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
+            called="serial log",
+        )  # fmt: skip
 
 
 class Gcode(Model):
@@ -277,6 +405,22 @@ class Gcode(Model):
     steppers: Annotated[
         Mapping[Annotated[str, Address("E", "a stepper", "E")], Reference], ReadOnly
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = True
+    named_pins: ClassVar[NamedPins] = ()
+
+    @property
+    def line(self) -> Line:
+        """Its serial line."""
+        return Line(
+            0, can_move=False, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
+            called="G-code",
+        )  # fmt: skip
+
+    @property
+    def named_loops(self) -> dict[Path, str]:
+        """Loops by the keys that name them."""
+        return {("loops", address): name for address, name in self.loops.items()}
 
 
 Interface = Annotated[

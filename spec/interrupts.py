@@ -6,10 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, ModbusRtu, Nextion, SerialLog
 from heatwright.spec.pwm import LATEST_INTERRUPT_S
 from heatwright.spec.pwm_timers import share_pwm
-from heatwright.spec.sensors import Ds18b20
 
 ANY_S = 100e-6
 """Where nothing needs them sooner: a hundredth of the tick."""
@@ -55,12 +53,12 @@ def waits(controller: Controller) -> Iterator[Wait]:
     """
     yield Wait(ANY_S, "a hundredth of the tick", "")
     for name, sensor in controller.sensors.items():
-        if isinstance(sensor, Ds18b20):
+        if sensor.on_one_wire:
             yield Wait(SLOT_S, f"the slots of {name}'s bus", "a sensor of another kind")
     for part in controller.interfaces:
-        if isinstance(part, Gcode | ModbusRtu | Nextion | SerialLog):
-            slower = "a slower line"
-            yield Wait(BITS_OF_A_BYTE / part.baud, f"a byte on the line of {part.kind}", slower)
+        if part.line is not None and part.line.receives:
+            wait_s = BITS_OF_A_BYTE / part.line.baud
+            yield Wait(wait_s, f"a byte on the line of {part.kind}", "a slower line")
     for name, channel in share_pwm(controller).channels.items():
         if channel.by_interrupts:
             other = "the kind time_proportional"

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from heatwright.spec.boards import Board
 from heatwright.spec.checks.memory import least_bytes
-from heatwright.spec.commands import tunable
+from heatwright.spec.commands import placed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.eeprom import log_entry_bytes
 from heatwright.spec.interfaces import LcdKeypad, SerialLog
@@ -65,18 +65,16 @@ KINDS = {
 
 def least(controller: Controller) -> Least:
     """Return what the firmware takes at least, together."""
-    parts = [EVERY]
-    for each in (
+    whole = (
         *controller.sensors.values(),
         *controller.outputs.values(),
         *(loop.algorithm for loop in controller.loops.values()),
         *controller.interfaces,
-    ):
-        parts.append(KINDS[each.kind])
-        if isinstance(each, LcdKeypad) and controller.programs is not None:
-            parts.append(MENU)
-        if isinstance(each, LcdKeypad) and each.countdown is not None:
-            parts.append(COUNTDOWN)
+    )
+    parts = [EVERY, *(KINDS[each.kind] for each in whole)]
+    for keypad in placed(controller, LcdKeypad).values():
+        parts += [MENU] * (controller.programs is not None)
+        parts += [COUNTDOWN] * (keypad.countdown is not None)
     parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
     parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
     parts += [PROGRAMS] * (controller.programs is not None)
@@ -86,8 +84,7 @@ def least(controller: Controller) -> Least:
 
 def _rings(controller: Controller) -> int:
     """Count the RAM of a log's entries."""
-    logs = (each for each in controller.interfaces if isinstance(each, SerialLog))
-    kept = (each for each in logs if each.keep == "ram")
+    kept = (each for each in placed(controller, SerialLog).values() if each.keep == "ram")
     return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
 
 

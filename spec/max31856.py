@@ -1,7 +1,7 @@
 """Thermocouples of any type behind a MAX31856."""
 
 import math
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
@@ -77,6 +77,11 @@ class Max31856(Averaged):
     average: Annotated[int, _Samples()] = Field(
         1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
     )
+    on_adc: ClassVar[Literal[False]] = False
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 32
+    saturates: ClassVar[bool] = False
 
     @property
     def range_c(self) -> tuple[float, float]:
@@ -97,6 +102,11 @@ class Max31856(Averaged):
         """Step of the readings about a temperature: everywhere the same."""
         del temperature_c, mcu
         return self.step_k
+
+    def fitting(self, period_s: float) -> str:
+        """Offer nothing: what it averages, the spec has asked for."""
+        del period_s
+        return ""
 
     def error_k(self, temperature_c: float) -> float:
         """Largest error at a temperature: 0.15 % of the type's span, 0.7 K of the cold junction."""
@@ -144,13 +154,15 @@ __all__ = [
     "Max31856",
     "ThermocoupleType",
     "lowered",
-    "selectable_of",
+    "variants",
 ]
 
 
-def selectable_of(sensor: object) -> tuple[str, ...]:
-    """List the types of thermocouple that the operator may choose for a sensor; mostly none."""
-    return sensor.selectable if isinstance(sensor, Max31856) else ()
+def variants(sensor: object) -> dict[str, Max31856]:
+    """Give a sensor with each type of thermocouple that may be chosen for it; mostly none."""
+    if not isinstance(sensor, Max31856):
+        return {}
+    return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
@@ -166,9 +178,7 @@ def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, fl
 
     """
     found = {}
-    for kind in selectable_of(sensor):
-        assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
-        chosen = sensor.model_copy(update={"thermocouple": kind})
+    for kind, chosen in variants(sensor).items():
         high_c = chosen.range_c[1]
         reaches_c = high_c - chosen.error_k(high_c) - (maximum_c - setpoint_c)
         highest_c = math.floor(10 * min(chosen.highest_c, reaches_c) + 1e-6) / 10

@@ -1,7 +1,17 @@
-"""Sensors: one model for each kind."""
+"""Sensors: one model for each kind.
+
+What others need to know of a kind, its model says, so that nobody asks for the kind itself:
+
+on_adc, on_one_wire, measures_current -- where it is and what it measures. Of thermometers besides:
+reading_bits -- of the signed number that holds a reading; saturates -- beyond its range it shows
+the range's end; selectable -- types of thermocouple that the operator may choose; fitting -- keys
+of its own that would have it fit into a period. Of those on the ADC: unit -- of what they measure;
+shown_range -- what they can show on a chip; circuit -- from that to the code; gives_voltage -- a
+voltage of its own, and no element in a circuit.
+"""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,6 +25,7 @@ from heatwright.spec.analog_sensors import (
 )
 from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import DEFAULTS, PinName
+from heatwright.spec.circuits import Circuit, of_platinum, of_thermistor, of_voltage
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.max31856 import Max31856
@@ -35,6 +46,12 @@ class Ds18b20(Averaged):
         alias="resolution",
         description="9 to 12 bit: steps of 0.5, 0.25, 0.125 or 0.0625 K; each doubles the time.",
     )
+    on_adc: ClassVar[Literal[False]] = False
+    on_one_wire: ClassVar[bool] = True
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 16
+    saturates: ClassVar[bool] = True
+    selectable: ClassVar[tuple[str, ...]] = ()
 
     @property
     def range_c(self) -> tuple[float, float]:
@@ -81,6 +98,13 @@ class Ds18b20(Averaged):
         del temperature_c, mcu
         return self.step_k
 
+    def fitting(self, period_s: float) -> str:
+        """Name the finest resolution that fits into a period, if a coarser one does."""
+        for bits in (11, 10, 9):
+            if shortest_period_s(self.model_copy(update={"resolution_bits": bits})) <= period_s:
+                return f"a resolution of {bits} bit"
+        return ""
+
 
 class Thermistor(AnalogSensor):
     """A thermistor in a voltage divider on a pin of the ADC."""
@@ -91,6 +115,12 @@ class Thermistor(AnalogSensor):
     )
     divider: Divider = Field(description="The resistor beside the thermistor.")
     curve: Curve = Field(description="Its law: beta, Steinhart-Hart, points, codes.")
+    amplifier: ClassVar[None] = None
+    gives_voltage: ClassVar[Literal[False]] = False
+
+    def circuit(self, mcu: str) -> Circuit:
+        """Give what stands between its temperature and the ADC of a chip."""
+        return of_thermistor(self, mcu)
 
 
 class Rtd(AnalogSensor):
@@ -112,6 +142,8 @@ class Rtd(AnalogSensor):
     amplifier: Amplifier | None = Field(
         None, description="In the place of a divider: a bridge and an amplifier."
     )
+    curve: ClassVar[None] = None
+    gives_voltage: ClassVar[Literal[False]] = False
 
     @model_validator(mode="after")
     def _one_circuit(self) -> "Rtd":
@@ -120,6 +152,10 @@ class Rtd(AnalogSensor):
                 "an rtd has either a divider or an amplifier", "Keep the one that is built"
             )
         return self
+
+    def circuit(self, mcu: str) -> Circuit:
+        """Give what stands between its temperature and the ADC of a chip."""
+        return of_platinum(self, mcu)
 
 
 class Analog(AnalogSensor):
@@ -134,10 +170,22 @@ class Analog(AnalogSensor):
     open_reads: Literal["low", "high"] = Field(
         "low", description="What the pin reads when the wire is broken."
     )
+    curve: ClassVar[None] = None
+    divider: ClassVar[None] = None
+    amplifier: ClassVar[None] = None
+    gives_voltage: ClassVar[Literal[True]] = True
+
+    def circuit(self, mcu: str) -> Circuit:
+        """Give what stands between its temperature and the ADC of a chip."""
+        return of_voltage(self, self.scale_v_per_k, mcu, open_is_high=self.open_reads == "high")
 
 
 Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
 """What a loop can go by."""
+
+AdcThermometer = Analog | Rtd | Thermistor
+AdcSensor = AdcThermometer | CurrentSensor
+"""What is on pins of the ADC."""
 
 Sensor = Annotated[
     Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor,

@@ -1,6 +1,6 @@
 """Thermocouples behind converters that a program reads over three wires."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -29,6 +29,12 @@ class _Converter(Averaged):
     chip_select: PinName = Field(description="Pin at the converter's CS.")
     clock: PinName = Field(description="Pin at its SCK.")
     data_out: PinName = Field(description="Pin at its SO.")
+    data_in: ClassVar[None] = None
+    on_adc: ClassVar[Literal[False]] = False
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 16
+    selectable: ClassVar[tuple[str, ...]] = ()
 
     @property
     def step_k(self) -> float:
@@ -40,11 +46,17 @@ class _Converter(Averaged):
         del temperature_c, mcu
         return _STEP_K
 
+    def fitting(self, period_s: float) -> str:
+        """Nothing of its own makes a conversion shorter."""
+        del period_s
+        return ""
+
 
 class Max6675(_Converter):
     """A thermocouple of type K behind a MAX6675."""
 
     kind: Literal["max6675"]
+    saturates: ClassVar[bool] = True
 
     @property
     def range_c(self) -> tuple[float, float]:
@@ -83,6 +95,7 @@ class Max31855(_Converter):
     thermocouple: Literal["K", "J", "N", "T", "S", "R", "E"] = Field(
         "K", description="Type of the thermocouple, the last letter of the converter's name."
     )
+    saturates: ClassVar[bool] = False
 
     @property
     def range_c(self) -> tuple[float, float]:

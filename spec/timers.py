@@ -13,13 +13,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board, Timer
+from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import ModbusRtu
 from heatwright.spec.problems import Path
 from heatwright.spec.proofs import proofs
 from heatwright.spec.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
 from heatwright.spec.quantity import number
-from heatwright.spec.sensors import Ds18b20
 
 TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
@@ -124,9 +124,9 @@ def allocate(controller: Controller) -> TimerUse:
         short.append(_none_left(board, ("controller", "board"), user, made))
     # Timer 2 before timer 0, which other programs of the board expect to be the clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
-    wires = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
+    wires = [name for name, each in controller.sensors.items() if each.on_one_wire]
     motors = list(controller.steppers)
-    lines = [n for n, each in enumerate(controller.interfaces) if isinstance(each, ModbusRtu)]
+    lines = list(placed(controller, ModbusRtu))
     one_wire = {name: free.pop(0) for name in wires[: len(free)]}
     steppers = {name: free.pop() for name in motors[: len(free)]}
     silences = {line: free.pop(0) for line in lines[: len(free)]}

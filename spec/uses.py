@@ -9,29 +9,11 @@ from heatwright.spec.base import PIN_MARK
 from heatwright.spec.boards import Board, Pin, Uart
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import (
-    Indicators,
     Interface,
-    LcdKeypad,
-    ModbusRtu,
-    Nextion,
-    SerialLog,
 )
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
-
-# The shield: HD44780 in 4-bit mode without reading back, five keys on one analog pin.
-LCD_KEYPAD_PINS = {
-    "D4": "the display's data 4",
-    "D5": "the display's data 5",
-    "D6": "the display's data 6",
-    "D7": "the display's data 7",
-    "D8": "the display's RS",
-    "D9": "the display's E",
-    "D10": "the display's backlight",
-    "A0": "the keys",
-}
-
 
 SERIAL_PORT = "the serial port"
 
@@ -85,29 +67,17 @@ def pins_of(part: Sensor | Output) -> dict[str, str]:
 
 def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, str, str]]:
     """List the pins an interface takes: the keys that name them, if any, the pin, and what for."""
-    if isinstance(interface, LcdKeypad):
-        for name, purpose in LCD_KEYPAD_PINS.items():
+    if interface.shield is not None:
+        for name, purpose in interface.shield.pins.items():
             yield (), name, purpose
-        return
     uart = uart_of(board, interface)
     if uart is not None:
         for name in (uart.tx, uart.rx):
             yield (), name, SERIAL_PORT
-    yield from named_pins(interface)
+    yield from interface.named_pins
 
 
 def uart_of(board: Board, interface: Interface) -> Uart | None:
     """Find the serial port of an interface; None if it takes none, or one the board lacks."""
-    if isinstance(interface, LcdKeypad | Indicators):
-        return None
-    port = interface.port if isinstance(interface, Nextion | SerialLog) else 0
-    return board.uarts[port] if port < len(board.uarts) else None
-
-
-def named_pins(interface: Interface) -> Iterator[tuple[Path, str, str]]:
-    """List the pins that an interface names itself: their keys, the pin, and what for."""
-    if isinstance(interface, Indicators):
-        for name, meaning in interface.leds.items():
-            yield ("leds", name), name, f"the LED {meaning}"
-    elif isinstance(interface, ModbusRtu) and interface.driver_enable is not None:
-        yield ("driver_enable",), interface.driver_enable, "the line's driver"
+    line = interface.line
+    return None if line is None or line.port >= len(board.uarts) else board.uarts[line.port]

@@ -23,7 +23,7 @@ from heatwright.sim.campaign.vary import (
 from heatwright.sim.faults.bears import room_c
 from heatwright.sim.faults.site import Place
 from heatwright.sim.scenario import end_s
-from heatwright.spec import Controller, CurrentSensor, Problem, Simulation, Spec, SpecError
+from heatwright.spec import Controller, Problem, Simulation, Spec, SpecError
 from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.problems import Path as KeyPath
 from heatwright.spec.quantity import amount, celsius, duration, number
@@ -173,7 +173,7 @@ def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     yield from _named("errors", vary.errors, list(controller.sensors))
     yield from _named("noise", vary.noise_k, thermometers)
     for name, spread in vary.errors.items():
-        if isinstance(controller.sensors.get(name), CurrentSensor) and not spread.is_share:
+        if name in controller.ammeters and not spread.is_share:
             reason = f"{spread.text} is no share, and {name} measures a current"
             yield _Finding(("errors", name), reason, "Write a share, such as ± 2 %")
         elif name in thermometers and spread.is_share:

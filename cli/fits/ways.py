@@ -16,6 +16,7 @@ from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
 from heatwright.spec.checks import check
 from heatwright.spec.checks.eeprom import on_board
 from heatwright.spec.checks.memory import POINT_BYTES
+from heatwright.spec.commands import placed
 from heatwright.spec.eeprom import layout, log_entry_bytes
 from heatwright.spec.problems import Path, dotted
 
@@ -85,8 +86,8 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
 
 def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
     """List the numbers of the spec that decide how much RAM is taken, and what would fit."""
-    for index, each in enumerate(controller.interfaces):
-        if isinstance(each, SerialLog) and each.keep == "ram":
+    for index, each in placed(controller, SerialLog).items():
+        if each.keep == "ram":
             key = f"interfaces[{index}].entries"
             bytes_each = log_entry_bytes(controller, each)
             yield from _at_most(key, each.entries, 1, bytes_each, built)

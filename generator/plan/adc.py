@@ -8,12 +8,9 @@ from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Analog, Controller, CurrentSensor, LcdKeypad, Rtd, Thermistor
+from heatwright.spec import Controller
 from heatwright.spec.circuits import reference_v
 from heatwright.spec.self_checks import measures_known_voltage
-
-KEYPAD_PIN = "A0"
-"""Of the display shield's keys."""
 
 FASTEST_HZ = 200_000
 """ADC clock for the full ten bits (data sheets, ADC, "Prescaling and conversion timing")."""
@@ -41,8 +38,6 @@ REFERENCES = {
     "external": ("0", "The voltage at the pin AREF."),
 }
 """Bits of ADMUX and their meaning; the same on all chips."""
-
-AnalogSensor = Thermistor | Rtd | Analog | CurrentSensor
 
 
 def channel_macro(sensor: str) -> str:
@@ -98,7 +93,7 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
 
 def has_sensors(controller: Controller) -> bool:
     """Tell whether anything but keys is measured."""
-    return any(isinstance(sensor, AnalogSensor) for sensor in controller.sensors.values())
+    return bool(controller.adc_sensors)
 
 
 def channel_of(controller: Controller, pin: str) -> int:
@@ -113,13 +108,12 @@ def _channels(root: Source) -> list[dict[str, str]]:
     controller = root.controller
     channels = [
         _channel(controller, channel_macro(name), sensor.pin, root.at("sensors", name, "pin"))
-        for name, sensor in controller.sensors.items()
-        if isinstance(sensor, AnalogSensor)
+        for name, sensor in controller.adc_sensors.items()
     ]
     channels += [
-        _channel(controller, "ADC_KEYPAD", KEYPAD_PIN, root.at("interfaces", index))
+        _channel(controller, "ADC_KEYPAD", interface.shield.keys, root.at("interfaces", index))
         for index, interface in enumerate(controller.interfaces)
-        if isinstance(interface, LcdKeypad)
+        if interface.shield is not None
     ]
     known = _known(root)
     if known is None:
@@ -133,11 +127,11 @@ def _known(root: Source) -> dict[str, str] | None:
     board = root.controller.board
     if not measures_known_voltage(root.controller):
         return None
-    sensors = [each for each in root.controller.sensors.values() if isinstance(each, AnalogSensor)]
+    first = next(iter(root.controller.adc_sensors.values()))
     code, known_v = (NEAR_KNOWN if board.mcu == "atmega328p" else KNOWN), KNOWN_V
     if is_old(board):
         known_v = OLD_KNOWN_V
-    share = known_v / reference_v(sensors[0], board.mcu)
+    share = known_v / reference_v(first, board.mcu)
     return {
         "name": f"{known_v} V of the chip's own",
         "where": root.at("safety", "self_checks").where,
@@ -166,9 +160,8 @@ def _bits(name: str, code: int) -> str:
 
 def _reference(controller: Controller) -> str:
     """All channels have the same (the spec sees to it); keys divide the supply."""
-    for sensor in controller.sensors.values():
-        if isinstance(sensor, AnalogSensor):
-            return sensor.reference if isinstance(sensor.reference, str) else "external"
+    for sensor in controller.adc_sensors.values():
+        return sensor.reference if isinstance(sensor.reference, str) else "external"
     return "supply"
 
 
@@ -177,11 +170,7 @@ def _digital_inputs_off(controller: Controller) -> list[str]:
     board = controller.board
     if is_old(board):
         return []
-    numbers = [
-        channel_of(controller, sensor.pin)
-        for sensor in controller.sensors.values()
-        if isinstance(sensor, AnalogSensor)
-    ]
+    numbers = [channel_of(controller, each.pin) for each in controller.adc_sensors.values()]
     lines = []
     for register, group in (("DIDR0", range(FAR)), ("DIDR2", range(FAR, 16))):
         able = [n for n in numbers if n in group and n in DIGITAL_INPUTS.get(board.mcu, range(16))]

@@ -20,8 +20,8 @@ from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_perio
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
-from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
-from heatwright.spec.commands import gcode_of
+from heatwright.spec import Spec
+from heatwright.spec.commands import gcode_of, keyed, plotted
 from heatwright.spec.problems import Path
 from heatwright.spec.timers import TimerUse, allocate
 
@@ -57,8 +57,8 @@ def plan_firmware(spec: Spec) -> Plan:
             root.at("loops", name),
             name,
             loop,
-            plotted=_serves(controller, SerialPlotter, name),
-            shown=_serves(controller, LcdKeypad, name),
+            plotted=plotted(controller, name),
+            shown=keyed(controller, name),
         )
         for name, loop in controller.loops.items()
     ]
@@ -104,10 +104,6 @@ def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
 def _program(root: Source, loops: list[dict[str, Any]]) -> list[Part]:
     """Plan the program that moves the setpoint of one of the loops."""
     return [program.plan(root, loop) for loop in loops if loop["programmed"]]
-
-
-def _serves(controller: Controller, kind: type[LcdKeypad | SerialPlotter], loop: str) -> bool:
-    return any(isinstance(each, kind) and each.loop == loop for each in controller.interfaces)
 
 
 def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:

@@ -6,42 +6,34 @@ from collections.abc import Iterator
 
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.uart import form
-from heatwright.spec import Board, Controller, Gcode, ModbusRtu, SerialLog, SerialPlotter
-
-CALLED = {
-    Gcode: "G-code", ModbusRtu: "Modbus", SerialLog: "serial log", SerialPlotter: "serial plotter"
-}  # fmt: skip
-"""The interfaces whose other end has levels of its own; a Nextion has those of the pins."""
+from heatwright.spec import Board, Controller, ModbusRtu
+from heatwright.spec.commands import modbus_of
+from heatwright.spec.interfaces import Line
 
 FASTEST_RS232 = 120_000
 """Baud; of a MAX232 (data sheet, data rate)."""
 
-Line = Gcode | ModbusRtu | SerialLog | SerialPlotter
-
 
 def lines(controller: Controller) -> list[dict[str, str]]:
     """Say for each line, and each kind of line that it may be, which level converter it needs."""
-    return [
-        {"line": f"{CALLED[type(each)]}, {each.baud} baud, {_form(each)}", "to": to, "needs": needs}
-        for each in controller.interfaces
-        if isinstance(each, Line)
-        for to, needs in _converters(controller.board, each)
-    ]
+    modbus, found = modbus_of(controller), []
+    for each in controller.interfaces:
+        line, bus = each.line, modbus if each is modbus else None
+        if line is None or line.called is None:
+            continue
+        words = f"{line.called}, {line.baud} baud, {form(line.parity, line.stop_bits)}"
+        for to, needs in _converters(controller.board, line, bus):
+            found.append({"line": words, "to": to, "needs": needs})
+    return found
 
 
-def _form(interface: Line) -> str:
-    if isinstance(interface, ModbusRtu):
-        return form(interface.parity, interface.stop_bits)
-    return "8N1"
-
-
-def _converters(board: Board, interface: Line) -> Iterator[tuple[str, str]]:
-    uart = board.uarts[getattr(interface, "port", 0)]
-    to, answers = board.pins[uart.tx], not isinstance(interface, SerialPlotter)
+def _converters(board: Board, line: Line, bus: ModbusRtu | None) -> Iterator[tuple[str, str]]:
+    uart = board.uarts[line.port]
+    to, answers = board.pins[uart.tx], line.receives
     sent = label(to)
     received = label(board.pins[uart.rx])
-    if isinstance(interface, ModbusRtu) and interface.driver_enable is not None:
-        direction = label(board.pins[interface.driver_enable])
+    if bus is not None and bus.driver_enable is not None:
+        direction = label(board.pins[bus.driver_enable])
         yield (
             "RS-485",
             f"a transceiver for 5 V, such as a MAX485: RO to {received}, DI to {sent}, DE and /RE "
@@ -54,9 +46,9 @@ def _converters(board: Board, interface: Line) -> Iterator[tuple[str, str]]:
         heard = f"its TXD to {received}, " * answers
         yield "USB", f"an adapter with levels of 5 V: {heard}its RXD to {sent}, ground to ground"
     heard = f"R1OUT to {received}, " * answers
-    if interface.baud <= FASTEST_RS232:
+    if line.baud <= FASTEST_RS232:
         yield "RS-232", f"a converter for 5 V, such as a MAX232: {heard}T1IN to {sent}"
     else:
         yield "RS-232", f"too fast for one: a MAX232 follows {FASTEST_RS232} baud"
-    if isinstance(interface, ModbusRtu):
+    if bus is not None:
         yield "RS-485", "a transceiver, and a pin that switches it: `driver_enable` in the spec"

@@ -31,7 +31,7 @@ from heatwright.spec.commands import (
 from heatwright.spec.indicated import indicated
 from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
-from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
+from heatwright.spec.max31856 import TYPE_CODES, lowered
 from heatwright.spec.self_checks import self_checked
 
 FULL_PERCENT = 100.0
@@ -84,13 +84,13 @@ def summary(source: Source, name: str) -> dict[str, object]:
 
 def _types(source: Source, loop: Loop) -> dict[str, object] | None:
     """Tell the types of thermocouple apart by what they bear; None if all bear the same."""
-    sensor = source.controller.sensors[loop.sensor]
+    sensor = source.controller.thermometers[loop.sensor]
     highest = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
     if not highest:
         return None
     coded = {letter: {"letter": letter, "code": TYPE_CODES.index(letter)} for letter in TYPE_CODES}
     least, *others = sorted(highest, key=lambda letter: (highest[letter], letter))
-    whole = sorted(set(selectable_of(sensor)) - highest.keys())
+    whole = sorted(set(sensor.selectable) - highest.keys())
     return {
         "least": coded[least],
         "others": [coded[letter] for letter in others],

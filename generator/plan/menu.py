@@ -13,7 +13,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
 from heatwright.spec.commands import told_elsewhere, tunable
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import TYPE_CODES, selectable_of
+from heatwright.spec.max31856 import TYPE_CODES
 
 PARTS = ("run", "edit", "values")
 """The menu's files beside panel.c."""
@@ -39,7 +39,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     controller = source.controller
     name = interface.loop
     loop = controller.loops[name]
-    sensor = controller.sensors[loop.sensor]
+    sensor = controller.thermometers[loop.sensor]
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
     context = {
         "where": source.where,
@@ -54,7 +54,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "tunable": tunable(controller, name),
         "adjustable": loop.protection.maximum_adjustable,
         "types": [
-            {"code": TYPE_CODES.index(letter), "letter": letter} for letter in selectable_of(sensor)
+            {"code": TYPE_CODES.index(letter), "letter": letter} for letter in sensor.selectable
         ],
         "energy": power_w is not None,
         "monitors": bool(controller.monitors),

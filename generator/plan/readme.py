@@ -15,15 +15,17 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
-from heatwright.spec import Controller, LcdKeypad, SerialPlotter, Spec
+from heatwright.spec import Controller, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.budget import budgets
 from heatwright.spec.commands import (
     gcode_of,
+    keyed,
     keypad_of,
     lockout_of,
     modbus_of,
     nextion_of,
+    placed,
     programmed,
     starts_enabled,
 )
@@ -52,18 +54,15 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "cooled": any(loop.cooler for loop in controller.loops.values()),
         "countdown": _countdown(controller),
         "numbers": _numbers(controller),
-        "keypad": any(isinstance(each, LcdKeypad) for each in controller.interfaces),
+        "keypad": keypad_of(controller) is not None,
         "menu": any(
-            isinstance(each, LcdKeypad) and programmed(controller, each.loop)
-            for each in controller.interfaces
+            keyed(controller, name) and programmed(controller, name) for name in controller.loops
         ),
         "host": _host(spec),
         "modbus": _modbus(spec),
         "programs": in_words(controller),
         "touch": nextion_of(controller),
-        "plotters": [
-            each.baud for each in controller.interfaces if isinstance(each, SerialPlotter)
-        ],
+        "plotters": [each.baud for each in placed(controller, SerialPlotter).values()],
         "lockout": _lockout(controller),
         "watchdog": quantity(controller.safety.watchdog_s, "s"),
     }

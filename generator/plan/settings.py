@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.sensors.max31856 import types_of
 from heatwright.generator.plan.source import Source
 from heatwright.spec.algorithms import LARGEST_GAIN
 from heatwright.spec.eeprom import CELL_WRITES, layout, settings_bytes
-from heatwright.spec.max31856 import TYPE_CODES, Max31856, selectable_of
 
 SETTINGS_DELAY_S = 10.0
 LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")
@@ -23,8 +23,8 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
     ]
     types = [
         {"name": name, "prefix": f"SENSOR_{name.upper()}"}
-        for name, sensor in root.controller.sensors.items()
-        if selectable_of(sensor)
+        for name, sensor in root.controller.thermometers.items()
+        if sensor.selectable
     ]
     constants = _layout(root)
     numbers = any(loop["numbers"] for loop in loops)
@@ -41,7 +41,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         constants.append(
             Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "no gain is larger, whoever sets it")
         )
-    constants += [constant for each in types for constant in _types(root, str(each["name"]))]
+    constants += [constant for each in types for constant in types_of(root, each["name"])]
     context = {
         "loops": loops,
         "types": types,
@@ -87,24 +87,3 @@ def _rested(*there: bool) -> str:
     """Say what is saved late."""
     what = [name for name, is_there in zip(LATE, there, strict=True) if is_there]
     return f"{' or '.join(what)} is"
-
-
-def _types(root: Source, name: str) -> list[Constant]:
-    """Give the codes of the types of thermocouple that a sensor may have."""
-    sensor = root.controller.sensors[name]
-    assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
-    source = root.at("sensors", name)
-    codes = {TYPE_CODES.index(each) for each in (sensor.thermocouple, *sensor.selectable)}
-    letters = " ".join(TYPE_CODES[code] for code in sorted(codes))
-    return [
-        source.at("thermocouple").count(
-            f"SENSOR_{name.upper()}_TYPE_GIVEN",
-            TYPE_CODES.index(sensor.thermocouple),
-            f"{sensor.thermocouple} of {TYPE_CODES}",
-        ),
-        Constant(
-            f"SENSOR_{name.upper()}_TYPES",
-            f"0x{sum(1 << code for code in codes):02X}u",
-            f"{source.at('selectable').where}: {letters}, a bit for each of {TYPE_CODES}",
-        ),
-    ]

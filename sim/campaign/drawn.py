@@ -16,7 +16,7 @@ from heatwright.sim.campaign.breaks import BREAKS, applicable
 from heatwright.sim.campaign.spread import Spread
 from heatwright.sim.campaign.vary import Vary, spread_of
 from heatwright.sim.scenario import end_s
-from heatwright.spec import Controller, CurrentSensor, Event, Link, Simulation, ThermalNetwork
+from heatwright.spec import Controller, Event, Link, Simulation, ThermalNetwork
 from heatwright.spec.base import ReadOnlyDict
 
 FAULTS_SHARE = 0.6
@@ -158,7 +158,7 @@ def _errors(controller: Controller, vary: Vary, draws: _Draws) -> dict[str, floa
     """Draw what sensors are wrong by: of currents the share, about the current itself."""
     found = {}
     for name, sensor in controller.sensors.items():
-        own = 1.0 if isinstance(sensor, CurrentSensor) else 0.0
+        own = 1.0 if sensor.measures_current else 0.0
         column = f"error.{name}" if own else f"error.{name}_k"
         spread = spread_of(vary.errors, name)
         if spread is None or (spread.is_share != bool(own)):

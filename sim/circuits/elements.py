@@ -17,9 +17,9 @@ ZERO_C = 273.15
 
 def element_ohm(sensor: Thermistor | Rtd, celsius: Array) -> Array:
     """Return the sensing element's resistance."""
-    if isinstance(sensor, Thermistor):
-        return thermistor_ohm(sensor, celsius)
-    return platinum_ohm(sensor, celsius)
+    if sensor.curve is None:
+        return platinum_ohm(sensor, celsius)
+    return thermistor_ohm(sensor, celsius)
 
 
 def thermistor_ohm(sensor: Thermistor, celsius: Array) -> Array:

@@ -57,10 +57,10 @@ def pin_v(sensor: Thermistor | Rtd | Analog, celsius: ArrayLike, wiring: Wiring 
     temperature_c = np.asarray(celsius, dtype=float)
     if wiring.pin is not None:
         return np.full_like(temperature_c, 0.0 if wiring.pin == "low" else SUPPLY_V)
-    if isinstance(sensor, Analog):
+    if sensor.gives_voltage:
         return _given_v(sensor, temperature_c, wiring)
     seen_ohm = wiring.ohm(element_ohm(sensor, temperature_c))
-    if isinstance(sensor, Rtd) and sensor.amplifier is not None:
+    if sensor.amplifier is not None:
         return _amplified_v(sensor.element, sensor.amplifier, seen_ohm)
     assert sensor.divider is not None  # noqa: S101 - what has no amplifier has a divider
     return _divided_v(sensor.divider, seen_ohm)

@@ -19,7 +19,6 @@ from heatwright.sim.faults.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
-from heatwright.spec.analog_sensors import AnalogSensor
 
 WATCH_S = 60.0
 CODES = 1024
@@ -125,11 +124,7 @@ def _others_on_the_adc(site: Site) -> tuple[str, ...]:
     found = {
         name: loop.sensor for name, loop in controller.loops.items() if name != site.loop_name
     } | {f"monitor_{name}": monitor.sensor for name, monitor in controller.monitors.items()}
-    return tuple(
-        name
-        for name, sensor in found.items()
-        if isinstance(controller.thermometers[sensor], AnalogSensor)
-    )
+    return tuple(name for name, sensor in found.items() if controller.thermometers[sensor].on_adc)
 
 
 def _fail(*, hung: bool = False, stuck: bool = False) -> Act:
@@ -149,7 +144,7 @@ def _contacts(site: Site) -> Iterator[Fault]:
             max(WATCH_S, turn * site.loop.period_s),
         )
     sensor = _sensor(site)
-    if not isinstance(sensor, Analog):
+    if not sensor.gives_voltage:
         jump = partial(_jump, site, sensor)
         yield jump("contact_corrodes", max, lambda ohm, seen: Wiring(series_ohm=seen - ohm))
         yield jump(

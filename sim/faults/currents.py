@@ -32,8 +32,7 @@ def measured(site: Site) -> Measured | None:
     output = site.controller.switches[site.loop.heater]
     if output.current is None:
         return None
-    sensor = site.controller.sensors[output.current.sensor]
-    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
+    sensor = site.controller.ammeters[output.current.sensor]
     return Measured(output, output.current, current_step_a(site, sensor))
 
 

@@ -9,6 +9,7 @@ from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, Trip, nothing
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.serial_noise import SerialNoise
+from heatwright.spec.commands import gcode_of
 
 WATCH_S = 60.0
 ANSWERED_S = 10.0
@@ -27,7 +28,8 @@ SEED = 3
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what a host, or the cable to it, can do to a loop it commands."""
-    host = next(each for each in site.controller.interfaces if each.kind == "gcode")
+    host = gcode_of(site.controller)
+    assert host is not None  # noqa: S101 - only of loops that it commands
     after_s = site.loop.protection.master_lost_after_s
     if after_s is not None:
         yield from _silent(site, after_s)

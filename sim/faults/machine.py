@@ -9,7 +9,6 @@ from functools import lru_cache
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
 from heatwright.spec import Controller, Heating, Loop, ThermalNetwork
-from heatwright.spec.analog_sensors import AnalogSensor
 
 COURSE_STEP_S = 1.0
 """Of a course, or a period where that is longer: slow machines have long ones."""
@@ -221,7 +220,7 @@ def blur_k(site: Place, temperature_c: float) -> float:
 def sensor_blur_k(controller: Controller, name: str, temperature_c: float) -> float:
     """Return the same of any sensor."""
     sensor = controller.thermometers[name]
-    if not isinstance(sensor, AnalogSensor):
+    if not sensor.on_adc:
         return 0.0
     return float(sensor.step_at_k(temperature_c, controller.board.mcu))
 

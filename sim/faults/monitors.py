@@ -16,7 +16,7 @@ from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
 from heatwright.spec import Loop, Monitor, modbus_of, nextion_of, watching_loop
-from heatwright.spec.analog_sensors import AnalogSensor
+from heatwright.spec.commands import log_of
 from heatwright.spec.sensors import Thermometer
 
 TOLD_S = 10.0
@@ -91,7 +91,7 @@ def _break(watched: Watched, what: str) -> Act:
 
     def act(world: World) -> None:
         part = world.device.sensors[watched.monitor.sensor]
-        if isinstance(watched.sensor, AnalogSensor):
+        if watched.sensor.on_adc:
             cast("AdcSensor", part).wiring = Wiring(
                 opened=what == "torn", shorted=what == "shorted"
             )
@@ -180,7 +180,7 @@ def untold(world: World) -> Iterator[str]:
         )
         if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
             yield "the master was not told"
-    if any(each.kind == "serial_log" for each in site.controller.interfaces):
+    if log_of(site.controller) is not None:
         device.log_reader.write("monitors")
         if not world.until(lambda now: _log_says(now, first), within_s):
             yield f"the log does not say that {first} warns"

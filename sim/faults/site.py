@@ -49,7 +49,7 @@ class Place:
     @property
     def has_keys(self) -> bool:
         """Whether there is somebody to press UP, DOWN and SELECT."""
-        return any(interface.kind == "lcd_keypad" for interface in self.controller.interfaces)
+        return keypad_of(self.controller) is not None
 
     @property
     def has_menu(self) -> bool:

@@ -18,14 +18,12 @@ from heatwright.sim.faults.currents import CODES
 from heatwright.sim.faults.machine import sensor_blur_k
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
-from heatwright.spec import CurrentSensor, monitors_of
+from heatwright.spec import monitors_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.timers import TICK_S
 
 Numbers = NDArray[np.float64]
 
-SATURATE = {"ds18b20", "max6675"}
-"""Kinds that say the end of their range where it is hotter or colder, and not that it is."""
 COUNTS = {
     "guard.heating_steps": "heating_failed",
     "guard.frozen_steps": "sensor_frozen",
@@ -96,7 +94,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     times_s, tips_c = world.tips_c(sensor)
     thermometer = controller.thermometers[sensor]
     age_s = thermometer.conversion_s + controller.loops[name].period_s + world.step_s
-    ends_c = thermometer.range_c if thermometer.kind in SATURATE else None
+    ends_c = thermometer.range_c if thermometer.saturates else None
     if ends_c is not None:
         tips_c = np.clip(tips_c, *ends_c)
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
@@ -137,8 +135,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     current = getattr(controller.outputs[loop.heater], "current", None)
     if current is None:
         return
-    sensor = controller.sensors[current.sensor]
-    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
+    sensor = controller.ammeters[current.sensor]
     log = world.device.steps(name)
     times_s, flowed_a = world.currents_a(current.sensor)
     volts = current_v(sensor, flowed_a)

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Controller, Loop, Max31856, Sensor, monitors_of, proofs
+from heatwright.spec import Controller, Loop, monitors_of, proofs
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import (
     commanded,
@@ -16,9 +16,8 @@ from heatwright.spec.commands import (
     switched,
     tunable,
 )
+from heatwright.spec.sensors import Thermometer
 from heatwright.spec.timers import TICK_S, allocate, looks, looks_in_tick
-
-TABLED = ("thermistor", "rtd", "analog")
 
 HOST_SHORTED = 2
 """Of world.h: a line that is held at ground."""
@@ -105,7 +104,7 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
         stepper=next(iter(steppers), None),
         current=current.sensor if current else None,
         has_output_state=not controller.outputs[loop.heater].is_on_off,
-        table=controller.sensors[loop.sensor].kind in TABLED,
+        table=controller.thermometers[loop.sensor].on_adc,
         commanded=commanded(controller, name),
         switched=switched(controller, name),
         tunable=by_gain,
@@ -123,9 +122,9 @@ def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
             (
                 each,
                 monitor.sensor,
-                f"{_raw_type(controller.sensors[monitor.sensor])},"
+                f"{_raw_type(controller.thermometers[monitor.sensor])},"
                 + ",".join(map(str, monitor_readings(controller, each))),
-                controller.sensors[monitor.sensor].kind in TABLED,
+                controller.thermometers[monitor.sensor].on_adc,
             )
             for each, monitor in monitors_of(controller, name).items()
         ),
@@ -137,9 +136,9 @@ def control_files(parts: Parts) -> list[str]:
     return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
 
 
-def _raw_type(sensor: Sensor) -> str:
-    """Name the C type of a sensor's readings; 19 bits are the most."""
-    return "int32_t" if isinstance(sensor, Max31856) else "int16_t"
+def _raw_type(sensor: Thermometer) -> str:
+    """Name the C type of a sensor's readings."""
+    return f"int{sensor.reading_bits}_t"
 
 
 def program_files(parts: Parts) -> list[str]:
@@ -209,7 +208,7 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
     """Tell loop.c what the loop and its parts are called."""
     control: Loop = controller.loops[parts.loop]
     flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
-    flags.append(f"-DRAW={_raw_type(controller.sensors[parts.sensor])}")
+    flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
     flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable

@@ -73,6 +73,8 @@ class GcodeHost:
     while they print.
     """
 
+    complaints: tuple[str, ...] = ()
+
     def __init__(self, avr: Avr, baud: int, uart: int = 0) -> None:
         self.lines: list[HostLine] = []
         self.sent: list[HostLine] = []

@@ -74,6 +74,8 @@ class Led:
 class Indicators:
     """The LEDs of a loop; leds -- by their pins' names in the spec."""
 
+    complaints: tuple[str, ...] = ()
+
     def __init__(self, avr: Avr, board: Board, interface: Spec) -> None:
         self._avr = avr
         self.leds: Mapping[str, Led] = {

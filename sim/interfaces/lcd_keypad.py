@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from numpy.typing import NDArray
@@ -43,6 +43,12 @@ class LcdKeypad:
     def play(self, keys: Iterable[str]) -> None:
         """Press keys one after the other, from now on."""
         self.fingers.play(keys, self._avr.cycle)
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What was too fast for the display."""
+        for limit, count in self.lcd.violations.items():
+            yield f"display: {limit} was below the data sheet {count} times"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take the processor's pin changes."""

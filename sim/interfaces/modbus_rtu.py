@@ -20,6 +20,7 @@ from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.spec import Board
 from heatwright.spec import ModbusRtu as Spec
+from heatwright.spec.interfaces import Line
 
 POLL_S = 1.0
 """How often the master reads by itself, s; a master is lost after several seconds."""
@@ -53,6 +54,8 @@ class ModbusMaster:
     the longest an answer has begun after the silence that ends its request; longest_gap_s -- inside
     an answer; bus -- the line.
     """
+
+    complaints: tuple[str, ...] = ()
 
     def __init__(self, avr: Avr, bus: Bus, address: int) -> None:
         """Be the master of one slave; it polls once it knows its registers."""
@@ -285,9 +288,9 @@ class ModbusMaster:
             self.refusals.append(Refusal(self._avr.time_s, name, exchange.refusal))
 
 
-def format_of(interface: Spec) -> Format:
-    """Return the format of a character on the line."""
-    return Format(8, interface.parity, interface.stop_bits)
+def format_of(line: Line | Spec) -> Format:
+    """Return the format of a character on a line."""
+    return Format(8, line.parity, line.stop_bits)
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> ModbusMaster:

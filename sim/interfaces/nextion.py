@@ -16,7 +16,7 @@ from heatwright.sim.interfaces.nextion_line import Line
 from heatwright.sim.interfaces.nextion_syntax import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from heatwright.spec import Board
     from heatwright.spec import Nextion as Spec
@@ -158,6 +158,16 @@ class Nextion:
         if any(part.values["en"] for part in self.display.memory.timers):
             return None
         return Look(at, self._look_cycles, NEVER)
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What it refused, and bytes that were none."""
+        if self.errors:
+            text, code = self.errors[0]
+            reason = code.name.lower().replace("_", " ")
+            yield f"display: it refused {len(self.errors)} instructions, first {text!r}: {reason}"
+        if self.line.garbage:
+            yield f"display: {self.line.garbage} bytes had no stop bit where one belongs"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""

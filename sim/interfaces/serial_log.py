@@ -46,6 +46,8 @@ class SerialLog:
     at another speed than the computer's.
     """
 
+    complaints: tuple[str, ...] = ()
+
     def __init__(self, avr: Avr, baud: int, uart: int) -> None:
         self.lines: list[tuple[float, str]] = []
         self.garbage = 0

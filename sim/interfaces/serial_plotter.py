@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +60,12 @@ class SerialPlotter:
     def speed_error(self) -> float:
         """Relative difference of the firmware's speed from the computer's."""
         return 10 / (self._avr.uarts[self._uart].frame_s * self.baud) - 1
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """Bytes that belonged to no line."""
+        if self.garbage:
+            yield f"serial plotter: {self.garbage} bytes were no line of its"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Take what the UARTs have sent (UART_BYTE records)."""

@@ -7,7 +7,7 @@ from heatwright.sim.reference.current import Converter
 from heatwright.sim.reference.guard_rules import counted
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
-from heatwright.spec import Controller, Current, CurrentSensor, Switch
+from heatwright.spec import Controller, Switch
 
 OVER_CURRENT = 20
 CURRENT_WHILE_OFF = 21
@@ -42,7 +42,7 @@ class Limiter:
             message = f"The current of {heater} is not measured"
             raise ValueError(message)
         current = output.current
-        self.amperes_of = _converter(controller, current)
+        self.amperes_of = Converter(controller.ammeters[current.sensor], controller.board)
         root = rms_to_mean(output)
         self._limit = None if current.limit_a is None else Single(current.limit_a * root)
         self._trip = Single(current.over_a * root)
@@ -122,11 +122,3 @@ def rms_to_mean(output: Switch) -> float:
 def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter | None:
     """Return the limiter of a heater, None if its current is not measured."""
     return Limiter(controller, heater, period_s) if controller.outputs[heater].current else None
-
-
-def _converter(controller: Controller, current: Current) -> Converter:
-    sensor = controller.sensors[current.sensor]
-    if not isinstance(sensor, CurrentSensor):
-        message = f"{current.sensor} measures no current"
-        raise TypeError(message)
-    return Converter(sensor, controller.board)

@@ -17,7 +17,6 @@ from heatwright.sim.reference.switched import SwitchedOperator
 from heatwright.sim.trace import StepLog
 from heatwright.spec import (
     Controller,
-    CurrentSensor,
     monitors_of,
     programmed,
     switched,
@@ -171,6 +170,4 @@ def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | N
     current = getattr(controller.outputs[heater], "current", None)
     if current is None:
         return None
-    sensor = controller.sensors[current.sensor]
-    assert isinstance(sensor, CurrentSensor)  # noqa: S101 - the language allows no other
-    return current.sensor, IdealSensor(sensor, controller.board)
+    return current.sensor, IdealSensor(controller.ammeters[current.sensor], controller.board)

@@ -41,6 +41,11 @@ class AdcChannel(ABC):
         """What it feels, in its unit."""
         return self._avr.adc.felt(self.channel)
 
+    @property
+    def violations(self) -> dict[str, int]:
+        """None: a voltage is within any data sheet."""
+        return {}
+
     def sense(self, felt: float) -> None:
         """Give it this from now on."""
         if not self._avr.adc.sense(self.channel, felt):

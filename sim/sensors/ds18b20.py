@@ -123,6 +123,11 @@ class Ds18b20:
         self._power_on()
         self.line: Line = avr.one_wire(pin, self, timing)
 
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often its wires were outside the data sheet, by phase."""
+        return {phase: seen.violations for phase, seen in self.line.phases.items()}
+
     def sense(self, temperature_c: float) -> None:
         """Give its tip this temperature from now on, °C."""
         self.tip.tell(temperature_c)

@@ -63,6 +63,11 @@ class SpiChip:
         self._power_on(avr.cycle)
         self.port: Port = avr.spi(wires, self, timing)
 
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often its wires were outside the data sheet, by phase."""
+        return {phase: seen.violations for phase, seen in self.port.phases.items()}
+
     def sense(self, temperature_c: float) -> None:
         """Give the thermocouple's tip this temperature from now on, °C."""
         self.tip.tell(temperature_c)
@@ -137,6 +142,6 @@ class SpiChip:
 def wires_of(board: Board, sensor: Max6675 | Max31855 | Max31856) -> Wires:
     """Return the wires of a specified sensor."""
     names = [sensor.chip_select, sensor.clock, sensor.data_out]
-    if isinstance(sensor, Max31856):
+    if sensor.data_in is not None:
         names.append(sensor.data_in)
     return Wires(*(board.pins[name].port_name for name in names))

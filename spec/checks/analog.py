@@ -5,33 +5,31 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from heatwright.spec.analog_sensors import AnalogSensor, CodesCurve, PointsCurve
+from heatwright.spec.analog_sensors import CodesCurve, PointsCurve
 from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.checks.finding import Finding, Findings, limits_of
-from heatwright.spec.circuits import circuit, code_share, divider_v, reference_v
+from heatwright.spec.circuits import code_share, divider_v, reference_v
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import CODES, LEAST_MARGIN_STEPS, Limits
-from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, number
-from heatwright.spec.sensors import Analog, Rtd, Thermistor
+from heatwright.spec.sensors import AdcThermometer
 
 PLATINUM_C = (-200.0, 850.0)
 """IEC 60751 gives the curve so far."""
 
 
-def analog_sensors(controller: Controller) -> Iterator[tuple[str, AnalogSensor]]:
-    """List the sensors on the ADC."""
-    for name, sensor in controller.sensors.items():
-        if isinstance(sensor, AnalogSensor):
+def analog_sensors(controller: Controller) -> Iterator[tuple[str, AdcThermometer]]:
+    """List the thermometers on the ADC."""
+    for name, sensor in controller.thermometers.items():
+        if sensor.on_adc:
             yield name, sensor
 
 
 def scales_are_not_zero(controller: Controller) -> Findings:
     """Find sensors whose voltage does not change."""
     for name, sensor in analog_sensors(controller):
-        if isinstance(sensor, Analog) and sensor.scale_v_per_k == 0:
+        if sensor.gives_voltage and sensor.scale_v_per_k == 0:
             yield Finding(
                 ("sensors", name, "scale"),
                 "a voltage that does not change shows no temperature",
@@ -55,7 +53,7 @@ def ranges_have_curves(controller: Controller) -> Findings:
 def codes_are_of_the_circuit(controller: Controller) -> Findings:
     """Find tables of codes that their divider cannot show, or that say no voltage."""
     for name, sensor in analog_sensors(controller):
-        if not isinstance(sensor, Thermistor) or not isinstance(sensor.curve, CodesCurve):
+        if not isinstance(sensor.curve, CodesCurve):
             continue
         if sensor.reference == "internal":
             yield Finding(
@@ -77,9 +75,9 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
             )
 
 
-def _above_supply(sensor: AnalogSensor, mcu: str) -> bool:
+def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
     """Tell whether a table has a code that its divider's supply does not reach."""
-    if not isinstance(sensor, Thermistor) or not isinstance(sensor.curve, CodesCurve):
+    if not isinstance(sensor.curve, CodesCurve):
         return False
     highest = max(code for code, _ in sensor.curve.codes)
     share = divider_v(sensor.divider) / reference_v(sensor, mcu)
@@ -90,21 +88,23 @@ def _summed(readings: int) -> str:
     return f"summed {readings} times," if readings > 1 else "on this scale"
 
 
-def _beyond(sensor: AnalogSensor) -> bool:
+def _beyond(sensor: AdcThermometer) -> bool:
     (low_c, high_c), _ = _known(sensor)
     return sensor.range_c[0] < low_c or sensor.range_c[1] > high_c
 
 
-def _known(sensor: AnalogSensor) -> tuple[tuple[float, float], str]:
+def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
     """Give the ends of an element's curve, and whose they are."""
-    if isinstance(sensor, Rtd):
+    if sensor.gives_voltage:
+        return (ABSOLUTE_ZERO_C, math.inf), ""
+    if sensor.curve is None:
         if sensor.alpha_ppm_per_k is not None:
             return PLATINUM_C, "platinum is used as a thermometer"
         return PLATINUM_C, "IEC 60751 gives the resistance of platinum"
-    if isinstance(sensor, Thermistor) and isinstance(sensor.curve, PointsCurve):
+    if isinstance(sensor.curve, PointsCurve):
         temperatures_c = [point[0] for point in sensor.curve.points]
         return (min(temperatures_c), max(temperatures_c)), "the curve's points go"
-    if isinstance(sensor, Thermistor) and isinstance(sensor.curve, CodesCurve):
+    if isinstance(sensor.curve, CodesCurve):
         temperatures_c = [pair[1] for pair in sensor.curve.codes]
         return (min(temperatures_c), max(temperatures_c)), "the table of codes goes"
     return (ABSOLUTE_ZERO_C, math.inf), ""
@@ -122,14 +122,14 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
             )
 
 
-def _already_wrong(sensor: AnalogSensor, mcu: str) -> bool:
+def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
     """Tell whether another check of this file has spoken."""
     if _above_supply(sensor, mcu):
         return True
-    return (isinstance(sensor, Analog) and sensor.scale_v_per_k == 0) or _beyond(sensor)
+    return (sensor.gives_voltage and sensor.scale_v_per_k == 0) or _beyond(sensor)
 
 
-def _reason(sensor: AnalogSensor, mcu: str, found: Limits | None) -> tuple[str, str]:
+def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str, str]:
     if found is None:
         return "no such sensor works at an end of this range", "Use the range that is needed"
     shown_c = _widest_c(sensor, mcu, found)
@@ -152,9 +152,9 @@ def _margin(found: Limits) -> int:
     return min(found.low - found.low_limit, found.high_limit - found.high)
 
 
-def _widest_c(sensor: AnalogSensor, mcu: str, found: Limits) -> tuple[float, float] | None:
+def _widest_c(sensor: AdcThermometer, mcu: str, found: Limits) -> tuple[float, float] | None:
     """Find the widest range that the circuit shows, in whole degrees."""
-    chain = circuit(sensor, mcu)
+    chain = sensor.circuit(mcu)
     first, last = found.low_limit + LEAST_MARGIN_STEPS, found.high_limit - LEAST_MARGIN_STEPS
     try:
         low_c, high_c = sorted((chain.celsius(first / CODES), chain.celsius(last / CODES)))
@@ -167,11 +167,9 @@ def one_reference(controller: Controller) -> Findings:
     """Find sensors that want another reference of the ADC than those before them, or the keys."""
     first: tuple[Path, str, str] | None = None
     for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, LcdKeypad):
+        if interface.shield is not None:
             first = ("interfaces", index), "the keys of the shield", "supply"
-    for name, sensor in controller.sensors.items():
-        if not isinstance(sensor, AnalogSensor | CurrentSensor):
-            continue
+    for name, sensor in controller.adc_sensors.items():
         path = ("sensors", name, "reference")
         wanted = _shown(sensor.reference)
         if first is None:

@@ -63,7 +63,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
         update={
             "loops": ReadOnlyDict({**controller.loops, name: changed}),
             "outputs": ReadOnlyDict(outputs),
-            "interfaces": fixed(controller.interfaces),
+            "interfaces": fixed(controller),
             "comparison": (),
         }
     )

@@ -7,7 +7,6 @@ from heatwright.spec.checks.measured import IDLE_SHARE, IDLE_STEPS, measured
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import LEAST_MARGIN_STEPS
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, number, rounded_down, rounded_up
 
@@ -21,7 +20,7 @@ def current_sensors_measure_currents(controller: Controller) -> Findings:
     for name, sensor_name in current_sensors(controller).items():
         path: Path = ("outputs", name, "current", "sensor")
         sensor = controller.sensors.get(sensor_name)
-        if sensor is not None and not isinstance(sensor, CurrentSensor):
+        if sensor is not None and not sensor.measures_current:
             yield Finding(
                 path,
                 f"{sensor_name} is of the kind {sensor.kind}, which measures a temperature",

@@ -6,19 +6,16 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.programs import has_an_operator
 from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Nextion, SerialLog
-from heatwright.spec.max31856 import Max31856
-from heatwright.spec.problems import Path
 
-_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
+NO_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
 
 
 def one_display(controller: Controller) -> Findings:
     """Find a second touch display, and a second log."""
     first: dict[str, int] = {}
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Nextion | SerialLog):
-            continue
+        if interface.line is None or not interface.line.can_move:
+            continue  # what cannot have another port is told of there
         other = first.setdefault(interface.kind, index)
         if other != index:
             yield Finding(
@@ -49,34 +46,7 @@ def maximum_has_an_operator(controller: Controller) -> Findings:
         if loop.protection.maximum_adjustable and not has_an_operator(controller, name):
             yield Finding(
                 ("loops", name, "protection", "maximum_adjustable"),
-                f"nobody could lower it: {_MENU}",
+                f"nobody could lower it: {NO_MENU}",
                 "Delete it",
                 (("interfaces",), ("programs",)),
-            )
-
-
-def types_have_an_operator(controller: Controller) -> Findings:
-    """Find types of thermocouples that nobody could choose, or that leave no choice."""
-    for name, sensor in controller.sensors.items():
-        if not isinstance(sensor, Max31856) or not sensor.selectable:
-            continue
-        path: Path = ("sensors", name, "selectable")
-        used_by = [loop for loop, each in controller.loops.items() if each.sensor == name]
-        if len(set(sensor.selectable)) < len(sensor.selectable):
-            yield Finding(path, "a type stands here twice", "Delete one of them")
-        elif sensor.thermocouple not in sensor.selectable:
-            yield Finding(
-                path,
-                f"{sensor.thermocouple}, the type it starts with, could not be chosen again",
-                f"Add {sensor.thermocouple}",
-                (("sensors", name, "thermocouple"),),
-            )
-        elif len(sensor.selectable) == 1:
-            yield Finding(path, "one type is no choice", "Add another, or delete it")
-        elif not any(has_an_operator(controller, loop) for loop in used_by):
-            yield Finding(
-                path,
-                f"nobody could choose: {_MENU}",
-                "Delete it",
-                (("interfaces",), ("programs",), ("loops",)),
             )

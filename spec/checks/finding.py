@@ -9,7 +9,7 @@ from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.controller import Controller
 from heatwright.spec.conversion import Limits, limits
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import Max31856
+from heatwright.spec.max31856 import variants
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Thermometer
@@ -41,17 +41,14 @@ def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer,
     """List the same, and once more for each other type of thermocouple that may be chosen."""
     for name, loop, sensor in loop_sensors(controller):
         yield name, loop, sensor, ""
-        if not isinstance(sensor, Max31856):
-            continue
-        for kind in sensor.selectable:
-            if kind != sensor.thermocouple:
-                chosen = sensor.model_copy(update={"thermocouple": kind})
+        for kind, chosen in variants(sensor).items():
+            if chosen != sensor:
                 yield name, loop, chosen, kind
 
 
 def shows_its_range(sensor: Thermometer, mcu: str) -> bool:
     """Tell whether a sensor's readings can be computed all over its range."""
-    if not isinstance(sensor, AnalogSensor):
+    if not sensor.on_adc:
         return True
     found = limits_of(sensor, mcu)
     return found is not None and found.shown

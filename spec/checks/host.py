@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_loops, unknown
-from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of
+from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of, placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
 from heatwright.spec.problems import Path
@@ -15,9 +15,7 @@ LONGEST_HOST_LINE = 80
 
 def host_names_once(controller: Controller) -> Findings:
     """Find loops and fans that a host would call by two names."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode):
-            continue
+    for index, interface in placed(controller, Gcode).items():
         for section in ("loops", "fans"):
             first: dict[str, str] = {}
             for address, name in getattr(interface, section).items():
@@ -32,9 +30,7 @@ def host_names_once(controller: Controller) -> Findings:
 
 def host_fans(controller: Controller) -> Findings:
     """Find fans of a host that are no outputs, or that something else switches."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode):
-            continue
+    for index, interface in placed(controller, Gcode).items():
         for address, name in interface.fans.items():
             path = ("interfaces", index, "fans", address)
             yield from unknown(path, name, "outputs", controller.outputs)
@@ -69,9 +65,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
 
 def host_steppers(controller: Controller) -> Findings:
     """Find steppers of a host that are none."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Gcode):
-            continue
+    for index, interface in placed(controller, Gcode).items():
         for address, name in interface.steppers.items():
             path = ("interfaces", index, "steppers", address)
             yield from unknown(path, name, "outputs", controller.outputs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.commands import programmed, starts_enabled, switched
+from heatwright.spec.commands import placed, programmed, starts_enabled, switched
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
@@ -14,9 +14,7 @@ MINUTE_S = 60.0
 
 def step_fits_range(controller: Controller) -> Findings:
     """Find steps of the keypad larger than the setpoint's range, or finer than the display."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, LcdKeypad):
-            continue
+    for index, interface in placed(controller, LcdKeypad).items():
         path = ("interfaces", index, "step")
         loop = controller.loops.get(interface.loop)
         if round(interface.step_k, 1) != interface.step_k:
@@ -39,8 +37,8 @@ def step_fits_range(controller: Controller) -> Findings:
 
 def countdowns_have_a_use(controller: Controller) -> Findings:
     """Find countdowns where somebody else has the time, or where a power cut would forget it."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, LcdKeypad) or interface.countdown is None:
+    for index, interface in placed(controller, LcdKeypad).items():
+        if interface.countdown is None:
             continue
         path: Path = ("interfaces", index, "countdown")
         name = interface.loop
@@ -83,8 +81,8 @@ def _rests_anywhere(controller: Controller, name: str) -> bool:
 
 def countdowns_count_minutes(controller: Controller) -> Findings:
     """Find times that the display does not show, and steps that cannot be made."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, LcdKeypad) or interface.countdown is None:
+    for index, interface in placed(controller, LcdKeypad).items():
+        if interface.countdown is None:
             continue
         path: Path = ("interfaces", index, "countdown")
         countdown, loop = interface.countdown, controller.loops.get(interface.loop)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.commands import modbus_of
+from heatwright.spec.commands import modbus_of, placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.indicated import shown_loop
 from heatwright.spec.interfaces import Indicators
@@ -13,9 +13,7 @@ from heatwright.spec.problems import Path
 def leds_show_one_loop(controller: Controller) -> Findings:
     """Find indicators that could be any loop's, and loops that would have them twice."""
     first: dict[str, int] = {}
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Indicators):
-            continue
+    for index, interface in placed(controller, Indicators).items():
         path: Path = ("interfaces", index)
         if interface.loop is None and len(controller.loops) > 1:
             yield Finding(
@@ -37,9 +35,7 @@ def leds_show_one_loop(controller: Controller) -> Findings:
 
 def leds_have_a_meaning(controller: Controller) -> Findings:
     """Find LEDs that would never light."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Indicators):
-            continue
+    for index, interface in placed(controller, Indicators).items():
         loop = controller.loops.get(shown_loop(controller, interface))
         for pin, meaning in interface.leds.items():
             path: Path = ("interfaces", index, "leds", pin)

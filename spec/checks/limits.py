@@ -6,11 +6,10 @@ import math
 from itertools import product
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, loop_types
+from heatwright.spec.checks.max31856 import is_lowered, or_lower
 from heatwright.spec.checks.references import interface_loops
 from heatwright.spec.commands import zero_is_off
 from heatwright.spec.controller import Controller
-from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import Max31856, lowered
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, number, rounded_up
 
@@ -137,7 +136,7 @@ def protections_in_range(controller: Controller) -> Findings:
         with_type = f"with type {kind} " if kind else ""
         or_less = f", or take {kind} out of selectable" if kind else ""
         reaches_c = highest_c - sensor.error_k(highest_c)
-        if loop.protection.maximum_c > reaches_c and not _is_lowered(controller, loop, kind):
+        if loop.protection.maximum_c > reaches_c and not is_lowered(controller, loop, kind):
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
             yield Finding(
                 (*path, "maximum"),
@@ -145,7 +144,7 @@ def protections_in_range(controller: Controller) -> Findings:
                 f"{with_type}ends at {celsius(highest_c)} and may be "
                 f"{about(sensor.error_k(highest_c))} K too low there",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_less}"
-                f"{_or_lower(loop, kind)}",
+                f"{or_lower(loop, kind)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
         reaches_c = lowest_c + sensor.error_k(lowest_c)
@@ -175,43 +174,6 @@ def efforts_are_known(controller: Controller) -> Findings:
                 "Write effort: off" if plant else "Give the file a simulation, or delete effort",
                 (("simulation",), ("loops", name), ("outputs", loop.heater)),
             )
-
-
-def setpoints_are_borne(controller: Controller) -> Findings:
-    """Find setpoints that a thermocouple of the loop, chosen or to be chosen, does not bear."""
-    for name, loop, sensor, kind in loop_types(controller):
-        if (
-            isinstance(sensor, Max31856)
-            and loop.setpoint.maximum_c > sensor.highest_c
-            and not _is_lowered(controller, loop, kind)
-        ):
-            or_less = f", or take {kind} out of selectable" if kind else ""
-            yield Finding(
-                ("loops", name, "setpoint", "maximum"),
-                f"{celsius(loop.setpoint.maximum_c)} is too hot for a thermocouple of type "
-                f"{sensor.thermocouple}, which is for {celsius(sensor.highest_c)} at most",
-                f"Use at most {celsius(sensor.highest_c)}{or_less}{_or_lower(loop, kind)}",
-                (("sensors", loop.sensor),),
-            )
-
-
-def _is_lowered(controller: Controller, loop: Loop, kind: str) -> bool:
-    """Tell whether the firmware lowers the loop's limits while this type is chosen."""
-    sensor = controller.sensors[loop.sensor]
-    found = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
-    return loop.protection.maximum_adjustable and found.get(kind, -math.inf) >= _least_c(loop)
-
-
-def _least_c(loop: Loop) -> float:
-    """Return what the limits cannot be lowered below."""
-    return max(loop.setpoint.minimum_c, loop.setpoint.initial_c)
-
-
-def _or_lower(loop: Loop, kind: str) -> str:
-    """Name the way by the firmware, where nothing else is in it."""
-    if not kind or loop.protection.maximum_adjustable:
-        return ""
-    return ", or write maximum_adjustable: true, and it is lowered while that type is chosen"
 
 
 def rise_rate_above_steps(controller: Controller) -> Findings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.quantity import duration
@@ -10,8 +11,8 @@ from heatwright.spec.quantity import duration
 
 def entries_are_new(controller: Controller) -> Findings:
     """Find logs that note each control step more than once."""
-    for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, SerialLog) or interface.loop not in controller.loops:
+    for index, interface in placed(controller, SerialLog).items():
+        if interface.loop not in controller.loops:
             continue
         period_s = controller.loops[interface.loop].period_s
         if interface.every_s < period_s:
@@ -26,8 +27,8 @@ def entries_are_new(controller: Controller) -> Findings:
 
 def entries_have_a_time(controller: Controller) -> Findings:
     """Find logs whose entries come between two seconds: the log counts whole ones."""
-    for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, SerialLog) and not interface.every_s.is_integer():
+    for index, interface in placed(controller, SerialLog).items():
+        if not interface.every_s.is_integer():
             yield Finding(
                 ("interfaces", index, "every"),
                 f"{duration(interface.every_s)} is no whole number of seconds",

@@ -51,8 +51,8 @@ def measured(controller: Controller) -> Iterator[Measured]:
     for name, output in controller.switches.items():
         if output.current is None:
             continue
-        sensor = controller.sensors.get(output.current.sensor)
-        if isinstance(sensor, CurrentSensor):
+        sensor = controller.ammeters.get(output.current.sensor)
+        if sensor is not None:
             full_scale_v = reference_v(sensor, controller.board.mcu)
             scale_v_per_a = sensor.scale_v_per_a * output.mean_of_rms
             step_a = full_scale_v / CODES / scale_v_per_a

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.commands import nextion_of
+from heatwright.spec.commands import keypad_of, log_of, nextion_of, placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.eeprom import log_entry_bytes
-from heatwright.spec.interfaces import LcdKeypad, SerialLog
+from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 
@@ -24,24 +24,20 @@ LOG_BYTES = 60
 
 def least_bytes(controller: Controller) -> int:
     """Return what a firmware takes at least, beside the ring of a log."""
-    interfaces, programs = controller.interfaces, controller.programs
+    programs = controller.programs
     touched = nextion_of(controller) is not None
     found = LEAST_BYTES + NEXTION_BYTES * touched
-    found += LOG_BYTES * any(isinstance(each, SerialLog) for each in interfaces)
+    found += LOG_BYTES * (log_of(controller) is not None)
     if programs is None:
         return found
-    found += MENU_BYTES * any(isinstance(each, LcdKeypad) for each in interfaces)
+    found += MENU_BYTES * (keypad_of(controller) is not None)
     return found + PROGRAMS_BYTES + programs.points * (POINT_BYTES + POINT_SHOWN_BYTES * touched)
 
 
 def ram_suffices(controller: Controller) -> Findings:
     """Find logs, displays and programs that the chip has no RAM for."""
     board, least = controller.board, least_bytes(controller)
-    logs = {
-        index: each
-        for index, each in enumerate(controller.interfaces)
-        if isinstance(each, SerialLog) and each.keep == "ram"
-    }
+    logs = {n: each for n, each in placed(controller, SerialLog).items() if each.keep == "ram"}
     entry_bytes = {index: log_entry_bytes(controller, each) for index, each in logs.items()}
     rings = {index: each.entries * entry_bytes[index] for index, each in logs.items()}
     because_of: tuple[Path, ...] = (("controller", "board"), ("programs",), ("interfaces",))

@@ -10,7 +10,6 @@ from heatwright.spec.checks.limits import PEAK
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.checks.timing import MOST_MISSING, periods_s
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.heated_loop import SPARE, SUMMER_C, heated_loop
 from heatwright.spec.loops import Loop
 from heatwright.spec.monitors import Monitor, watching_loop
@@ -34,9 +33,9 @@ def monitor_sensors(controller: Controller) -> Findings:
         path: Path = ("monitors", name, "sensor")
         because_of: tuple[Path, ...] = (("sensors", monitor.sensor), ("loops",))
         yield from unknown(path, monitor.sensor, "sensors", controller.sensors)
-        sensor = controller.sensors.get(monitor.sensor)
+        sensor = controller.thermometers.get(monitor.sensor)
         user = users.setdefault(monitor.sensor, f"the monitor {name}")
-        if isinstance(sensor, CurrentSensor):
+        if monitor.sensor in controller.ammeters:
             yield Finding(
                 path,
                 f"{monitor.sensor} measures a current, and a monitor needs a temperature",

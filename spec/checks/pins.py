@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path, dotted
 from heatwright.spec.suggest import advice, listed
-from heatwright.spec.uses import SERIAL_PORT, PinUse, contact_pins, named_pins, pin_uses, pins_of
+from heatwright.spec.uses import SERIAL_PORT, PinUse, contact_pins, pin_uses, pins_of
 
 _BOARD: Path = ("controller", "board")
 
@@ -56,7 +53,7 @@ def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
     for path, pin_name, _ in contact_pins(controller):
         yield path, pin_name
     for index, interface in enumerate(controller.interfaces):
-        for keys, pin_name, _ in named_pins(interface):
+        for keys, pin_name, _ in interface.named_pins:
             yield ("interfaces", index, *keys), pin_name
 
 
@@ -90,8 +87,7 @@ def analog_pins(controller: Controller) -> Findings:
 
 def is_analog(controller: Controller, path: Path) -> bool:
     """Tell whether an entry belongs to a sensor on the ADC."""
-    sensor = controller.sensors.get(str(path[1])) if path[0] == "sensors" else None
-    return isinstance(sensor, AnalogSensor | CurrentSensor)
+    return path[0] == "sensors" and path[1] in controller.adc_sensors
 
 
 def pins_used_once(controller: Controller) -> Findings:
@@ -126,7 +122,7 @@ def shields_fit(controller: Controller) -> Findings:
     """Find shields on boards that do not take them."""
     board = controller.board
     for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, LcdKeypad) and not board.shield:
+        if interface.shield is not None and not board.shield:
             yield Finding(
                 ("interfaces", index, "kind"),
                 f"{board.name} does not take a shield",

@@ -4,35 +4,20 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import (
-    BUS_BAUDS,
-    DISPLAY_BAUDS,
-    FASTEST_HOST,
-    Gcode,
-    ModbusRtu,
-    Nextion,
-    SerialLog,
-    SerialPlotter,
-)
 from heatwright.spec.quantity import about, hertz, number
 from heatwright.spec.suggest import listed
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
-
-USUAL_BAUDS = (9600, 19200, 38400, 57600, 115200, 250000, 500000, 1000000)
-
-Serial = Gcode | ModbusRtu | Nextion | SerialLog | SerialPlotter
-"""The interfaces that talk on a serial port."""
 
 
 def ports_exist(controller: Controller) -> Findings:
     """Find serial ports that the board does not have."""
     board = controller.board
     for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, Nextion | SerialLog) and interface.port >= len(board.uarts):
-            last = len(board.uarts) - 1
+        line, last = interface.line, len(board.uarts) - 1
+        if line is not None and line.port > last:
             yield Finding(
                 ("interfaces", index, "port"),
-                f"{board.name} has no serial port {interface.port}",
+                f"{board.name} has no serial port {line.port}",
                 f"Use 0 to {last}" if last else "Use 0, the only one",
                 (("controller", "board"),),
             )
@@ -42,9 +27,9 @@ def one_interface_per_port(controller: Controller) -> Findings:
     """Find interfaces that would talk on a serial port at the same time."""
     first: dict[int, int] = {}
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Serial):
+        if interface.line is None:
             continue
-        port = getattr(interface, "port", 0)
+        port = interface.line.port
         other = first.setdefault(port, index)
         if other != index:
             yield Finding(
@@ -62,7 +47,7 @@ def _called(controller: Controller, port: int) -> str:
 def _remedy(controller: Controller, taken: set[int]) -> str:
     """Offer a port that is free to interfaces that can have another."""
     free = [str(port) for port in range(len(controller.board.uarts)) if port not in taken]
-    movable = any(isinstance(each, Nextion | SerialLog) for each in controller.interfaces)
+    movable = any(each.line is not None and each.line.can_move for each in controller.interfaces)
     if not free or not movable:
         return "Keep one of them"
     return f"Write port: {listed(free)} at the nextion or serial_log, or keep one of them"
@@ -72,30 +57,21 @@ def baud_can_be_made(controller: Controller) -> Findings:
     """Find baud rates that the clock cannot be divided to."""
     clock_hz = controller.board.clock_hz
     for index, interface in enumerate(controller.interfaces):
-        if not isinstance(interface, Serial):
+        line = interface.line
+        if line is None:
             continue
-        setting = baud_setting(clock_hz, interface.baud)
+        setting = baud_setting(clock_hz, line.baud)
         if abs(setting.error) > BAUD_TOLERANCE:
             able = [
                 str(baud)
-                for baud in _usual(interface)
+                for baud in line.usual_bauds
                 if abs(baud_setting(clock_hz, baud).error) <= BAUD_TOLERANCE
             ]
             yield Finding(
                 ("interfaces", index, "baud"),
-                f"{interface.baud} baud cannot be made from {hertz(clock_hz)}: the "
+                f"{line.baud} baud cannot be made from {hertz(clock_hz)}: the "
                 f"nearest is {about(setting.baud)}, {about(100 * abs(setting.error))} % off, "
                 f"and {number(100 * BAUD_TOLERANCE)} % can be borne",
                 f"Use {listed(able)}",
                 (("controller",),),
             )
-
-
-def _usual(interface: Serial) -> tuple[int, ...]:
-    """List the rates that the other end may offer."""
-    if isinstance(interface, Nextion):
-        return DISPLAY_BAUDS
-    if isinstance(interface, ModbusRtu):
-        return BUS_BAUDS
-    fastest = FASTEST_HOST if isinstance(interface, Gcode | SerialLog) else max(USUAL_BAUDS)
-    return tuple(baud for baud in USUAL_BAUDS if baud <= fastest)

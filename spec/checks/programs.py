@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
-from heatwright.spec.commands import nextion_of, programmed
+from heatwright.spec.commands import keyed, nextion_of, programmed, touched
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import Gcode, LcdKeypad, ModbusRtu, Nextion
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius
 
@@ -26,7 +25,7 @@ def programs_are_alone(controller: Controller) -> Findings:
     if controller.programs is None:
         return
     for index, interface in enumerate(controller.interfaces):
-        if isinstance(interface, Gcode | ModbusRtu):
+        if interface.is_host:
             yield Finding(
                 ("interfaces", index, "kind"),
                 f"a {interface.kind} interface and programs would set the same loop against each "
@@ -61,13 +60,8 @@ def programs_have_an_operator(controller: Controller) -> Findings:
 
 def has_an_operator(controller: Controller, loop_name: str) -> bool:
     """Tell whether somebody has a menu for a loop: a touch display, or keys beside programs."""
-    kinds: type | tuple[type, ...] = Nextion
-    if programmed(controller, loop_name):
-        kinds = (Nextion, LcdKeypad)
-    return any(
-        isinstance(each, kinds) and getattr(each, "loop", None) == loop_name
-        for each in controller.interfaces
-    )
+    by_keys = keyed(controller, loop_name) and programmed(controller, loop_name)
+    return by_keys or touched(controller, loop_name)
 
 
 def programs_have_room(controller: Controller) -> Findings:

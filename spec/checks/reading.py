@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 
-from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.timing import periods_s
 from heatwright.spec.controller import Controller
-from heatwright.spec.max31856 import Max31856
 from heatwright.spec.quantity import duration
-from heatwright.spec.sensors import Ds18b20, Thermometer, shortest_period_s
-from heatwright.spec.thermocouples import Max31855
-from heatwright.spec.timers import TICK_S
+from heatwright.spec.sensors import Thermometer, shortest_period_s
 
 
 def conversion_fits(controller: Controller) -> Findings:
@@ -30,29 +26,19 @@ def conversion_fits(controller: Controller) -> Findings:
 
 def _what_takes_so_long(sensor: Thermometer) -> str:
     took = duration(sensor.conversion_s)
-    if isinstance(sensor, AnalogSensor):
+    if sensor.on_adc:
         return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
-    twice = f"two conversions of {took}, of which the first may have begun before the step"
-    if isinstance(sensor, Max31855):
-        return twice
-    if isinstance(sensor, Max31856):
-        more_s = sensor.read_s - sensor.conversion_s
-        return f"{twice}, and {duration(more_s)} for its own test and its answer"
-    return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+    if not sensor.free_running_s:
+        return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+    more_s = sensor.read_s - sensor.conversion_s
+    more = f", and {duration(more_s)} for its own test and its answer" if more_s else ""
+    return f"two conversions of {took}, of which the first may have begun before the step{more}"
 
 
 def _or_less(sensor: Thermometer, period_s: float) -> str:
     """Tell what else would fit into a period."""
-    if isinstance(sensor, AnalogSensor) and period_s >= TICK_S:
-        return f", or oversample at most {math.floor(round(period_s / TICK_S, 6))}"
-    if not isinstance(sensor, Ds18b20):
-        return ""
-    fitting = [
-        bits
-        for bits in (9, 10, 11)
-        if shortest_period_s(sensor.model_copy(update={"resolution_bits": bits})) <= period_s
-    ]
-    return f", or a resolution of {fitting[-1]} bit" if fitting else ""
+    fitting = sensor.fitting(period_s)
+    return f", or {fitting}" if fitting else ""
 
 
 def first_reading_in_time(controller: Controller) -> Findings:

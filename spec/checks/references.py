@@ -7,8 +7,6 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
@@ -53,18 +51,14 @@ def relay_is_there(controller: Controller) -> Findings:
 def interface_loops(controller: Controller) -> Findings:
     """Find loops of interfaces that are not there."""
     for index, interface in enumerate(controller.interfaces):
-        path: Path = ("interfaces", index)
-        if isinstance(interface, Gcode):
-            for address, loop in interface.loops.items():
-                yield from unknown((*path, "loops", address), loop, "loops", controller.loops)
-        elif not isinstance(interface, ModbusRtu) and interface.loop is not None:
-            yield from unknown((*path, "loop"), interface.loop, "loops", controller.loops)
+        for keys, loop in interface.named_loops.items():
+            yield from unknown(("interfaces", index, *keys), loop, "loops", controller.loops)
 
 
 def loops_go_by_thermometers(controller: Controller) -> Findings:
     """Find loops whose sensor measures no temperature."""
     for name, loop in controller.loops.items():
-        if isinstance(controller.sensors.get(loop.sensor), CurrentSensor):
+        if loop.sensor in controller.ammeters:
             yield Finding(
                 ("loops", name, "sensor"),
                 f"{loop.sensor} measures a current, and a loop needs a temperature",
@@ -181,7 +175,7 @@ def everything_used(controller: Controller) -> Findings:
     for name, sensor in controller.sensors.items():
         if name in used:
             continue
-        if isinstance(sensor, CurrentSensor):
+        if sensor.measures_current:
             yield Finding(
                 ("sensors", name),
                 "no output uses this sensor",

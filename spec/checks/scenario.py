@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import keypad_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import LcdKeypad
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 
@@ -67,7 +67,7 @@ def keys_exist(controller: Controller) -> Findings:
     """Find presses of keys on a controller without keys."""
     if controller.simulation is None:
         return
-    if any(isinstance(interface, LcdKeypad) for interface in controller.interfaces):
+    if keypad_of(controller) is not None:
         return
     for index, event in enumerate(controller.simulation.scenario):
         if event.press is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
-from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.problems import Path
 
 _SENSE: Path = ("simulation", "plant", "sense")
@@ -17,17 +16,16 @@ def senses_fit(controller: Controller) -> Findings:
         return
     used = {sensor: output for output, sensor in current_sensors(controller).items()}
     for name, sense in controller.simulation.plant.sense.items():
-        sensor = controller.sensors.get(name)
         path = (*_SENSE, name)
         because_of: tuple[Path, ...] = (("sensors", name), ("outputs",))
-        if sense.node is not None and isinstance(sensor, CurrentSensor):
+        if sense.node is not None and name in controller.ammeters:
             yield Finding(
                 (*path, "node"),
                 f"{name} measures a current, and a node has none",
                 f"Write of: {used.get(name, '…')}",
                 because_of,
             )
-        elif sense.of is not None and not isinstance(sensor, CurrentSensor):
+        elif sense.of is not None and name not in controller.ammeters:
             yield Finding(
                 (*path, "of"),
                 f"{name} measures a temperature, and an output has none",

@@ -10,7 +10,6 @@ from heatwright.spec.interrupts import longest_tick_s, waits
 from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
-from heatwright.spec.sensors import Ds18b20
 from heatwright.spec.timers import TICK_S
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
@@ -192,7 +191,7 @@ def buses_wait_for_each_other(controller: Controller) -> Findings:
     With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
     DS18B20 bears 120 µs.
     """
-    buses = [name for name, each in controller.sensors.items() if isinstance(each, Ds18b20)]
+    buses = [name for name, each in controller.sensors.items() if each.on_one_wire]
     quick = controller.board.clock_hz >= QUICK_HZ
     most = MOST_BUSES if quick else MOST_BUSES - 1
     for name in buses[most:]:

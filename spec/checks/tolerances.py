@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from heatwright.spec.analog_sensors import AnalogSensor, BetaCurve
+from heatwright.spec.analog_sensors import BetaCurve
 from heatwright.spec.budget import fed_v, hangs_on_supply
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.circuits import reference_v
@@ -18,9 +18,7 @@ LARGEST_SHARE = 0.5
 
 
 def _chains(controller: Controller) -> Iterator[tuple[str, Any]]:
-    for name, sensor in controller.sensors.items():
-        if hasattr(sensor, "tolerances"):
-            yield name, sensor
+    yield from controller.adc_sensors.items()
 
 
 def tolerances_have_a_part(controller: Controller) -> Findings:
@@ -64,8 +62,8 @@ def tolerances_leave_a_voltage(controller: Controller) -> Findings:
 
 def accuracy_within_range(controller: Controller) -> Findings:
     """Find an accuracy that is asked for where nothing is measured."""
-    for name, sensor in controller.sensors.items():
-        if not isinstance(sensor, AnalogSensor) or sensor.accuracy is None:
+    for name, sensor in controller.thermometers.items():
+        if not sensor.on_adc or sensor.accuracy is None:
             continue
         between_c, (low_c, high_c) = sensor.accuracy.between_c, sensor.range_c
         if between_c is not None and not low_c <= between_c[0] <= between_c[1] <= high_c:

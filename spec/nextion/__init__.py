@@ -12,7 +12,7 @@ from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import HIGHEST_C, lowered, selectable_of
+from heatwright.spec.max31856 import HIGHEST_C, lowered
 from heatwright.spec.nextion.control import (
     debug_page,
     fault_page,
@@ -83,9 +83,9 @@ def chart_top_c(controller: Controller) -> int:
 
 def _highest_c(loop: Loop, controller: Controller) -> dict[str, float]:
     """Return what each type bears that may be chosen, °C: never more than what is asked of it."""
-    sensor = controller.sensors[loop.sensor]
+    sensor = controller.thermometers[loop.sensor]
     less = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
-    return {kind: less.get(kind, HIGHEST_C[kind]) for kind in selectable_of(sensor)}
+    return {kind: less.get(kind, HIGHEST_C[kind]) for kind in sensor.selectable}
 
 
 def selectable_types(controller: Controller) -> tuple[str, ...]:
@@ -93,4 +93,4 @@ def selectable_types(controller: Controller) -> tuple[str, ...]:
     display = nextion_of(controller)
     if display is None:
         return ()
-    return selectable_of(controller.sensors[controller.loops[display.loop].sensor])
+    return controller.thermometers[controller.loops[display.loop].sensor].selectable

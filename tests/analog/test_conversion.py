@@ -17,7 +17,6 @@ from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
 from heatwright.sim.circuits.elements import ZERO_C, beta_ohm, interpolated_ohm, steinhart_hart_ohm
 from heatwright.sim.reference.adc import converter
 from heatwright.spec import BOARDS, CodesCurve, Thermistor
-from heatwright.spec.circuits import circuit
 from heatwright.spec.conversion import CODES, conversion, limits
 from heatwright.spec.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
 from heatwright.spec.fewest import Tube, fewest_points
@@ -66,7 +65,7 @@ def test_codes_both_ways(celsius: float) -> None:
     part = sensor("steep_codes")
     assert isinstance(part, Thermistor)
     assert isinstance(part.curve, CodesCurve)
-    chain = circuit(part, UNO.mcu)
+    chain = part.circuit(UNO.mcu)
     ratio = chain.ratio(celsius)
     assert ratio == pytest.approx(float(shares(part, UNO, celsius)), rel=1e-10)
     assert chain.celsius(ratio) == pytest.approx(celsius, abs=1e-6)
@@ -77,7 +76,7 @@ def test_codes_both_ways(celsius: float) -> None:
 @every_circuit
 def test_both_sides_compute_the_same_circuit(name: str) -> None:
     part = sensor(name)
-    chain = circuit(part, UNO.mcu)
+    chain = part.circuit(UNO.mcu)
     celsius = np.linspace(*part.range_c, 101)
     ratios = [chain.ratio(float(each)) for each in celsius]
     np.testing.assert_allclose(ratios, shares(part, UNO, celsius), rtol=1e-10)
@@ -219,7 +218,7 @@ def test_platinum_and_back(celsius: float) -> None:
 @pytest.mark.parametrize("code", range(341, 700))
 def test_a_line_in_a_divider_of_twice_its_zero_is_its_authors_formula(code: int) -> None:
     """T = (3·adc − 1024) · 10⁶ / 3925 / (1024 − adc), as the fabricator's author has it."""
-    chain = circuit(sensor("linear"), UNO.mcu)
+    chain = sensor("linear").circuit(UNO.mcu)
     author_c = (3 * code - 1024) * 1e6 / 3925 / (1024 - code)
     assert chain.celsius(code / 1024) == pytest.approx(author_c, abs=1e-9)
     assert 1024 * shares(sensor("linear"), UNO, author_c) == pytest.approx(code, abs=1e-9)

@@ -7,7 +7,7 @@ from host_scale import scale_of
 
 from heatwright.sim.host import Host
 from heatwright.spec import Controller
-from heatwright.spec.max31856 import TYPE_CODES, lowered, selectable_of
+from heatwright.spec.max31856 import TYPE_CODES, lowered
 
 DAMAGED = 0xFF
 """A code that nobody can choose: as the type that bears the least."""
@@ -22,7 +22,7 @@ def types_problem(host: Host) -> str:
     less = lowered(controller.sensors[parts.sensor], setpoint_c, maximum_c)
     if not less:
         return ""
-    types = selectable_of(controller.sensors[parts.sensor])
+    types = controller.thermometers[parts.sensor].selectable
     borne = {TYPE_CODES.index(kind): less.get(kind, setpoint_c) for kind in types}
     borne[DAMAGED] = min(less.values())
     above_k = maximum_c - setpoint_c

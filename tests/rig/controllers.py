@@ -34,12 +34,11 @@ from suite import SEED
 from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
 from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
-from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST
+from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST, LCD_KEYPAD
 from heatwright.spec.loops import LONGEST_RULE_S
 from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.timers import ticks_at_all
 from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
-from heatwright.spec.uses import LCD_KEYPAD_PINS
 
 NAMES = ("air", "bed", "plate_2")
 MONITORS = ("drivers", "camera")
@@ -167,7 +166,7 @@ class _Controller:
         draws = self.draws
         self.has_keys = self.board.shield and len(self.names) < 3 and draws.some()
         if self.has_keys:
-            self.left.keep_off(LCD_KEYPAD_PINS)
+            self.left.keep_off(LCD_KEYPAD.pins)
         self.shown = draws.one(*self.names)
         self.served_by_host = self._tools()
         commanded = {"gcode", "modbus_rtu"} & set(self.on_port)

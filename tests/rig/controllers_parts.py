@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
 from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.checks.pins import JTAG_PINS
-from heatwright.spec.circuits import SUPPLY_V, circuit, reference_v
+from heatwright.spec.circuits import SUPPLY_V, reference_v
 from heatwright.spec.max31856 import AVERAGES, RANGE_C, Max31856
 from heatwright.spec.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
 from heatwright.spec.thermocouples import MAX31855_RANGE_C
@@ -311,7 +311,7 @@ class Sensors:
         """Add a range that the circuit shows; where it shows too little, take a plain one."""
         part = self._on_adc(part)
         whole = {"kind": kind, **part, "range": f"{low_c} °C .. {high_c} °C"}
-        chain = circuit(_SENSOR.validate_python(whole), self.board.mcu)
+        chain = _SENSOR.validate_python(whole).circuit(self.board.mcu)
         ends = chain.celsius(0.006), chain.celsius(min(chain.highest, 1.0) - 0.006)
         low_c, high_c = max(min(ends), low_c), min(max(ends), high_c)
         if high_c - low_c < NARROWEST_K + 2 or low_c > 10:

@@ -14,7 +14,7 @@ from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
 from heatwright.spec.analog_sensors import AnalogSensor
 
 ROOT = Path(__file__).parents[2]
-ASKED = 40
+ASKED = 15
 """Places that ask elsewhere. It may only become smaller."""
 CLASSES = {
     model.__name__: kind

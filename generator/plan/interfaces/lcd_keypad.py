@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan import adjusted
-from heatwright.generator.plan.adc import KEYPAD_PIN, has_sensors, scan
+from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
 from heatwright.generator.plan.menu import Shown, plan_menu
@@ -21,7 +21,7 @@ from heatwright.spec.commands import (
     switched,
     told_elsewhere,
 )
-from heatwright.spec.interfaces import Countdown
+from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
 """The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
@@ -85,7 +85,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
                 driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
                 for name, pin in LINES
             ),
-            pulled_up(source, "keypad", board.pins[KEYPAD_PIN], "keys of the display shield"),
+            pulled_up(source, "keypad", board.pins[LCD_KEYPAD.keys], "keys of the display shield"),
         ),
         start_calls=(
             Call(Stage.SHOW, "lcd.h", "lcd_start();"),
@@ -105,7 +105,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
                 "LCD keypad shield, display",
                 "D4..D7 data, D8 RS, D9 E, R/W to ground",
             ),
-            Wiring(KEYPAD_PIN, "LCD keypad shield, keys", "resistor ladder"),
+            Wiring(LCD_KEYPAD.keys, "LCD keypad shield, keys", "resistor ladder"),
         ),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.spec import Controller, Loop, Max31856, monitors_of
+from heatwright.spec import Controller, Loop, monitors_of
 from heatwright.spec.sensors import Thermometer
 
 
@@ -19,8 +19,8 @@ class UseOfSensor:
 
 
 def raw_type(sensor: Thermometer) -> str:
-    """Name the C type of a thermometer's readings: the finest has 19 bits."""
-    return "int32_t" if isinstance(sensor, Max31856) else "int16_t"
+    """Name the C type of a thermometer's readings."""
+    return f"int{sensor.reading_bits}_t"
 
 
 def current_sensor(controller: Controller, loop: Loop) -> str | None:

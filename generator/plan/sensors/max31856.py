@@ -132,3 +132,24 @@ def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
         f"{TYPE_CODES.index(sensor.thermocouple)}u",
         f"{source.at('thermocouple').where}: CR1, type {sensor.thermocouple}",
     )
+
+
+def types_of(root: Source, name: str) -> list[Constant]:
+    """Give the codes of the types of thermocouple that a sensor may have."""
+    sensor = root.controller.sensors[name]
+    assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
+    source = root.at("sensors", name)
+    codes = {TYPE_CODES.index(each) for each in (sensor.thermocouple, *sensor.selectable)}
+    letters = " ".join(TYPE_CODES[code] for code in sorted(codes))
+    return [
+        source.at("thermocouple").count(
+            f"SENSOR_{name.upper()}_TYPE_GIVEN",
+            TYPE_CODES.index(sensor.thermocouple),
+            f"{sensor.thermocouple} of {TYPE_CODES}",
+        ),
+        Constant(
+            f"SENSOR_{name.upper()}_TYPES",
+            f"0x{sum(1 << code for code in codes):02X}u",
+            f"{source.at('selectable').where}: {letters}, a bit for each of {TYPE_CODES}",
+        ),
+    ]
