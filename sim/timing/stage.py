@@ -170,16 +170,17 @@ def resting_c(controller: Controller, loop: str) -> float:
     """Return the multiple of ten next to a loop's first setpoint, if that may be set; in °C.
 
     It is never so low that the protection takes the sensor for a lost one. Where a key's first step
-    up would lead above it, it is there already, or as near as is no runaway.
+    up would lead above it, it is there already, or as near as is no runaway. A loop that no key
+    moves rests at its setpoint: below that, it might ask for all its heat for ever.
     """
     setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
     low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)
     first_c = max(setpoint.initial_c, low_c)
-    nearest_c = 10.0 * round(first_c / 10)
-    resting = nearest_c if low_c <= nearest_c <= setpoint.maximum_c else first_c
     keypad = keypad_of(controller)
     if keypad is None or keypad.loop != loop:
-        return resting
+        return first_c
+    nearest_c = 10.0 * round(first_c / 10)
+    resting = nearest_c if low_c <= nearest_c <= setpoint.maximum_c else first_c
     runaway = protection.runaway
     most_c = inf if runaway is None else setpoint.initial_c + runaway.above_k
     stepped_c = min(setpoint.minimum_c + keypad.step_k, setpoint.maximum_c)

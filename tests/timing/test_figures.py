@@ -5,13 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rig.avr import whole
 from rig.specs import changed, controller_of
 
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.lcd import Screen
 from heatwright.sim.timing.display import button_to_display, to_come
 from heatwright.sim.timing.figures import Figure
 from heatwright.sim.timing.operator import Press, aimed, presses
-from heatwright.sim.timing.stage import resting_c
+from heatwright.sim.timing.stage import Stage, resting_c
 from heatwright.sim.timing.steps import deviations_us, jitter, longest_tick
 from heatwright.spec import Controller, longest_wait_s
 from heatwright.spec.commands import keypad_of
@@ -159,3 +161,16 @@ def test_interrupts_wait_as_long_as_what_they_serve_bears(
 def test_a_limit_is_still_within() -> None:
     assert Figure("", "ms", 50.0, 50.0).passed
     assert not Figure("", "ms", 50.1, 50.0).passed
+
+
+def test_a_loop_that_no_key_moves_rests_at_its_setpoint() -> None:
+    """At the multiple of ten below, it would heat for ever: heating_failed tripped in health."""
+    text = changed(
+        "chamber",
+        ("initial: 20 °C", "initial: 34 °C"),
+        ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
+        ("    - {at: 10 s, press: up, times: 3}\n", ""),
+    )
+    device = AvrDevice(controller_of(text), whole(text))
+    Stage(controller_of(text), device, 150.0).advance(150.0)
+    assert device.read("fault.code") == 0
