@@ -54,8 +54,10 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
         elif code and (acknowledged or not latched):
             model.count(code, at_us)
             locked_since_reset = model.is_locked
-        if begins or acknowledged > bool(latched):
+        if begins:
             model.trips = trips  # what has come and gone since is not in the log
+        elif acknowledged > bool(latched):
+            model.take(trips, at_us)
         model.age(now_us)
         if model.trips != trips:
             yield Miscount(row, str(model.trips), str(trips))

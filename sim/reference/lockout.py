@@ -46,6 +46,12 @@ class Lockout:
         if self._spec is not None and not self.is_locked and since_s >= int(self._spec.within_s):
             self.trips = 0
 
+    def take(self, trips: int, at_us: int) -> None:
+        """Take a count as it is told, and the time of the last trip where it is another one."""
+        if trips != self.trips:
+            self._tripped_s = at_us // SECOND_US
+            self.trips = trips
+
     def count(self, code: int, now_us: int) -> None:
         """Take a trip; all ticks before have passed."""
         if self.counts(code):

@@ -201,3 +201,27 @@ def test_a_replay_finds_a_count_that_is_wrong() -> None:
     wrong["fault.acknowledgements"][-1] += 1
     wrong["fault.code"][-1] = wrong["fault.trips"][-1] = 0
     assert "locked out" in str(next(miscounts(both.controller, wrong, "nozzle")))
+
+
+def test_a_trip_that_comes_and_goes_between_two_steps_of_a_slow_loop_ages_from_its_time() -> None:
+    """Of the other loop, acknowledged before the slow one's next step: only its time is told."""
+    spec = changed(
+        "printer",
+        ("watchdog: 1 s", "watchdog: 1 s\n  lockout: {within: 20 s, wait: 5 s}"),
+        ("period: 500 ms", "period: 2 s"),
+    )
+    controller = controller_of(spec)
+    device = AvrDevice(controller, whole(spec))
+    for sensor in controller.thermometers:
+        device.sense(sensor, COLD_C)
+    device.advance(10.2)
+    device.sense("nozzle", 290.0)
+    device.advance(11.2)
+    device.sense("nozzle", COLD_C)
+    device.advance(11.5)
+    device.send("M999")
+    device.advance(40.0)
+    log = device.steps("bed")
+    assert not log["fault.code"].any()
+    assert 0 < log["fault.trips"].argmax() < np.flatnonzero(log["fault.trips"])[-1] < len(log) - 1
+    assert not list(miscounts(controller, log, "bed"))
