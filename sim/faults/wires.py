@@ -89,8 +89,8 @@ def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
     def held(world: World) -> str:
         log = world.device.steps(world.site.loop_name)
         found_a = float(log["current.amperes"].max())
-        asked_a = times * heater.mean_a * site.loop.algorithm.full_percent / 100
-        if found_a < min(limit_a, asked_a) / 2:
+        asked_a = times * heater.mean_a * float(log["current.applied_percent"].max()) / 100
+        if asked_a >= 2 * heater.idle_a and found_a < min(limit_a, asked_a) / 2:
             return f"no more than {found_a:.2f} A flowed"
         if found_a >= heater.over_a:
             return f"{found_a:.2f} A flowed, where {heater.over_a:g} A trip"

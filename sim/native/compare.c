@@ -77,6 +77,13 @@ static void refresh(struct compare *c) {
     pin_update(c->h, c->pin);
 }
 
+/* A pin that is watched from now on: a timer may have it already. */
+void compare_watch(hw *h, int pin) {
+    for (struct compare *c = h->compares; c; c = c->next)
+        if (c->pin == pin)
+            refresh(c);
+}
+
 static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
     struct compare *c = param;
     struct pin *pin = &c->h->pins[c->pin];

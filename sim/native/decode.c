@@ -1,5 +1,4 @@
-/* Decode one instruction (AVR instruction set manual). What is rare, or touches a register with a
-   handler, is left to simavr: SLOW. */
+/* Decode one instruction (AVR instruction set manual). What is rare is left to simavr: SLOW. */
 #include <simavr/sim_avr.h>
 #include "decode.h"
 

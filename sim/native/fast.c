@@ -2,9 +2,10 @@
 
    simavr decodes each instruction each time; this takes a third of its time. It does what simavr's
    core does, flag by flag and cycle by cycle (a test runs both on random code), and leaves to it
-   what is rare; the handlers of a peripheral's registers it calls as simavr does. Two things it does
-   as the part does and simavr does not: SBI on a PIN register toggles that bit alone, and a skip
-   over ADIW or SBIW skips one word. */
+   what is rare; the handlers of a peripheral's registers it calls as simavr does. Three things it
+   does as the part does and simavr does not: SBI on a PIN register toggles that bit alone, SBI and
+   CBI of a port's bit that is so already change no pin, and a skip over ADIW or SBIW skips one
+   word. */
 #include <stdlib.h>
 #include <string.h>
 #include "decode.h"
@@ -33,7 +34,6 @@ static void mark_special(hw *h) {
         if (h->ports[i].io) {
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
             special[h->ports[i].io->r_port] |= SPECIAL_PORT;
-            special[h->ports[i].io->r_ddr] |= SPECIAL_PORT;
         }
     if (h->profile)             /* for its lowest stack pointer */
         special[R_SPL] = special[R_SPH] |= SPECIAL_WRITE;
@@ -282,7 +282,7 @@ static void write_register(avr_t *avr, uint16_t address, uint8_t value) {
         avr->data[address] = value;
 }
 
-/* Whether nothing has come between since simavr did an instruction: no interrupt, no timer, no end,
+/* Whether nothing has come between since simavr, or a handler, did something: no interrupt, no timer, no end,
    and no time to look up. */
 static int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
     const avr_t *avr = h->avr;
@@ -351,8 +351,8 @@ static int32_t budget_of(const avr_t *avr) {
             goto SLOW; \
     } while (0)
 
-/* Run until the next cycle timer, or until an instruction that simavr has done brings an interrupt
-   or an end. Returns the next pc. */
+/* Run until the next cycle timer, or until what simavr or a handler has done brings an interrupt or
+   an end. Returns the next pc. */
 avr_flashaddr_t fast_run(hw *h) {
 #define LABEL(name) &&name,
     static const void *const labels[] = {OPERATIONS(LABEL)};

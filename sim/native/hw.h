@@ -231,6 +231,7 @@ void pin_hold(hw *h, int pin, int high, int held);
 int pin_listen(hw *h, int pin, struct wire_listener listener);
 void compare_init(hw *h);
 void compare_reset(hw *h);
+void compare_watch(hw *h, int pin);
 void uart_init(hw *h);
 void uart_reset(hw *h);
 void uart_free(hw *h);

@@ -197,6 +197,7 @@ int hw_pin_watch(hw *h, int pin, int logged) {
     h->pins[pin].state = HW_FLOATING << 1;
     h->pins[pin].since = h->avr->cycle;
     p->watched |= (uint8_t)(1 << pin % 8);
+    compare_watch(h, pin);
     pin_update(h, pin);
     return 0;
 }

@@ -47,9 +47,14 @@ class Lockout:
             self.trips = 0
 
     def take(self, trips: int, at_us: int) -> None:
-        """Take a count as it is told, and the time of the last trip where it is another one."""
-        if trips != self.trips:
-            self._tripped_s = at_us // SECOND_US
+        """Take a count as it is told, of trips that have come and gone; the last was at a time.
+
+        The same count is of a new trip where the old one would be forgotten by then.
+        """
+        at_s = at_us // SECOND_US
+        within_s = self._spec.within_s if self._spec else 0.0
+        if trips != self.trips or at_s - self._tripped_s >= within_s:
+            self._tripped_s = at_s
             self.trips = trips
 
     def count(self, code: int, now_us: int) -> None:

@@ -203,8 +203,11 @@ def test_a_replay_finds_a_count_that_is_wrong() -> None:
     assert "locked out" in str(next(miscounts(both.controller, wrong, "nozzle")))
 
 
-def test_a_trip_that_comes_and_goes_between_two_steps_of_a_slow_loop_ages_from_its_time() -> None:
-    """Of the other loop, acknowledged before the slow one's next step: only its time is told."""
+@pytest.mark.parametrize("trips_s", [(9.05,), (9.05, 29.05)], ids=["once", "as it expires"])
+def test_trips_between_two_steps_of_a_slow_loop_age_from_their_time(
+    trips_s: tuple[float, ...],
+) -> None:
+    """Of the other loop, acknowledged before the slow one's next step: only their time is told."""
     spec = changed(
         "printer",
         ("watchdog: 1 s", "watchdog: 1 s\n  lockout: {within: 20 s, wait: 5 s}"),
@@ -214,14 +217,17 @@ def test_a_trip_that_comes_and_goes_between_two_steps_of_a_slow_loop_ages_from_i
     device = AvrDevice(controller, whole(spec))
     for sensor in controller.thermometers:
         device.sense(sensor, COLD_C)
-    device.advance(10.2)
-    device.sense("nozzle", 290.0)
-    device.advance(11.2)
-    device.sense("nozzle", COLD_C)
-    device.advance(11.5)
-    device.send("M999")
-    device.advance(40.0)
+    for trip_s in trips_s:
+        device.advance(trip_s)
+        device.sense("nozzle", HOT_C)  # a leap
+        device.advance(trip_s + 0.25)
+        device.sense("nozzle", COLD_C)
+        device.advance(trip_s + 0.55)
+        device.send("M999")
+    device.advance(60.0)
     log = device.steps("bed")
     assert not log["fault.code"].any()
-    assert 0 < log["fault.trips"].argmax() < np.flatnonzero(log["fault.trips"])[-1] < len(log) - 1
+    counted = np.flatnonzero(log["fault.trips"])
+    assert set(log["fault.time_s"][counted]) == {int(each) for each in trips_s}
+    assert 0 < counted[0] < counted[-1] < len(log) - 1
     assert not list(miscounts(controller, log, "bed"))

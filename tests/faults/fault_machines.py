@@ -198,10 +198,10 @@ MACHINES = {
         SIPS, only=("heater_shorted",), otherwise={"heater_shorted": None},
         absent=("heater_part_shorted", "current_sensor_stands", "reading_stands_high"),
     ),
-    # The most that it may ask for carries less than half of the limit through a wire part shorted.
+    # What it asks for carries less than half of the limit through a wire part shorted.
     "asks_little": Machine(
         changed(SIPS, ("trip: 1.04 A", "limit: 0.9 A, trip: 1.04 A"),
-                ("kp: 1.43, ki: 0.0000143", "kp: 1000, ki: 0.01, output: {maximum: 30 %}"),
+                ("kp: 1.43, ki: 0.0000143", "kp: 0.3, ki: 0.002, output: {maximum: 50 %}"),
                 ("minimum: 20 °C, maximum: 200 °C", "minimum: 20 °C, maximum: 120 °C")),
         only=("heater_part_shorted",), absent=("current_sensor_stands", "reading_stands_high"),
     ),
