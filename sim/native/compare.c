@@ -94,10 +94,25 @@ static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
     pin_update(c->h, c->pin);
 }
 
-/* A timer's mode and clock, and how it has its pin, written as they are: firmware renews them. */
+/* Whether a timer in CTC mode already works with the value of this compare register. */
+static int counts_so(const avr_timer_t *t, int channel) {
+    const avr_timer_comp_t *comp = &t->comp[channel];
+    uint32_t value = t->io.avr->data[comp->r_ocr] |
+        (comp->r_ocrh ? (uint32_t)t->io.avr->data[comp->r_ocrh] << 8 : 0);
+    return t->mode.kind == avr_timer_wgm_ctc && t->cs_div_value &&
+           (channel || t->tov_top == value) &&
+           comp->comp_cycles == (uint64_t)t->cs_div_value * (value + 1);
+}
+
+/* A timer's mode, clock and compare value, and how it has its pin, written as they are: firmware
+   renews them. */
 static int renewed(struct compare *c, avr_io_addr_t a, uint8_t v) {
-    return v == c->h->avr->data[a] && a != c->timer->r_icr && a != c->timer->comp[0].r_ocr &&
-           a != c->timer->comp[c->channel].r_ocr;
+    const avr_timer_t *t = c->timer;
+    if (v != c->h->avr->data[a] || a == t->r_icr)
+        return 0;
+    if (a == t->comp[0].r_ocr)
+        return counts_so(t, 0);
+    return a != t->comp[c->channel].r_ocr || counts_so(t, c->channel);
 }
 
 static void on_register(struct compare *c, struct tap *tap, avr_io_addr_t a, uint8_t v) {

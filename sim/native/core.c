@@ -186,6 +186,42 @@ static void charge(avr_t *avr, int cycles) {
         ? avr->run_cycle_count - (avr_cycle_count_t)cycles : 1;
 }
 
+/* Take the vector of the highest priority out of the queue; the first takes its place there. */
+static avr_int_vector_t *take_next(avr_t *avr) {
+    enum { SIZE = avr_int_pending_fifo_size };
+    avr_int_pending_t *queue = &avr->interrupts.pending;
+    unsigned first = queue->read;
+    for (unsigned at = first; at != queue->write; at = (at + 1) % SIZE)
+        if (queue->buffer[at]->vector < queue->buffer[first]->vector)
+            first = at;
+    avr_int_vector_t *vector = queue->buffer[first];
+    queue->buffer[first] = queue->buffer[queue->read];
+    queue->read = (uint16_t)((queue->read + 1) % SIZE);
+    return vector;
+}
+
+/* As avr_service_interrupts, where interrupts are enabled and one waits. */
+static void enter(hw *h) {
+    avr_t *avr = h->avr;
+    avr_int_table_t *table = &avr->interrupts;
+    avr_int_vector_t *vector = take_next(avr);
+    int more = waiting(avr);
+    raise_irq(table->irq + AVR_INT_IRQ_PENDING, (uint32_t)more);
+    if (!avr_regbit_get(avr, vector->enable) || !vector->pending) {
+        vector->pending = 0;
+        avr->interrupt_state = more;
+        return;
+    }
+    _avr_push_addr(avr, avr->pc);
+    avr_sreg_set(avr, S_I, 0);
+    avr->pc = (avr_flashaddr_t)vector->vector * avr->vector_size;
+    raise_irq(vector->irq + AVR_INT_IRQ_RUNNING, 1);
+    raise_irq(table->irq + AVR_INT_IRQ_RUNNING, vector->vector);
+    if (table->running_ptr < sizeof table->running / sizeof *table->running)
+        table->running[table->running_ptr++] = vector;
+    avr_clear_interrupt(avr, vector);
+}
+
 static void service(hw *h, int extra) {
     avr_t *avr = h->avr;
     int enabled = avr->sreg[S_I];
@@ -194,7 +230,10 @@ static void service(hw *h, int extra) {
         crash(h, "interrupt with the stack outside the memory");
         return;
     }
-    avr_service_interrupts(avr);
+    if (enabled && avr->interrupt_state > 0 && waiting(avr))
+        enter(h);
+    else
+        avr_service_interrupts(avr);
     if (!enabled || avr->sreg[S_I])
         return;                                 /* none was entered */
     charge(avr, h->entry_cycles + extra);
@@ -282,7 +321,7 @@ static void turn(hw *h) {
             fall_asleep(h);
     }
     asleep = avr->state == cpu_Sleeping;
-    avr_cycle_count_t idle = avr_cycle_timer_process(avr);
+    avr_cycle_count_t idle = pass_timers(avr);
     avr->pc = pc;
     if (avr->run != avr_callback_run_raw) {     /* the watchdog has bitten */
         hw_reset(h, HW_WATCHDOG);
@@ -315,6 +354,7 @@ static int over(hw *h) {
 int hw_run(hw *h, uint64_t until) {
     struct timespec start;
     clock_gettime(CLOCK_MONOTONIC, &start);
+    h->until = until;
     timer_set(h->stop, until);
     uint64_t looked = h->avr->cycle - h->sleep_cycles;
     for (unsigned n = 1; h->avr->cycle < until; n++) {

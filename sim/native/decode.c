@@ -16,9 +16,9 @@ static int special(const struct part *p, uint32_t address, int how) {
     return address < SPECIAL && (p->special[address] & how);
 }
 
-/* Whether a register's own handlers are all that it takes. */
+/* Whether we call a register's handlers ourselves: a profile counts around simavr's instructions. */
 static int handled(const struct part *p, uint32_t address) {
-    return address != R_SREG && !(p->special[address] & SPECIAL_IRQ);
+    return address != R_SREG && !(p->special[address] & SPECIAL_PROFILED);
 }
 
 static struct decoded make(int op, int d, int r, int32_t k) {
@@ -80,9 +80,19 @@ static struct decoded direct(const struct part *p, uint16_t o, uint32_t pc) {
     uint16_t address = word(p, pc + 2);
     if (pc + 4 >= p->flash_end)
         return slow();
+    if (address > p->ram_end)
+        return make(WILD, 0, 0, 0);
     if (!special(p, address, store ? SPECIAL_WRITE : SPECIAL_READ))
         return make(store ? STS : LDS, o >> 4 & 31, 0, address);
     return handled(p, address) ? make(store ? STS_IO : LDS_IO, o >> 4 & 31, 0, address) : slow();
+}
+
+/* PUSH or POP, and how many of them follow on one another, this one included. */
+static struct decoded in_row(const struct part *p, struct decoded i, uint16_t o, uint32_t pc) {
+    enum { MOST = 32 };
+    while (i.n < MOST && (word(p, pc + 2u * i.n) & 0xfe0f) == (o & 0xfe0f))
+        i.n++;
+    return i;
 }
 
 /* 1001 00sd dddd xxxx: loads and stores through pointers, stack, flash. */
@@ -92,7 +102,7 @@ static struct decoded indirect(const struct part *p, uint16_t o, uint32_t pc) {
     if (how == 0)
         return direct(p, o, pc);
     if (how == 15)
-        return make(store ? PUSH : POP, d, 0, 0);
+        return in_row(p, make(store ? PUSH : POP, d, 0, 0), o, pc);
     if (how == 4 || how == 5)
         return make(store ? SLOW : how == 4 ? LPM : LPM_INC, d, 0, 0);
     i.n = how >= 12 ? R_XL : how >= 8 ? R_YL : R_ZL;
@@ -120,8 +130,8 @@ static struct decoded single(const struct part *p, uint16_t o, uint32_t pc) {
         return make(o == 0x95d8 ? ELPM : ICALL, 0, 0, 0);
     if (o == 0x9478 || o == 0x94f8)
         return make(o == 0x9478 ? SEI : CLI, 0, 0, 0);
-    if (o == 0x9588)
-        return make(SLEEP, 0, 0, 0);
+    if (o == 0x9588 || o == 0x95a8)
+        return make(o == 0x9588 ? SLEEP : WDR, 0, 0, 0);
     if (o == 0x9409)
         return make(IJMP, 0, 0, 0);
     if (o == 0x9419)

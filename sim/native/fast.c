@@ -27,7 +27,7 @@ static void mark_special(hw *h) {
         int any = h->avr->io[i].irq != NULL;
         special[i + 32] = (uint8_t)((any || h->avr->io[i].r.c ? SPECIAL_READ : 0) |
                                     (any || h->avr->io[i].w.c ? SPECIAL_WRITE : 0) |
-                                    (any || h->profile ? SPECIAL_IRQ : 0));
+                                    (h->profile ? SPECIAL_PROFILED : 0));
     }
     special[R_SREG] = SPECIAL_READ | SPECIAL_WRITE;
     for (int i = 0; i < HW_PORTS; i++)
@@ -53,7 +53,7 @@ void fast_init(hw *h) {
     if (!h->fast || !(h->fast->code = calloc(words + 1, sizeof *h->fast->code)))
         abort();
     h->fast->part = (struct part){.flash = h->avr->flash, .flash_end = h->avr->flashend,
-                                  .special = h->fast->special};
+                                  .ram_end = h->avr->ramend, .special = h->fast->special};
     h->fast->code[words].op = SLOW;
     fast_forget(h);
 }
@@ -175,19 +175,22 @@ static inline void product(uint8_t *D, struct flags *f, unsigned res) {
     f->c = res >> 15 & 1;
 }
 
+/* Of two or three bytes; the stack pointer after it. */
 static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, int size) {
-    for (int n = 0; n < size; n++, address >>= 8)
-        D[sp--] = (uint8_t)address;
-    return sp;
+    D[sp] = (uint8_t)address;
+    D[sp - 1] = (uint8_t)(address >> 8);
+    if (size == 3)
+        D[sp - 2] = (uint8_t)(address >> 16);
+    return (uint16_t)(sp - size);
 }
 
 /* The stack pointer after a return, and where to; 0 with a target beyond the flash. */
 static inline uint16_t pop_address(avr_t *avr, uint16_t sp, uint32_t *target) {
-    uint32_t back = 0;
-    for (int n = 0; n < avr->address_size; n++)
-        back = back << 8 | avr->data[++sp];
+    int size = avr->address_size;
+    const uint8_t *top = avr->data + sp + size;
+    uint32_t back = (uint32_t)(top[-1] << 8 | top[0]) | (size == 3 ? (uint32_t)top[-2] << 16 : 0);
     *target = 2 * back;
-    return 2 * back < avr->flashend ? sp : 0;
+    return 2 * back < avr->flashend ? (uint16_t)(sp + size) : 0;
 }
 
 /* Interrupts come one instruction after I was set; the burst has to end for that. */
@@ -197,10 +200,6 @@ static inline int enable(avr_t *avr) {
         avr->interrupt_state = -2;
     avr->sreg[S_I] = 1;
     return change;
-}
-
-static inline int waiting(const avr_t *avr) {
-    return avr->interrupts.pending.read != avr->interrupts.pending.write;
 }
 
 /* Whether nothing can come of the instruction after I was set: no interrupt waits, no timer is due
@@ -271,6 +270,7 @@ static uint8_t read_register(avr_t *avr, uint16_t address) {
     const avr_io_addr_t a = AVR_DATA_TO_IO(address);
     if (avr->io[a].r.c)
         avr->data[address] = avr->io[a].r.c(avr, address, avr->io[a].r.param);
+    raise_register(avr, address, avr->data[address]);
     return avr->data[address];
 }
 
@@ -280,11 +280,22 @@ static void write_register(avr_t *avr, uint16_t address, uint8_t value) {
         avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
     else
         avr->data[address] = value;
+    raise_register(avr, address, value);
 }
 
-/* Whether nothing has come between since simavr, or a handler, did something: no interrupt, no timer, no end,
-   and no time to look up. */
-static int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
+/* As avr_interrupt_reti. */
+static void end_interrupt(avr_t *avr) {
+    avr_int_table_t *table = &avr->interrupts;
+    if (table->running_ptr)
+        raise_irq(table->running[--table->running_ptr]->irq + AVR_INT_IRQ_RUNNING, 0);
+    raise_irq(table->irq + AVR_INT_IRQ_RUNNING,
+              table->running_ptr ? table->running[table->running_ptr - 1]->vector : 0);
+    raise_irq(table->irq + AVR_INT_IRQ_PENDING, (uint32_t)waiting(avr));
+}
+
+/* Whether nothing has come between since simavr, a handler or a timer did something: no interrupt, no
+   timer, no end, and no time to look up. A profile sees each of them. */
+static inline int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
     const avr_t *avr = h->avr;
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
     return avr->state == cpu_Running && !avr->interrupt_state && avr->run == avr_callback_run_raw &&
@@ -300,6 +311,7 @@ static int32_t budget_of(const avr_t *avr) {
 
 /* One instruction after the other: each label is an instruction, NEXT goes to the one that i is at. */
 #define PC ((uint32_t)(i - code) * 2)
+#define AT(pc) (code + (uint32_t)(pc) / 2)
 
 /* The cycles up to now, and those of this instruction, reach avr->cycle before the burst ends. */
 #define SPEND(cycles) \
@@ -318,11 +330,12 @@ static int32_t budget_of(const avr_t *avr) {
         } \
         LEAVE(cycles); \
     } while (0)
+#define TOGETHER (PROFILED(1 ? 1 :) (left + 1) / 2 < i->n ? (left + 1) / 2 : i->n)
 #define DONE(cycles) do { i++; NEXT(cycles); } while (0)
 #define GO(cycles) do { \
         int32_t taken = (int32_t)(cycles); \
         PROFILED(profile_jump(p, PC);) \
-        i = code + i->k / 2; \
+        i = AT(i->k); \
         NEXT(taken); \
     } while (0)
 #define SKIP(condition) do { \
@@ -338,17 +351,20 @@ static int32_t budget_of(const avr_t *avr) {
         address = (uint16_t)(at); \
     } while (0)
 #define HANDLED(next, cycles) do { pc = (next); target = (cycles); goto handled; } while (0)
+/* Most addresses are beyond all registers, and within the memory. */
 #define CHECK(a, how) do { \
-        if ((a) > ram_end) \
-            goto wild; \
-        if ((a) < SPECIAL && (special[a] & (how))) \
-            goto SLOW; \
+        if ((uint16_t)((a) - SPECIAL) > ram_end - SPECIAL) { \
+            if ((a) > ram_end) \
+                goto wild; \
+            if (special[a] & (how)) \
+                goto SLOW; \
+        } \
     } while (0)
 #define STACK(sp) do { \
-        if ((sp) > ram_end || (sp) < 3) \
-            goto wild; \
-        if ((sp) < SPECIAL + 3) \
-            goto SLOW; \
+        if ((uint16_t)((sp) - LEAST_STACK) > ram_end - LEAST_STACK) { \
+            address = (uint16_t)(sp); \
+            goto edge; \
+        } \
     } while (0)
 
 /* Run until the next cycle timer, or until what simavr or a handler has done brings an interrupt or
@@ -361,17 +377,19 @@ avr_flashaddr_t fast_run(hw *h) {
     struct decoded *const code = h->fast->code, *i;
     const uint8_t *const special = h->fast->special;
     const uint16_t ram_end = avr->ramend;
-    const avr_cycle_count_t last = avr->cycle + BURST;
+    const avr_cycle_count_t last =
+        h->until < avr->cycle + BURST ? h->until : avr->cycle + BURST;
     int32_t budget = (int32_t)avr->run_cycle_count;
     int32_t left = budget;
     uint16_t address, wide;
     uint32_t pc = avr->pc, target;
+    int rounds;
     uint8_t a;
     struct flags f = flags_from(S);
 
     if (pc >= avr->flashend)
         return leave_to_simavr(h, pc);
-    i = &code[pc / 2];
+    i = AT(pc);
     PROFILED(struct profile *const p = h->profile; profile_enter(h, pc); goto crossed;)
     goto *labels[i->op];
 
@@ -423,8 +441,8 @@ BSET: flags_into(S, &f); S[i->d] = 1; f = flags_from(S); DONE(1);
 BCLR: flags_into(S, &f); S[i->d] = 0; f = flags_from(S); DONE(1);
 BST: S[S_T] = BIT(Rd, i->r); DONE(1);
 BLD: Rd = (uint8_t)(S[S_T] ? Rd | i->r : Rd & ~i->r); DONE(1);
-LDS: if (i->k > ram_end) goto wild; Rd = D[i->k]; i++; DONE(2);
-STS: if (i->k > ram_end) goto wild; D[i->k] = Rd; i++; DONE(2);
+LDS: Rd = D[i->k]; i++; DONE(2);
+STS: D[i->k] = Rd; i++; DONE(2);
 IN: Rd = D[i->k]; DONE(1);
 OUT: D[i->k] = Rd; DONE(1);
 LDD: address = (uint16_t)(POINTER + i->k); CHECK(address, SPECIAL_READ); Rd = D[address]; DONE(2);
@@ -441,10 +459,16 @@ LD_DEC:
 ST_DEC:
     address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd;
     SET_POINTER(address); DONE(2);
-PUSH:
-    wide = PAIR(R_SPL); STACK(wide); D[wide] = Rd; SET_PAIR(R_SPL, wide - 1);
-    PROFILED(profile_stack(p, (uint16_t)(wide - 1));) DONE(2);
-POP: wide = PAIR(R_SPL); STACK(wide + 1); SET_PAIR(R_SPL, wide + 1); Rd = D[wide + 1]; DONE(2);
+PUSH:       /* as many in a row as there is time for, each of two cycles */
+    wide = PAIR(R_SPL); rounds = TOGETHER; STACK(wide); STACK(wide - rounds);
+    do { D[wide--] = Rd; i++; left -= 2; } while (--rounds && i->op == PUSH);
+    SET_PAIR(R_SPL, wide); PROFILED(profile_stack(p, wide);) NEXT(0);
+POP:
+    wide = PAIR(R_SPL); rounds = TOGETHER; STACK(wide + 1);
+    if (wide + rounds > ram_end)
+        rounds = 1;
+    do { Rd = D[++wide]; i++; left -= 2; } while (--rounds && i->op == POP);
+    SET_PAIR(R_SPL, wide); NEXT(0);
 LPM: Rd = avr->flash[PAIR(R_ZL) & avr->flashend]; DONE(3);
 LPM_INC: wide = PAIR(R_ZL); a = avr->flash[wide & avr->flashend]; Rd = a; SET_PAIR(R_ZL, wide + 1); DONE(3);
 IN_SREG:
@@ -464,13 +488,13 @@ SBI: Rd |= i->r; DONE(2);
 CBI: Rd &= (uint8_t)~i->r; DONE(2);
 SBI_PORT:
     if (Rd & i->r) DONE(2);
-    if (special[i->d] & SPECIAL_IRQ) goto SLOW;
+    if (special[i->d] & SPECIAL_PROFILED) goto SLOW;
 SBI_IO:
     HANDLE(i->d); a = read_register(avr, address);
     write_register(avr, address, a | i->r); HANDLED(PC + 2, 2);
 CBI_PORT:
     if (!(Rd & i->r)) DONE(2);
-    if (special[i->d] & SPECIAL_IRQ) goto SLOW;
+    if (special[i->d] & SPECIAL_PROFILED) goto SLOW;
 CBI_IO:
     HANDLE(i->d); a = read_register(avr, address);
     write_register(avr, address, (uint8_t)(a & ~i->r)); HANDLED(PC + 2, 2);
@@ -513,13 +537,13 @@ CALL:
     wide = push_address(D, wide, (PC + i->d) / 2, avr->address_size);
     SET_PAIR(R_SPL, wide); target = i->n + avr->address_size;
     PROFILED(profile_jump(p, PC); SPEND(target); profile_called(h, (uint32_t)i->k);)
-    i = code + i->k / 2; NEXT(target);
+    i = AT(i->k); NEXT(target);
 RET:
     wide = PAIR(R_SPL); STACK(wide + avr->address_size);
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
     PROFILED(profile_jump(p, PC);)
-    SET_PAIR(R_SPL, wide); i = code + target / 2;
+    SET_PAIR(R_SPL, wide); i = AT(target);
     PROFILED(SPEND(2 + avr->address_size); profile_returned(h, target);)
     NEXT(2 + avr->address_size);
 RETI:
@@ -527,9 +551,9 @@ RETI:
     if (!(wide = pop_address(avr, wide, &target)))
         goto SLOW;
     PROFILED(profile_jump(p, PC);)
-    SET_PAIR(R_SPL, wide); i = code + target / 2;
+    SET_PAIR(R_SPL, wide); i = AT(target);
     enable(avr);
-    avr_interrupt_reti(avr);
+    end_interrupt(avr);
     PROFILED(SPEND(2 + avr->address_size); profile_returned(h, target); profile_mask(h, target);)
     ENABLED(2 + avr->address_size);
 SEI:
@@ -555,8 +579,17 @@ SLEEP:
     if (!avr->sreg[S_I] || !waiting(avr))
         avr->state = cpu_Sleeping;
     goto gone;
+WDR:
+    HANDLE(0);
+    if (h->watchdog)
+        h->watchdog->io.ioctl(&h->watchdog->io, AVR_IOCTL_WATCHDOG_RESET, NULL);
+    HANDLED(PC + 2, 1);
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
-wild:
+edge:       /* a stack among the registers, or outside the memory */
+    if (address > ram_end || address < 3)
+        goto wild;
+    goto SLOW;
+WILD: wild:
     SPEND(0);
     crash(h, "access outside the memory");
     pc = PC;
@@ -569,7 +602,7 @@ SLOW:
     if (!goes_on(h, pc, last))
         return pc;
     budget = left = budget_of(avr);
-    i = &code[pc / 2];
+    i = AT(pc);
     f = flags_from(S);
     goto *labels[i->op];
 handled:
@@ -577,12 +610,18 @@ handled:
     if (!goes_on(h, pc, last))
         goto gone;
     budget = left = budget_of(avr);
-    i = &code[pc / 2];
+    i = AT(pc);
     goto *labels[i->op];
 PROFILED(crossed: SPEND(0); profile_cross(h, PC); goto *labels[i->op];)
-out:
+out:        /* timers that are due run here; the burst goes on if none of them needs more */
     SPEND(0);
-    pc = PC;
+    avr->pc = pc = PC;
+    if (!h->profile)
+        pass_timers(avr);
+    if (goes_on(h, pc, last)) {
+        budget = left = budget_of(avr);
+        goto *labels[i->op];
+    }
 gone:
     flags_into(S, &f);
     PROFILED(profile_leave(h, pc);)

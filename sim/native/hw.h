@@ -163,7 +163,7 @@ struct hw {
     avr_t *avr;
     char message[256];
     int limit;
-    uint64_t sleep_cycles;
+    uint64_t sleep_cycles, until;       /* in hw_run: the cycle it ends at */
     int dead_sleep;             /* asleep with interrupts off */
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;
@@ -218,6 +218,45 @@ struct hw {
     int fan_count;
     struct profile *profile;
 };
+
+/* As avr_raise_irq, but without its call where no hook waits for the value. */
+static inline void raise_irq(avr_irq_t *irq, uint32_t value) {
+    if (irq->flags & IRQ_FLAG_NOT) {
+        avr_raise_irq(irq, value);
+    } else if (!irq->hook) {
+        irq->flags &= (uint8_t)~IRQ_FLAG_INIT;
+        irq->value = value;
+    } else if (irq->value != value || !(irq->flags & IRQ_FLAG_FILTERED) ||
+               irq->flags & IRQ_FLAG_INIT) {
+        avr_raise_irq(irq, value);
+    }
+}
+
+/* The IRQs of a register, where it has some: one for each bit, and one for the whole. */
+static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t value) {
+    avr_irq_t *irq = avr->io[AVR_DATA_TO_IO(address)].irq;
+    if (!irq)
+        return;
+    raise_irq(irq + AVR_IOMEM_IRQ_ALL, value);
+    for (int bit = 0; bit < 8; bit++)
+        raise_irq(irq + bit, value >> bit & 1);
+}
+
+/* As avr_cycle_timer_process, but without its call where no timer is due: returns the cycles to the
+   next one. */
+static inline avr_cycle_count_t pass_timers(avr_t *avr) {
+    const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
+    if (!next || next->when <= avr->cycle)
+        return avr_cycle_timer_process(avr);
+    avr_cycle_count_t idle = next->when - avr->cycle;
+    avr->run_cycle_count = idle < avr->run_cycle_limit ? idle : avr->run_cycle_limit;
+    return idle;
+}
+
+/* Whether an interrupt waits. */
+static inline int waiting(const avr_t *avr) {
+    return avr->interrupts.pending.read != avr->interrupts.pending.write;
+}
 
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);

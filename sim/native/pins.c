@@ -111,15 +111,35 @@ static void port_refresh(struct port *p) {
             pin_update(p->h, 8 * p->index + bit);
 }
 
+/* As avr_ioport_update_irqs of simavr. */
+static void raise_pins(struct port *p) {
+    avr_t *avr = p->h->avr;
+    avr_irq_t *irq = p->io->io.irq;
+    uint8_t ddr = avr->data[p->io->r_ddr], port = avr->data[p->io->r_port];
+    uint8_t pulled = p->io->external.pull_mask, pull = p->io->external.pull_value;
+    uint8_t known = ddr | pulled | port;
+    uint8_t level = (uint8_t)((port & (ddr | ~pulled)) | (pull & pulled & ~ddr));
+    for (int bit = 0; bit < 8; bit++)
+        if (known >> bit & 1)
+            raise_irq(irq + bit, level >> bit & 1);
+    uint8_t seen = (uint8_t)((avr->data[p->io->r_pin] & ~ddr) | (port & ddr));
+    raise_irq(irq + IOPORT_IRQ_PIN_ALL, (uint8_t)((seen & ~pulled) | pull));
+    raise_register(avr, p->io->r_port, port);
+}
+
 static void on_port(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
     struct port *p = param;
-    p->tap_port.write(avr, a, v, p->tap_port.write_param);
+    avr->data[a] = v;
+    raise_irq(p->io->io.irq + IOPORT_IRQ_REG_PORT, v);
+    raise_pins(p);
     port_refresh(p);
 }
 
 static void on_ddr(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
     struct port *p = param;
-    p->tap_ddr.write(avr, a, v, p->tap_ddr.write_param);
+    raise_irq(p->io->io.irq + IOPORT_IRQ_DIRECTION_ALL, v);
+    avr->data[a] = v;
+    raise_pins(p);
     port_refresh(p);
 }
 
@@ -133,20 +153,21 @@ static void on_pin(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
 
 /* simavr reads an output pin as it is driven, even where something stronger holds it. */
 static uint8_t levels(const struct port *p, uint8_t seen) {
-    for (int bit = 0; bit < 8; bit++)
-        if (p->watched >> bit & 1)
-            seen = (uint8_t)((seen & ~(1 << bit)) |
-                             (p->h->pins[8 * p->index + bit].state & 1) << bit);
+    const struct pin *pin = &p->h->pins[8 * p->index];
+    seen &= (uint8_t)~p->watched;
+    for (unsigned watched = p->watched; watched; watched &= watched - 1) {
+        int bit = __builtin_ctz(watched);
+        seen |= (uint8_t)((pin[bit].state & 1) << bit);
+    }
     return seen;
 }
 
 static uint8_t on_pin_read(struct avr_t *avr, avr_io_addr_t a, void *param) {
     struct port *p = param;
-    for (int bit = 0; bit < 8; bit++) {
-        struct pin *pin = &p->h->pins[8 * p->index + bit];
-        if (p->sampled >> bit & 1)
-            for (int i = 0; i < pin->listener_count; i++)
-                pin->listeners[i].sampled(pin->listeners[i].param, avr->cycle);
+    for (unsigned sampled = p->sampled; sampled; sampled &= sampled - 1) {
+        struct pin *pin = &p->h->pins[8 * p->index + __builtin_ctz(sampled)];
+        for (int i = 0; i < pin->listener_count; i++)
+            pin->listeners[i].sampled(pin->listeners[i].param, avr->cycle);
     }
     uint8_t seen = p->tap_pin.read(avr, a, p->tap_pin.read_param);
     return avr->data[a] = levels(p, seen);
