@@ -35,7 +35,7 @@ class RunBeside(Run):
             if calm > 0:
                 self._machine.go(calm)
             else:
-                self._machine.by_hand(lambda _, felt: felt, self._advance)
+                self._machine.by_hand(self._advance)
             row += max(1, calm)
             if progress is not None:
                 progress(row * self._step_s, self._count * self._step_s)

@@ -22,8 +22,8 @@ from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K
 from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
 
 Array = NDArray[np.float64]
-Tips = Callable[[str, float], float]
-"""From a sensor, and what the machine would make it feel, to what its tip feels."""
+Feel = Callable[[float], float]
+"""From what the machine would make a sensor feel to what its tip feels, °C."""
 
 
 class Heat(NamedTuple):
@@ -82,8 +82,13 @@ def install(ffi: Any) -> None:
         machine: Machine = ffi.from_handle(handle)
         return machine.attempt(machine.fed) or 0.0
 
+    def hw_machine_feel(handle: Any) -> None:
+        machine: Machine = ffi.from_handle(handle)
+        machine.attempt(machine.feel)
+
     ffi.def_extern()(hw_machine_sense)
     ffi.def_extern()(hw_machine_fed)
+    ffi.def_extern()(hw_machine_feel)
 
 
 class Machine:
@@ -115,7 +120,7 @@ class Machine:
         install(self._ffi)
         self._m = self._ffi.new("hw_machine *")
         self._lend(logs_nodes=logs_nodes)
-        self.spoil({}, {})
+        self.spoil({}, {}, {})
         self.wire()
 
     # -- what C is lent ------------------------------------------------------------------------
@@ -261,19 +266,15 @@ class Machine:
         else:
             device.avr.came_back(ended)
 
-    def by_hand(self, tips: Tips, run: Callable[[float], None] | None = None) -> None:
-        """Go on by one step in which a tip feels something else, or somebody acts.
-
-        run -- runs the device to a time, s; the device itself does if None.
-        """
-        m, device = self._m, self._device
+    def by_hand(self, run: Callable[[float], None]) -> None:
+        """Go on by one step in which somebody acts; run -- runs the device to a time, s."""
+        m = self._m
         self._make_room()
-        self._tips[:] = [
-            tips(name, felt) for name, felt in zip(self.sensors, self.felt.tolist(), strict=True)
-        ]
+        self._tips[:] = self.felt
+        self.feel()
         m.feed = self._coupling.extruded_mm_per_s
         self._lib.hw_machine_begin(m)
-        (run or device.advance)(m.powered_s + m.row * self.step_s)
+        run(m.powered_s + m.row * self.step_s)
         self._lib.hw_machine_read(m)
         self._heat()
 
@@ -292,8 +293,18 @@ class Machine:
         if self._errors:
             raise self._errors.pop(0)
 
-    def spoil(self, heat: Mapping[str, Heat], besides: Mapping[str, Beside]) -> None:
-        """Put this between pins and loads, by output; what is not named is sound."""
+    def spoil(
+        self,
+        heat: Mapping[str, Heat],
+        besides: Mapping[str, Beside],
+        feels: Mapping[str, Feel],
+    ) -> None:
+        """Put this between pins and loads, by output, and before tips, by sensor.
+
+        What is not named is sound.
+        """
+        self._feels = [(self.sensors.index(name), feel) for name, feel in feels.items()]
+        self._m.feels = bool(feels)
         for number, name in enumerate(self.loads):
             load, beside = self._m.loads[number], besides.get(name)
             load.times, load.least, once = heat.get(name, SOUND)
@@ -333,6 +344,11 @@ class Machine:
             return act(*given)
         except BaseException as error:
             self._errors.append(error)
+
+    def feel(self) -> None:
+        """Say what the tips feel in this step that do not feel the machine."""
+        for sensor, feel in self._feels:
+            self._tips[sensor] = feel(float(self.felt[sensor]))
 
     def tell(self, sensor: int, felt: float) -> None:
         """Give a sensor what it feels."""

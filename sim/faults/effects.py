@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from heatwright.sim.faults.world import World
-from heatwright.sim.machine import Heat
-
-Feel = Callable[[float], float]
-
+from heatwright.sim.machine import Feel, Heat
 
 # -- heaters: from what the pin asks for to what comes, in shares of full power ----------------
 

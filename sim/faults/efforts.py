@@ -10,6 +10,7 @@ from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import asked_share, share_for, steady_c
 from heatwright.sim.faults.tips import feel, mend
 from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.machine import Feel
 from heatwright.sim.plants import profile_c
 from heatwright.spec.loops import Effort
 
@@ -103,7 +104,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
         site.loop.protection.rise_rate_k_per_s / SLOW,
     )
 
-    def change(world: World) -> effects.Feel:
+    def change(world: World) -> Feel:
         began_s = world.now_s
         return lambda felt_c: (
             felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.effects import Feel
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Feel
 
 DRIFT_K_PER_S = 0.05
 CREEP_S = 1200.0

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from heatwright.sim.faults import effects, starts
-from heatwright.sim.faults.effects import Feel
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.machine import room_k, watch_s
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Feel
 from heatwright.spec.commands import lockout_of
 
 BEYOND_K = 3.0

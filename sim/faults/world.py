@@ -16,7 +16,18 @@ from heatwright.sim.faults.hands import hand_of, release
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.machine import BITS, NO_STOP, SENSED, TIME, TIPS, Beside, Heat, Machine, Stop
+from heatwright.sim.machine import (
+    BITS,
+    NO_STOP,
+    SENSED,
+    TIME,
+    TIPS,
+    Beside,
+    Feel,
+    Heat,
+    Machine,
+    Stop,
+)
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.output import heater_of
@@ -146,7 +157,7 @@ class Wiring:
 
     heat: dict[str, Heat] = field(default_factory=dict)
     besides: dict[str, Beside] = field(default_factory=dict)
-    feel: dict[str, Callable[[float], float]] = field(default_factory=dict)
+    feel: dict[str, Feel] = field(default_factory=dict)
 
 
 class World:
@@ -174,7 +185,7 @@ class World:
         self._machine = Machine(
             self._plant(weather), self.device, self.coupling, self.step_s, logs_nodes=logs_nodes
         )
-        self._spoilt: tuple[dict[str, Heat], dict[str, Beside]] = ({}, {})
+        self._spoilt: tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel]] = ({}, {}, {})
         self._switched_on = False
         self.watch_peaks()
         self.trips = TripLog(self.device)
@@ -219,8 +230,8 @@ class World:
     @property
     def tip_c(self) -> float:
         """What the tip of the loop's sensor feels, °C."""
-        sensor = self.site.loop.sensor
-        return self._tip(sensor, self._felt(sensor))
+        feel = self.wiring.feel.get(self.site.loop.sensor)
+        return feel(self.sensed_c) if feel else self.sensed_c
 
     def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return what a sensor's tip felt, °C, from each of these times on, s."""
@@ -252,10 +263,6 @@ class World:
     def _felt(self, sensor: str) -> float:
         return float(self._machine.felt[self._machine.sensors.index(sensor)])
 
-    def _tip(self, sensor: str, felt: float) -> float:
-        feel = self.wiring.feel.get(sensor)
-        return feel(felt) if feel else felt
-
     def run(self, seconds: float) -> None:
         """Go on for a time, in whole steps."""
         self._go(round(seconds / self.step_s))
@@ -274,7 +281,7 @@ class World:
             if not left:
                 return False
             stop = self._stop_of(condition)
-            if stop is None or self.wiring.feel:
+            if stop is None:
                 left -= 1
                 self.step()
             else:
@@ -295,22 +302,18 @@ class World:
     def _go(self, steps: int, stop: Stop = NO_STOP) -> int:
         """Go on by some steps, together where all is sound. Return how many are left."""
         self._look()
-        if not self.wiring.feel:
-            return self._machine.go(steps, stop)
-        for _ in range(steps):
-            self._machine.by_hand(self._tip)
-        return 0
+        return self._machine.go(steps, stop)
 
     def act_within(self, act: Callable[[float], None]) -> None:
         """Go on by one step; act -- runs the device to its end, s, and does something meanwhile."""
         self._look()
-        self._machine.by_hand(self._tip, act)
+        self._machine.by_hand(act)
 
     def _look(self) -> None:
         """See what is broken now; for heat from elsewhere nothing here is to blame."""
         wiring = self.wiring
-        if (wiring.heat, wiring.besides) != self._spoilt:
-            self._spoilt = (dict(wiring.heat), dict(wiring.besides))
+        if (wiring.heat, wiring.besides, wiring.feel) != self._spoilt:
+            self._spoilt = (dict(wiring.heat), dict(wiring.besides), dict(wiring.feel))
             self._machine.spoil(*self._spoilt)
         self._machine.look(watches=not (self.peaks.ended or wiring.besides))
 

@@ -246,6 +246,7 @@ typedef struct {
     const hw_meter *meters;
     hw_load *loads;
     double *felt, *tips;        /* of the feelers, then of the meters */
+    int feels;                  /* a tip feels something else: Python says what */
     double *active, *given, *conducts, closed;
     /* what is waited for: another value of a variable, less at a feeler, no node that becomes hotter
        without heat, another level at the pin of a load; below_of, turns -1: not that */

@@ -7,4 +7,5 @@ extern "Python+C" {
     void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
     void hw_machine_sense(void *handle, int sensor, double felt);
     double hw_machine_fed(void *handle);
+    void hw_machine_feel(void *handle);
 }

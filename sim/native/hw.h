@@ -34,6 +34,7 @@ void hw_spi_released(void *handle, uint64_t cycle);
 void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
 void hw_machine_sense(void *handle, int sensor, double felt);
 double hw_machine_fed(void *handle);
+void hw_machine_feel(void *handle);
 
 /* A growing array of records. */
 struct log {

@@ -249,6 +249,8 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
             if (lacks_noise(m))
                 return HW_NOISE;
             memcpy(m->tips, m->felt, (size_t)(m->feeler_count + m->meter_count) * sizeof *m->tips);
+            if (m->feels)
+                hw_machine_feel(m->handle);
             hw_machine_begin(m);
             m->phase = HW_RUNS;
         }
