@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from operator import mul
 
 Number = float | complex
@@ -12,6 +13,9 @@ Vector = list[float]
 
 GROUP, TERMS = 4, 12
 """Of the series of e: 0.5**13/13! is below the last digits of 1."""
+
+MOST_KEPT = 4096
+"""Exponentials: a spec's, twice over; some megabytes."""
 
 _FACTORS = [1 / math.factorial(order) for order in range(TERMS + 1)]
 
@@ -47,7 +51,16 @@ def apply(matrix: Matrix, vector: Vector) -> Vector:
 
 
 def exponential(matrix: Matrix) -> Matrix:
-    """Raise e to a square matrix: halve it to a norm below 1/2, sum the series, square it back.
+    """Raise e to a square matrix; what comes is not to be changed.
+
+    Rows of a comparison, and tries of a number, ask for the same ones again.
+    """
+    return _exponential(tuple(map(tuple, matrix)))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _exponential(matrix: tuple[tuple[float, ...], ...]) -> Matrix:
+    """Halve it to a norm below 1/2, sum the series, square it back.
 
     The series in groups of four: five products for twelve terms (Paterson and Stockmeyer).
     """
