@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import tee
 
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
@@ -141,9 +142,9 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
         held.step(_powered(site, asked_share(site, frozen.holding_percent)))
         highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])
+    courses = tee(course(site, network, ambient_c=ambient_c), len(needs))
     cold_c = [
-        _rising_until(course(site, network, ambient_c=ambient_c), highest_c, *each)
-        for each in needs
+        _rising_until(taken, highest_c, *each) for taken, each in zip(courses, needs, strict=True)
     ]
     most_c, least_c = min([highest_c, *cold_c]) - _beyond_k(site.loop), ambient_c
     if _comes_warm(site, network, ambient_c, most_c, needs):
@@ -177,10 +178,10 @@ def _comes_warm(
         site.controller, network, site.loop_name, start_c, ambient_c=ambient_c
     )  # fmt: skip
     spread_c = {node: min(start_c, each_c) for node, each_c in rested_c.items()}
+    taken = course(site, network, ambient_c=ambient_c, starts_c=spread_c)
     return all(
-        _rising_until(course(site, network, ambient_c=ambient_c, starts_c=spread_c), most_c, *each)
-        >= most_c
-        for each in needs
+        _rising_until(each, most_c, *need) >= most_c
+        for each, need in zip(tee(taken, len(needs)), needs, strict=True)
     )
 
 

@@ -177,7 +177,7 @@ class Nextion:
         if not self._plugged or not self._has_started():
             return
         while (changed := self._take(data, cycles)) is not None:
-            self.line.change(int(self.display.value("baud")), changed)
+            self.line.change(self.display.memory.variables["baud"], changed)
             data, cycles = self.line.hear(sent[:0])
         self._answer()
 
@@ -190,10 +190,12 @@ class Nextion:
         while start < len(data):
             if self._begins_s is None:
                 self._begins_s = cycles[start] / self._avr.clock_hz
-            end = data.find(b"\xff", start) + 1 or len(data)
+            end = data.find(END[:1], start) + 1 or len(data)
+            if end - 1 > start and data.startswith(END, end - 1):
+                end += len(END) - 1  # what does not begin with it may end one that came before
             for text in self.display.receive(data[start:end]):
                 self._note(text, cycles[end - 1] / self._avr.clock_hz)
-            if self.display.value("baud") != self.line.baud:
+            if self.display.memory.variables["baud"] != self.line.baud:
                 return cycles[end - 1]
             start = end
         return None

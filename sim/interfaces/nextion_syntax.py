@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from heatwright.sim.interfaces.nextion_codes import LONGEST_NAME, Code, Refused
 
 Value = int | str
+
+REMEMBERED = 1024
+"""Texts that were read: a board says the same again and again."""
 
 _WORD = re.compile(
     r'(?P<text>"(?:[^"\\]|\\.)*")|(?P<number>0x[0-9A-Fa-f]+|\d+)|(?P<name>[A-Za-z]\w*(?:\.\w+)*)'
@@ -32,6 +36,7 @@ class Expression:
     rest: tuple[tuple[str, Value | Name], ...] = ()
 
 
+@lru_cache(maxsize=REMEMBERED)
 def expression(text: str) -> Expression:
     """Read an expression. Raises Refused."""
     operands: list[Value | Name] = []
@@ -57,6 +62,7 @@ def expression(text: str) -> Expression:
     return Expression(operands[0], tuple(zip(operators, operands[1:], strict=True)))
 
 
+@lru_cache(maxsize=REMEMBERED)
 def name(text: str) -> Name:
     """Read a name. Raises Refused."""
     found = _WORD.fullmatch(text)
