@@ -64,7 +64,7 @@ class Profile:
 
     def __init__(self, hw: Hw, program: Elf) -> None:
         self._owner = hw
-        self._lib, self._hw = hw.lib, hw.pointer
+        self._lib, self._stopped = hw.lib, False
         self._program = program
         self.log = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
         self._others = np.empty(0, ENTRY)  # entries of functions not asked for yet
@@ -85,9 +85,19 @@ class Profile:
             table[function.start // 2 : (function.end + 1) // 2] = number
         return table
 
+    @property
+    def _hw(self) -> Any:
+        if self._stopped:
+            raise ValueError("This profile has been stopped: read its results before.")
+        return self._owner.pointer
+
     def stop(self) -> None:
-        """End it: the processor runs at full speed again. Read the results before."""
+        """End it: the processor runs at full speed again. Read the results before.
+
+        Whoever asks for one later gets a ValueError; entries that were logged can still be had.
+        """
         self._lib.hw_profile_stop(self._hw)
+        self._stopped = True
 
     @property
     def functions(self) -> dict[str, FunctionProfile]:

@@ -49,7 +49,7 @@ def _by_loops(controller: Controller) -> Iterator[int]:
 
 
 def _by_parts(controller: Controller) -> Iterator[int]:
-    if not all(sensor.on_one_wire for sensor in controller.sensors.values()):
+    if not all(each.on_one_wire for each in controller.thermometers.values()):
         yield from (17, 18)
     if gcode_of(controller) is not None:
         yield 19

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
 from rig.avr import whole
-from rig.specs import spec_of
+from rig.specs import changed, spec_of
 
 from heatwright.sim.chain import chain_errors, convert, table_of
 from heatwright.sim.circuits import shares
@@ -22,6 +22,8 @@ OPEN, SHORT, RANGE, STALE = 17, 2, 18, 4
 OVERSAMPLE = 4
 ADC_WRONG = 40
 ADCSRB = 0x7B
+DONE = 1 << 6 | 1 << 4
+"""Of ADCSRA, what tells that a conversion is going on, and that one has ended."""
 ON_ITSELF = 0x0E
 """ADMUX of the band gap on the ATmega328P, whose internal reference it is: its code is 1023."""
 FASTEST_ADC_HZ = 200_000
@@ -209,6 +211,25 @@ def test_a_known_voltage_is_measured_beside_the_sensors(
         device.avr.adc.known(part.adc_known, times * part.known_mv)
         device.advance(device.time_s + 1.5)
         assert device.read("fault.code") == code
+
+
+@pytest.mark.parametrize("board", ["uno", "mega2560", "leonardo"])
+def test_no_bit_of_its_registers_stays_flipped_where_only_keys_are_on_it(board: str) -> None:
+    """Else another channel is looked at until the next reset, and no key can be pressed."""
+    text = changed("chamber", ("board: uno", f"board: {board}"))
+    device = AvrDevice(spec_of(text).controller, whole(text))
+    device.sense("air", 19.0)
+    device.advance(0.5)
+    kept = {"ADMUX": 0xFF, "ADCSRA": 0xFF & ~DONE, "ADCSRB": device.avr.part.adc_mux5}
+    before = {name: device.read(name) & bits for name, bits in kept.items()}
+    for name, bits in kept.items():
+        for bit in range(8):
+            device.avr.flip(device.variables[name].address, bit)
+            device.advance(device.time_s + 2 * TICK_S)
+            assert device.read(name) & bits == before[name], (name, bit)
+    device.press("up")
+    device.advance(device.time_s + 0.1)
+    assert device.read("settings.air_setpoint_c") == 30.0
 
 
 # From the tip's temperature to what the loop takes it for.

@@ -59,3 +59,14 @@ def test_what_no_rule_sees_is_told() -> None:
     rows = {row["cause"]: row for row in hazards(example("chamber").controller)}
     assert rows["A fan that a heater needs stands still"]["seen"] == "nothing"
     assert "only the thermal fuse" in rows["A heater's switch conducts for ever"]["remains"]
+
+
+def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_adc_reads() -> None:
+    """What its sensor says is judged by the heater: codes 20 to 22."""
+    current = ("power: 240 W", "power: 240 W, supply: 24 V, current: {sensor: amps, trip: 15 A}")
+    amps = ("\noutputs:", "\n  amps: {kind: current, pin: A2, scale: 0.2 V/A}\n\noutputs:")
+    sense = ("sense: {air:", "sense: {amps: {of: heater}, air:")
+    text = changed("chamber", amps, current, sense)
+    codes = {rule.code for rule in breakable(spec_of(text).controller)}
+    assert {20, 21, 22} <= codes
+    assert codes.isdisjoint((17, 18))

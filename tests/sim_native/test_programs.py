@@ -228,6 +228,9 @@ def test_one_profile_at_a_time_and_the_jitter_of_a_tick() -> None:
     profile = avr.profile(program)
     profile.trace("__vector_11")
     avr.run(1)
+    for ask in (lambda: first.functions, lambda: first.reached, lambda: first.busy, first.stop):
+        with pytest.raises(ValueError, match="has been stopped"):
+            ask()
     assert set(np.diff(profile.entries("__vector_11").astype(int))) == {160_000}
 
 

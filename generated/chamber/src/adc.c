@@ -9,11 +9,11 @@ enum { ENABLED = (1u << ADEN) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0) };
 
 void adc_start(void)
 {
-    ADMUX = (1u << REFS0) | (1u << ADLAR); /* supply as reference, upper eight bits */
     adc_tick();
 }
 
 void adc_tick(void)
 {
-    ADCSRA = ENABLED | (1u << ADSC);
+    ADMUX = (1u << REFS0) | (1u << ADLAR); /* supply as reference, upper eight bits */
+    ADCSRA = ENABLED | (1u << ADSC); /* all anew in each tick: a flipped bit lasts for one */
 }
