@@ -148,6 +148,7 @@ _EXPECTED = {
     "heatwright.cli.ends.Refused": Status.REFUSED,
     "heatwright.cli.fits.DoesNotFit": Status.REFUSED,
     "heatwright.spec.problems.SpecError": Status.REFUSED,
+    "heatwright.spec.registry.KindIncomplete": Status.REFUSED,
     "heatwright.generator.output.OutputRefused": Status.REFUSED,
     "heatwright.generator.toolchain.errors.BuildFailed": Status.REFUSED,
     "heatwright.generator.toolchain.errors.ToolMissing": Status.TOOL_MISSING,

@@ -13,6 +13,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from heatwright.generator.compiled import CompiledTemplates
 from heatwright.generator.plan import Plan
+from heatwright.spec.registry import KindIncomplete
 
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
 _COMMENTS = {
@@ -28,8 +29,18 @@ def _load(template: str) -> str:
     """Read a template, its `//%` lines made into statements.
 
     Jinja's own line statements would swallow the empty lines behind them.
+
+    Raises:
+        KindIncomplete: a package from outside lacks a template of its own, `package:name`.
+
     """
-    text = files("heatwright.templates").joinpath(template).read_text(encoding="utf-8")
+    package, _, name = template.rpartition(":")
+    file = files(f"{package or 'heatwright'}.templates").joinpath(name)
+    if package and not file.is_file():
+        raise KindIncomplete(
+            f"A template is missing: write {package.replace('.', '/')}/templates/{name}."
+        )
+    text = file.read_text(encoding="utf-8")
     return _STATEMENT_LINE.sub(r"{% \1 %}", text)
 
 

@@ -35,6 +35,7 @@ from heatwright.spec import Controller, digest
 from heatwright.spec.commands import for_display
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.program_orders import Order, ProgramOrder
+from heatwright.spec.registry import module_of
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
@@ -124,14 +125,14 @@ class AvrDevice:
         self.avr.load(self.elf)
         if eeprom:
             self.avr.eeprom.contents = eeprom
-        self.sensors = self._attach("sensors", self._controller.sensors)
-        self.outputs: dict[str, Switch] = self._attach("outputs", self._controller.outputs)
+        self.sensors = self._attach("sensor", self._controller.sensors)
+        self.outputs: dict[str, Switch] = self._attach("output", self._controller.outputs)
         if self.relay is not None:
             self.relay.power_on(self.avr, self._controller)
         for part in (*self.proofs.values(), *self.contacts.values()):
             part.power_on(self.avr, self._controller)
         numbered = dict(enumerate(self._controller.interfaces))
-        self.interfaces: list[Interface] = list(self._attach("interfaces", numbered).values())
+        self.interfaces: list[Interface] = list(self._attach("interface", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
         self._lookers = self._pluggable
         self._talkers = [*self.parts(GcodeHost), *self._lookers]
@@ -158,11 +159,11 @@ class AvrDevice:
             )
             watch.power_on(self._start_s)
 
-    def _attach(self, folder: str, parts: Any) -> dict[Any, Any]:
+    def _attach(self, role: str, parts: Any) -> dict[Any, Any]:
         """Find each part's simulation by its kind."""
         board = self._controller.board
         return {
-            name: import_module(f"heatwright.sim.{folder}.{part.kind}").attach(
+            name: import_module(module_of(role, "simulated", part.kind)).attach(
                 self.avr, board, part
             )
             for name, part in parts.items()

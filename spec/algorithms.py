@@ -1,13 +1,14 @@
 """Algorithms: from the error of the temperature to the heater's duty."""
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, StrictBool
 
-from heatwright.spec.base import DEFAULTS, Model
+from heatwright.spec.base import DEFAULTS, Least, Model
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
@@ -71,6 +72,7 @@ class OnOff(Model):
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
+    least: ClassVar[Least] = Least(940, 37)
 
     @property
     def off_at_k(self) -> float:
@@ -113,6 +115,7 @@ class ThreePosition(Model):
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
+    least: ClassVar[Least] = Least(1270, 41)
 
     @property
     def off_at_k(self) -> float:
@@ -212,6 +215,7 @@ class Pid(Model):
         "integral",
         description="What stays in the dead band: the integral, or the whole output as it was.",
     )
+    least: ClassVar[Least] = Least(1290, 52)
 
     @property
     def pid(self) -> "Pid":
@@ -240,3 +244,5 @@ class Pid(Model):
 
 
 Algorithm = Annotated[OnOff | Pid | ThreePosition, Field(discriminator="kind")]
+if not TYPE_CHECKING:  # mypy knows heatwright's own
+    Algorithm = with_brought("algorithm", Algorithm)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
@@ -35,6 +35,13 @@ class Model(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", defer_build=True, hide_input_in_errors=True
     )
+
+
+class Least(NamedTuple):
+    """What a firmware takes at least: bytes of flash, and of RAM with the stack."""
+
+    flash: int
+    ram: int
 
 
 class ReadOnlyDict(dict[K, V]):

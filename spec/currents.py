@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from heatwright.spec.analog_sensors import FullScale, Volt
-from heatwright.spec.base import DEFAULTS, Model, PinName, Reference, WholeNumber
+from heatwright.spec.base import DEFAULTS, Least, Model, PinName, Reference, WholeNumber
 from heatwright.spec.circuits import Linear, of_voltage, reference_v
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
@@ -46,6 +46,7 @@ class CurrentSensor(Model):
     tolerances: VoltageTolerances = Field(
         DEFAULTS, validate_default=True, description="How exact sensor and reference are."
     )
+    least: ClassVar[Least] = Least(210, 4)
     on_adc: ClassVar[Literal[True]] = True
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[True]] = True

@@ -9,7 +9,7 @@ named_loops -- where the spec names loops for it.
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, StrictBool
 
@@ -17,6 +17,7 @@ from heatwright.spec.algorithms import LARGEST_GAIN
 from heatwright.spec.base import (
     BareNumber,
     Filled,
+    Least,
     Model,
     PinName,
     ReadOnly,
@@ -25,6 +26,7 @@ from heatwright.spec.base import (
 )
 from heatwright.spec.problems import Checked, Path, refuse, shown
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
 from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION
 
@@ -210,6 +212,7 @@ class LcdKeypad(_OfOneLoop):
     adjust: Adjust | None = Field(
         None, description="Numbers of the algorithm that people may set; left out, none."
     )
+    least: ClassVar[Least] = Least(1080, 60)
     line: ClassVar[None] = None
     shield: ClassVar[Shield | None] = LCD_KEYPAD
     is_host: ClassVar[bool] = False
@@ -228,6 +231,7 @@ class SerialPlotter(_OfOneLoop):
     line_end: Literal["LF", "CR LF"] = Field(
         "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
     )
+    least: ClassVar[Least] = Least(340, 15)
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
     named_pins: ClassVar[NamedPins] = ()
@@ -263,6 +267,7 @@ class ModbusRtu(Model):
     linuxcnc: StrictBool = Field(
         False, description="Generate the LinuxCNC side too: HAL, panel, mb2hal."
     )
+    least: ClassVar[Least] = Least(2770, 245)
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = True
     named_loops: ClassVar[Mapping[Path, str]] = {}
@@ -320,6 +325,7 @@ class Indicators(_OfOneLoop):
         description="What each pin's LED shows."
     )
     active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
+    least: ClassVar[Least] = Least(50, 0)
     line: ClassVar[None] = None
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
@@ -343,6 +349,7 @@ class Nextion(_OfOneLoop):
         115_200, description="Speed of the line; the display is brought to it."
     )
     port: _Port = Field(0, description=_PORT)
+    least: ClassVar[Least] = Least(4600, 1460)
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
     named_pins: ClassVar[NamedPins] = ()
@@ -372,6 +379,7 @@ class SerialLog(_OfOneLoop):
     keep: Annotated[Literal["ram", "eeprom"], Checked(_memory, enum=["ram", "eeprom"])] = Field(
         "ram", description="Where the ring is; `eeprom` outlives a loss of power."
     )
+    least: ClassVar[Least] = Least(1800, 70)
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
     named_pins: ClassVar[NamedPins] = ()
@@ -405,6 +413,7 @@ class Gcode(Model):
     steppers: Annotated[
         Mapping[Annotated[str, Address("E", "a stepper", "E")], Reference], ReadOnly
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
+    least: ClassVar[Least] = Least(6050, 480)
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = True
     named_pins: ClassVar[NamedPins] = ()
@@ -427,3 +436,5 @@ Interface = Annotated[
     Gcode | Indicators | LcdKeypad | ModbusRtu | Nextion | SerialLog | SerialPlotter,
     Field(discriminator="kind"),
 ]
+if not TYPE_CHECKING:  # mypy knows heatwright's own
+    Interface = with_brought("interface", Interface)

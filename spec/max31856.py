@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, get_args
 from pydantic import Field
 
 from heatwright.spec.averaging import Averaged
-from heatwright.spec.base import PinName, WholeNumber
+from heatwright.spec.base import Least, PinName, WholeNumber
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
@@ -77,6 +77,7 @@ class Max31856(Averaged):
     average: Annotated[int, _Samples()] = Field(
         1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
     )
+    least: ClassVar[Least] = Least(630, 30)
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False

@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from heatwright.spec.base import Model, PinName, WholeNumber
+from heatwright.spec.base import Least, Model, PinName, WholeNumber
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import Current
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
 from heatwright.spec.units import (
     ACCELERATION,
     DURATION,
@@ -133,6 +134,7 @@ class DigitalOutput(Model):
     proof: Proof | None = Field(
         None, description="What says that a loop's fan turns, in place of believing its pin."
     )
+    least: ClassVar[Least] = Least(10, 0)
 
     @property
     def always_runs(self) -> bool:
@@ -190,6 +192,7 @@ class PwmOutput(Model):
         None, alias="rated", description="Voltage at which it has its power; else the supply."
     )
     current: Current | None = Field(None, description=_CURRENT)
+    least: ClassVar[Least] = Least(90, 1)
 
     @property
     def cycle_s(self) -> float:
@@ -252,6 +255,7 @@ class TimeProportionalOutput(Model):
     distribution: Literal["burst", "spread"] = Field(
         "burst", description="On-time in one piece, or spread over the window in single steps."
     )
+    least: ClassVar[Least] = Least(140, 5)
 
     @property
     def cycle_s(self) -> float:
@@ -305,6 +309,7 @@ class Stepper(Model):
     acceleration_mm_per_s2: Annotated[float, Quantity(ACCELERATION, least=0.001)] = Field(
         alias="acceleration", description="How fast it starts and stops."
     )
+    least: ClassVar[Least] = Least(1400, 22)
 
     @property
     def steps_per_mm(self) -> float:
@@ -318,6 +323,8 @@ Switch = DigitalOutput | PwmOutput | TimeProportionalOutput
 Output = Annotated[
     DigitalOutput | PwmOutput | Stepper | TimeProportionalOutput, Field(discriminator="kind")
 ]
+if not TYPE_CHECKING:  # mypy knows heatwright's own
+    Output = with_brought("output", Output)
 
 
 def always_running(outputs: Mapping[str, Output]) -> list[str]:

@@ -11,7 +11,7 @@ voltage of its own, and no element in a circuit.
 """
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -24,13 +24,14 @@ from heatwright.spec.analog_sensors import (
     VoltPerKelvin,
 )
 from heatwright.spec.averaging import Averaged
-from heatwright.spec.base import DEFAULTS, PinName
+from heatwright.spec.base import DEFAULTS, Least, PinName
 from heatwright.spec.circuits import Circuit, of_platinum, of_thermistor, of_voltage
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.currents import CurrentSensor
 from heatwright.spec.max31856 import Max31856
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
 from heatwright.spec.thermocouples import Max6675, Max31855
 from heatwright.spec.tolerances import RtdTolerances, ThermistorTolerances, VoltageTolerances
 from heatwright.spec.units import BITS, COEFFICIENT
@@ -46,6 +47,7 @@ class Ds18b20(Averaged):
         alias="resolution",
         description="9 to 12 bit: steps of 0.5, 0.25, 0.125 or 0.0625 K; each doubles the time.",
     )
+    least: ClassVar[Least] = Least(580, 25)
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = True
     measures_current: ClassVar[Literal[False]] = False
@@ -115,6 +117,7 @@ class Thermistor(AnalogSensor):
     )
     divider: Divider = Field(description="The resistor beside the thermistor.")
     curve: Curve = Field(description="Its law: beta, Steinhart-Hart, points, codes.")
+    least: ClassVar[Least] = Least(420, 5)
     amplifier: ClassVar[None] = None
     gives_voltage: ClassVar[Literal[False]] = False
 
@@ -142,6 +145,7 @@ class Rtd(AnalogSensor):
     amplifier: Amplifier | None = Field(
         None, description="In the place of a divider: a bridge and an amplifier."
     )
+    least: ClassVar[Least] = Least(250, 5)
     curve: ClassVar[None] = None
     gives_voltage: ClassVar[Literal[False]] = False
 
@@ -170,6 +174,7 @@ class Analog(AnalogSensor):
     open_reads: Literal["low", "high"] = Field(
         "low", description="What the pin reads when the wire is broken."
     )
+    least: ClassVar[Least] = Least(250, 5)
     curve: ClassVar[None] = None
     divider: ClassVar[None] = None
     amplifier: ClassVar[None] = None
@@ -191,6 +196,8 @@ Sensor = Annotated[
     Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor,
     Field(discriminator="kind"),
 ]
+if not TYPE_CHECKING:  # mypy knows heatwright's own
+    Sensor = with_brought("sensor", Sensor)
 
 
 def shortest_period_s(sensor: Thermometer) -> float:

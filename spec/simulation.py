@@ -1,7 +1,7 @@
 """The simulated machine: a plant, what the operator does, and what to expect."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,6 +17,7 @@ from heatwright.spec.base import (
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.program_orders import ProgramOrders
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
 from heatwright.spec.sizing import Sizing
 from heatwright.spec.units import (
     AREA,
@@ -164,6 +165,8 @@ class ThermalNetwork(Model):
 
 
 Plant = Annotated[ThermalNetwork, Field(discriminator="kind")]
+if not TYPE_CHECKING:  # mypy knows heatwright's own
+    Plant = with_brought("plant", Plant)
 
 
 def _line(value: Any) -> str:

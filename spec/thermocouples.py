@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from heatwright.spec.averaging import Averaged
-from heatwright.spec.base import PinName
+from heatwright.spec.base import Least, PinName
 from heatwright.spec.conversion import TICK_S
 
 _STEP_K = 0.25
@@ -56,6 +56,7 @@ class Max6675(_Converter):
     """A thermocouple of type K behind a MAX6675."""
 
     kind: Literal["max6675"]
+    least: ClassVar[Least] = Least(225, 5)
     saturates: ClassVar[bool] = True
 
     @property
@@ -95,6 +96,7 @@ class Max31855(_Converter):
     thermocouple: Literal["K", "J", "N", "T", "S", "R", "E"] = Field(
         "K", description="Type of the thermocouple, the last letter of the converter's name."
     )
+    least: ClassVar[Least] = Least(275, 5)
     saturates: ClassVar[bool] = False
 
     @property

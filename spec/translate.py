@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from heatwright.spec.planned import ELSEWHERE
 from heatwright.spec.problems import Path, shown
+from heatwright.spec.registry import problem_of_kind
 from heatwright.spec.shape import Place, keys, kinds, locate
 from heatwright.spec.suggest import advice, listed
 
@@ -75,6 +76,8 @@ def _no_kind(place: Place, _: Any) -> Finding:
 
 def _wrong_kind(place: Place, entry: Any) -> Finding:
     word = entry["ctx"]["tag"]
+    if problem := problem_of_kind(word):
+        return (*place.path, "kind"), f"{shown(word)} is not usable: {problem}", "Mend its package"
     known = tuple(kinds(place.annotation))
     return (*place.path, "kind"), f"{shown(word)} is no kind there is", advice(word, known)
 

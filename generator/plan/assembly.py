@@ -23,6 +23,7 @@ from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Spec
 from heatwright.spec.commands import gcode_of, keyed, plotted
 from heatwright.spec.problems import Path
+from heatwright.spec.registry import module_of
 from heatwright.spec.timers import TimerUse, allocate
 
 MCU_MACROS = {
@@ -47,7 +48,7 @@ def plan_firmware(spec: Spec) -> Plan:
     sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
     outputs = [_output(root, name, use) for name in controller.outputs]
     interfaces = [
-        import_module(f"heatwright.generator.plan.interfaces.{interface.kind}").plan(
+        import_module(module_of("interface", "plan", interface.kind)).plan(
             root.at("interfaces", index), interface
         )
         for index, interface in enumerate(controller.interfaces)
@@ -171,7 +172,7 @@ def _sensor(root: Source, name: str, timer: int | None) -> Part:
     controller = root.controller
     sensor = controller.sensors[name]
     period_s = shortest_period_s(controller, name)
-    module = import_module(f"heatwright.generator.plan.sensors.{sensor.kind}")
+    module = import_module(module_of("sensor", "plan", sensor.kind))
     part: Part = module.plan(root.at("sensors", name), name, sensor, UseOfSensor(period_s, timer))
     return part
 
@@ -190,6 +191,6 @@ def _output(root: Source, name: str, timers: TimerUse) -> Part:
         cools=cools(root.controller, name),
         watched=watched(root.controller, name),
     )
-    module = import_module(f"heatwright.generator.plan.outputs.{output.kind}")
+    module = import_module(module_of("output", "plan", output.kind))
     part: Part = module.plan(root.at("outputs", name), name, output, use)
     return part

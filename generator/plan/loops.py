@@ -32,6 +32,7 @@ from heatwright.spec.indicated import indicated
 from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
 from heatwright.spec.max31856 import TYPE_CODES, lowered
+from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import self_checked
 
 FULL_PERCENT = 100.0
@@ -102,7 +103,7 @@ def _types(source: Source, loop: Loop) -> dict[str, object] | None:
 def plan_loop(source: Source, name: str, loop: Loop, *, plotted: bool, shown: bool) -> Part:
     """Plan everything of one loop but its sensor and its heater."""
     prefix = prefix_of(name)
-    kind = import_module(f"heatwright.generator.plan.algorithms.{loop.algorithm.kind}")
+    kind = import_module(module_of("algorithm", "plan", loop.algorithm.kind))
     algorithm = kind.plan(source.at("algorithm"), name, loop, prefix)
     told = switched(source.controller, name) or indicated(source.controller, name)
     by_host = _hosted(source.controller, name)

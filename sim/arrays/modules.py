@@ -17,6 +17,7 @@ from heatwright.sim.arrays import masks
 from heatwright.sim.arrays.builtin import BUILTINS, Bisect, Math
 from heatwright.sim.arrays.stack import ON_ARRAYS
 from heatwright.sim.arrays.translate import translated
+from heatwright.spec.registry import owned
 
 _TRANSLATED = ("heatwright.sim.reference", "heatwright.sim.coupling")
 _INSTEAD: dict[str, Any] = {"math": Math(), "bisect": Bisect()}
@@ -30,7 +31,7 @@ def on_arrays(name: str) -> ModuleType:
         ModuleNotFoundError: there is none.
 
     """
-    if not name.startswith(_TRANSLATED):
+    if not _is_translated(name):
         return import_module(name)
     spec = find_spec(name)
     if spec is None or spec.origin is None:
@@ -45,6 +46,10 @@ def on_arrays(name: str) -> ModuleType:
     return module
 
 
+def _is_translated(name: str) -> bool:
+    return name.startswith(_TRANSLATED) or owned(name, "reference")
+
+
 def _import(
     name: str, _globals: object, _locals: object, wanted: tuple[str, ...] | None, level: int
 ) -> Any:
@@ -53,6 +58,6 @@ def _import(
         return _INSTEAD[name]
     if name == "importlib":
         return SimpleNamespace(import_module=on_arrays)
-    if name.startswith(_TRANSLATED) and wanted:
+    if wanted and _is_translated(name):
         return on_arrays(name)
     return __import__(name, None, None, wanted or (), 0)

@@ -31,6 +31,7 @@ from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
@@ -78,7 +79,7 @@ def _sensors(site: Site) -> list[str]:
 
 def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
     kind = site.controller.sensors[sensor].kind
-    own = import_module(f"heatwright.sim.faults.sensors.{kind}")
+    own = import_module(module_of("sensor", "faults", kind))
     found: Iterator[Fault] = own.faults(site)
     return found
 

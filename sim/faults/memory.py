@@ -13,6 +13,7 @@ from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import measures_known_voltage, self_checked
 
 SEED = 1
@@ -214,7 +215,7 @@ def mend_line(world: World) -> None:
 
 def _of_sensor(site: Site) -> ModuleType:
     kind = site.controller.sensors[site.loop.sensor].kind
-    return import_module(f"heatwright.sim.faults.sensors.{kind}")
+    return import_module(module_of("sensor", "faults", kind))
 
 
 def cut_short(world: World) -> None:

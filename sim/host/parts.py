@@ -16,6 +16,7 @@ from heatwright.spec.commands import (
     switched,
     tunable,
 )
+from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 from heatwright.spec.timers import TICK_S, allocate, looks, looks_in_tick
 
@@ -70,7 +71,7 @@ def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
     """Return raw readings of a monitor: about both ends of the warning, and about the limit."""
     monitor = controller.monitors[name]
     sensor = controller.thermometers[monitor.sensor]
-    ideal = import_module(f"heatwright.sim.reference.{sensor.kind}").IdealSensor(
+    ideal = import_module(module_of("sensor", "reference", sensor.kind)).IdealSensor(
         sensor, controller.board
     )
     ends_c = monitor.warning_c - monitor.hysteresis_k

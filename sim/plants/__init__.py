@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from heatwright.spec import Controller, Sense, ThermalNetwork, full_a
 from heatwright.spec.currents import FILTER_PULSES
+from heatwright.spec.registry import module_of
 
 Temperatures = NDArray[np.float64]
 FOREVER_S = 1e7
@@ -56,7 +57,7 @@ class Plant(Protocol):
 
 def plant_module(kind: str) -> ModuleType:
     """Import the plants of a kind; the first time it takes a while, for they bring scipy."""
-    return import_module(f"heatwright.sim.plants.{kind}")
+    return import_module(module_of("plant", "plant", kind))
 
 
 def nodes_of(controller: Controller, plant: ThermalNetwork) -> dict[str, tuple[str, ...]]:

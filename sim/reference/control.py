@@ -17,6 +17,7 @@ from heatwright.spec import Controller, Loop, commanded, programmed, switched, t
 from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.commands import limits_adjustable
+from heatwright.spec.registry import module_of
 
 ENABLED: Member = ("enabled", "u1")
 """Input of a switched loop."""
@@ -165,7 +166,7 @@ class Steering:
 
 
 def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
-    module = import_module(f"heatwright.sim.reference.{spec.algorithm.kind}")
+    module = import_module(module_of("algorithm", "reference", spec.algorithm.kind))
     keyed = [tuple(each.kind.field for each in numbers)] if numbers else []
     control: Control = module.Control(spec.algorithm, spec.period_s, *keyed)
     return control

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 RAW_WIDTH = "i2"
 """Of the sensor's own number, unless its kind says another."""
@@ -49,7 +50,7 @@ class Readings:
     def __init__(self, controller: Controller, name: str) -> None:
         """Start without a reading; name -- of the sensor."""
         sensor = controller.thermometers[name]
-        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
+        kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._convert = kind.converter(sensor, controller.board)
         self.averages = sensor.moving_average > 1
         """Whether the mean is another temperature than that of the reading alone."""

@@ -6,6 +6,7 @@ from typing import Any
 
 from heatwright.sim.coupling import sums_noise
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 SECOND_US = 1_000_000
 TICK_US = 10_000
@@ -24,7 +25,7 @@ class Sampler:
         noise_k -- standard deviation of what each look adds to what is felt, K.
         """
         sensor = controller.sensors[name]
-        kind = import_module(f"heatwright.sim.reference.{sensor.kind}")
+        kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._sensor: Any = kind.IdealSensor(sensor, controller.board)
         self._each = sums_noise(controller, name)
         early_us = round(self._sensor.sampled_before_step_s * SECOND_US)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level
 from heatwright.sim.native.spi import Port, Timing, Wires
 from heatwright.sim.native.tip import Tip
-from heatwright.spec import Board, Max6675, Max31855, Max31856
+from heatwright.spec import Board
 
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
@@ -139,7 +139,27 @@ class SpiChip:
         return self.tip.felt_at_c(max(cycle, oldest))
 
 
-def wires_of(board: Board, sensor: Max6675 | Max31855 | Max31856) -> Wires:
+class OnSpi(Protocol):
+    """The model of a sensor on three or four wires."""
+
+    @property
+    def chip_select(self) -> str:
+        """Pin at its CS."""
+
+    @property
+    def clock(self) -> str:
+        """Pin at its SCK."""
+
+    @property
+    def data_out(self) -> str:
+        """Pin at what it answers with."""
+
+    @property
+    def data_in(self) -> str | None:
+        """Pin at what it is told by; None for one that is told nothing."""
+
+
+def wires_of(board: Board, sensor: OnSpi) -> Wires:
     """Return the wires of a specified sensor."""
     names = [sensor.chip_select, sensor.clock, sensor.data_out]
     if sensor.data_in is not None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from importlib import import_module
 
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 
 def reading_age_s(controller: Controller, sensor: str) -> float:
     """Return how old a reading is at its control step, s."""
     spec = controller.sensors[sensor]
-    module = import_module(f"heatwright.sim.reference.{spec.kind}")
+    module = import_module(module_of("sensor", "reference", spec.kind))
     return float(module.IdealSensor(spec, controller.board).sampled_before_step_s)
 
 

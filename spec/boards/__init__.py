@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.spec.boards import chips
 from heatwright.spec.boards.build import Layout, build
 from heatwright.spec.boards.model import Board, Pin, Timer, Uart
+from heatwright.spec.registry import usable
 
 
 def _numbered(prefix: str, first: int, port_names: str) -> dict[str, str]:
@@ -58,6 +59,8 @@ _LAYOUTS = {
     "atmega1284p": (chips.ATMEGA1284P, Layout("ATmega1284P")),
 }
 
-BOARDS: dict[str, Board] = {name: build(name, *parts) for name, parts in _LAYOUTS.items()}
+BOARDS: dict[str, Board] = {
+    name: build(name, *parts) for name, parts in (usable("board") | _LAYOUTS).items()
+}
 
 __all__ = ["BOARDS", "Board", "Pin", "Timer", "Uart"]

@@ -1,0 +1,213 @@
+"""Where all is that belongs to a kind, be it of heatwright or of a package installed beside it.
+
+Such a package names each of its kinds, and the model of it, by an entry point:
+
+    [project.entry-points."heatwright.kinds"]
+    "sensor.max31865" = "heatwright_max31865.model:Max31865"
+
+All else of the kind stands beside its model (docs/extending.md).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Annotated, Any, NamedTuple, Union, get_args
+
+GROUP = "heatwright.kinds"
+_HEADING = f"[{GROUP}]".encode()
+
+
+class Layer(NamedTuple):
+    """One of the modules of a kind.
+
+    stem -- of its file in a package from outside; package -- in which heatwright has its own, which
+    have the kind's name; what -- it is; gives -- the names that others take from it.
+    """
+
+    stem: str
+    package: str
+    what: str
+    gives: tuple[str, ...]
+
+
+def _plan(folder: str) -> Layer:
+    return Layer("plan", f"heatwright.generator.plan.{folder}", "plan of its firmware", ("plan",))
+
+
+def _simulated(folder: str) -> Layer:
+    return Layer("simulated", f"heatwright.sim.{folder}", "simulation at its pins", ("attach",))
+
+
+def _reference(*gives: str) -> Layer:
+    return Layer("reference", "heatwright.sim.reference", "reference model", gives)
+
+
+LAYERS = {
+    "sensor": (
+        _plan("sensors"),
+        _simulated("sensors"),
+        _reference("converter", "IdealSensor"),
+        Layer("faults", "heatwright.sim.faults.sensors", "faults", ("faults",)),
+    ),
+    "output": (_plan("outputs"), _simulated("outputs")),
+    "algorithm": (_plan("algorithms"), _reference("Control")),
+    "interface": (_plan("interfaces"), _simulated("interfaces")),
+    "plant": (Layer("plant", "heatwright.sim.plants", "simulated machine", ("Plant",)),),
+    "board": (),
+}
+"""The modules of a kind beside its model, by its role: what the keys of a spec name it for."""
+
+
+class Brought(NamedTuple):
+    """A kind from outside.
+
+    package -- where its modules are; value -- what its entry point names: the model, or the parts
+    of a board; problem -- why it cannot be used, if that is so.
+    """
+
+    package: str
+    value: Any = None
+    problem: str = ""
+
+
+class KindIncomplete(Exception):
+    """A kind lacks a module."""
+
+
+@cache
+def brought(role: str) -> dict[str, Brought]:
+    """Return the kinds of a role that packages bring, by name, also those that cannot be used."""
+    found: dict[str, Brought] = {}
+    for name, place in _entry_points():
+        its_role, _, kind = name.partition(".")
+        if its_role == role:
+            found[kind] = _twice(kind, found[kind], place) if kind in found else _loaded(place)
+    return found
+
+
+def usable(role: str) -> dict[str, Any]:
+    """Return what the entry points of a role name, by kind, as far as it can be used."""
+    return {kind: each.value for kind, each in brought(role).items() if not each.problem}
+
+
+def with_brought(role: str, union: Any) -> Any:
+    """Return a discriminated union of models, extended by those that packages bring."""
+    if not brought(role):
+        return union
+    own, *marks = get_args(union)
+    names = {get_args(model.model_fields["kind"].annotation)[0] for model in get_args(own) or [own]}
+    for kind in names & set(brought(role)):
+        package = brought(role)[kind].package
+        brought(role)[kind] = Brought(package, problem="heatwright itself has a kind of that name")
+    return Annotated[Union[own, *usable(role).values()], *marks]
+
+
+def problem_of_kind(kind: str) -> str:
+    """Tell why a kind that a package brings cannot be used; nothing if there is no such kind."""
+    found = (brought(role).get(kind) for role in LAYERS)
+    return next((each.problem for each in found if each and each.problem), "")
+
+
+def module_of(role: str, stem: str, kind: str) -> str:
+    """Return the name of a kind's module.
+
+    Args:
+        role: sensor, output, algorithm, interface, plant.
+        stem: of its layer: plan, simulated, reference, faults.
+        kind: as a spec names it.
+
+    Raises:
+        KindIncomplete: there is no such module; the message says which file to write.
+
+    """
+    layer = next(each for each in LAYERS[role] if each.stem == stem)
+    name = place_of(role, layer, kind)
+    if name not in sys.modules and not _is_there(name):
+        raise KindIncomplete(
+            f"The {role} kind {kind} has no {layer.what}: write {file_of(name)}, which gives "
+            f"{' and '.join(layer.gives)}."
+        )
+    return name
+
+
+def place_of(role: str, layer: Layer, kind: str) -> str:
+    """Return the name that a kind's module has, or is to have."""
+    outside = brought(role).get(kind)
+    return f"{outside.package}.{layer.stem}" if outside else f"{layer.package}.{kind}"
+
+
+def file_of(module: str) -> str:
+    """Return the file of a module, below the folder that its package is in."""
+    return f"{module.replace('.', '/')}.py"
+
+
+def owned(module: str, stem: str) -> bool:
+    """Tell whether a module is such a layer of a kind from outside."""
+    packages = (each.package for role in LAYERS for each in brought(role).values())
+    return module in {f"{package}.{stem}" for package in packages}
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def _loaded(place: str) -> Brought:
+    """Import what an entry point names; a package that is broken must not stop the others."""
+    module, _, name = place.partition(":")
+    package = module.rpartition(".")[0]
+    try:
+        return Brought(package, getattr(import_module(module), name))
+    except Exception as error:
+        return Brought(package, problem=f"{place} cannot be imported ({error})")
+
+
+def _twice(kind: str, first: Brought, place: str) -> Brought:
+    other = place.partition(":")[0].rpartition(".")[0]
+    return Brought(
+        first.package, problem=f"{first.package} and {other} both bring {kind}: remove one of them"
+    )
+
+
+@cache
+def _entry_points() -> tuple[tuple[str, str], ...]:
+    """Find our entry points: name and what it stands for, in the order of the names.
+
+    importlib.metadata takes as long to import as all else that `check --quick` does in 15 ms.
+    """
+    found = {point for text in _metadata() if _HEADING in text for point in _listed(text.decode())}
+    return tuple(sorted(found))
+
+
+def _metadata() -> Iterator[bytes]:
+    """Read the entry points of everything that is installed."""
+    for folder in sys.path:
+        try:
+            entries = list(os.scandir(folder or "."))
+        except OSError:  # no folder, but an archive or nothing
+            continue
+        for entry in entries:
+            if entry.name.endswith((".dist-info", ".egg-info")):
+                try:
+                    place = os.open(f"{entry.path}/entry_points.txt", os.O_RDONLY)
+                except OSError:
+                    continue
+                with os.fdopen(place, "rb") as file:
+                    yield file.read()
+
+
+def _listed(text: str) -> Iterator[tuple[str, str]]:
+    inside = False
+    for line in text.splitlines():
+        if line.startswith("["):
+            inside = line.strip() == f"[{GROUP}]"
+        elif inside and "=" in line:
+            name, _, place = line.partition("=")
+            yield name.strip(), place.strip()
