@@ -35,7 +35,8 @@ def _load(template: str) -> str:
 
     """
     package, _, name = template.rpartition(":")
-    file = files(f"{package or 'heatwright'}.templates").joinpath(name)
+    folder = files(package) / "templates" if package else files("heatwright.templates")
+    file = folder / name
     if package and not file.is_file():
         raise KindIncomplete(
             f"A template is missing: write {package.replace('.', '/')}/templates/{name}."
