@@ -161,11 +161,35 @@ def _bug(error: Exception, arguments: list[str]) -> _End:
     if "--debug" in arguments or os.environ.get("HEATWRIGHT_DEBUG"):
         traceback.print_exception(error)
     what = f"{type(error).__name__}: {error}".splitlines()[0].rstrip(".: ")
+    if package := _package_of(error):
+        return _End(
+            Status.REFUSED,
+            f"The package {package} has failed ({what}). `heatwright kinds` tells what it lacks;\n"
+            "HEATWRIGHT_DEBUG=1 heatwright … prints where that was.",
+        )
     return _End(
         Status.BUG,
         f"heatwright has failed ({what}). That is a bug in it: please report it, with what\n"
         "HEATWRIGHT_DEBUG=1 heatwright … prints.",
     )
+
+
+def _package_of(error: Exception) -> str:
+    """Name the package from outside whose code has raised an error; nothing if none has.
+
+    What libraries raise is of who called them.
+    """
+    from heatwright.spec.registry import packages  # noqa: PLC0415 - only where asked for
+
+    ours = "heatwright"
+    places = (frame.f_globals["__name__"] for frame, _ in traceback.walk_tb(error.__traceback__))
+    owners = [
+        owner
+        for place in places
+        for owner in (*packages(), ours)
+        if f"{place}.".startswith(f"{owner}.")
+    ]
+    return "" if owners[-1:] == [ours] else "".join(owners[-1:])
 
 
 def _write_failed(error: OSError) -> int:

@@ -25,6 +25,8 @@ COMMANDS = (
     "campaign",
     "identify",
     "tune",
+    "kinds",
+    "new",
 )
 """In the order in which a user meets them; each is a module of `commands`."""
 

@@ -18,6 +18,7 @@ from heatwright.sim.firing import Firing, firing_of
 from heatwright.sim.plants import powers_of
 from heatwright.sim.trace import Series, StepLog, Trace
 from heatwright.spec import Controller, TimeProportionalOutput
+from heatwright.spec.rules import RULES
 
 STEADY_SHARE = 1 / 3
 """The steady part is the last third of the response."""
@@ -84,7 +85,9 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     response = response_of(log)
     response = response[response["has_reading"] != 0]
     if not len(response):
-        message = f"Loop {name} had no reading in this run"
+        statuses = log["reading_status"]
+        said = f"; its last step says {RULES[int(statuses[-1])].id}" if len(statuses) else ""
+        message = f"Loop {name} had no reading of sensor {spec.sensor} in this run{said}"
         raise ValueError(message)
     disturbed = disturbances(trace, response)
     response = undisturbed(trace, response)

@@ -52,7 +52,7 @@ LAYERS = {
         _plan("sensors"),
         _simulated("sensors"),
         _reference("converter", "IdealSensor"),
-        Layer("faults", "heatwright.sim.faults.sensors", "faults", ("faults",)),
+        Layer("faults", "heatwright.sim.faults.sensors", "faults", ("faults", "cut", "mend")),
     ),
     "output": (_plan("outputs"), _simulated("outputs")),
     "algorithm": (_plan("algorithms"), _reference("Control")),
@@ -86,8 +86,18 @@ def brought(role: str) -> dict[str, Brought]:
     for name, place in _entry_points():
         its_role, _, kind = name.partition(".")
         if its_role == role:
-            found[kind] = _twice(kind, found[kind], place) if kind in found else _loaded(place)
+            one = _loaded(role, kind, place)
+            found[kind] = _twice(kind, found[kind], one) if kind in found else one
     return found
+
+
+def misnamed() -> list[str]:
+    """Tell of entry points whose names begin with no role."""
+    return [
+        f'pyproject.toml: "{name}" = "{place}" begins with none of {", ".join(LAYERS)}'
+        for name, place in _entry_points()
+        if name.partition(".")[0] not in LAYERS
+    ]
 
 
 def usable(role: str) -> dict[str, Any]:
@@ -100,7 +110,7 @@ def with_brought(role: str, union: Any) -> Any:
     if not brought(role):
         return union
     own, *marks = get_args(union)
-    names = {get_args(model.model_fields["kind"].annotation)[0] for model in get_args(own) or [own]}
+    names = set(map(kind_of, get_args(own) or [own]))
     for kind in names & set(brought(role)):
         package = brought(role)[kind].package
         brought(role)[kind] = Brought(package, problem="heatwright itself has a kind of that name")
@@ -138,7 +148,9 @@ def module_of(role: str, stem: str, kind: str) -> str:
 def place_of(role: str, layer: Layer, kind: str) -> str:
     """Return the name that a kind's module has, or is to have."""
     outside = brought(role).get(kind)
-    return f"{outside.package}.{layer.stem}" if outside else f"{layer.package}.{kind}"
+    if outside is None or outside.problem:
+        return f"{layer.package}.{kind}"
+    return f"{outside.package}.{layer.stem}"
 
 
 def file_of(module: str) -> str:
@@ -148,8 +160,12 @@ def file_of(module: str) -> str:
 
 def owned(module: str, stem: str) -> bool:
     """Tell whether a module is such a layer of a kind from outside."""
-    packages = (each.package for role in LAYERS for each in brought(role).values())
-    return module in {f"{package}.{stem}" for package in packages}
+    return module in {f"{package}.{stem}" for package in packages()}
+
+
+def packages() -> list[str]:
+    """Return the packages that bring kinds."""
+    return sorted({each.package for role in LAYERS for each in brought(role).values()})
 
 
 def _is_there(module: str) -> bool:
@@ -159,21 +175,27 @@ def _is_there(module: str) -> bool:
         return False
 
 
-def _loaded(place: str) -> Brought:
+def _loaded(role: str, kind: str, place: str) -> Brought:
     """Import what an entry point names; a package that is broken must not stop the others."""
     module, _, name = place.partition(":")
     package = module.rpartition(".")[0]
     try:
-        return Brought(package, getattr(import_module(module), name))
-    except Exception as error:
+        value = getattr(import_module(module), name)
+        said = kind if role == "board" else kind_of(value)
+    except Exception as error:  # whatever it raises
         return Brought(package, problem=f"{place} cannot be imported ({error})")
+    wrong = f"{place} says of itself that it is of the kind {said}, and its entry point {kind}"
+    return Brought(package, value, wrong if said != kind else "")
 
 
-def _twice(kind: str, first: Brought, place: str) -> Brought:
-    other = place.partition(":")[0].rpartition(".")[0]
-    return Brought(
-        first.package, problem=f"{first.package} and {other} both bring {kind}: remove one of them"
-    )
+def kind_of(model: Any) -> str:
+    """Return the kind that a model is for."""
+    return str(get_args(model.model_fields["kind"].annotation)[0])
+
+
+def _twice(kind: str, first: Brought, second: Brought) -> Brought:
+    both = f"{first.package} and {second.package} both bring {kind}"
+    return Brought(first.package, problem=f"{both}: remove one of them")
 
 
 @cache

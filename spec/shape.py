@@ -10,13 +10,12 @@ from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from heatwright.spec.problems import Path
+from heatwright.spec.registry import kind_of
 
 
 def kinds(union: Any) -> dict[str, type[BaseModel]]:
     """List the models of a discriminated union by their `kind`, in the order of their writing."""
-    return {
-        get_args(model.model_fields["kind"].annotation)[0]: model for model in alternatives(union)
-    }
+    return {kind_of(model): model for model in alternatives(union)}
 
 
 def alternatives(annotation: Any) -> tuple[type[BaseModel], ...]:

@@ -1,0 +1,49 @@
+"""`heatwright kinds`: what a spec may name, who brings it, and what is missing."""
+
+from __future__ import annotations
+
+import click
+
+from heatwright.cli.command import Command
+from heatwright.cli.ends import Status
+from heatwright.cli.options import json_option, print_json
+
+
+@click.command(
+    cls=Command,
+    examples=("heatwright kinds", "heatwright kinds --json"),
+)
+@json_option
+def command(as_json: bool) -> int:
+    """List the kinds of sensors, outputs, algorithms, interfaces and plants.
+
+    Packages that are installed beside heatwright may bring more of them. Of those it tells each
+    piece that is missing, and its file.
+
+    Exit status: 0 nothing is missing, 1 something is.
+    """
+    from heatwright.cli.contract import UNIONS, lacking  # noqa: PLC0415
+    from heatwright.cli.tables import show, table  # noqa: PLC0415
+    from heatwright.spec import kinds  # noqa: PLC0415
+    from heatwright.spec.registry import brought, misnamed  # noqa: PLC0415
+
+    listed = [
+        {
+            "role": role,
+            "kind": kind,
+            "package": brought(role)[kind].package if kind in brought(role) else "heatwright",
+            "lacks": list(lacking(role, kind)) if kind in brought(role) else [],
+        }
+        for role, union in UNIONS.items()
+        for kind in dict.fromkeys([*kinds(union), *brought(role)])
+    ]
+    others = misnamed()
+    if as_json:
+        print_json({"kinds": listed, "misnamed": others})
+    else:
+        rows = [(str(each["role"]), str(each["kind"]), str(each["package"])) for each in listed]
+        show(table(("role", "kind", "package"), rows, text_columns=3))
+        for line in (*others, *(line for each in listed for line in each["lacks"])):
+            click.echo(line)
+    bad = others or any(each["lacks"] for each in listed)
+    return Status.FAILED if bad else Status.DONE

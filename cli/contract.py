@@ -1,0 +1,188 @@
+"""What a kind needs everywhere, and lacks: each missing piece, with its file."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+import heatwright.spec as language
+from heatwright.generator import plan_firmware, render
+from heatwright.spec import Controller, Spec, SpecError, kinds, load_text
+from heatwright.spec.registry import LAYERS, KindIncomplete, brought, file_of, place_of
+
+UNIONS = {role: getattr(language, role.capitalize()) for role in LAYERS if role != "board"}
+EXAMPLE = "example.yaml"
+UNFINISHED = "#error"
+"""In a template: it is still to be written."""
+_OF_LOOPS = {"cut", "mend"}
+"""How the sensor of a loop is taken away; no loop goes by a current."""
+SHARES = (0.2, 0.5, 0.8)
+"""Of a thermometer's range, at which its reference is asked."""
+
+
+def lacking(role: str, kind: str) -> Iterator[str]:
+    """Tell what a kind lacks, one line for each piece.
+
+    Args:
+        role: sensor, output, algorithm, interface, plant.
+        kind: as a spec names it.
+
+    Yields:
+        the file, and what it lacks.
+
+    """
+    package = brought(role).get(kind)
+    if package is not None and package.problem:
+        yield package.problem
+        return
+    model = kinds(UNIONS[role]).get(kind)
+    if model is None:
+        yield f"pyproject.toml: no entry point {role}.{kind} in heatwright.kinds that is installed"
+        return
+    found = [*_of_model(role, model), *_of_layers(role, kind, model)]
+    if package is not None:
+        found += _unfinished(package.package)
+        found += () if found else _of_example(role, kind, package.package)
+    yield from dict.fromkeys(found)
+
+
+def _of_model(role: str, model: type[BaseModel]) -> Iterator[str]:
+    file = file_of(model.__module__)
+    if not model.__doc__:
+        yield f"{file}: {model.__name__} has no docstring, which the schema shows"
+    for name, field in model.model_fields.items():
+        if name != "kind" and not (field.description or "").endswith("."):
+            yield f"{file}: {model.__name__}.{name} has no description with a full stop"
+    for name in sorted(_said_by_all(role, model) - _said(model)):
+        yield f"{file}: {model.__name__} does not say {name}, as every {role} like it does"
+
+
+def _said_by_all(role: str, model: type[BaseModel]) -> set[str]:
+    """Return what all of heatwright's own models say that are of the sort of a model."""
+    own = [each for kind, each in kinds(UNIONS[role]).items() if kind not in brought(role)]
+    alike = [each for each in own if _sort(each) == _sort(model)]
+    return set.intersection(*map(_said, alike or own))
+
+
+def _sort(model: type[BaseModel]) -> tuple[object, ...]:
+    """Of sensors others ask more or less by what these are on and measure."""
+    return tuple(getattr(model, name, None) for name in ("on_adc", "measures_current"))
+
+
+def _said(model: type[BaseModel]) -> set[str]:
+    names = {*dir(model), *model.model_fields} - set(dir(BaseModel))
+    return {name for name in names if not name.startswith("_")}
+
+
+def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
+    for layer in LAYERS[role]:
+        name = place_of(role, layer, kind)
+        left_out = _OF_LOOPS if getattr(model, "measures_current", False) else set()
+        given = set(layer.gives) - left_out
+        if find_spec(name) is None:
+            wanted = " and ".join(sorted(given))
+            yield f"{file_of(name)}: there is no such file, the {layer.what}: it gives {wanted}"
+            continue
+        try:
+            module = import_module(name)
+        except ImportError as error:
+            yield f"{file_of(name)}: it cannot be imported: {error}"
+            continue
+        for each in sorted(given - set(dir(module))):
+            yield f"{file_of(name)}: the {layer.what} lacks {each}"
+
+
+def _unfinished(package: str) -> Iterator[str]:
+    """Find what says of itself that it is still to be written."""
+    folder = files(package)
+    for file in _all(folder):
+        text = file.read_text(encoding="utf-8")
+        inner = Path(str(file)).relative_to(Path(str(folder)))
+        found = _functions(text) if file.name.endswith(".py") else _marked(text)
+        for number, what in sorted(found):
+            yield f"{package.replace('.', '/')}/{inner}:{number}: {what} is still to be written"
+
+
+def _functions(text: str) -> Iterator[tuple[int, str]]:
+    """Yield line and name of each function that raises NotImplementedError."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and any(
+            ast.unparse(each) == "raise NotImplementedError" for each in node.body
+        ):
+            yield node.lineno, node.name
+
+
+def _marked(text: str) -> Iterator[tuple[int, str]]:
+    """Yield line and words of each error of the preprocessor in a template."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith(UNFINISHED):
+            yield number, line.removeprefix(UNFINISHED).strip(' "')
+
+
+def _all(folder: Traversable) -> Iterator[Traversable]:
+    for each in sorted(folder.iterdir(), key=lambda entry: entry.name):
+        if each.is_dir():
+            yield from _all(each)
+        elif each.name.endswith((".py", ".j2")):
+            yield each
+
+
+def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
+    where = f"{package.replace('.', '/')}/{EXAMPLE}"
+    file = files(package) / EXAMPLE
+    if not file.is_file():
+        yield f"{where}: there is no such file, a spec that uses {kind}"
+        return
+    try:
+        spec = load_text(file.read_text(encoding="utf-8"), where)
+        render(plan_firmware(spec))
+    except (SpecError, KindIncomplete) as error:
+        yield f"{where}: {error}"
+        return
+    used = [each for each in _used(role, spec) if each.kind == kind]
+    if not used:
+        yield f"{where}: it does not use {kind}"
+    if spec.controller.simulation is None:
+        yield f"{where}: it has no simulation, by which it could be verified"
+    for sensor in used if role == "sensor" else ():
+        yield from _of_reference(sensor, spec.controller, package)
+
+
+def _used(role: str, spec: Spec) -> list[Any]:
+    controller = spec.controller
+    plants = [controller.simulation.plant] if controller.simulation else []
+    used: dict[str, list[Any]] = {
+        "sensor": [*controller.sensors.values()],
+        "output": [*controller.outputs.values()],
+        "algorithm": [loop.algorithm for loop in controller.loops.values()],
+        "interface": [*controller.interfaces],
+        "plant": plants,
+    }
+    return used[role]
+
+
+def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
+    """See that what an ideal thermometer reads means what it feels, to its error and a step."""
+    if sensor.measures_current:
+        return
+    module = import_module(f"{package}.reference")
+    convert = module.converter(sensor, controller.board)
+    ideal = module.IdealSensor(sensor, controller.board)
+    low_c, high_c = sensor.range_c
+    for share in SHARES:
+        felt_c = low_c + share * (high_c - low_c)
+        status, raw = ideal.read(felt_c)
+        allowed_k = sensor.error_k(felt_c) + sensor.step_at_k(felt_c, controller.board.mcu)
+        where = file_of(module.__name__)
+        if status:
+            yield f"{where}: at {felt_c:g} °C it has no valid reading, but status {status}"
+        elif abs(float(convert(raw)) - felt_c) > allowed_k:
+            yield f"{where}: at {felt_c:g} °C its reading {raw} means {convert(raw):g} °C"

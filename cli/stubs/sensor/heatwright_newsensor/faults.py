@@ -1,0 +1,24 @@
+"""A newsensor's faults: what can go wrong with it, its supply and its wires."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.world import Site, World
+
+
+def cut(world: World) -> None:
+    """Take the sensor from the controller: `world.device.sensors[world.site.loop.sensor]`."""
+    raise NotImplementedError
+
+
+def mend(world: World) -> None:
+    """Give it back."""
+    raise NotImplementedError
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the loop's sensor."""
+    yield no_reading(site, "unplugged", cut, mend)

@@ -1,0 +1,24 @@
+"""A newsensor: what its raw readings mean, from the data sheet and never from the driver."""
+
+from collections.abc import Callable
+
+from heatwright.sim.reference.numbers import Single
+from heatwright.spec import Board
+from heatwright_newsensor.model import Newsensor
+
+
+def converter(sensor: Newsensor, board: Board) -> Callable[[int], Single]:
+    """Return what makes °C of a raw reading, in the same single precision as the firmware."""
+    raise NotImplementedError
+
+
+class IdealSensor:
+    """A sensor without any fault."""
+
+    def __init__(self, sensor: Newsensor, board: Board) -> None:
+        """Prepare: `sampled_before_step_s` is the age of what a step reads, s."""
+        self.sampled_before_step_s = sensor.conversion_s
+
+    def read(self, temperature_c: float) -> tuple[int, int]:
+        """Return the reading's status, 0 if it is valid, and the raw reading."""
+        raise NotImplementedError

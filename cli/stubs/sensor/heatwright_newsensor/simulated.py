@@ -1,0 +1,25 @@
+"""A newsensor as its data sheet has it, at its pins."""
+
+from __future__ import annotations
+
+from heatwright.sim.avr import Avr
+from heatwright.spec import Board
+from heatwright_newsensor.model import Newsensor as Spec
+
+
+class Newsensor:
+    """A chip on a pin of a processor."""
+
+    def sense(self, temperature_c: float) -> None:
+        """Give it this temperature from now on, °C."""
+        raise NotImplementedError
+
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often its wires were outside the data sheet, by phase."""
+        raise NotImplementedError
+
+
+def attach(avr: Avr, board: Board, sensor: Spec) -> Newsensor:
+    """Put a new chip on the sensor's pin."""
+    raise NotImplementedError
