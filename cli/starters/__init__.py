@@ -1,0 +1,1 @@
+"""The parts of the specs that `heatwright init` writes."""

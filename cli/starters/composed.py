@@ -1,0 +1,162 @@
+"""Puts a spec to start from together: a machine's numbers, a sensor, an output, an interface."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib.resources import files
+from itertools import product
+from typing import Any, NamedTuple
+
+import yaml
+from jinja2 import Environment, StrictUndefined
+
+from heatwright.spec.boards import BOARDS
+
+_COMMENT_COLUMN = 35
+_UNITS = {"kp": "%/K", "ki": "%/(K·s)", "kd": "%·s/K"}
+
+
+class Choice(NamedTuple):
+    """What somebody starts with; each a key of `machines.yaml` or `parts.yaml`."""
+
+    machine: str
+    board: str
+    sensor: str
+    output: str
+    interface: str
+
+
+@cache
+def machines() -> dict[str, Any]:
+    """Return the machines by name."""
+    return dict(yaml.load(_text("machines.yaml"), yaml.CSafeLoader))
+
+
+@cache
+def parts() -> dict[str, Any]:
+    """Return boards, sensors, outputs and interfaces, each by name."""
+    return dict(yaml.load(_text("parts.yaml"), yaml.CSafeLoader))
+
+
+def bears(board: str, part: dict[str, Any]) -> bool:
+    """Tell whether a board has what an output or an interface needs."""
+    has = BOARDS[board]._asdict() | {"timers": len(BOARDS[board].timers)}
+    return all(has[key] >= least for key, least in part.get("needs", {}).items())
+
+
+def choices() -> list[Choice]:
+    """List all that can be chosen; the first of each machine is what is usual for it."""
+    return [
+        Choice(name, board, sensor, output, interface)
+        for name, machine in machines().items()
+        for sensor, output, interface, board in product(
+            machine["sensors"], machine["outputs"], machine["interfaces"], parts()["boards"]
+        )
+        if bears(board, parts()["outputs"][output])
+        and bears(board, parts()["interfaces"][interface])
+    ]
+
+
+def narrowed(left: list[Choice], kind: str, name: str) -> list[Choice]:
+    """Return what is left of the choices once one of them is made; nothing where it does not go."""
+    return [each for each in left if getattr(each, kind) == name]
+
+
+def names(left: list[Choice], kind: str) -> dict[str, str]:
+    """Return what can still be chosen of a kind, the usual first, and what each is."""
+    told = machines() if kind == "machine" else parts()[f"{kind}s"]
+    return {
+        name: told[name].get("about") or told[name].get("title", "")
+        for name in dict.fromkeys(getattr(each, kind) for each in left)
+    }
+
+
+def composed(choice: Choice, name: str, file: str) -> str:
+    """Return the text of the spec, for a controller of this name; `file`: in commands."""
+    machine = machines()[choice.machine]
+    pins = parts()["boards"][choice.board]
+    others = iter(pins["others"])
+    sensors = iter(pins["sensors"])
+    interface = parts()["interfaces"][choice.interface]
+    output = parts()["outputs"][choice.output]
+    sensor = parts()["sensors"][choice.sensor]
+    loops = {
+        loop: {
+            **at,
+            "heater": "heater" if len(machine["loops"]) == 1 else f"{loop}_heater",
+            "pin": next(others),
+            "sensor": _filled(
+                sensor["text"], at=at, pins=[next(sensors) for _ in range(sensor["pins"])]
+            ),
+            "output": _filled(output["text"], at=at),
+            "period": f"{max(at['period_ms'], sensor['period_ms'])} ms",
+            "algorithm": {"kind": output["algorithm"], **at[output["algorithm"]]},
+            "initial": interface.get("initial", at["target"]),
+        }
+        for loop, at in machine["loops"].items()
+    }
+    first, numbers = next(iter(loops.items()))
+    programs = first if choice.interface in machine.get("programs", ()) else ""
+    if programs:
+        numbers["algorithm"]["feed_forward"] = machine["feed_forward"]
+    wires = {
+        "fan": next(others) if "fan" in machine else "",
+        "relay": next(others) if machine.get("relay") else "",
+    }
+    shown = _filled(interface["text"], loops=loops, loop=first, at=numbers, pins=[*others])
+    order = "{at: 5 s, program: start 1}" if programs else interface["order"]
+    orders = [_filled(order, loop=loop, at=at) for loop, at in loops.items()] if order else []
+    text = _environment().from_string(_text("spec.yaml.j2")).render(
+        choice._asdict() | wires,
+        machine=machine,
+        name=name,
+        file=file,
+        about={kind: parts()[f"{kind}s"][chosen]["about"]
+               for kind, chosen in choice._asdict().items() if kind in ("sensor", "output")},
+        loops=loops,
+        programs=programs,
+        starts=interface.get("starts", ""),
+        watchdog="2 s" if numbers["period_ms"] >= 1000 else "1 s",
+        interfaces=[shown],
+        orders=orders,
+        expect=numbers["expect"] if output["algorithm"] == "pid" else {},
+        units=_UNITS,
+    )  # fmt: skip
+    return _aligned(text)
+
+
+def _text(name: str) -> str:
+    return files("heatwright.cli.starters").joinpath(name).read_text(encoding="utf-8")
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        autoescape=False,  # noqa: S701 - a spec is no HTML
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["flow"] = _flow
+    return environment
+
+
+def _filled(text: str, **given: object) -> str:
+    return _environment().from_string(text).render(given).rstrip("\n")
+
+
+def _flow(pairs: dict[str, object]) -> str:
+    """Write a mapping on one line."""
+    return "{" + ", ".join(f"{key}: {value}" for key, value in pairs.items()) + "}"
+
+
+def _aligned(text: str) -> str:
+    """Set the comments at the ends of lines below each other."""
+    return re.sub(
+        r"^(.*\S) +# ",
+        lambda found: f"{found[1]:<{_COMMENT_COLUMN - 2}}  # ",
+        text,
+        flags=re.MULTILINE,
+    )
