@@ -72,9 +72,9 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
     Raises what HeatedLoop raises.
     """
     loop = controller.loops[name]
-    heater = controller.outputs[loop.heater]
+    heater = controller.switches.get(loop.heater)
     cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
-    full_w = _full_w(loop, heater) if isinstance(heater, Switch) else None
+    full_w = _full_w(loop, heater) if heater else None
     others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
     setpoint, maximum_c = loop.setpoint, loop.protection.maximum_c
     running = always_running(controller.outputs)
@@ -114,8 +114,8 @@ class HeatedLoop:
 
     def __init__(self, controller: Controller, name: str, simulation: Simulation) -> None:
         loop, network = controller.loops[name], simulation.plant
-        heater = controller.outputs[loop.heater]
-        if not isinstance(heater, Switch) or heater.power_w is None or AMBIENT in network.nodes:
+        heater = controller.switches.get(loop.heater)
+        if heater is None or heater.power_w is None or AMBIENT in network.nodes:
             raise ValueError(name)
         self._network, self.ambient_c = network, simulation.ambient_c
         self._parts, self.period_s = (loop.heater, loop.sensor), loop.period_s

@@ -113,7 +113,8 @@ def with_brought(role: str, union: Any) -> Any:
     names = set(map(kind_of, get_args(own) or [own]))
     for kind in names & set(brought(role)):
         package = brought(role)[kind].package
-        brought(role)[kind] = Brought(package, problem="heatwright itself has a kind of that name")
+        taken = f"{package} brings the {role} kind {kind}, which heatwright has itself"
+        brought(role)[kind] = Brought(package, problem=taken)
     return Annotated[Union[own, *usable(role).values()], *marks]
 
 

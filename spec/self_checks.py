@@ -7,9 +7,6 @@ from heatwright.spec.controller import Controller
 FLASH_BYTES_A_TICK = 2
 """Of the flash, taken into its CRC in each tick of 10 ms."""
 
-ON_ADC = ("thermistor", "rtd", "analog", "current")
-"""Kinds of sensors that the ADC reads."""
-
 SELF_CHECK_RULES = (
     "ram_damaged",
     "flash_damaged",
@@ -30,8 +27,7 @@ def self_checked(controller: Controller) -> bool:
 
 def measures_known_voltage(controller: Controller) -> bool:
     """Tell whether a voltage that is known is measured beside what is on the ADC."""
-    kinds = {sensor.kind for sensor in controller.sensors.values()}
-    return self_checked(controller) and not kinds.isdisjoint(ON_ADC)
+    return self_checked(controller) and bool(controller.adc_sensors)
 
 
 def self_check_rules(controller: Controller) -> tuple[str, ...]:

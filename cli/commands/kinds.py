@@ -15,10 +15,11 @@ from heatwright.cli.options import json_option, print_json
 )
 @json_option
 def command(as_json: bool) -> int:
-    """List the kinds of sensors, outputs, algorithms, interfaces and plants.
+    """List the kinds that a spec may name, and who brings them.
 
-    Packages that are installed beside heatwright may bring more of them. Of those it tells each
-    piece that is missing, and its file.
+    They are kinds of sensors, outputs, algorithms, interfaces and plants. Packages that are
+    installed beside heatwright may bring more of them. Of those it tells each piece that is
+    missing, and its file.
 
     Exit status: 0 nothing is missing, 1 something is.
     """

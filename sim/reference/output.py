@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+from heatwright.spec.registry import KindIncomplete
 from heatwright.spec.timers import allocate
 
 HALF = Single(0.5)
@@ -108,6 +109,11 @@ def heater_of(controller: Controller, name: str) -> HeaterOutput:
         return TimeProportional(output)
     if isinstance(output, PwmOutput):
         return Pwm(pwm_period(controller, name), rated_share(output))
+    if not output.is_on_off:
+        raise KindIncomplete(
+            f"The output kind {output.kind} has no reference model: a package may bring outputs "
+            "that are on or off, and no others."
+        )
     return Digital()
 
 

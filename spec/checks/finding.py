@@ -65,6 +65,6 @@ def limits_of(sensor: AnalogSensor, mcu: str) -> Limits | None:
 def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Switch]]:
     """List the loops whose heater exists and can heat."""
     for name, loop in controller.loops.items():
-        heater = controller.outputs.get(loop.heater)
-        if isinstance(heater, Switch):
+        heater = controller.switches.get(loop.heater)
+        if heater is not None:
             yield name, loop, heater

@@ -160,8 +160,8 @@ def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]
     """List what must stay off until the program says otherwise: name, output, what, who says so."""
     for name, loop, heater in loop_heaters(controller):
         yield loop.heater, heater, "heater", ("loops", name, "heater")
-    relay = controller.outputs.get(controller.safety.relay or "")
-    if controller.safety.relay is not None and isinstance(relay, Switch):
+    relay = controller.switches.get(controller.safety.relay or "")
+    if controller.safety.relay is not None and relay is not None:
         yield controller.safety.relay, relay, "safety relay", ("safety", "relay")
 
 

@@ -36,8 +36,8 @@ def sizings_fit(controller: Controller) -> Findings:
                 "Delete it, or raise the setpoint's maximum",
                 (("simulation", "ambient"), ("loops", name, "setpoint")),
             )
-        heater = controller.outputs.get(loop.heater)
-        if sizing.wire is None or not isinstance(heater, Switch):
+        heater = controller.switches.get(loop.heater)
+        if sizing.wire is None or heater is None:
             continue
         if wire_voltage_v(sizing.wire, heater) is None:
             yield Finding(

@@ -1,5 +1,7 @@
 """The wheel holds what the tree holds, and works where there is no compiler."""
 
+import json
+import os
 import re
 import shlex
 import shutil
@@ -12,7 +14,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
+import yaml
 from platformio.dependencies import get_core_dependencies
 
 ROOT = Path(__file__).parents[2]
@@ -33,10 +37,14 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy(ROOT / name, copy)
-    words = [sys.executable, "-m", "build", "--no-isolation", "--outdir", copy / "dist", copy]
+    return wheel_of(copy)
+
+
+def wheel_of(folder: Path) -> Path:
+    words = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder / "dist", folder]
     built = ran(words)
     assert built.returncode == 0, built.stdout + built.stderr
-    (found,) = (copy / "dist").glob("*.whl")
+    (found,) = (folder / "dist").glob("*.whl")
     return found
 
 
@@ -58,15 +66,21 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_other(wheel: Path) ->
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel in a virtual environment of its own, which borrows the libraries of this one."""
-    home = tmp_path_factory.mktemp("installed")
+    return environment(tmp_path_factory.mktemp("installed"), wheel)
+
+
+def environment(home: Path, *wheels: Path) -> Path:
+    """Wheels in a virtual environment of their own, which borrows the libraries of this one."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True)
     python = home / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", wheel], check=True)
-    site = home / Path(sysconfig.get_path("purelib")).relative_to(sys.prefix)
-    (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", *wheels], check=True)
+    (site_of(home) / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return home
+
+
+def site_of(home: Path) -> Path:
+    return home / Path(sysconfig.get_path("purelib")).relative_to(sys.prefix)
 
 
 @pytest.fixture
@@ -99,6 +113,156 @@ def test_build_without_a_compiler_is_one_line_with_the_remedy(run: Any) -> None:
     built = run("heatwright build chamber.yaml")
     assert built.returncode == 3, built.stdout + built.stderr
     assert "sudo apt-get install gcc-avr" in built.stderr
+
+
+# ---- a package installed beside it, which brings a kind of sensor ----
+
+OUTSIDE = ROOT / "examples" / "max31865"
+PACKAGE = "heatwright_max31865"
+
+
+@pytest.fixture(scope="module")
+def beside(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Both wheels in an environment of their own."""
+    copy = tmp_path_factory.mktemp("outside") / "max31865"
+    shutil.copytree(OUTSIDE, copy, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    return environment(tmp_path_factory.mktemp("beside"), wheel, wheel_of(copy))
+
+
+def heatwright(home: Path, *words: str, **given: Any) -> subprocess.CompletedProcess[str]:
+    return ran([home / "bin" / "heatwright", *words], **given)
+
+
+def test_a_package_beside_it_brings_a_kind(beside: Path, tmp_path: Path) -> None:
+    listed = json.loads(heatwright(beside, "kinds", "--json").stdout)
+    others = [each for each in listed["kinds"] if each["package"] != "heatwright"]
+    assert others == [{"role": "sensor", "kind": "max31865", "package": PACKAGE, "lacks": []}]
+    assert listed["misnamed"] == []
+    schema = json.loads(heatwright(beside, "schema").stdout)
+    assert "Max31865" in schema["$defs"]
+    example = site_of(beside) / PACKAGE / "example.yaml"
+    jsonschema.Draft202012Validator(schema).validate(yaml.safe_load(example.read_text("utf-8")))
+    for words in (("check",), ("generate", "-o", "firmware"), ("generate", "--check")):
+        done = heatwright(beside, *words, str(example), cwd=tmp_path)
+        assert done.returncode == (words[-1] == "--check"), done.stdout + done.stderr
+    driver = (tmp_path / "firmware" / "src" / "sensor_air.c").read_text("utf-8")
+    assert "MAX31865, CS D10" in driver
+
+
+def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Path) -> None:
+    """All that heatwright proves of its own, and no line of heatwright is changed for it."""
+    example = site_of(beside) / PACKAGE / "example.yaml"
+    done = heatwright(beside, "verify", str(example), "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    faults = {each["fault"] for each in json.loads(done.stdout)["faults"]}
+    assert {"element_broken", "element_shorted", "orders_shorted_to_supply"} <= faults
+    words = [beside / "bin" / "python", "-m", "pytest", "-q", OUTSIDE / "tests", "--rootdir", "."]
+    own = ran([*words, "-p", "no:cacheprovider"], cwd=tmp_path)
+    assert own.returncode == 0, own.stdout
+
+
+PIECES = {
+    "plan.py": "the plan of its firmware: it gives plan",
+    "simulated.py": "the simulation at its pins: it gives attach",
+    "reference.py": "the reference model: it gives IdealSensor and converter",
+    "faults.py": "the faults: it gives cut and faults and mend",
+    "example.yaml": "a spec that uses max31865",
+    "templates/max31865.c.j2": "",
+}
+
+
+@pytest.mark.parametrize("piece", PIECES)
+def test_each_missing_piece_is_told_with_its_file(beside: Path, piece: str) -> None:
+    file = site_of(beside) / PACKAGE / piece
+    away = file.rename(file.with_suffix(".away"))
+    try:
+        told = heatwright(beside, "kinds")
+    finally:
+        away.rename(file)
+    named = f"{PACKAGE}/{piece}"
+    assert (told.returncode, named in told.stdout, PIECES[piece] in told.stdout) == (1, True, True)
+
+
+@pytest.mark.parametrize(
+    ("piece", "command", "what"),
+    [
+        ("reference", "check", "reference model"),
+        ("simulated", "simulate", "simulation at its pins"),
+    ],
+)
+def test_whoever_meets_a_missing_piece_is_told(
+    beside: Path, tmp_path: Path, piece: str, command: str, what: str
+) -> None:
+    file = site_of(beside) / PACKAGE / f"{piece}.py"
+    away = file.rename(file.with_suffix(".away"))
+    try:
+        example = str(site_of(beside) / PACKAGE / "example.yaml")
+        used = heatwright(beside, command, example, cwd=tmp_path)
+    finally:
+        away.rename(file)
+    assert used.returncode == 2
+    said = f"The sensor kind max31865 has no {what}: write {PACKAGE}/{piece}.py, which gives"
+    assert said in used.stderr
+
+
+def test_what_a_package_says_wrong_is_told(beside: Path, tmp_path: Path) -> None:
+    """It must not stop the others; whoever asks for its kind hears why there is none."""
+    site = tmp_path / "site"
+    points = {
+        "sensor.broken": "broken.model:Broken", "sensor.rtd": f"{PACKAGE}.model:Max31865",
+        "sensor.named": f"{PACKAGE}.model:Max31865", "sensors.x": "y:Z",
+    }  # fmt: skip
+    (site / "wrong-1.dist-info").mkdir(parents=True)
+    text = "".join(f"{name} = {place}\n" for name, place in points.items())
+    (site / "wrong-1.dist-info" / "entry_points.txt").write_text(
+        f"[heatwright.kinds]\n{text}\n[other]\nsensor.y = z:Y\n"
+    )
+    (site / "broken").mkdir()
+    (site / "broken" / "model.py").write_text("import nothing_there\n")
+    given = {"env": {**os.environ, "PYTHONPATH": str(site)}}
+    told = heatwright(beside, "kinds", **given)
+    assert told.returncode == 1
+    for line in (
+        "broken.model:Broken cannot be imported (No module named 'nothing_there')",
+        'pyproject.toml: "sensors.x" = "y:Z" begins with none of sensor, output, algorithm',
+        "Max31865 says of itself that it is of the kind max31865, and its entry point named",
+        f"{PACKAGE} brings the sensor kind rtd, which heatwright has itself",
+    ):
+        assert line in told.stdout
+    spec = tmp_path / "chamber.yaml"
+    chamber = (ROOT / "spec" / "examples" / "chamber.yaml").read_text("utf-8")
+    spec.write_text(chamber, "utf-8")
+    assert heatwright(beside, "check", "--quick", str(spec), **given).returncode == 0
+    spec.write_text(chamber.replace("kind: ds18b20", "kind: broken"), "utf-8")
+    refused = heatwright(beside, "check", "--quick", str(spec), **given)
+    assert refused.returncode == 2
+    assert "'broken' is not usable: broken.model:Broken cannot be imported" in refused.stdout
+
+
+def test_stubs_are_a_package_that_tells_what_is_to_be_written(beside: Path, tmp_path: Path) -> None:
+    assert heatwright(beside, "new", "sensor", "ds18b20", cwd=tmp_path).returncode == 2
+    assert heatwright(beside, "new", "sensor", "Probe", cwd=tmp_path).returncode == 2
+    made = heatwright(beside, "new", "sensor", "my_probe", "--json", cwd=tmp_path)
+    listed = json.loads(made.stdout)
+    folder = tmp_path / listed["folder"]
+    assert sorted(listed["files"]) == sorted(
+        path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()
+    )
+    assert heatwright(beside, "new", "sensor", "my_probe", cwd=tmp_path).returncode == 2
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    site = tmp_path / "site"
+    options = ["--no-deps", "--no-index", "--no-build-isolation", "--target", site]
+    installed = ran([*pip, *options, folder])
+    assert installed.returncode == 0, installed.stderr
+    given = {"env": {**os.environ, "PYTHONPATH": str(site)}, "cwd": tmp_path}
+    told = heatwright(beside, "kinds", **given)
+    assert told.returncode == 1
+    lines = [line for line in told.stdout.splitlines() if line.endswith("is still to be written")]
+    for part in ("model.py", "plan.py", "simulated.py", "reference.py", "faults.py", "templates/"):
+        assert any(line.startswith(f"heatwright_my_probe/{part}") for line in lines), part
+    used = heatwright(beside, "check", str(folder / "heatwright_my_probe/example.yaml"), **given)
+    assert used.returncode == 2
+    assert "The package heatwright_my_probe has failed (NotImplementedError)" in used.stderr
 
 
 def test_the_readme_calls_the_command_where_setup_puts_it() -> None:
