@@ -18,7 +18,7 @@ from heatwright.spec.registry import KindIncomplete
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
 _COMMENTS = {
     ".ini": "; {}\n",
-    **dict.fromkeys((".md", ".xml"), "<!-- {} -->\n"),
+    **dict.fromkeys((".md", ".svg", ".xml"), "<!-- {} -->\n"),
     **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
     ".json": '{{"_": "{}",\n',
 }

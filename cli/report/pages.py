@@ -6,10 +6,13 @@ import json
 from base64 import b64encode
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+
+if TYPE_CHECKING:
+    from heatwright.spec import Spec
 
 FOLDER = "heatwright.cli.report"
 
@@ -38,6 +41,14 @@ def page(template: str, title: str, **names: Any) -> str:
 def picture(png: bytes | None) -> str | None:
     """Write a picture as the address of an image that is in the page itself."""
     return None if png is None else f"data:image/png;base64,{b64encode(png).decode()}"
+
+
+def wiring(spec: Spec) -> Markup:
+    """Draw how the board is wired, as in the README of its project."""
+    from heatwright.generator import plan_firmware  # noqa: PLC0415 - not every page has one
+
+    drawn = {file.path: file for file in plan_firmware(spec).files}["wiring.svg"]
+    return Markup(drawn.context["wires"])  # noqa: S704 - an SVG
 
 
 def data(value: object) -> Markup:

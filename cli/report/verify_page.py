@@ -6,7 +6,7 @@ from typing import Any
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells, replay_json
 from heatwright.cli.report.chart_data import run_chart
-from heatwright.cli.report.pages import data, page, picture
+from heatwright.cli.report.pages import data, page, picture, wiring
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
     CHAIN_COLUMNS,
@@ -54,6 +54,7 @@ def verify_page(evidence: Evidence) -> str:
         asleep=f"{timing.idle_fraction:.2%}",
         fault_columns=(*FAULT_COLUMNS, ""),
         fault_rows=[(*fault_cells(each), _mark(each.passed)) for each in evidence.trials.faults],
+        wiring=wiring(evidence.spec),
         digest=evidence.spec.digest,
     )
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 from heatwright.generator.plan.adc import channel_macro, scan
 from heatwright.generator.plan.core import rule_macro
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Stage,
+    Symbol,
+    Wiring,
+    pulled,
+)
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -60,8 +70,28 @@ def plan_analog(
             Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),
             *shared.tick_calls,
         ),
-        wiring=(Wiring(label(pin), f"sensor `{name}`: {sensor.kind}", circuit),),
+        wiring=(_wiring(label(pin), f"sensor `{name}`: {sensor.kind}", sensor, circuit),),
     )
+
+
+def _wiring(pin: str, what: str, sensor: Thermistor | Rtd | Analog, circuit: str) -> Wiring:
+    """Draw the element and its resistor; what gives a voltage is a box with a terminal."""
+    divider = sensor.divider
+    if divider is None:
+        return Wiring(pin, what, circuit, end="out" if sensor.amplifier is None else "amplifier")
+    rail = "5 V" if divider.supply_v is None else f"{divider.supply_v:g} V"
+    element = circuit.partition(" to ")[0]
+    if divider.pull_up_ohm is not None:
+        ohm, ends = (
+            pulled("up", f"{divider.pull_up_ohm:g} Ω", rail),
+            Symbol("down", "sensor", element),
+        )
+    else:
+        ohm, ends = (
+            pulled("down", f"{divider.pull_down_ohm:g} Ω"),
+            Symbol("up", "sensor", element, rail),
+        )
+    return Wiring(pin, what, circuit, (ohm, ends), ends=False)
 
 
 def divider_words(element: str, divider: Divider | None) -> str:

@@ -47,6 +47,7 @@ def plan_firmware(spec: Spec) -> Plan:
     settings = plan_settings(root, loops)
     sensors = [_sensor(root, name, use.one_wire.get(name)) for name in controller.sensors]
     outputs = [_output(root, name, use) for name in controller.outputs]
+    proofs, inputs = plan_proofs(root), plan_inputs(root)
     interfaces = [
         import_module(module_of("interface", "plan", interface.kind)).plan(
             root.at("interfaces", index), interface
@@ -72,14 +73,14 @@ def plan_firmware(spec: Spec) -> Plan:
         *zip((("loops", name) for name in controller.loops), control, strict=True),
         *((("interfaces", index), part) for index, part in enumerate(interfaces)),
         ((), settings),
-        *((("outputs",), part) for part in plan_proofs(root)),
-        *((("safety", "inputs"), part) for part in plan_inputs(root)),
+        *((("outputs",), part) for part in proofs),
+        *((("safety", "inputs"), part) for part in inputs),
         (("programs",), plan_programs(root)),
         *((("programs",), part) for part in _program(root, loops)),
     ]
     parts = [part for _, part in owned]
     files = (
-        *project_files(spec, [*sensors, *outputs, *interfaces]),
+        *project_files(spec, [*sensors, *outputs, *proofs, *inputs, *interfaces]),
         *_shared_files(spec, parts),
         *(file for part in parts for file in part.files),
     )

@@ -6,7 +6,18 @@ import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Stage,
+    Symbol,
+    Wiring,
+    along,
+    pulled,
+)
 from heatwright.generator.plan.pins import driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -67,11 +78,22 @@ def plan_converter(
 
 def _wiring(what: str, chip: Chip, select: Pin, clock: Pin, data: Pin) -> tuple[Wiring, ...]:
     return (
-        Wiring(label(select), what, f"CS{chip.shift}; 10 kΩ to its supply"),
-        Wiring(label(clock), what, f"SCK{chip.shift}"),
-        Wiring(label(data), what, "SO; nothing else may drive or pull this line"),
+        Wiring(
+            label(select),
+            what,
+            f"CS{chip.shift}; 10 kΩ to its supply",
+            (*shifted(chip.shift), pulled("up", rail=chip.supply.partition(",")[0])),
+            "CS",
+        ),
+        Wiring(label(clock), what, f"SCK{chip.shift}", shifted(chip.shift), "SCK"),
+        Wiring(label(data), what, "SO; nothing else may drive or pull this line", end="SO"),
         Wiring("–", what, chip.supply),
     )
+
+
+def shifted(shift: str) -> tuple[Symbol, ...]:
+    """Draw a level shifter where there is one."""
+    return (along("level shifter"),) if shift else ()
 
 
 def _constants(

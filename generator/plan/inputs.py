@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.numbers import quantity, ticks
-from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Input
@@ -43,7 +43,13 @@ def plan_inputs(root: Source) -> list[Part]:
             start_calls=(Call(Stage.SENSE, "inputs.h", "inputs_start();"),),
             tick_calls=(Call(Stage.SENSE, "inputs.h", "inputs_tick();"),),
             wiring=tuple(
-                Wiring(label(board.pins[each.pin]), f"input `{name}`", _how(each))
+                Wiring(
+                    label(board.pins[each.pin]),
+                    f"input `{name}`",
+                    _how(each),
+                    (Symbol("down", "contact", name),),
+                    ends=False,
+                )
                 for name, each in inputs.items()
             ),
         )

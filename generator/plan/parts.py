@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal
 
 from heatwright.spec.problems import Path
 
@@ -90,12 +90,44 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class Symbol:
+    """Something at the wire of a pin: between it and a rail, or in it."""
+
+    way: Literal["up", "down", "along"]
+    """To the supply, to ground, or in the wire."""
+    shape: Literal["resistor", "sensor", "contact", "led", "fuse", "box", "rail"]
+    text: str
+    rail: str = "5 V"
+    """The supply that it leads to."""
+
+
+@dataclass(frozen=True, slots=True)
 class Wiring:
-    """One row of the README's table of connections."""
+    """One row of the README's table of connections, and how it is drawn."""
 
     pin: str
     what: str
+    """What it goes to; its terminal there follows behind a comma."""
     how: str
+    symbols: tuple[Symbol, ...] = ()
+    """From the pin on."""
+    end: str = ""
+    """Name of the terminal where `what` does not tell it."""
+    ends: bool = True
+    """Whether the wire leads to a terminal; else its last symbol is all there is."""
+
+
+PULL_OHM = "10 kΩ"
+
+
+def pulled(way: Literal["up", "down"], ohm: str = PULL_OHM, rail: str = "5 V") -> Symbol:
+    """Draw a resistor to a rail."""
+    return Symbol(way, "resistor", ohm, rail)
+
+
+def along(text: str) -> Symbol:
+    """Draw a box in the wire."""
+    return Symbol("along", "box", text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from heatwright.generator.plan.parts import File, Part
-from heatwright.generator.plan.readme import readme_context
+from heatwright.generator.plan.readme import readme_context, wiring_of
 from heatwright.generator.plan.text import c_comment
+from heatwright.generator.wiring import Wires
 from heatwright.spec import Spec
 from heatwright.spec.self_checks import self_checked
 
@@ -23,8 +24,10 @@ def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
         "name": identity.name,
         "title": c_comment(identity.title or identity.name),
     }
+    wires = Wires(identity.name, identity.board, wiring_of(parts))
     return (
         File("platformio.ini", "project/platformio.ini.j2", ini),
         File(f"{identity.name}.ino", "project/sketch.ino.j2", sketch),
+        File("wiring.svg", "project/wiring.svg.j2", {"wires": wires}),
         File("README.md", "project/README.md.j2", readme_context(spec, parts)),
     )

@@ -5,13 +5,24 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Stage,
+    Symbol,
+    Wiring,
+    pulled,
+)
 from heatwright.generator.plan.pins import label, lifted
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Tachometer, proofs
 from heatwright.spec.timers import looks_in_tick
 
 CONTACT = "a contact to ground: closed while air flows"
+CLOSES = Symbol("down", "contact", "vane in its air")
 TACHOMETER = "the fan's tachometer: an open collector, with 4.7 kΩ to the supply at the board"
 
 
@@ -43,7 +54,13 @@ def _proof(source: Source, name: str) -> Part:
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_tick();"),),
-        wiring=(Wiring(label(pin), f"output `{name}`", CONTACT if fan is None else TACHOMETER),),
+        wiring=(
+            Wiring(label(pin), f"output `{name}`", CONTACT, (CLOSES,), ends=False)
+            if fan is None
+            else Wiring(
+                label(pin), f"output `{name}`", TACHOMETER, (pulled("up", "4.7 kΩ"),), "tachometer"
+            ),
+        ),
     )
 
 

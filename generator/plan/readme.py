@@ -11,7 +11,7 @@ from heatwright.generator.plan.hazards import hazards
 from heatwright.generator.plan.limits import limit
 from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.parts import Part, Wiring
 from heatwright.generator.plan.programs import in_words
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
@@ -44,7 +44,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
         "sealed": self_checked(controller),
         "fuses": fuses(controller.board),
-        "wiring": list(dict.fromkeys(row for part in parts for row in part.wiring)),
+        "wiring": wiring_of(parts),
         "lines": lines(controller),
         "loops": _loops(spec),
         "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
@@ -66,6 +66,11 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "lockout": _lockout(controller),
         "watchdog": quantity(controller.safety.watchdog_s, "s"),
     }
+
+
+def wiring_of(parts: Iterable[Part]) -> list[Wiring]:
+    """List what is at which pin, each once."""
+    return list(dict.fromkeys(row for part in parts for row in part.wiring))
 
 
 def _lockout(controller: Controller) -> dict[str, object] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import wiring
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
@@ -53,7 +53,8 @@ def plan(root: Source, name: str) -> Part:
         mirror = controller.board.pins[feedback]
         pins.append(lifted(contact, "relay_contact", mirror, "mirror contact of the relay"))
         how = "its mirror contact to ground: closed while the relay is open"
-        wired.append(Wiring(label(mirror), f"output `{name}`", how))
+        closes = Symbol("down", "contact", "mirror contact, normally closed")
+        wired.append(Wiring(label(mirror), f"output `{name}`", how, (closes,), ends=False))
     return Part(
         files=(
             File("src/relay.h", "src/relay.h.j2", context),

@@ -238,7 +238,8 @@ def test_nothing_of_the_day_or_the_machine_shows(spec: Path) -> None:
 
 def test_every_file_begins_with_the_banner_and_is_tidy() -> None:
     said = f"{MARK} from chamber.yaml: edit that file, not this one. SPDX-License-Identifier: MIT-0"
-    signs = {".ini": f"; {said}", ".md": f"<!-- {said} -->", ".py": f"# {said}"}
+    in_xml = f"<!-- {said} -->"
+    signs = {".ini": f"; {said}", ".md": in_xml, ".py": f"# {said}", ".svg": in_xml}
     for path, text in files_of("chamber").items():
         assert text.partition("\n")[0] == signs.get(Path(path).suffix, f"// {said}"), path
         assert text.endswith("\n"), path

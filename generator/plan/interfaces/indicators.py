@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Indicators, Loop
@@ -69,6 +69,11 @@ def plan(source: Source, interface: Indicators) -> Part:
                 label(pin),
                 f"LED `{meaning}` of `{name}`",
                 f"active {interface.active}, with its resistor; {SHOWS[meaning]}",
+                (
+                    Symbol("along", "resistor", "resistor"),
+                    Symbol("down" if interface.active == "high" else "up", "led", meaning),
+                ),
+                ends=False,
             )
             for _, meaning, pin in leds
         ),

@@ -104,6 +104,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
                 " ".join(sorted(pin for _, pin in LINES)),
                 "LCD keypad shield, display",
                 "D4..D7 data, D8 RS, D9 E, R/W to ground",
+                end="data, RS, E",
             ),
             Wiring(LCD_KEYPAD.keys, "LCD keypad shield, keys", "resistor ladder"),
         ),

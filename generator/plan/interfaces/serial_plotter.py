@@ -48,6 +48,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
                 label(board.pins[board.uarts[0].tx]),
                 "serial plotter",
                 f"{interface.baud} baud, 8N1, sends only",
+                end="receiver",
             ),
         ),
     )

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Wiring
+from heatwright.generator.plan.parts import (
+    PULL_OHM,
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Symbol,
+    Wiring,
+    along,
+    pulled,
+)
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
@@ -133,9 +145,28 @@ def output_part(  # noqa: PLR0913 - one part, said once
 def wiring(source: Source, name: str, output: Switch, wired: str = "") -> Wiring:
     """Say how an output of one pin is connected."""
     power = f", {quantity(output.power_w, 'W')}" if output.power_w is not None else ""
-    pull = "down" if output.active == "high" else "up"
+    pull: Literal["up", "down"] = "down" if output.active == "high" else "up"
     return Wiring(
         label(source.controller.board.pins[output.pin]),
         f"output `{name}`: {output.kind}{power}{wired}",
-        f"active {output.active}; 10 kΩ pull it {pull} while the chip is in reset",
+        f"active {output.active}; {PULL_OHM} pull it {pull} while the chip is in reset",
+        (pulled(pull), *_load(source.controller, name, output, power)),
+        ends=False,
     )
+
+
+def _load(controller: Controller, name: str, output: Switch, power: str) -> Iterator[Symbol]:
+    """Draw a load from its switch on: what measures its current, a fuse and relay of a heater."""
+    if output.frequency_hz > 0:
+        yield along("transistor")
+    else:
+        yield along("solid-state relay" if output.is_windowed else "switch")
+    relay = controller.safety.relay
+    yield along(f"coil of {name}" if name == relay else f"{name}{power}")
+    if output.current is not None:
+        yield along(f"{output.current.sensor}")
+    if any(name == loop.heater for loop in controller.loops.values()):
+        yield Symbol("along", "fuse", "thermal fuse")
+        if relay is not None:
+            yield Symbol("along", "contact", relay)
+    yield Symbol("along", "rail", f"{output.supply_v:g} V" if output.supply_v else "supply")

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_context, output_files
-from heatwright.generator.plan.parts import Call, Constant, Group, Part, PinPlan, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    Group,
+    Part,
+    PinPlan,
+    Stage,
+    Wiring,
+    pulled,
+)
 from heatwright.generator.plan.pins import driven, label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import counting_to_compare, halted, registers
@@ -142,7 +152,7 @@ def _pins(source: Source, name: str, output: Stepper, board: Board) -> tuple[Pin
 
 
 def _wiring(name: str, output: Stepper, board: Board) -> tuple[Wiring, ...]:
-    pull = "down" if output.enable_active == "high" else "up"
+    pull: Literal["up", "down"] = "down" if output.enable_active == "high" else "up"
     rows = (
         ("step", output.step, f"driver's STEP; a step at each rising edge, {PULSE_US} us high"),
         ("direction", output.direction, "driver's DIR; high is forward"),
@@ -154,6 +164,11 @@ def _wiring(name: str, output: Stepper, board: Board) -> tuple[Wiring, ...]:
         ),
     )
     return tuple(
-        Wiring(label(board.pins[pin]), f"output `{name}`: stepper, {what}", how)
+        Wiring(
+            label(board.pins[pin]),
+            f"output `{name}`: stepper, {what}",
+            how,
+            (pulled(pull),) if what == "enable" else (),
+        )
         for what, pin, how in rows
     )

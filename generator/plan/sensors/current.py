@@ -48,7 +48,10 @@ def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> 
         ),
         wiring=(
             Wiring(
-                label(pin), f"sensor `{name}`: current", circuit + _filter(controller, name, use)
+                label(pin),
+                f"sensor `{name}`: current",
+                circuit + _filter(controller, name, use),
+                end=circuit.partition(",")[0],
             ),
         ),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
 from heatwright.generator.plan.pins import label, open_drain
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -87,6 +87,8 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
                 label(pin),
                 f"sensor `{name}`: ds18b20",
                 "data line with a 4.7 kΩ pull-up to 5 V; its own 5 V and ground wires",
+                (pulled("up", "4.7 kΩ"),),
+                "DQ",
             ),
         ),
     )

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import math
 
+from heatwright.generator.plan.converter import shifted
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Stage,
+    Wiring,
+    pulled,
+)
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -69,10 +79,16 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
 
 def _wiring(what: str, select: Pin, clock: Pin, told: Pin, data: Pin) -> tuple[Wiring, ...]:
     return (
-        Wiring(label(select), what, f"CS{SHIFT}; 10 kΩ to its supply"),
-        Wiring(label(clock), what, f"SCK{SHIFT}"),
-        Wiring(label(told), what, f"SDI{SHIFT}"),
-        Wiring(label(data), what, "SDO; nothing else may drive or pull this line"),
+        Wiring(
+            label(select),
+            what,
+            f"CS{SHIFT}; 10 kΩ to its supply",
+            (*shifted(SHIFT), pulled("up", rail="3.3 V")),
+            "CS",
+        ),
+        Wiring(label(clock), what, f"SCK{SHIFT}", shifted(SHIFT), "SCK"),
+        Wiring(label(told), what, f"SDI{SHIFT}", shifted(SHIFT), "SDI"),
+        Wiring(label(data), what, "SDO; nothing else may drive or pull this line", end="SDO"),
         Wiring("–", what, SUPPLY),
     )
 
