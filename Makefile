@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation lint types pytest drawn bench peers format clean
+.PHONY: help setup demo test evidence mutation lint types pytest drawn bench peers pictures format clean
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -73,6 +73,10 @@ bench: $(READY) ## how fast it is, in ratios (ARGS=--page: and docs/benchmarks.m
 
 peers: $(READY) ## what bench compares with: ESPHome and avr8js, in build/judges
 	@PEERS=1 tools/setup.sh
+
+pictures: $(READY) ## the pictures of README and documents, in docs/pictures
+	@PICTURES=1 tools/setup.sh
+	@$(BIN)/python tools/pictures.py
 
 format: $(TESTS_READY) ## let ruff lay out the code
 	@$(BIN)/ruff check --quiet --fix .

@@ -19,6 +19,8 @@ COMMANDS = (
     "size",
     "generate",
     "build",
+    "upload",
+    "monitor",
     "simulate",
     "verify",
     "compare",

@@ -36,21 +36,53 @@ _SERIAL_BOOTLOADER = "D0 D1 D13"
 _LAYOUTS = {
     "uno": (
         chips.ATMEGA328P,
-        Layout("uno", _UNO_PINS, 512, _SERIAL_BOOTLOADER, led="D13", shield=True),
+        Layout(
+            "uno",
+            _UNO_PINS,
+            512,
+            _SERIAL_BOOTLOADER,
+            led="D13",
+            shield=True,
+            bootloader_talks=("arduino", 115_200),
+        ),
     ),
     "nano": (
         chips.ATMEGA328P,
         # the elder bootloader of most Nanos sold
-        Layout("nanoatmega328", _UNO_PINS, 2048, _SERIAL_BOOTLOADER, "D13", {"A6": 6, "A7": 7}),
+        Layout(
+            "nanoatmega328",
+            _UNO_PINS,
+            2048,
+            _SERIAL_BOOTLOADER,
+            "D13",
+            {"A6": 6, "A7": 7},
+            bootloader_talks=("arduino", 57_600),
+        ),
     ),
     "mega2560": (
         chips.ATMEGA2560,
-        Layout("megaatmega2560", _MEGA_PINS, 8192, _SERIAL_BOOTLOADER, led="D13", shield=True),
+        Layout(
+            "megaatmega2560",
+            _MEGA_PINS,
+            8192,
+            _SERIAL_BOOTLOADER,
+            led="D13",
+            shield=True,
+            bootloader_talks=("wiring", 115_200),
+        ),
     ),
     "leonardo": (
         chips.ATMEGA32U4,
         # its LEDs; the third, on PD5, has no pin
-        Layout("leonardo", _LEONARDO_PINS, 4096, "D13 D17", led="D13", shield=True),
+        Layout(
+            "leonardo",
+            _LEONARDO_PINS,
+            4096,
+            "D13 D17",
+            led="D13",
+            shield=True,
+            bootloader_talks=("avr109", 57_600),
+        ),
     ),
     "atmega328p": (chips.ATMEGA328P, Layout("ATmega328P")),
     "atmega2560": (chips.ATMEGA2560, Layout("ATmega2560")),

@@ -35,6 +35,7 @@ class Layout(NamedTuple):
     """Printed name of each pin that leads to the ADC alone, to its channel."""
     clock_hz: int = 16_000_000
     shield: bool = False
+    bootloader_talks: tuple[str, int] | None = None
 
 
 def build(name: str, chip: Chip, layout: Layout) -> Board:
@@ -62,6 +63,7 @@ def build(name: str, chip: Chip, layout: Layout) -> Board:
         uarts=_uarts(chip, names),
         longest_watchdog_s=chip.longest_watchdog_s,
         shield=layout.shield,
+        bootloader_talks=layout.bootloader_talks,
     )
 
 

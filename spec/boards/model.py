@@ -95,3 +95,5 @@ class Board(NamedTuple):
     longest_watchdog_s: float
     shield: bool
     """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
+    bootloader_talks: tuple[str, int] | None
+    """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""

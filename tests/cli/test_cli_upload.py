@@ -1,0 +1,111 @@
+"""`upload` and `monitor`: the words that avrdude and PlatformIO's monitor are given."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from rig.commands import Heatwright, changed
+
+from heatwright.cli import ports
+from heatwright.cli.commands import monitor
+
+
+class Port(NamedTuple):
+    device: str
+    vid: int | None = 0x2341
+
+
+@pytest.fixture
+def plugged(monkeypatch: pytest.MonkeyPatch) -> list[Port]:
+    """The ports of the computer."""
+    found = [Port("/dev/ttyS0", None), Port("/dev/ttyACM0")]
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: found)
+    monkeypatch.setattr(ports, "WAIT_S", 0.0)
+    return found
+
+
+@pytest.fixture
+def avrdude(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An avrdude that writes down what it is told, and fails where `fails` is there."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    tool = folder / "avrdude"
+    tool.write_text(
+        f'#!/bin/sh\nprintf "%s\\n" "$@" >{tmp_path}/told\n'
+        f"[ ! -e {tmp_path}/fails ] || {{ echo not in sync >&2; exit 1; }}\n"
+    )
+    tool.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    return tmp_path / "told"
+
+
+BARE = ("dryer", "board: atmega16", "board: atmega16")
+
+
+@pytest.mark.parametrize(
+    ("spec", "options", "words"),
+    [
+        (None, "", "-p atmega328p -c arduino -b 115200 -D -P /dev/ttyACM0"),
+        (None, "--port COM3", "-p atmega328p -c arduino -b 115200 -D -P COM3"),
+        (None, "--programmer usbasp", "-p atmega328p -c usbasp"),
+        (BARE, "--programmer usbasp", "-p atmega16 -c usbasp"),
+    ],
+)
+@pytest.mark.usefixtures("plugged")
+def test_the_binary_that_is_judged_is_written(
+    heatwright: Heatwright, avrdude: Path, spec: Any, options: str, words: str
+) -> None:
+    name = "chamber.yaml" if spec is None else changed(*spec)
+    (elf,) = heatwright(f"build {name} --json").json["files"]
+    told = heatwright(f"upload {name} {options} --json").json
+    hexed = elf.removesuffix("elf") + "hex"
+    assert told["file"] == hexed
+    assert Path(hexed).is_file()
+    assert avrdude.read_text().split() == ["-q", *words.split(), "-U", f"flash:w:{hexed}:i"]
+    assert f"Next: heatwright monitor {name}" in heatwright(f"upload {name} {options}").out
+
+
+def test_a_bare_chip_needs_a_programmer(heatwright: Heatwright, avrdude: Path) -> None:
+    told = heatwright(f"upload {changed(*BARE)}", status=2).err
+    assert "atmega16 is a bare chip, without a boot loader" in told
+    assert not avrdude.exists()
+
+
+def test_what_avrdude_says_is_told(
+    heatwright: Heatwright, avrdude: Path, plugged: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "fails").touch()
+    told = heatwright("upload chamber.yaml", status=2).err
+    assert "look whether it is plugged in" in told
+    assert told.endswith("It said:\n  not in sync\n")
+
+
+def test_without_avrdude_it_is_one_line(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("heatwright.cli.commands.upload.which", lambda *_, **__: None)
+    told = heatwright("upload chamber.yaml", status=3).err
+    assert told == "avrdude is missing: sudo apt-get install avrdude\n"
+
+
+@pytest.mark.parametrize("command", ["upload", "monitor"])
+def test_the_port_is_found_or_asked_for(
+    heatwright: Heatwright, avrdude: Path, plugged: list[Port], command: str
+) -> None:
+    plugged.append(Port("/dev/ttyUSB0"))
+    told = heatwright(f"{command} chamber.yaml", status=2).err
+    assert "name one with --port: /dev/ttyACM0, /dev/ttyUSB0." in told
+    del plugged[1:]
+    assert "No board is plugged in" in heatwright(f"{command} chamber.yaml", status=2).err
+
+
+def test_the_monitor_speaks_as_the_spec_says(
+    heatwright: Heatwright, plugged: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[str] = []
+    monkeypatch.setattr(monitor.subprocess, "call", lambda words: given.extend(words) or 0)
+    heatwright(f"monitor {changed(*BARE)}")
+    words = "-m platformio device monitor --port /dev/ttyACM0 --baud 38400 --parity O"
+    assert given[1:] == words.split()
+    mute = changed("oven", "  - {kind: serial_plotter, loop: air, baud: 9600, line_end: CR LF}", "")
+    assert "has no serial line" in heatwright(f"monitor {mute}", status=2).err
