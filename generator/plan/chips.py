@@ -24,6 +24,8 @@ class Fuses(NamedTuple):
     brown_out: str
     brown_out_v: str
     """Of the levels for 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
+    has_wdton: bool
+    """Whether a fuse can leave the watchdog on for good."""
 
 
 def fuses(board: Board) -> Fuses | None:
@@ -31,5 +33,5 @@ def fuses(board: Board) -> Fuses | None:
     if board.name != board.mcu:
         return None
     if is_old(board):
-        return Fuses("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0")
-    return Fuses("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3")
+        return Fuses("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0", has_wdton=False)
+    return Fuses("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3", has_wdton=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.chips import fuses
+from heatwright.generator.plan.commissioning import commissioning
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends, rules
 from heatwright.generator.plan.hazards import hazards
 from heatwright.generator.plan.limits import limit
@@ -35,7 +36,7 @@ from heatwright.spec.self_checks import self_checked
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
     """Wiring, settings and fault codes."""
     controller = spec.controller
-    identity = controller.identity
+    identity, wiring = controller.identity, wiring_of(parts)
     return {
         "name": identity.name,
         "title": markdown(identity.title or identity.name),
@@ -44,7 +45,8 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
         "sealed": self_checked(controller),
         "fuses": fuses(controller.board),
-        "wiring": wiring_of(parts),
+        "wiring": wiring,
+        "commissioning": commissioning(controller, wiring),
         "lines": lines(controller),
         "loops": _loops(spec),
         "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],

@@ -1,0 +1,205 @@
+"""What is measured before a machine heats for the first time, in which order, and what is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from heatwright.generator.plan.limits import READINGS
+from heatwright.generator.plan.numbers import TICK_MS, quantity
+from heatwright.generator.plan.parts import Wiring
+from heatwright.generator.plan.pins import label
+from heatwright.spec import Controller, Loop, proofs
+from heatwright.spec.breakable import breakable
+from heatwright.spec.circuits import SUPPLY_V, reference_v
+from heatwright.spec.commands import starts_enabled, zero_is_off
+from heatwright.spec.outputs import Switch
+
+ROOM_C = 20.0
+USUAL_V = (12.0, 24.0, 120.0, 230.0)
+"""Of heaters whose spec tells no supply."""
+OHM_TOLERANCE = "10 %"
+"""Of a heater's cold resistance: parts and meter."""
+
+
+class Step(NamedTuple):
+    """What somebody does, and what must be seen."""
+
+    do: str
+    see: str
+
+
+class Stage(NamedTuple):
+    """Steps in one state of the machine."""
+
+    title: str
+    steps: tuple[Step, ...]
+
+
+def commissioning(controller: Controller, rows: Sequence[Wiring]) -> list[Stage]:
+    """List the stages in their order: each is safe once those before it are done."""
+    stages = (
+        ("Nothing has power: an ohmmeter", (*_pulls(rows), *_loads(controller))),
+        ("The board has power, the loads have none", tuple(_board(controller))),
+        ("A lamp in the place of each heater", tuple(_lamp(controller))),
+        ("The first heating: a second thermometer at the sensor, somebody at the switch",
+         tuple(_heating(controller))),
+    )  # fmt: skip
+    return [Stage(title, steps) for title, steps in stages]
+
+
+def _codes(controller: Controller, *rules: str) -> str:
+    """Name those of some rules that can trip here, as the display does."""
+    found = [f"E{rule.code:02d}" for rule in breakable(controller) if rule.id in rules]
+    return " or ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
+
+
+def _heaters(controller: Controller) -> dict[str, Switch]:
+    names = dict.fromkeys(loop.heater for loop in controller.loops.values())
+    return {name: controller.switches[name] for name in names}
+
+
+def _off_v(output: Switch) -> str:
+    return quantity(0.0 if output.active == "high" else SUPPLY_V, "V")
+
+
+def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
+    """Resistors that stand alone at their pin; those of a divider have the sensor beside them."""
+    for row in rows:
+        for each in row.symbols:
+            divides = any(other.shape == "sensor" for other in row.symbols)
+            if each.shape == "resistor" and each.way != "along" and not divides:
+                rail = "ground" if each.way == "down" else f"the {each.rail} rail"
+                yield Step(f"Measure from {row.pin} to {rail}", f"about {each.text}")
+
+
+def _loads(controller: Controller) -> Iterator[Step]:
+    relay, board = controller.safety.relay, controller.board
+    for name, output in _heaters(controller).items():
+        yield Step(f"Measure heater `{name}` at its terminals", _ohm(output))
+        yield Step(f"Measure from either terminal of `{name}` to its metal case", "more than 1 MΩ")
+    for name, loop in controller.loops.items():
+        hottest = quantity(loop.protection.maximum_c, "°C")
+        yield Step(
+            f"Read the thermal fuse or thermostat of loop `{name}`, and measure through it",
+            f"it opens above {hottest}, where the firmware does, and below what the machine bears; "
+            "less than 1 Ω",
+        )
+    if relay is not None:
+        yield Step(f"Measure across the contacts of `{relay}` in the heaters' supply", "open")
+    if controller.safety.relay_feedback is not None:
+        pin = label(board.pins[controller.safety.relay_feedback])
+        yield Step(f"Measure the mirror contact, from {pin} to ground", "closed")
+    for name, each in controller.safety.inputs.items():
+        yield Step(
+            f"Measure contact `{name}`, from {label(board.pins[each.pin])} to ground, and open it",
+            "closed, then open",
+        )
+
+
+def _ohm(output: Switch) -> str:
+    """Say what resistance a heater has: that of its power at its voltage."""
+    if output.power_w is None:
+        return "its resistance by its data sheet"
+    volts = output.rated_v or output.supply_v
+    if volts is not None:
+        return f"{volts**2 / output.power_w:.3g} Ω ± {OHM_TOLERANCE}"
+    power_w = output.power_w
+    return (
+        ", ".join(f"{volts**2 / power_w:.3g} Ω at {volts:g} V" for volts in USUAL_V)
+        + f" (± {OHM_TOLERANCE})"
+    )
+
+
+def _board(controller: Controller) -> Iterator[Step]:
+    board = controller.board
+    for name, output in controller.switches.items():
+        if not output.always_runs:
+            pin = label(board.pins[output.pin])
+            yield Step(
+                f"Hold the reset button, and let it go: measure {pin} (`{name}`)",
+                f"{_off_v(output)} all the time",
+            )
+    for name, sensor in controller.thermometers.items():
+        error_k = sensor.error_k(ROOM_C)
+        yield Step(
+            f"Read sensor `{name}` in a room of {quantity(ROOM_C, '°C')}",
+            f"{quantity(ROOM_C, '°C')} ± {error_k:.2g} K",
+        )
+    for name, chain in controller.adc_sensors.items():
+        if not chain.measures_current:
+            volts = chain.circuit(board.mcu).ratio(ROOM_C) * reference_v(chain, board.mcu)
+            pin = label(board.pins[chain.pin])
+            yield Step(
+                f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", f"about {volts:.3g} V"
+            )
+    for name, loop in controller.loops.items():
+        seconds = loop.protection.stale_after_s + loop.period_s + TICK_MS / 1000
+        yield Step(
+            f"Loop `{name}` on: pull the sensor's plug",
+            f"{_codes(controller, *READINGS)} within {seconds:.3g} s; plug it in and acknowledge",
+        )
+    for name, proof in proofs(controller).items():
+        yield Step(
+            f"Stop `{name}` by hand",
+            f"{_codes(controller, 'fan_stopped')} within {quantity(proof.within_s, 's')}",
+        )
+    for name, each in controller.safety.inputs.items():
+        tells = _codes(controller, "input_open") if each.trips else "the loops pause"
+        yield Step(f"Open contact `{name}`", tells)
+
+
+def _lamp(controller: Controller) -> Iterator[Step]:
+    relay = controller.safety.relay
+    for name, loop in controller.loops.items():
+        first = "" if relay is None else f"`{relay}` closes first, then "
+        yield Step(
+            f"Loop `{name}` on, setpoint above the reading",
+            f"{first}the lamp is lit{_not_a_heater(controller, loop)}",
+        )
+        yield Step("Press the reset button", "it is dark at once, and as long as it is held")
+        seconds = loop.protection.stale_after_s + loop.period_s + TICK_MS / 1000
+        yield Step(
+            "Lit again: pull the sensor's plug", f"dark within {seconds:.3g} s, and stays so"
+        )
+        if loop.fan is not None:
+            yield Step(f"Loop off: look at `{loop.fan}`", "it turns, and moves air over the heater")
+
+
+def _not_a_heater(controller: Controller, loop: Loop) -> str:
+    """Say which rules see that a lamp is no heater."""
+    heating, measured = loop.protection.heating, controller.switches[loop.heater].current
+    seen = _codes(controller, "no_current", "over_current") if measured is not None else ""
+    told = f"; {seen} is right, a lamp takes another current" if seen else ""
+    if heating is None:
+        return told
+    code, late = _codes(controller, "heating_failed"), quantity(heating.within_s, "s")
+    return f"{told}; {code} after {late} is right, a lamp heats nothing"
+
+
+def _after_power(controller: Controller, name: str) -> str:
+    """Say what a loop does when the power comes back."""
+    setpoint = controller.loops[name].setpoint
+    off = not setpoint.stored and setpoint.initial_c == 0 and zero_is_off(controller, name)
+    if off or not starts_enabled(controller, name):
+        return f"`{name}` is off until somebody switches it on"
+    at = "its setpoint of before" if setpoint.stored else quantity(setpoint.initial_c, "°C")
+    return f"`{name}` is on again, at {at}"
+
+
+def _heating(controller: Controller) -> Iterator[Step]:
+    for name, loop in controller.loops.items():
+        heating = loop.protection.heating
+        if heating is not None:
+            yield Step(
+                f"Loop `{name}` at full power from cold",
+                f"at least {quantity(heating.rise_k, 'K')} more in every "
+                f"{quantity(heating.within_s, 's')}; else {_codes(controller, 'heating_failed')}",
+            )
+        error_k = controller.thermometers[loop.sensor].error_k(loop.setpoint.maximum_c)
+        yield Step(
+            "At the setpoint: compare both thermometers",
+            f"they agree within {error_k:.2g} K and what your second one may be wrong by",
+        )
+        yield Step("Take all power away for ten seconds", _after_power(controller, name))
+    yield Step("Stay with it for the first runs", "no code, no smell, nothing hotter than it bears")
