@@ -28,6 +28,7 @@ from heatwright.sim.sensors.max31856_registers import (
     UNSAID_CJTL,
     UNSAID_LTCBL,
     Settings,
+    junction_c,
     threshold_bits,
 )
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip, Wires, wires_of
@@ -200,14 +201,18 @@ class Max31856(SpiChip):
             tested = (self._count + 1) % TEST_EVERY == 0
             took_s = settings.next_s if self._count else settings.first_s
             took_s += settings.test_s * tested
-            ends = self._began + self._cycles(took_s * self._faults.slow)
-            if cycle < ends:
+            lasts = self._cycles(took_s * self._faults.slow)
+            alone = tested or not self._count or not settings.automatic
+            alike = 1 if alone else TEST_EVERY - 1 - self._count % TEST_EVERY
+            ended = min(alike, (cycle - self._began) // lasts)
+            if ended < 1:
                 break
             if self._beyond_supply:
                 self._began = cycle  # it stands still, and begins anew when that is over
                 break
-            last, self._began = ends, ends if settings.automatic else None
-            self._count += 1
+            last = self._began + ended * lasts
+            self._began = last if settings.automatic else None
+            self._count += ended
             if tested:
                 self._open = settings.tests_open and self._faults.open
         if last is not None and not self._faults.frozen:
@@ -215,16 +220,16 @@ class Max31856(SpiChip):
 
     def _convert(self, ended: int) -> None:
         settings = self._settings
-        junction_c = min(max(self.internal_c, JUNCTION_C[0]), JUNCTION_C[1])
-        flags = CJ_RANGE * (junction_c != self.internal_c)
+        own_c = min(max(self.internal_c, JUNCTION_C[0]), JUNCTION_C[1])
+        flags = CJ_RANGE * (own_c != self.internal_c)
         if settings.measures_junction:
-            seen = code_of(junction_c + settings.offset_c, JUNCTION_STEP_C)
+            seen = code_of(own_c + settings.offset_c, JUNCTION_STEP_C)
             self._registers[CJTH : CJTL + 1] = ((seen << 2 & 0xFFFF) | UNSAID_CJTL).to_bytes(
                 2, "big"
             )
         self._measure(ended)
         letter = TYPES[settings.type]
-        seen_c = Settings(bytes(self._registers)).junction_c
+        seen_c = junction_c(self._registers)
         found_c = celsius(letter, self._voltage_mv, seen_c)
         least_c, most_c = RANGES_C[letter]
         limited_c = min(max(found_c, least_c), most_c)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import pairwise
 
 from heatwright.sim.sensors.thermovoltage import Type
 
@@ -97,11 +98,6 @@ class Settings:
         """What it adds to its own temperature, °C."""
         return _signed(self.registers[CJTO : CJTO + 1]) / 16
 
-    @property
-    def junction_c(self) -> float:
-        """The cold junction's temperature as it stands in its registers, °C."""
-        return (_signed(self.registers[CJTH : CJTL + 1]) >> 2) / 64
-
     def may_write(self, place: int) -> bool:
         """Tell whether a register takes what is written to it."""
         return place <= CJTO or (place in {CJTH, CJTL} and not self.measures_junction)
@@ -126,15 +122,26 @@ class Settings:
         return alone_s + (self.samples - 1) * each_s
 
 
+def junction_c(registers: bytes | bytearray) -> float:
+    """Return the cold junction's temperature as it stands in its registers, °C."""
+    return (_signed(registers[CJTH : CJTL + 1]) >> 2) / 64
+
+
 def threshold_bits(registers: bytes) -> int:
     """Return the bits of SR that say on which side of its thresholds a temperature is."""
-    junction_c = Settings(registers).junction_c
-    code = _signed(registers[LTCBH : LTCBM + 1])
-    bits = CJ_HIGH * (junction_c > _signed(registers[CJHF : CJHF + 1]))
-    bits |= CJ_LOW * (junction_c < _signed(registers[CJLF : CJLF + 1]))
-    bits |= TC_HIGH * (code > _signed(registers[LTHFTH : LTHFTL + 1]))
-    return bits | TC_LOW * (code < _signed(registers[LTLFTH : LTLFTL + 1]))
+    cold_c, code = junction_c(registers), _signed(registers[LTCBH : LTCBM + 1])
+    cold_high_c, cold_low_c, high, low = _thresholds(registers[CJHF:CJTO])
+    bits = CJ_HIGH * (cold_c > cold_high_c) | CJ_LOW * (cold_c < cold_low_c)
+    return bits | TC_HIGH * (code > high) | TC_LOW * (code < low)
 
 
-def _signed(register: bytes) -> int:
+@lru_cache(maxsize=64)
+def _thresholds(registers: bytes) -> tuple[int, int, int, int]:
+    """Return the highest and lowest cold junction, °C, and the highest and lowest code."""
+    edges = (0, CJLF - CJHF, LTHFTH - CJHF, LTLFTH - CJHF, len(registers))
+    cold_high_c, cold_low_c, high, low = (_signed(registers[a:b]) for a, b in pairwise(edges))
+    return cold_high_c, cold_low_c, high, low
+
+
+def _signed(register: bytes | bytearray) -> int:
     return int.from_bytes(register, "big", signed=True)
