@@ -21,6 +21,7 @@ from heatwright.spec.uses import PinUse, pin_uses
 
 if TYPE_CHECKING:
     from heatwright.sim.device import AvrDevice
+    from heatwright.sim.elf import Elf
     from heatwright.sim.limit import Limit
     from heatwright.sim.vcd import VcdRecorder
 
@@ -59,7 +60,7 @@ def run_model(controller: Controller, progress: Progress) -> Run:
 
 
 def run_binary(
-    controller: Controller, elf: Path, progress: Progress, vcd: Path | None = None
+    controller: Controller, elf: Path | Elf, progress: Progress, vcd: Path | None = None
 ) -> Run:
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
     from heatwright.cli.chips import complaints, display, lights, screen  # noqa: PLC0415

@@ -177,7 +177,8 @@ class AvrDevice:
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
-        self.shield.keypad.press(key)
+        shield = self._shields[0] if self._shields else self.shield
+        shield.keypad.press(key)
 
     def send(self, line: str) -> None:
         """Have the host send a line of G-code, when the lines before it are answered.

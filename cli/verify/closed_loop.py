@@ -7,6 +7,7 @@ from pathlib import Path
 
 from heatwright.cli.running import Run, run_binary
 from heatwright.cli.talk import Job
+from heatwright.sim.elf import Elf
 from heatwright.sim.replay import ReplayResult, replay_all
 from heatwright.sim.scenario import long_enough
 from heatwright.spec import Controller
@@ -20,7 +21,7 @@ class ClosedLoop:
     replays: dict[str, ReplayResult]
 
 
-def closed_loop(controller: Controller, elf: Path, job: Job) -> ClosedLoop:
+def closed_loop(controller: Controller, elf: Path | Elf, job: Job) -> ClosedLoop:
     """Run and replay."""
     run = run_binary(long_enough(controller), elf, job)
     return ClosedLoop(run, replay_all(controller, run.trace.steps))

@@ -64,21 +64,23 @@ def try_upsets(  # noqa: PLR0913, PLR0917 - what is tried, and on what
 
 def _upset(piece: tuple[Controller, Path, Core, int, int], _: Job) -> Outcome:
     controller, elf, core, number, seed = piece
-    program = _program(elf)
+    program = program_of(elf)
     with instructions_by(core):
         return try_upset(controller, program, draw(controller, program, number, seed))
 
 
 @lru_cache(maxsize=1)
-def _program(elf: Path) -> Elf:
+def program_of(elf: Path) -> Elf:
+    """Read a binary, once."""
     return Elf(elf)
 
 
 def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
     with instructions_by(piece.core):
         if piece.fault is None:
+            program = program_of(piece.elf)
             return measure(
-                piece.controller, piece.elf, static_stack_bytes=piece.stack_bytes, progress=job
+                piece.controller, program, static_stack_bytes=piece.stack_bytes, progress=job
             )
         return try_fault(_faults(piece.controller, piece.elf)[piece.fault])
 
@@ -86,4 +88,4 @@ def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
 @lru_cache(maxsize=1)
 def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
     """Make the faults, once: they hold the binary, and workers have them from who forked them."""
-    return catalogue(controller, _program(elf))
+    return catalogue(controller, program_of(elf))
