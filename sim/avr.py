@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.elf import Elf
+from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
@@ -143,6 +144,20 @@ class Avr:
         while result := run(hw, cycle):
             self.came_back(result)
         self.raise_errors()
+
+    def run_looking(self, look: Look, cycle: int) -> bool:
+        """Run to a cycle, or to a look that finds something; tell whether one has.
+
+        Raises what run_to raises.
+        """
+        asked = self._ffi.new("hw_look *", look)
+        result = self._lib.hw_run_looking(self._hw, asked, NEVER, cycle)
+        if result not in (0, self._lib.HW_NEWS):
+            self.came_back(result)  # the logs are empty now: the next look is not C's
+            self.run_to(min(asked.at, cycle))
+            return bool(asked.at < cycle)
+        self.raise_errors()
+        return bool(result)
 
     def came_back(self, result: int) -> None:
         """Empty the logs when a run has come back before its end, with one of the shim's results.

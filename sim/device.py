@@ -220,10 +220,14 @@ class AvrDevice:
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
         cycle = round((until_s - self._start_s) * self.avr.clock_hz)
-        while (wake := self.wake_cycle) is not None and wake < cycle:
-            self.run_to(wake)
+        while True:
+            wake, look = self.wakes
+            end = cycle if wake is None else min(wake, cycle)
+            if not self.avr.run_looking(look, end):
+                self.run_to(end)
+                if wake is None or wake >= cycle:
+                    break
             self.hear()
-        self.run_to(cycle)
         if cycle >= self.feed_at or self.is_attended:
             self.listen()
 

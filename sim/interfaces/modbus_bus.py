@@ -108,12 +108,15 @@ class Bus:
         """Take pin changes and bytes of the UARTs; return the frames that have ended."""
         if len(pins):
             self._follow(pins)
-        self._coming += self._bytes(sent)
+        if len(sent):
+            self._coming += self._bytes(sent)
         now_s = self._avr.time_s
         found: list[Frame] = []
-        while self._coming and self._coming[0].end_s <= now_s:
-            self._take(self._coming.pop(0), found)
-        if self._frame and not self._coming:
+        ended = sum(byte.end_s <= now_s for byte in self._coming)
+        for byte in self._coming[:ended]:
+            self._take(byte, found)
+        del self._coming[:ended]
+        if not self._coming:
             self._close(now_s, found)
         return found
 
@@ -125,15 +128,14 @@ class Bus:
             yield _Byte((end - bits[code] * bit) / clock_hz, end / clock_hz, value, code, bit)
 
     def _take(self, byte: _Byte, found: list[Frame]) -> None:
-        if not self._is_driven(byte.start_s, byte.end_s):
+        if self._driver is not None and not self._is_driven(byte.start_s, byte.end_s):
             self.unheard += 1
             return
-        if self._frame:
-            self._close(byte.start_s, found)
+        self._close(byte.start_s, found)
         self._frame.append(byte)
 
     def _close(self, until_s: float, found: list[Frame]) -> None:
-        if until_s - self._frame[-1].end_s > self.silence_s:
+        if self._frame and until_s - self._frame[-1].end_s > self.silence_s:
             self._see_release(self._frame[-1].end_s)
             found.append(self._framed())
             self._frame = []

@@ -265,6 +265,8 @@ void hw_machine_read(hw_machine *m);    /* behind the run its switches are read,
 void hw_machine_supply(hw_machine *m);  /* what they let through is given, */
 int hw_machine_heat(hw_machine *m);     /* and heats it; or HW_MATRIX */
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed);
+/* Runs to a cycle, or to where somebody wants to hear: HW_NEWS, HW_WAKE. */
+int hw_run_looking(hw *h, hw_look *look, uint64_t wake, uint64_t until);
 
 /* Profile: one instruction at a time. function: of each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,

@@ -205,36 +205,34 @@ static int stops(const hw_machine *m) {
 
 /* Whether the board has sent what is waited for. What may be too short a silence counts as one:
    Python looks closer. From the end of a byte to that of the next is longer than what lies between. */
-static int has_news(const hw_machine *m) {
-    const hw_uart_byte *sent = hw_log_data(m->h, HW_UART_LOG);
-    size_t count = hw_log_count(m->h, HW_UART_LOG);
-    if (!m->look.silence)
+static int has_news(hw *h, const hw_look *look) {
+    const hw_uart_byte *sent = hw_log_data(h, HW_UART_LOG);
+    size_t count = hw_log_count(h, HW_UART_LOG);
+    if (!look->silence)
         return count > 0;
-    uint64_t ended = UINT64_MAX - m->look.silence;
+    uint64_t ended = UINT64_MAX - look->silence;
     for (size_t i = 0; i < count; i++) {
-        if (sent[i].uart != m->look.uart || sent[i].lost)
+        if (sent[i].uart != look->uart || sent[i].lost)
             continue;
-        if (sent[i].end > ended + m->look.silence)
+        if (sent[i].end > ended + look->silence)
             return 1;
         ended = sent[i].end;
     }
-    return m->h->avr->cycle >= ended + m->look.silence;
+    return h->avr->cycle >= ended + look->silence;
 }
 
-/* Runs to the end of the step, or to where somebody wants to hear. */
-static int run(hw_machine *m, uint64_t wake) {
-    hw_look *look = &m->look;
-    uint64_t end = wake < m->until ? wake : m->until;
+int hw_run_looking(hw *h, hw_look *look, uint64_t wake, uint64_t until) {
+    uint64_t end = wake < until ? wake : until;
     while (look->at < end) {
-        int ended = hw_run(m->h, look->at);
+        int ended = hw_run(h, look->at);
         if (ended)
             return ended;
-        uint64_t now = m->h->avr->cycle;
-        if (now >= look->latest || has_news(m))
+        uint64_t now = h->avr->cycle;
+        if (now >= look->latest || has_news(h, look))
             return HW_NEWS;
         look->at = (look->drifts ? now : look->at) + look->every;
     }
-    return wake < m->until ? HW_WAKE : hw_run(m->h, m->until);
+    return wake < until ? HW_WAKE : hw_run(h, until);
 }
 
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
@@ -255,7 +253,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed) {
             m->phase = HW_RUNS;
         }
         if (m->phase == HW_RUNS) {
-            int ended = run(m, wake);
+            int ended = hw_run_looking(m->h, &m->look, wake, m->until);
             if (ended)
                 return ended;
             hw_machine_read(m);
