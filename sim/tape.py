@@ -5,6 +5,7 @@ does with it.
 """
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from itertools import repeat
 from typing import Any
 
@@ -31,16 +32,21 @@ class Tape:
 
     def __init__(self, log: StepLog) -> None:
         """Read a log with one row or more."""
-        names = log.dtype.names or ()
-        steps = log["steps"]
+        self._log, steps = log, log["steps"]
         self.begins: list[bool] = [True, *((steps[1:] == 1) & (steps[:-1] != 0)).tolist()]
         self.acknowledged, self.started = _passed(log, ACKNOWLEDGEMENTS), _passed(log, STARTS)
         self.status: list[int] = log["reading_status"].tolist()
         self.raw: list[int] = log["reading_raw"].tolist()
         self.setpoint_c = _singles(log["setpoint_c"])
         self.fault_code: list[int] = log["fault.code"].tolist()
+
+    @cached_property
+    def orders(self) -> list[Orders]:
+        """What else goes into each step; not everybody asks."""
+        log = self._log
         usual = {field: repeat(each, len(log)) for field, each in NO_ORDERS._asdict().items()}
-        self.orders = list(map(Orders, *(usual | _given(log, names)).values()))
+        given = _given(log, log.dtype.names or ())
+        return list(map(Orders, *(usual | given).values()))
 
 
 def _singles(column: NDArray[Any]) -> list[Single]:

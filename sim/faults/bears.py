@@ -99,16 +99,16 @@ def _peaks_c(
     loop = controller.loops[name]
     cold = network.model_copy(update={"initial_c": ambient_c})
     plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)
-    peaks, heat = plant.temperatures_c.copy(), 1.0
+    peaks, heated = plant.temperatures_c.copy(), full_power(controller, name, 1.0)
     left = math.ceil(reading_s(loop) / loop.period_s)
     minute = max(1, round(60.0 / loop.period_s))
     before = peaks.copy()
     for row in range(1, round(LONGEST_S / loop.period_s)):
-        plant.step(full_power(controller, name, heat))
+        plant.step(heated)
         np.maximum(peaks, plant.temperatures_c, out=peaks)
         if plant.sensed_c()[loop.sensor] >= loop.protection.maximum_c:
             left = max(0, left - 1)
-            heat = float(left > 0)
+            heated = full_power(controller, name, float(left > 0))
         if row % minute == 0:
             if np.all(peaks - before < LEVEL_K):
                 break
